@@ -1,0 +1,12 @@
+# Private to our own targets: consumers never see these flags. The ci preset adds -Werror.
+add_library(lbea_warnings INTERFACE)
+target_compile_options(lbea_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor -Wold-style-cast)
+
+# lbea_library(<target> SOURCES ... [LINK PUBLIC ... PRIVATE ...]): one static library per folder, silent by design.
+function(lbea_library target)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(${target} STATIC ${arg_SOURCES})
+  target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${target} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:lbea_warnings>)
+endfunction()

@@ -1,0 +1,53 @@
+// A finite-element run as the bake sees it: one surface mesh, many states, read one at a time.
+// Readers of the formats that exist are in adapters/simulation.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// The undeformed surface: shells and the outer faces of solids, as quads.
+struct SimulationMesh {
+  std::vector<float> positions;                        // nodes x 3, length unit
+  std::vector<std::uint32_t> node_ids;                 // nodes, the solver's numbering
+  std::vector<std::array<std::uint32_t, 4>> elements;  // node indices; a triangle repeats its last node
+  std::vector<std::uint32_t> element_ids;              // elements, the solver's numbering (a solid's faces share its id)
+  std::vector<std::uint32_t> element_parts;            // elements, part ids
+
+  [[nodiscard]] std::size_t nodes() const noexcept { return node_ids.size(); }
+};
+
+/// A quantity per element that the run's states carry.
+struct SimulationField {
+  std::string name;  // e.g. "plastic_strain"
+  std::string unit;  // "1" for pure numbers, empty when the file does not say
+};
+
+/// One stored state. Buffers are reused from read to read.
+struct SimulationState {
+  double time_s = 0;
+  std::vector<float> positions;            // nodes x 3, current positions (not displacements)
+  std::vector<std::uint8_t> alive;         // elements, 0 = eroded
+  std::vector<std::vector<float>> fields;  // [field][element], in the order of SimulationReader::fields()
+};
+
+/// Reads one run with bounded memory: the mesh and one state.
+/// Errors are lbea::Error with a sentence that names file, byte and what to do.
+class SimulationReader {
+ public:
+  virtual ~SimulationReader() = default;
+  [[nodiscard]] virtual const SimulationMesh& mesh() const noexcept = 0;
+  [[nodiscard]] virtual const std::vector<SimulationField>& fields() const noexcept = 0;
+  [[nodiscard]] virtual std::uint32_t states() const noexcept = 0;
+  [[nodiscard]] virtual double time_s(std::uint32_t state) const = 0;
+  virtual void read(std::uint32_t state, SimulationState& into) = 0;
+  /// The files the run consists of, in reading order: hashed into the model's provenance.
+  [[nodiscard]] virtual std::vector<std::filesystem::path> files() const = 0;
+};
+
+}  // namespace lbea

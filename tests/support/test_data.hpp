@@ -1,0 +1,35 @@
+// Where tests find files: small ones in the repository, large ones beside it, temporary ones in a folder of their own.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <unistd.h>
+
+namespace lbea::test {
+
+inline std::filesystem::path data() { return LBEA_TEST_DATA; }
+inline std::filesystem::path reference_data() { return LBEA_REFERENCE_DATA; }
+bool& needs_reference_data();  // set by executables that are skipped without it
+
+/// A fresh folder, removed with everything in it at the end of the scope.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "lbea-test-XXXXXX").string();
+    path_ = ::mkdtemp(name.data());
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace lbea::test

@@ -1,0 +1,43 @@
+#include "tools/common/tool.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+namespace lbea {
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+Tool::Tool(std::string name, std::string description, std::string example)
+    : CLI::App(std::move(description), std::move(name)) {
+  set_version_flag("--version", get_name() + " " LBEA_VERSION_STRING);
+  footer("Example:\n  " + std::move(example) + "\n\nExit code: 0 ok, 1 failed, 2 wrong usage.");
+  option_defaults()->always_capture_default();
+}
+
+int Tool::run(int argc, char** argv, const std::function<int()>& body) {
+  try {
+    parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return exit(error) == 0 ? exit_ok : exit_usage;
+  }
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "%s: error: out of memory\n", get_name().c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: error: %s\n", get_name().c_str(), error.what());
+  }
+  return exit_failed;
+}
+
+void catch_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop_requested = 1; };
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+}  // namespace lbea

@@ -1,0 +1,27 @@
+// What every program shares: --help with an example, --version, exit codes, Ctrl-C.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <csignal>
+#include <functional>
+#include <string>
+
+namespace lbea {
+
+enum ExitCode : int { exit_ok = 0, exit_failed = 1, exit_usage = 2 };
+
+/// A command line with --version and an example under --help.
+class Tool : public CLI::App {
+ public:
+  Tool(std::string name, std::string description, std::string example);
+  /// Parses, runs `body` and turns its outcome into an exit code: what body returns; 1 and one sentence on
+  /// stderr for an exception; 2 for a wrong command line.
+  int run(int argc, char** argv, const std::function<int()>& body);
+};
+
+/// Set by SIGINT and SIGTERM after catch_stop_signals(): loops look at it and leave in good order.
+extern volatile std::sig_atomic_t stop_requested;
+void catch_stop_signals();
+
+}  // namespace lbea

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# Installs what the build and the tests need on Debian 12. Does nothing, quickly, when all of it is there.
+set -euo pipefail
+packages=(
+  build-essential cmake ninja-build git pkg-config
+  libeigen3-dev libxxhash-dev                      # runtime, header-only
+  libspectra-dev libnanoflann-dev libembree-dev    # bake: eigen-solver, oracle, ray casting
+  cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # wire
+  libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
+  libcli11-dev libspdlog-dev                       # programs
+  doctest-dev                                      # tests
+  python3 python3-numpy python3-matplotlib         # pictures of the demo
+)
+missing=()
+for package in "${packages[@]}"; do
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+as_root=()
+[ "$(id -u)" -eq 0 ] || as_root=(sudo)
+"${as_root[@]}" apt-get update -qq
+DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"
