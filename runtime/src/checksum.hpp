@@ -1,0 +1,15 @@
+// XXH3-64, header-only: fast enough to check a whole model at every open.
+#pragma once
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace lbea {
+
+inline std::uint64_t checksum(std::span<const std::byte> bytes) noexcept { return XXH3_64bits(bytes.data(), bytes.size()); }
+
+}  // namespace lbea

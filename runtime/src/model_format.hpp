@@ -1,0 +1,105 @@
+// The bytes of a model file, as runtime/FORMAT.md specifies them.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace lbea::format {
+
+static_assert(std::endian::native == std::endian::little, "model files are little-endian and mapped as they are");
+
+// A byte above 127, CRLF and Ctrl-Z: a transfer that took the file for text is noticed at once.
+inline constexpr std::array<std::uint8_t, 8> magic{0x89, 'L', 'B', 'E', 'A', '\r', '\n', 0x1a};
+inline constexpr std::uint32_t endian_tag = 0x01020304;
+inline constexpr std::uint16_t version_major = 1;  // readers refuse another
+inline constexpr std::uint16_t version_minor = 0;  // readers accept any
+inline constexpr std::size_t alignment = 64;
+inline constexpr std::uint32_t first_optional_id = 0x8000;  // unknown sections from here on are ignored
+
+struct Header {
+  std::array<std::uint8_t, 8> magic;
+  std::uint32_t endian_tag;
+  std::uint16_t version_major, version_minor;
+  std::uint64_t file_size;
+  std::uint64_t directory_offset;
+  std::uint32_t section_count;
+  std::uint32_t reserved0;
+  std::uint64_t directory_checksum;
+  std::uint64_t reserved1;
+  std::uint64_t header_checksum;  // of the 56 bytes before it
+};
+static_assert(sizeof(Header) == 64 && std::is_trivially_copyable_v<Header>);
+
+enum class ElementType : std::uint32_t { u8 = 1, u32 = 2, u64 = 3, f32 = 4, f64 = 5 };
+inline constexpr std::size_t size_of(ElementType type) noexcept {
+  switch (type) {
+    case ElementType::u8: return 1;
+    case ElementType::u32:
+    case ElementType::f32: return 4;
+    case ElementType::u64:
+    case ElementType::f64: return 8;
+  }
+  return 0;
+}
+
+enum class SectionId : std::uint32_t {
+  info = 1,
+  provenance = 2,
+  length_unit = 3,
+  simulation_names = 4,
+  parameter_names = 5,
+  parameters = 6,
+  samples = 7,
+  sample_times = 8,
+  node_ids = 9,
+  element_ids = 10,
+  element_parts = 11,
+  element_nodes = 12,
+  node_positions = 13,
+  field_names = 14,
+  field_locations = 15,
+  field_values = 16,  // part: field
+  envelope_grid = 17,
+  envelope_bits = 18,
+  reference_times = 32,
+  vertex_nodes = 33,  // from here on, part: reference
+  vertex_positions = 34,
+  mass = 35,
+  eigenvalues = 36,
+  projection = 37,
+  tree_boxes = 38,
+  tree_ranges = 39,
+  coefficients = 40,
+  correspondence = 41,
+};
+
+struct SectionEntry {
+  std::uint32_t id, part;
+  std::uint32_t element_type;
+  std::uint32_t rank;
+  std::array<std::uint64_t, 3> shape;  // unused dimensions are 1
+  std::uint64_t offset, length;        // bytes; length without padding
+  std::uint64_t checksum;
+};
+static_assert(sizeof(SectionEntry) == 64 && std::is_trivially_copyable_v<SectionEntry>);
+
+/// Section `info`: the counts every other shape is checked against. All u32.
+struct Info {
+  std::uint32_t reference_mode;
+  std::uint32_t vertices, modes, samples, simulations, references;
+  std::uint32_t nodes, elements, fields, parameters;
+  std::array<std::uint32_t, 3> envelope_cells;  // x, y, z
+  std::uint32_t reserved;
+};
+static_assert(sizeof(Info) == 14 * sizeof(std::uint32_t) && std::is_trivially_copyable_v<Info>);
+
+/// Rows of `projection` and planes of `coefficients` are padded with zeros to whole 64-byte lines.
+inline constexpr std::size_t padded(std::size_t floats) noexcept { return (floats + 15) / 16 * 16; }
+inline constexpr std::uint64_t aligned(std::uint64_t bytes) noexcept {
+  return (bytes + (alignment - 1)) / alignment * alignment;
+}
+
+}  // namespace lbea::format
