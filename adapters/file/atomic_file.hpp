@@ -1,0 +1,58 @@
+// Whole files: written so that nobody ever sees half of one, read in one piece.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lbea {
+
+/// A file that appears under its name only when it is whole. Bytes go to a temporary file in the same folder;
+/// commit() flushes it to the disk and renames it. Without commit() the destructor removes it and whatever stood
+/// under the name before stays as it was.
+class AtomicFile {
+ public:
+  /// Throws Error{write_failed} when the folder does not take a new file.
+  explicit AtomicFile(std::filesystem::path path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// Appends. Throws Error{write_failed} with file, byte and the system's reason; only the destructor may follow.
+  void write(std::span<const std::byte> bytes);
+  void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+  /// Throws Error{write_failed}; the file then is not there under its name.
+  void commit();
+
+  /// Bytes appended so far.
+  [[nodiscard]] std::uint64_t size() const noexcept { return written_ + buffer_.size(); }
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+ private:
+  void flush();
+  void write_through(std::span<const std::byte> bytes);
+  void close_descriptor();
+  void sync_folder() const;
+  [[noreturn]] void fail(const std::string& action, int error) const;
+
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;  // empty once renamed
+  int descriptor_ = -1;
+  std::uint64_t written_ = 0;  // handed to the system
+  std::vector<std::byte> buffer_;
+};
+
+/// The whole of a regular file.
+/// Throws Error{file_not_found} when it is absent, Error{bad_input} when it cannot be read.
+[[nodiscard]] std::vector<std::byte> read_file(const std::filesystem::path& path);
+
+/// The same bytes as characters.
+[[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) noexcept {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+}  // namespace lbea
