@@ -34,7 +34,7 @@ inline constexpr RigidTransform identity_transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0,
 struct Frame {
   std::uint64_t id = 0;       // given by the sender, rises by one per frame
   std::int64_t stamp_ns = 0;  // capture time on the sender's clock
-  std::span<const Point> points;
+  std::span<const Point> points{};
 };
 
 enum class Method : std::int32_t {
@@ -186,11 +186,11 @@ struct MatchResult {
   std::uint64_t frame_id = 0;
   std::int64_t stamp_ns = 0;
   std::uint32_t reference = 0;              // which reference mesh was used
-  PointTally points;
+  PointTally points{};
   float coverage = 0;                       // share of the best sample's observed surface that the frame shows
-  std::span<const float> coefficients;      // the frame's positions in the basis, modes() x 3, mode-major
-  std::span<const Match> matches;           // nearest first
-  StageTimes elapsed_ns;
+  std::span<const float> coefficients{};    // the frame's positions in the basis, modes() x 3, mode-major
+  std::span<const Match> matches{};         // nearest first
+  StageTimes elapsed_ns{};
 };
 
 /// One per thread: owns all scratch memory, allocated here.

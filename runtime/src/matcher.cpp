@@ -1,0 +1,96 @@
+// The pipeline: match() in the order of the method.
+#include "runtime/src/cloud_index.hpp"
+#include "runtime/src/correspondence.hpp"
+#include "runtime/src/matcher_config.hpp"
+#include "runtime/src/model_view.hpp"
+#include "runtime/src/nearest_samples.hpp"
+#include "runtime/src/projection.hpp"
+#include "runtime/src/stopwatch.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <utility>
+#include <vector>
+
+namespace lbea {
+
+struct Matcher::State {
+  State(Model m, const MatcherConfig& c)
+      : model(std::move(m)), config(c), view(model.view()), index(envelope_grid(view.envelope), config.max_points),
+        corresponding(view.info.vertices), coefficients(view.info.modes), public_coefficients(std::size_t{3} * view.info.modes),
+        best(std::min(config.max_matches, view.info.samples)), matches(best.capacity()), surface(view.info.vertices) {}
+
+  void search(const ReferenceView& reference) noexcept;
+  float coverage_of(const RankedSample& sample, const ReferenceView& reference) noexcept;
+  void publish(MatchResult& result) noexcept;
+
+  Model model;
+  MatcherConfig config;
+  const ModelView& view;
+  CloudIndex index;
+  Positions corresponding;  // e_i, eq. 1
+  Positions coefficients;   // e_j, eq. 3
+  std::vector<float> public_coefficients;
+  BestSamples best;
+  std::vector<Match> matches;
+  std::vector<std::array<float, 3>> surface;  // the best sample's vertices
+};
+
+Matcher::Matcher(Model model, const MatcherConfig& config) {
+  check(config, model.view());
+  state_ = std::make_unique<State>(std::move(model), config);
+}
+Matcher::~Matcher() = default;
+Matcher::Matcher(Matcher&&) noexcept = default;
+Matcher& Matcher::operator=(Matcher&&) noexcept = default;
+const Model& Matcher::model() const noexcept { return state_->model; }
+const MatcherConfig& Matcher::config() const noexcept { return state_->config; }
+
+MatchResult Matcher::match(const Frame& frame) noexcept {
+  State& s = *state_;
+  MatchResult result{.frame_id = frame.id, .stamp_ns = frame.stamp_ns};
+  result.points.received = static_cast<std::uint32_t>(frame.points.size());
+  if (frame.points.size() > s.config.max_points) return refused(result, Status::too_many_points);
+  Stopwatch watch;
+  result.reference = reference_at(s.view, seconds_between(s.config.trigger_ns, frame.stamp_ns));  // step 2 (a), (b)
+  const ReferenceView& reference = s.view.references[result.reference];
+  result.points = s.index.build(frame.points, s.config.T_reference_sensor);               // steps 1 and 2: transform, cull
+  result.elapsed_ns.index = watch.lap();
+  if (result.points.used == 0) return refused(result, Status::empty_frame);
+  correspond(s.index, reference.vertex_positions, s.corresponding);                       // step 3: e_i
+  result.elapsed_ns.correspondence = watch.lap();
+  project(reference.projection, s.corresponding, s.coefficients);                         // step 5: Psi' M e
+  result.elapsed_ns.projection = watch.lap();
+  s.search(reference);                                                                    // eq. 1 or eq. 3
+  result.elapsed_ns.matching = watch.lap();
+  result.coverage = s.coverage_of(s.best.ranked().front(), reference);
+  result.elapsed_ns.coverage = watch.lap();
+  result.status = result.coverage < s.config.min_coverage ? Status::low_coverage : Status::ok;
+  s.publish(result);
+  return result;
+}
+
+void Matcher::State::search(const ReferenceView& reference) noexcept {
+  if (config.method == Method::vtp) return search_vtp(view, reference, corresponding, best);
+  search_lbea(reference, coefficients, best);
+}
+
+float Matcher::State::coverage_of(const RankedSample& sample, const ReferenceView& reference) noexcept {
+  const std::span<const float> nodes = model.node_positions(sample.sample);
+  for (std::size_t v = 0; v < surface.size(); ++v) {
+    const std::size_t at = std::size_t{3} * reference.vertex_nodes[v];
+    surface[v] = {nodes[at], nodes[at + 1], nodes[at + 2]};
+  }
+  return coverage(index, surface, reference.mass, config.trusted_distance);
+}
+
+void Matcher::State::publish(MatchResult& result) noexcept {
+  for (std::size_t j = 0; j < coefficients.count; ++j)
+    for (std::size_t axis = 0; axis < 3; ++axis) public_coefficients[3 * j + axis] = coefficients.planes[axis][j];
+  const auto ranked = best.ranked();
+  for (std::size_t k = 0; k < ranked.size(); ++k) matches[k] = {model.sample(ranked[k].sample), ranked[k].distance};
+  result.coefficients = public_coefficients;
+  result.matches = std::span(matches).first(ranked.size());
+}
+
+}  // namespace lbea

@@ -1,0 +1,89 @@
+// Header and directory of a model file: finds and checks sections, knows nothing of what they mean.
+#pragma once
+
+#include "runtime/src/model_format.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace lbea {
+
+class SectionReader {
+ public:
+  /// Checks everything FORMAT.md says of header, directory, layout, padding and checksums.
+  SectionReader(std::span<const std::byte> image, std::string name);
+
+  using Shape = std::array<std::uint64_t, 3>;
+
+  /// The section's elements, after comparing type and shape with what the caller expects.
+  template <typename T>
+  [[nodiscard]] std::span<const T> required(format::SectionId id, Shape shape, std::uint32_t part = 0) const {
+    const format::SectionEntry* entry = find(id, part);
+    if (entry == nullptr) fail_missing(id, part);
+    return typed<T>(*entry, shape);
+  }
+  /// The same; an empty span when the file has no such section.
+  template <typename T>
+  [[nodiscard]] std::span<const T> optional(format::SectionId id, Shape shape, std::uint32_t part = 0) const {
+    const format::SectionEntry* entry = find(id, part);
+    return entry == nullptr ? std::span<const T>{} : typed<T>(*entry, shape);
+  }
+  /// A section of text, whose length only it knows.
+  [[nodiscard]] std::string_view text(format::SectionId id) const;
+  [[nodiscard]] const format::SectionEntry* find(format::SectionId id, std::uint32_t part = 0) const noexcept;
+  [[nodiscard]] std::span<const format::SectionEntry> entries() const noexcept { return entries_; }
+  [[nodiscard]] std::uint64_t directory_checksum() const noexcept { return directory_checksum_; }
+  /// Throws Error{corrupt_model}: "<name>: section <id> '<title>' part <part> at byte <offset>: <what>".
+  [[noreturn]] void fail(format::SectionId id, std::uint32_t part, const std::string& what) const;
+
+ private:
+  // Elements of a structured type (an array of three floats) count by their scalar parts.
+  template <typename T>
+  struct Scalar {
+    using type = T;
+  };
+  template <typename T, std::size_t N>
+  struct Scalar<std::array<T, N>> {
+    using type = T;
+  };
+  template <typename T>
+  static constexpr format::ElementType element_type() {
+    using S = typename Scalar<T>::type;
+    if constexpr (std::is_same_v<S, std::uint8_t> || std::is_same_v<S, char>) return format::ElementType::u8;
+    else if constexpr (std::is_same_v<S, std::uint32_t>) return format::ElementType::u32;
+    else if constexpr (std::is_same_v<S, std::uint64_t>) return format::ElementType::u64;
+    else if constexpr (std::is_same_v<S, float>) return format::ElementType::f32;
+    else {
+      static_assert(std::is_same_v<S, double>);
+      return format::ElementType::f64;
+    }
+  }
+  template <typename T>
+  std::span<const T> typed(const format::SectionEntry& entry, const Shape& shape) const {
+    check_shape(entry, element_type<T>(), shape);
+    const void* begin = image_.data() + entry.offset;
+    return {static_cast<const T*>(begin), static_cast<std::size_t>(entry.length / sizeof(T))};
+  }
+
+  void check_header();
+  void check_directory() const;
+  void check_entry(const format::SectionEntry& entry, std::uint64_t expected_offset) const;
+  void check_zero(std::uint64_t begin, std::uint64_t end) const;
+  void check_shape(const format::SectionEntry& entry, format::ElementType type, const Shape& shape) const;
+  [[noreturn]] void fail_missing(format::SectionId id, std::uint32_t part) const;
+
+  std::span<const std::byte> image_;
+  std::string name_;
+  std::span<const format::SectionEntry> entries_;
+  std::uint64_t directory_checksum_ = 0;
+};
+
+/// The section's title in FORMAT.md, "unknown" for an id that has none.
+[[nodiscard]] std::string title(format::SectionId id);
+
+}  // namespace lbea
