@@ -16,7 +16,8 @@ namespace lbea {
 namespace {
 
 constexpr std::size_t buffer_size = std::size_t{1} << 18;
-constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // one read() or write() moves at most 2^31 - 4096 bytes
+constexpr std::size_t largest_transfer = std::size_t{1}
+                                         << 30;  // one read() or write() moves at most 2^31 - 4096 bytes
 constexpr int temporary_names = 1000;
 
 std::string reason(int error) { return std::generic_category().message(error); }
@@ -37,7 +38,8 @@ struct Descriptor {
 };
 
 [[noreturn]] void fail_read(const std::filesystem::path& path, std::size_t byte, const std::string& why) {
-  throw Error(Status::bad_input, "cannot read " + path.string() + " (byte " + std::to_string(byte) + "): " + why);
+  throw Error(Status::bad_input,
+              "cannot read " + path.string() + " (byte " + std::to_string(byte) + "): " + why);
 }
 
 }  // namespace
@@ -95,8 +97,8 @@ void AtomicFile::close_descriptor() {
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("close", errno);
 }
 
-// The rename itself is on the disk only when the folder is. Not every file system offers that (EINVAL), and a folder
-// may be writable without being readable: the file is whole in any case.
+// The rename itself is on the disk only when the folder is. Not every file system offers that (EINVAL), and a
+// folder may be writable without being readable: the file is whole in any case.
 void AtomicFile::sync_folder() const {
   const Descriptor folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder.value >= 0 && ::fsync(folder.value) != 0 && errno != EINVAL) fail("flush the folder of", errno);

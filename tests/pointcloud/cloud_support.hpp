@@ -1,0 +1,38 @@
+// Building and comparing small clouds.
+#pragma once
+
+#include "adapters/pointcloud/pointcloud.hpp"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace lbea::test {
+
+inline std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+inline bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+/// Equal bit for bit, NaN equal to NaN.
+inline bool same(const std::vector<Point>& a, const std::vector<Point>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (!same(a[i].x, b[i].x) || !same(a[i].y, b[i].y) || !same(a[i].z, b[i].z)) return false;
+  return true;
+}
+
+template <class Body>
+Error error_of(Body body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    return error;
+  }
+  return {Status::ok, ""};
+}
+
+inline bool mentions(const Error& error, const std::string& text) {
+  return std::string(error.what()).find(text) != std::string::npos;
+}
+
+}  // namespace lbea::test
