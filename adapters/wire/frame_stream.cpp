@@ -1,0 +1,106 @@
+#include "adapters/wire/socket.hpp"
+
+#include <atomic>
+#include <thread>
+
+namespace lbea {
+
+namespace {
+
+constexpr int frame_high_water_mark = 16;             // at 62,000 points 12 MB per side
+constexpr std::int64_t largest_control_message = 1024;  // what a receiver may send to a sender
+
+/// Keeps a message alive while ZeroMQ reads it, and tells when it is done.
+struct Pending {
+  std::shared_ptr<const std::vector<std::byte>> message;
+  std::shared_ptr<std::atomic<std::uint64_t>> in_flight;
+};
+
+/// Called from ZeroMQ's I/O thread.
+void release(void*, void* hint) {
+  const std::unique_ptr<Pending> pending(static_cast<Pending*>(hint));
+  pending->message.reset();
+  pending->in_flight->fetch_sub(1, std::memory_order_release);
+}
+
+}  // namespace
+
+struct FrameSource::State {
+  detail::BoundSocket bound;
+  zmq::message_t message;
+};
+
+FrameSource::FrameSource(WireContext& context, const std::string& address, WireLimits limits) {
+  const detail::SocketOptions options{.high_water_mark = frame_high_water_mark,
+                                      .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
+  state_.reset(new State{{context.state().context, zmq::socket_type::pull, options, parse_bind_endpoint(address)}, {}});
+}
+
+FrameSource::~FrameSource() = default;
+FrameSource::FrameSource(FrameSource&&) noexcept = default;
+FrameSource& FrameSource::operator=(FrameSource&&) noexcept = default;
+
+const std::string& FrameSource::endpoint() const noexcept { return state_->bound.endpoint; }
+
+std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) noexcept {
+  auto& [bound, message] = *state_;
+  auto& socket = bound.socket;
+  if (detail::receive(socket, message, ZMQ_DONTWAIT) == detail::Io::done) return detail::bytes_of(message);
+  if (timeout.count() == 0 || detail::wait(socket, ZMQ_POLLIN, timeout) != detail::Io::done) return {};
+  if (detail::receive(socket, message, ZMQ_DONTWAIT) != detail::Io::done) return {};
+  return detail::bytes_of(message);
+}
+
+struct FrameSink::State {
+  zmq::socket_t socket;
+  Tally tally;
+  std::shared_ptr<std::atomic<std::uint64_t>> in_flight = std::make_shared<std::atomic<std::uint64_t>>(0);
+};
+
+FrameSink::FrameSink(WireContext& context, const std::string& address) {
+  const Endpoint endpoint = parse_endpoint(address);
+  auto socket = detail::make_socket(context.state().context, zmq::socket_type::push,
+                                    {.high_water_mark = frame_high_water_mark,
+                                     .max_message_bytes = largest_control_message,
+                                     .waits_for_connection = true});
+  detail::connect(socket, endpoint);
+  state_ = std::make_unique<State>(std::move(socket));
+}
+
+FrameSink::~FrameSink() = default;
+FrameSink::FrameSink(FrameSink&&) noexcept = default;
+FrameSink& FrameSink::operator=(FrameSink&&) noexcept = default;
+
+const FrameSink::Tally& FrameSink::tally() const noexcept { return state_->tally; }
+
+bool FrameSink::wait_ready(std::chrono::milliseconds timeout) noexcept {
+  return detail::wait(state_->socket, ZMQ_POLLOUT, timeout) == detail::Io::done;
+}
+
+bool FrameSink::send(Message message, std::chrono::milliseconds timeout) noexcept {
+  return send(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), timeout);
+}
+
+bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
+                     std::chrono::milliseconds timeout) noexcept {
+  auto& [socket, tally, in_flight] = *state_;
+  in_flight->fetch_add(1, std::memory_order_relaxed);
+  // ZeroMQ only reads what it sends; its interface takes a pointer to non-const for the release function's sake.
+  zmq::message_t message(const_cast<std::byte*>(bytes->data()), bytes->size(), release, new Pending{bytes, in_flight});
+  detail::Io io = detail::send(socket, message, ZMQ_DONTWAIT);
+  if (io == detail::Io::would_block && timeout.count() > 0 &&
+      detail::wait(socket, ZMQ_POLLOUT, timeout) == detail::Io::done)
+    io = detail::send(socket, message, ZMQ_DONTWAIT);
+  ++(io == detail::Io::done ? tally.sent : tally.refused);
+  return io == detail::Io::done;
+}
+
+std::uint64_t FrameSink::flush(std::chrono::milliseconds timeout) noexcept {
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  const auto left = [&] { return state_->in_flight->load(std::memory_order_acquire); };
+  while (left() > 0 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  return left();
+}
+
+}  // namespace lbea

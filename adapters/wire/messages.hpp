@@ -1,0 +1,133 @@
+// What travels on the wire, as plain structs: no FlatBuffers or ZeroMQ type leaves this folder.
+#pragma once
+
+#include <lbea/lbea.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lbea {
+
+/// What may become of a message; the names and numbers of schema/counters.fbs.
+enum class WireStatus : std::uint8_t {
+  ok = 0,
+  low_coverage,
+  // rejected
+  empty_frame,
+  too_many_points,
+  message_too_large,
+  wrong_kind,
+  damaged,
+  bad_cloud,
+  bad_layout,
+  bad_fields,
+  bad_stamp,
+  unsupported_pose,
+  // dropped
+  queue_full,
+  // no frame at all
+  end_of_stream,
+};
+inline constexpr std::size_t wire_status_count = 14;
+/// Stable lower-case name, e.g. "bad_layout"; "unknown_status" for a value that is none of the above.
+[[nodiscard]] std::string_view to_string(WireStatus status) noexcept;
+/// What is wrong and what to do, e.g. for a log line.
+[[nodiscard]] std::string_view explain(WireStatus status) noexcept;
+
+enum class Fate : std::uint8_t { matched, rejected, dropped, not_a_capture };
+[[nodiscard]] Fate fate_of(WireStatus status) noexcept;
+
+enum class Verdict : std::uint8_t { unknown = 0, matched, low_coverage, refused };
+[[nodiscard]] std::string_view to_string(Verdict verdict) noexcept;
+
+/// What a peer may send before it is refused.
+struct WireLimits {
+  std::uint32_t max_points = MatcherConfig{}.max_points;
+  /// Larger messages never leave the socket layer: the sender is disconnected. Leaves room for wide points,
+  /// and for frames with somewhat too many points to be refused in words.
+  [[nodiscard]] std::size_t max_message_bytes() const noexcept { return std::size_t{max_points} * 64 + 65'536; }
+};
+
+/// How many frames met which end.
+struct Counters {
+  std::uint64_t received = 0;  // frames, whatever became of them
+  std::array<std::uint64_t, wire_status_count> by_status{};
+  std::uint64_t missed = 0;      // ids never received: gaps within the sessions
+  std::uint64_t duplicates = 0;  // ids not above an earlier one of their session
+  std::uint64_t sessions = 0;
+  std::uint64_t unannounced = 0;  // refused or dropped frames of which no result could be published
+
+  [[nodiscard]] std::uint64_t of(WireStatus status) const noexcept {
+    return by_status[static_cast<std::size_t>(status)];
+  }
+  [[nodiscard]] std::uint64_t sum(Fate fate) const noexcept;
+  /// received = matched + rejected + dropped; true once nothing is on its way any more.
+  [[nodiscard]] bool adds_up() const noexcept {
+    return received == sum(Fate::matched) + sum(Fate::rejected) + sum(Fate::dropped);
+  }
+  friend bool operator==(const Counters&, const Counters&) = default;
+};
+
+struct WireMatch {
+  Sample sample;
+  std::string simulation_name;
+  double time_s = 0;
+  float distance = 0;
+};
+
+/// ns; zero for stages a frame never reached.
+struct WireTimes {
+  std::uint32_t decode = 0;
+  std::uint32_t queue = 0;  // waiting for the matcher
+  StageTimes match;
+  std::uint32_t total = 0;  // receive_ns to publish_ns
+};
+
+struct WireResult {
+  std::uint64_t sequence = 0;  // rises by one per message on the results socket
+  std::uint64_t session = 0;
+  std::uint64_t frame_id = 0;
+  std::int64_t stamp_ns = 0;
+  WireStatus status = WireStatus::ok;
+  Verdict verdict = Verdict::unknown;
+  std::uint32_t reference = 0;
+  float coverage = 0;
+  PointTally points;
+  std::vector<WireMatch> matches;  // nearest first
+  WireTimes elapsed_ns;
+  Counters counters;
+  std::int64_t receive_ns = 0;
+  std::int64_t publish_ns = 0;
+  std::uint64_t model_checksum = 0;
+};
+
+struct ModelSummary {
+  std::string file;
+  std::uint64_t checksum = 0;
+  std::uint32_t vertices = 0;
+  std::uint32_t modes = 0;
+  std::uint32_t samples = 0;
+  std::uint32_t references = 0;
+  std::string length_unit;
+  std::vector<std::string> simulations;  // names
+};
+
+/// How the matcher program is set up and how it is doing.
+struct WireState {
+  std::uint64_t sequence = 0;
+  std::int64_t publish_ns = 0;
+  std::int64_t start_ns = 0;
+  std::string version;
+  std::string method;
+  std::uint32_t max_points = 0;
+  std::uint32_t queue_slots = 0;
+  std::uint32_t queue_used = 0;
+  Counters counters;
+  ModelSummary model;
+};
+
+}  // namespace lbea

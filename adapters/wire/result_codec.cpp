@@ -1,0 +1,187 @@
+#include "adapters/wire/codec.hpp"
+
+#include "adapters/wire/encoder_buffers.hpp"
+#include "adapters/wire/verified.hpp"
+#include "frame_generated.h"
+#include "result_generated.h"
+#include "state_generated.h"
+
+#include <algorithm>
+
+namespace lbea {
+
+namespace {
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+
+constexpr std::size_t max_result_bytes = 16 << 20;
+constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
+
+std::string text(const flatbuffers::String* string) { return string == nullptr ? std::string() : string->str(); }
+
+Offset<wire::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
+  const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());
+  return wire::CreateCounters(builder, counters.received, counters.sum(Fate::matched), counters.sum(Fate::rejected),
+                              counters.sum(Fate::dropped), by_status, counters.missed, counters.duplicates,
+                              counters.sessions, counters.unannounced);
+}
+
+Counters read(const wire::Counters* from) {
+  Counters counters;
+  if (from == nullptr) return counters;
+  counters.received = from->received();
+  if (from->by_status() != nullptr) {
+    const auto known = std::min<std::size_t>(from->by_status()->size(), wire_status_count);
+    std::memcpy(counters.by_status.data(), from->by_status()->Data(), known * sizeof(std::uint64_t));
+  }
+  counters.missed = from->missed();
+  counters.duplicates = from->duplicates();
+  counters.sessions = from->sessions();
+  counters.unannounced = from->unannounced();
+  return counters;
+}
+
+Offset<wire::Match> build(FlatBufferBuilder& builder, const WireMatch& match) {
+  const auto name = builder.CreateSharedString(match.simulation_name);
+  return wire::CreateMatch(builder, match.sample.simulation, name, match.sample.time_step, match.time_s,
+                           match.distance);
+}
+
+WireMatch read(const wire::Match& from) {
+  return {{from.simulation(), from.time_step()}, text(from.simulation_name()), from.time_s(), from.distance()};
+}
+
+wire::StageTimes build(const WireTimes& times) {
+  return {times.decode,           times.queue,          times.match.index,    times.match.correspondence,
+          times.match.projection, times.match.matching, times.match.coverage, times.total};
+}
+
+WireTimes read(const wire::StageTimes* from) {
+  if (from == nullptr) return {};
+  return {from->decode(),
+          from->queue(),
+          {from->index(), from->correspondence(), from->projection(), from->matching(), from->coverage()},
+          from->total()};
+}
+
+PointTally read(const wire::PointTally* from) {
+  if (from == nullptr) return {};
+  return {from->received(), from->invalid(), from->culled(), from->used()};
+}
+
+Offset<wire::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummary& model) {
+  const auto file = builder.CreateString(model.file);
+  const auto unit = builder.CreateString(model.length_unit);
+  const auto simulations = builder.CreateVectorOfStrings(model.simulations);
+  return wire::CreateModelSummary(builder, file, model.checksum, model.vertices, model.modes, model.samples,
+                                  model.references, unit, simulations);
+}
+
+ModelSummary read(const wire::ModelSummary* from) {
+  ModelSummary model;
+  if (from == nullptr) return model;
+  model = {text(from->file()), from->checksum(),   from->vertices(),          from->modes(),
+           from->samples(),    from->references(), text(from->length_unit()), {}};
+  if (from->simulations() == nullptr) return model;
+  for (const auto* name : *from->simulations()) model.simulations.push_back(text(name));
+  return model;
+}
+
+/// The root, or null and why in `status`.
+template <class Root>
+const Root* open(std::span<const std::byte> message, const char* identifier, std::vector<std::uint64_t>& scratch,
+                 WireStatus& status) {
+  status = WireStatus::message_too_large;
+  if (message.size() > max_result_bytes) return nullptr;
+  status = WireStatus::wrong_kind;
+  if (!detail::has_identifier(message, identifier)) return nullptr;
+  const auto* root = detail::verified_root<Root>(detail::aligned(message, scratch), max_result_tables);
+  status = root == nullptr ? WireStatus::damaged : WireStatus::ok;
+  return root;
+}
+
+}  // namespace
+
+MessageKind message_kind(std::span<const std::byte> message) noexcept {
+  if (detail::has_identifier(message, wire::FrameIdentifier())) return MessageKind::frame;
+  if (detail::has_identifier(message, wire::ResultIdentifier())) return MessageKind::result;
+  if (detail::has_identifier(message, wire::StateIdentifier())) return MessageKind::state;
+  return MessageKind::unknown;
+}
+
+Encoder::Encoder() : buffers_(std::make_unique<Buffers>()) {}
+Encoder::~Encoder() = default;
+Encoder::Encoder(Encoder&&) noexcept = default;
+Encoder& Encoder::operator=(Encoder&&) noexcept = default;
+
+std::span<const std::byte> Encoder::result(const WireResult& result) {
+  auto& builder = buffers_->message;
+  builder.Clear();
+  std::vector<Offset<wire::Match>> matches;
+  matches.reserve(result.matches.size());
+  for (const WireMatch& match : result.matches) matches.push_back(build(builder, match));
+  const auto match_vector = builder.CreateVector(matches);
+  const auto counters = build(builder, result.counters);
+  const wire::PointTally points(result.points.received, result.points.invalid, result.points.culled,
+                                result.points.used);
+  const wire::StageTimes times = build(result.elapsed_ns);
+  wire::FinishResultBuffer(
+      builder, wire::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
+                                  static_cast<wire::WireStatus>(result.status),
+                                  static_cast<wire::Verdict>(result.verdict), result.reference, result.coverage,
+                                  &points, match_vector, &times, counters, result.receive_ns, result.publish_ns,
+                                  result.model_checksum));
+  return detail::finished(builder);
+}
+
+WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
+  std::vector<std::uint64_t> scratch;
+  WireStatus status;
+  const auto* from = open<wire::Result>(message, wire::ResultIdentifier(), scratch, status);
+  if (from == nullptr) return status;
+  into = {};
+  into.sequence = from->sequence();
+  into.session = from->session();
+  into.frame_id = from->frame_id();
+  into.stamp_ns = from->stamp_ns();
+  into.status = static_cast<WireStatus>(from->status());
+  into.verdict = static_cast<Verdict>(from->verdict());
+  into.reference = from->reference();
+  into.coverage = from->coverage();
+  into.points = read(from->points());
+  if (from->matches() != nullptr) {
+    for (const auto* match : *from->matches()) into.matches.push_back(read(*match));
+  }
+  into.elapsed_ns = read(from->elapsed_ns());
+  into.counters = read(from->counters());
+  into.receive_ns = from->receive_ns();
+  into.publish_ns = from->publish_ns();
+  into.model_checksum = from->model_checksum();
+  return WireStatus::ok;
+}
+
+std::span<const std::byte> Encoder::state(const WireState& state) {
+  auto& builder = buffers_->message;
+  builder.Clear();
+  const auto version = builder.CreateString(state.version);
+  const auto method = builder.CreateString(state.method);
+  const auto counters = build(builder, state.counters);
+  const auto model = build(builder, state.model);
+  wire::FinishStateBuffer(builder, wire::CreateState(builder, state.sequence, state.publish_ns, state.start_ns,
+                                                     version, method, state.max_points, state.queue_slots,
+                                                     state.queue_used, counters, model));
+  return detail::finished(builder);
+}
+
+WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
+  std::vector<std::uint64_t> scratch;
+  WireStatus status;
+  const auto* from = open<wire::State>(message, wire::StateIdentifier(), scratch, status);
+  if (from == nullptr) return status;
+  into = {from->sequence(),   from->publish_ns(),  from->start_ns(),   text(from->version()), text(from->method()),
+          from->max_points(), from->queue_slots(), from->queue_used(), read(from->counters()), read(from->model())};
+  return WireStatus::ok;
+}
+
+}  // namespace lbea

@@ -1,0 +1,59 @@
+#include "adapters/wire/socket.hpp"
+
+namespace lbea {
+
+namespace {
+constexpr int result_high_water_mark = 1000;  // most of a second of small messages per subscriber
+constexpr int result_linger_ms = 1000;
+constexpr std::int64_t largest_subscription = 1024;
+constexpr std::int64_t largest_result = 16 << 20;
+}  // namespace
+
+struct ResultSink::State {
+  detail::BoundSocket bound;
+};
+
+ResultSink::ResultSink(WireContext& context, const std::string& address) {
+  const detail::SocketOptions options{.high_water_mark = result_high_water_mark,
+                                      .max_message_bytes = largest_subscription,
+                                      .linger_ms = result_linger_ms};
+  state_.reset(new State{{context.state().context, zmq::socket_type::pub, options, parse_bind_endpoint(address)}});
+}
+
+ResultSink::~ResultSink() = default;
+ResultSink::ResultSink(ResultSink&&) noexcept = default;
+ResultSink& ResultSink::operator=(ResultSink&&) noexcept = default;
+
+const std::string& ResultSink::endpoint() const noexcept { return state_->bound.endpoint; }
+
+bool ResultSink::send(Message bytes) noexcept {
+  zmq::message_t message(bytes.data(), bytes.size());
+  return detail::send(state_->bound.socket, message, ZMQ_DONTWAIT) == detail::Io::done;
+}
+
+struct ResultSource::State {
+  zmq::socket_t socket;
+  zmq::message_t message;
+};
+
+ResultSource::ResultSource(WireContext& context, const std::string& address) {
+  const Endpoint endpoint = parse_endpoint(address);
+  auto socket = detail::make_socket(context.state().context, zmq::socket_type::sub,
+                                    {.high_water_mark = result_high_water_mark, .max_message_bytes = largest_result});
+  detail::connect(socket, endpoint);
+  state_ = std::make_unique<State>(std::move(socket), zmq::message_t());
+}
+
+ResultSource::~ResultSource() = default;
+ResultSource::ResultSource(ResultSource&&) noexcept = default;
+ResultSource& ResultSource::operator=(ResultSource&&) noexcept = default;
+
+std::optional<Message> ResultSource::receive(std::chrono::milliseconds timeout) noexcept {
+  auto& [socket, message] = *state_;
+  if (detail::receive(socket, message, ZMQ_DONTWAIT) == detail::Io::done) return detail::bytes_of(message);
+  if (timeout.count() == 0 || detail::wait(socket, ZMQ_POLLIN, timeout) != detail::Io::done) return {};
+  if (detail::receive(socket, message, ZMQ_DONTWAIT) != detail::Io::done) return {};
+  return detail::bytes_of(message);
+}
+
+}  // namespace lbea

@@ -1,0 +1,101 @@
+#include "adapters/wire/socket.hpp"
+
+#include <cstring>
+#include <thread>
+
+#include <unistd.h>
+
+namespace lbea {
+
+WireContext::WireContext() : state_(std::make_unique<State>()) {}
+WireContext::~WireContext() = default;
+
+namespace detail {
+
+namespace {
+
+constexpr int heartbeat_ms = 500;
+constexpr int heartbeat_timeout_ms = 3000;  // longer than any stall of a loaded machine that is still alive
+constexpr auto longest_unbind = std::chrono::seconds(1);
+constexpr int handshake_ms = 2000;
+constexpr int reconnect_ms = 50;
+constexpr int reconnect_max_ms = 2000;
+
+Io outcome(int returned) noexcept {
+  if (returned >= 0) return Io::done;
+  const int error = zmq_errno();
+  return error == EAGAIN || error == EINTR ? Io::would_block : Io::closed;
+}
+
+}  // namespace
+
+zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options) {
+  zmq::socket_t socket(context, type);
+  socket.set(zmq::sockopt::sndhwm, options.high_water_mark);
+  socket.set(zmq::sockopt::rcvhwm, options.high_water_mark);
+  socket.set(zmq::sockopt::linger, options.linger_ms);
+  socket.set(zmq::sockopt::maxmsgsize, options.max_message_bytes);
+  socket.set(zmq::sockopt::heartbeat_ivl, heartbeat_ms);
+  socket.set(zmq::sockopt::heartbeat_timeout, heartbeat_timeout_ms);
+  socket.set(zmq::sockopt::heartbeat_ttl, heartbeat_timeout_ms);
+  socket.set(zmq::sockopt::handshake_ivl, handshake_ms);
+  socket.set(zmq::sockopt::reconnect_ivl, reconnect_ms);
+  socket.set(zmq::sockopt::reconnect_ivl_max, reconnect_max_ms);
+  socket.set(zmq::sockopt::immediate, options.waits_for_connection);
+  if (type == zmq::socket_type::sub) socket.set(zmq::sockopt::subscribe, "");
+  return socket;
+}
+
+void bind(zmq::socket_t& socket, const Endpoint& endpoint) {
+  try {
+    socket.bind(endpoint.address);
+  } catch (const zmq::error_t& error) {
+    const std::string what = error.num() == EADDRINUSE ? "is in use by another process; stop that one or choose another port"
+                                                       : std::string("cannot be opened (") + error.what() + "); choose another one";
+    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" " + what};
+  }
+}
+
+void connect(zmq::socket_t& socket, const Endpoint& endpoint) {
+  try {
+    socket.connect(endpoint.address);
+  } catch (const zmq::error_t& error) {
+    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" cannot be connected to (" + error.what() +
+                                                  "); check its spelling and that the other program runs"};
+  }
+}
+
+void unbind(zmq::socket_t& socket, const std::string& bound) noexcept {
+  if (zmq_unbind(socket.handle(), bound.c_str()) != 0 || !bound.starts_with("ipc://")) return;
+  const std::string path = bound.substr(std::strlen("ipc://"));
+  const auto deadline = std::chrono::steady_clock::now() + longest_unbind;
+  while (::access(path.c_str(), F_OK) == 0 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+BoundSocket::BoundSocket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options,
+                         const Endpoint& where)
+    : lock(where), socket(make_socket(context, type, options)) {
+  bind(socket, where);
+  endpoint = socket.get(zmq::sockopt::last_endpoint);
+}
+
+BoundSocket::~BoundSocket() { unbind(socket, endpoint); }
+
+Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept {
+  return outcome(zmq_msg_recv(into.handle(), socket.handle(), flags));
+}
+
+Io send(zmq::socket_t& socket, zmq::message_t& message, int flags) noexcept {
+  return outcome(zmq_msg_send(message.handle(), socket.handle(), flags));
+}
+
+Io wait(zmq::socket_t& socket, short events, std::chrono::milliseconds timeout) noexcept {
+  zmq_pollitem_t item{socket.handle(), 0, events, 0};
+  const int ready = zmq_poll(&item, 1, static_cast<long>(timeout.count()));
+  return ready == 0 ? Io::would_block : outcome(ready);
+}
+
+}  // namespace detail
+
+}  // namespace lbea

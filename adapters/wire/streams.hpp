@@ -1,0 +1,108 @@
+// Frames in and out, results out and in. One thread per object at a time; constructors throw
+// Error{bad_config | endpoint_unavailable}, the rest never throws.
+//
+// Frames go PUSH to PULL, which never discards: connect one sender per matcher and never a second PULL, which would
+// take every other frame. Results go PUB to SUB, which discards silently when a subscriber is slow: the messages'
+// sequence numbers show it.
+#pragma once
+
+#include "adapters/wire/messages.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// One per process, outliving all streams.
+class WireContext {
+ public:
+  WireContext();
+  ~WireContext();
+  struct State;
+  [[nodiscard]] State& state() noexcept { return *state_; }
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+using Message = std::span<const std::byte>;
+
+/// Where the matcher takes frames from: binds.
+class FrameSource {
+ public:
+  FrameSource(WireContext& context, const std::string& endpoint, WireLimits limits = {});
+  ~FrameSource();
+  FrameSource(FrameSource&&) noexcept;
+  FrameSource& operator=(FrameSource&&) noexcept;
+  /// The endpoint as bound: with the port's number where "*" was asked for.
+  [[nodiscard]] const std::string& endpoint() const noexcept;
+  /// The next message, valid until the next call; nothing when none comes within `timeout` or a signal does.
+  [[nodiscard]] std::optional<Message> receive(std::chrono::milliseconds timeout) noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Where a camera puts frames: connects.
+class FrameSink {
+ public:
+  struct Tally {
+    std::uint64_t sent = 0;     // taken over by the socket
+    std::uint64_t refused = 0;  // the receiver was absent or its queue full
+  };
+
+  FrameSink(WireContext& context, const std::string& endpoint);
+  ~FrameSink();
+  FrameSink(FrameSink&&) noexcept;
+  FrameSink& operator=(FrameSink&&) noexcept;
+  /// Whether a receiver is connected and has room, waiting up to `timeout` for it.
+  [[nodiscard]] bool wait_ready(std::chrono::milliseconds timeout) noexcept;
+  /// Sends a copy, or counts a refusal when there is no room within `timeout` (0: at once).
+  bool send(Message message, std::chrono::milliseconds timeout = {}) noexcept;
+  /// Sends without copying: `message` is kept alive until the receiver's machine has it (use_count drops).
+  bool send(const std::shared_ptr<const std::vector<std::byte>>& message, std::chrono::milliseconds timeout = {}) noexcept;
+  [[nodiscard]] const Tally& tally() const noexcept;
+  /// Messages taken over by the socket and still in this process; waits up to `timeout` for none.
+  [[nodiscard]] std::uint64_t flush(std::chrono::milliseconds timeout) noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Where the matcher puts results: binds. Never waits for subscribers.
+class ResultSink {
+ public:
+  ResultSink(WireContext& context, const std::string& endpoint);
+  ~ResultSink();
+  ResultSink(ResultSink&&) noexcept;
+  ResultSink& operator=(ResultSink&&) noexcept;
+  [[nodiscard]] const std::string& endpoint() const noexcept;
+  bool send(Message message) noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Where anyone reads results and states: connects.
+class ResultSource {
+ public:
+  ResultSource(WireContext& context, const std::string& endpoint);
+  ~ResultSource();
+  ResultSource(ResultSource&&) noexcept;
+  ResultSource& operator=(ResultSource&&) noexcept;
+  [[nodiscard]] std::optional<Message> receive(std::chrono::milliseconds timeout) noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lbea
