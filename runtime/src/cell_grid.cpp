@@ -45,12 +45,16 @@ CellGrid bounding_grid(std::span<const std::array<float, 3>> positions, std::uin
   CellGrid grid;
   std::array<float, 3> low{}, high{};
   for (std::size_t axis = 0; axis < 3 && !positions.empty(); ++axis) {
-    const auto [least, most] = std::ranges::minmax(positions, {}, [axis](const auto& p) { return p[axis]; });
-    low[axis] = least[axis];
-    high[axis] = most[axis];
+    const auto [nearest, farthest] = std::ranges::minmax(positions, {}, [axis](const auto& p) { return p[axis]; });
+    low[axis] = nearest[axis];
+    high[axis] = farthest[axis];
   }
-  // Flat clouds still have a volume to divide: no axis counts for less than a hundredth of the longest.
-  const float longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], std::numeric_limits<float>::min()});
+  // Flat clouds, and a heap of equal points, still have a volume to divide: the edge of a cell stays well above the
+  // rounding of coordinates, and no axis counts for less than a hundredth of the longest.
+  constexpr float least_relative = 1e-3f, least = 1e-6f;
+  float longest = least;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    longest = std::max({longest, high[axis] - low[axis], least_relative * std::abs(low[axis]), least_relative * std::abs(high[axis])});
   float volume = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) volume *= std::max((high[axis] - low[axis]) / longest, 0.01f);
   const float edge = longest * std::cbrt(volume / static_cast<float>(cell_count));

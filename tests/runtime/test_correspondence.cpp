@@ -1,0 +1,48 @@
+#include "runtime/src/correspondence.hpp"
+#include "tests/runtime/brute_force.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using lbea::test::Position;
+
+TEST_CASE("every vertex gets its nearest point, whatever the order of the vertices") {
+  const auto cloud = test::random_positions(3'000, 100, 1);
+  std::vector<Point> points;
+  for (const auto& [x, y, z] : cloud) points.push_back({x, y, z});
+  CloudIndex index(bounding_grid(cloud, 2'048), 3'000);
+  index.build(points, identity_transform);
+  for (const std::size_t n : {1u, 2u, 16u, 17u, 500u}) {
+    const auto vertices = test::random_positions(n, 130, 2);
+    Positions corresponding(n);
+    std::vector<std::uint32_t> places(n);
+    correspond(index, vertices, corresponding, places);
+    for (std::size_t v = 0; v < n; ++v) {
+      CHECK(places[v] == test::brute_force(cloud, vertices[v]).point);
+      CHECK(corresponding[v] == cloud[places[v]]);
+    }
+  }
+}
+
+TEST_CASE("several vertices may share a point") {
+  const std::vector<Point> one{{1, 2, 3}};
+  const std::vector<Position> box{{-10, -10, -10}, {10, 10, 10}};
+  CloudIndex index(bounding_grid(box, 8), 1);
+  index.build(one, identity_transform);
+  const auto vertices = test::random_positions(40, 10, 3);
+  Positions corresponding(vertices.size());
+  correspond(index, vertices, corresponding);
+  for (std::size_t v = 0; v < vertices.size(); ++v) CHECK(corresponding[v] == Position{1, 2, 3});
+}
+
+TEST_CASE("coverage is the seen share of the mass") {
+  const std::vector<Position> surface{{0, 0, 0}, {10, 0, 0}, {20, 0, 0}};
+  const std::vector<double> mass{1, 2, 5};
+  const std::vector<Position> box{{-10, -10, -10}, {30, 10, 10}};
+  CloudIndex index(bounding_grid(box, 8), 4);
+  index.build(std::vector<Point>{{0, 1, 0}, {10, 0, 2.5f}}, identity_transform);
+  CHECK(coverage(index, surface, mass, 0.5f) == 0.0f);
+  CHECK(coverage(index, surface, mass, 1.0f) == doctest::Approx(1.0 / 8));
+  CHECK(coverage(index, surface, mass, 2.5f) == doctest::Approx(3.0 / 8));
+  CHECK(coverage(index, surface, mass, 11.0f) == doctest::Approx(1.0));
+}

@@ -1,0 +1,109 @@
+#include "runtime/src/nearest_samples.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+using namespace lbea;
+
+namespace {
+
+struct Ranked {
+  double distance;
+  std::uint32_t sample;
+  auto operator<=>(const Ranked&) const = default;
+};
+
+// Eq. 3 term by term, in double, sorted whole.
+std::vector<Ranked> naive_lbea(std::span<const float> table, const Positions& e) {
+  const std::size_t stride = e.planes[0].size();
+  std::vector<Ranked> ranked;
+  for (std::uint32_t s = 0; s < table.size() / (3 * stride); ++s) {
+    double distance = 0;
+    for (std::size_t j = 0; j < e.count; ++j) {
+      const auto d = [&](std::size_t axis) { return double{e.planes[axis][j]} - double{table[(3 * s + axis) * stride + j]}; };
+      distance += std::hypot(d(0), d(1), d(2));
+    }
+    ranked.push_back({distance, s});
+  }
+  std::ranges::sort(ranked);
+  return ranked;
+}
+
+}  // namespace
+
+TEST_CASE("the best k of eq. 3 equal a naive scan, for every number of modes around a line of 16") {
+  std::mt19937 random(4);
+  std::normal_distribution<float> value(0, 100);
+  for (const std::size_t modes : {1u, 2u, 15u, 16u, 17u, 100u})
+    for (const std::size_t samples : {1u, 2u, 7u, 300u}) {
+      CAPTURE(modes);
+      CAPTURE(samples);
+      Positions e(modes);
+      std::vector<float> table(samples * 3 * e.planes[0].size());
+      for (std::size_t s = 0; s < samples; ++s)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          for (std::size_t j = 0; j < modes; ++j) table[(3 * s + axis) * e.planes[0].size() + j] = value(random);
+      for (auto& plane : e.planes) std::generate_n(plane.begin(), modes, [&] { return value(random); });
+      ReferenceView reference;
+      reference.coefficients = table;
+      const auto expected = naive_lbea(table, e);
+      for (const std::uint32_t k : {1u, 3u, 5u}) {
+        BestSamples best(std::min(k, static_cast<std::uint32_t>(samples)));
+        search_lbea(reference, e, best);
+        REQUIRE(best.ranked().size() == best.capacity());
+        for (std::size_t i = 0; i < best.ranked().size(); ++i) {
+          CHECK(best.ranked()[i].sample == expected[i].sample);
+          CHECK(best.ranked()[i].distance == doctest::Approx(expected[i].distance).epsilon(1e-5));
+        }
+      }
+    }
+}
+
+TEST_CASE("ties between samples go to the lower index") {
+  Positions e(4);
+  const std::vector<float> table(10 * 3 * e.planes[0].size());  // ten equal samples
+  ReferenceView reference;
+  reference.coefficients = table;
+  BestSamples best(3);
+  search_lbea(reference, e, best);
+  for (std::uint32_t i = 0; i < 3; ++i) CHECK(best.ranked()[i].sample == i);
+}
+
+TEST_CASE("eq. 1 is the mean distance of corresponding positions") {
+  // Two samples of three nodes; two vertices; the second sample lies 2 mm off everywhere.
+  const std::vector<float> node_positions{0, 0, 0, 10, 0, 0, 20, 0, 0, 0, 2, 0, 10, 2, 0, 20, 2, 0};
+  const std::vector<std::uint32_t> correspondence{0, 2, 0, 1};
+  ModelView model;
+  model.info.nodes = 3;
+  model.info.samples = 2;
+  model.node_positions = node_positions;
+  ReferenceView reference;
+  reference.correspondence = correspondence;
+  Positions e(2);
+  e.set(0, {0, 0, 0});
+  e.set(1, {20, 0, 0});
+  BestSamples best(2);
+  search_vtp(model, reference, e, best);
+  CHECK(best.ranked()[0].sample == 0);
+  CHECK(best.ranked()[0].distance == 0);
+  CHECK(best.ranked()[1].distance == doctest::Approx((2 + std::hypot(10.0, 2.0)) / 2));
+}
+
+TEST_CASE("the bound is the worst of a full list, and infinite before that") {
+  BestSamples best(2);
+  CHECK(std::isinf(best.bound()));
+  best.offer(7, 3);
+  CHECK(std::isinf(best.bound()));
+  best.offer(8, 1);
+  CHECK(best.bound() == 3);
+  best.offer(9, 2);
+  CHECK(best.bound() == 2);
+  best.offer(10, 2);  // a tie: the earlier stays
+  CHECK(best.ranked()[1].sample == 9);
+  best.offer(11, std::nanf(""));
+  CHECK(best.ranked()[0].sample == 8);
+  CHECK(best.ranked()[1].sample == 9);
+}
