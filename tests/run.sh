@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds and runs all tests: first under the sanitizers, last the release build.
+#   bash tests/run.sh            everything, minutes
+#   bash tests/run.sh --quick    the release build only
+#   bash tests/run.sh --long     also what takes longer than everyday work allows
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+sanitizers=yes
+case "${1:-}" in
+  "") ;;
+  --quick) sanitizers=no ;;
+  --long) export LBEA_LONG_TESTS=1 ;;
+  *) echo "usage: bash tests/run.sh [--quick | --long]" >&2; exit 2 ;;
+esac
+
+bash tools/install-packages.sh
+launcher=()
+if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+
+build_and_test() {  # preset, then arguments for ctest
+  local preset=$1
+  shift
+  printf '\n== %s\n' "$preset"
+  cmake --preset "$preset" "${launcher[@]}" >/dev/null
+  cmake --build --preset "$preset"
+  ctest --preset "$preset" "$@"
+}
+
+# A second look at leaks and races costs more than it finds in programs that only start and stop.
+export ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
+if [ "$sanitizers" = yes ]; then
+  build_and_test asan-ubsan --label-exclude 'release-only'
+  build_and_test tsan --label-regex 'threads'
+fi
+build_and_test ci
