@@ -1,0 +1,127 @@
+#include "adapters/simulation/d3plot_family.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace lbea::d3plot {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// 7 for "07", 100 for "100"; nothing for what no solver writes: one digit, "007".
+std::optional<std::uint32_t> member_number(std::string_view digits) {
+  if (digits.size() < 2 || (digits.size() > 2 && digits.front() == '0')) return std::nullopt;
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (error != std::errc{} || end != digits.data() + digits.size() || number == 0) return std::nullopt;
+  return number;
+}
+
+/// "d3plot" for "d3plot07".
+std::string without_digits(const std::string& name) {
+  return name.substr(0, name.find_last_not_of("0123456789") + 1);
+}
+
+void refuse_wrong_start(const fs::path& first_file) {
+  const std::string name = first_file.filename().string(), base = without_digits(name);
+  std::error_code none;
+  if (!base.empty() && member_number(std::string_view(name).substr(base.size())) &&
+      fs::exists(first_file.parent_path() / base, none))
+    throw Error{Status::bad_input, first_file.string() + ", byte 0: this is a later file of a family; give its first "
+                                                         "file, " + base};
+  if (fs::exists(first_file.parent_path() / (name + "aa"), none))
+    throw Error{Status::unsupported_input, first_file.string() + "aa, byte 0: the family is adaptive, its mesh changes; "
+                                                                 "run without *CONTROL_ADAPTIVE"};
+}
+
+enum class End { marked, cut, bad };
+
+struct Walk {
+  std::vector<StatePlace> states;
+  End end = End::marked;
+  std::uint64_t word = 0;  // where it ended
+};
+
+/// Steps from state to state of one file. `previous` is the last state of the files before it.
+Walk walk(const WordFile& file, std::uint32_t index, std::uint64_t word, std::uint64_t state_words,
+          const StatePlace* previous) {
+  Walk found;
+  for (found.word = word; found.word < file.words(); found.word += state_words) {
+    if (!found.states.empty()) previous = &found.states.back();
+    const double time = file.real(found.word, "the time of a state");
+    if (time == end_marker) return found;
+    const bool is_late = std::isfinite(time) && (previous == nullptr || time >= previous->time_s);
+    // padding without a marker reads as states at time 0
+    if ((!is_late || (time == 0 && previous != nullptr)) && file.is_zero_from(found.word)) return found;
+    if (plus(found.word, state_words) > file.words()) {
+      found.end = file.is_zero_from(found.word) ? End::marked : End::cut;
+      return found;
+    }
+    if (!is_late) {
+      found.end = End::bad;
+      return found;
+    }
+    found.states.push_back({index, found.word, time});
+  }
+  return found;
+}
+
+[[noreturn]] void refuse_bad(const WordFile& file, const Walk& found, std::uint64_t state_words) {
+  file.refuse(Status::bad_input, found.word,
+              "no later state (of " + std::to_string(times(state_words, file.word_bytes())) +
+                  " bytes) and no end marker stands here: its time is " +
+                  std::to_string(file.real(found.word, "the time of a state")) +
+                  "; the file is damaged, or files of two runs are mixed: keep one run's files in the folder");
+}
+
+void refuse_unfit(const WordFile& file, const Walk& found, bool is_last, std::uint64_t state_words) {
+  if (found.end == End::bad) refuse_bad(file, found, state_words);
+  if (found.end == End::cut && !is_last)
+    file.refuse(Status::bad_input, found.word,
+                "the file ends at byte " + std::to_string(file.bytes()) +
+                    " in the middle of a state, but later files follow; copy it again");
+}
+
+}  // namespace
+
+std::vector<fs::path> find_family(const fs::path& first_file) {
+  refuse_wrong_start(first_file);
+  const std::string name = first_file.filename().string();
+  const fs::path folder = first_file.has_parent_path() ? first_file.parent_path() : fs::path(".");
+  std::vector<std::pair<std::uint32_t, fs::path>> members;
+  std::error_code error;
+  fs::directory_iterator entry(folder, error);
+  if (error) throw Error{Status::file_not_found, folder.string() + ": " + error.message() + "; check the path"};
+  for (; entry != fs::directory_iterator(); entry.increment(error)) {
+    const std::string other = entry->path().filename().string();
+    if (other.size() <= name.size() || other.compare(0, name.size(), name) != 0) continue;
+    const auto number = member_number(std::string_view(other).substr(name.size()));
+    if (number && entry->is_regular_file(error)) members.emplace_back(*number, first_file.parent_path() / other);
+  }
+  std::sort(members.begin(), members.end());
+  std::vector<fs::path> family{first_file};
+  for (auto& [number, path] : members) family.push_back(std::move(path));
+  return family;
+}
+
+std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::uint64_t word_bytes,
+                                     std::uint64_t first_word, std::uint64_t state_words) {
+  std::vector<StatePlace> states;
+  for (std::uint32_t f = 0; f < family.size(); ++f) {
+    const WordFile file(family[f], word_bytes);
+    Walk found = walk(file, f, f == 0 ? first_word : 0, state_words, states.empty() ? nullptr : &states.back());
+    const bool is_last = f + 1 == family.size();
+    // what follows the geometry of a family's first file and is no state is left alone
+    if (f == 0 && !is_last && found.end != End::marked) continue;
+    refuse_unfit(file, found, is_last, state_words);
+    states.insert(states.end(), found.states.begin(), found.states.end());
+  }
+  return states;
+}
+
+}  // namespace lbea::d3plot
