@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# The whole way on real input: bake an ensemble of crash runs, film a run that is not in it with a virtual camera rig,
+# stream the frames over ZeroMQ, match them live, receive the results in another process, and show what came out.
+#   bash tools/demo.sh [--out FOLDER] [--build FOLDER_OF_AN_EXISTING_BUILD]
+set -euo pipefail
+project=$(cd "$(dirname "$0")/.." && pwd)
+out=$project/build/demo
+build=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --out) out=$2; shift 2 ;;
+    --build) build=$2; shift 2 ;;
+    *) echo "usage: bash tools/demo.sh [--out FOLDER] [--build FOLDER]" >&2; exit 2 ;;
+  esac
+done
+
+step() { printf '\n== %s\n' "$*"; }
+data=$project/tests/data/rail-demo
+sockets=$(mktemp -d)
+pids=()
+clean_up() {
+  [ ${#pids[@]} -eq 0 ] || kill "${pids[@]}" 2>/dev/null || true
+  rm -rf "$sockets"
+}
+trap clean_up EXIT
+
+wait_for() {  # text, log: until a program says that it is ready
+  for _ in $(seq 200); do
+    grep -q "$1" "$2" 2>/dev/null && return
+    sleep 0.05
+  done
+  echo "no '$1' in $2:" >&2
+  cat "$2" >&2
+  exit 1
+}
+
+if [ -z "$build" ]; then
+  step "packages and build"
+  bash "$project/tools/install-packages.sh"
+  build=$project/build/release
+  (cd "$project" && cmake --preset release -DLBEA_BUILD_TESTS=OFF >/dev/null && cmake --build --preset release)
+fi
+bin() { printf '%s/tools/%s/lbea-%s' "$build" "$1" "$1"; }
+rm -rf "$out"
+mkdir -p "$out"
+
+step "bake ten runs into one model"
+"$(bin bake)" "$data/ensemble.toml" -o "$out/rail.lbea"
+
+step "film a run that is not among them"
+"$(bin sense)" "$data/experiment/run_043" --sensor "$data/sensor.json" --out "$out/frames"
+
+step "match its frames live"
+frames=ipc://$sockets/frames results=ipc://$sockets/results
+"$(bin serve)" "$out/rail.lbea" --frames "$frames" --results "$results" --pose "$data/sensor.json" 2>"$out/serve.log" >"$out/serve.out" &
+serve=$!
+pids+=("$serve")
+wait_for ready "$out/serve.log"
+"$(bin eval)" live "$out/rail.lbea" --results "$results" --truth "$out/frames/truth.csv" --run "$data/experiment/run_043" \
+  --pose "$data/sensor.json" --out "$out/evaluation" 2>"$out/eval.log" >"$out/table.txt" &
+evaluation=$!
+pids+=("$evaluation")
+wait_for ready "$out/eval.log"
+"$(bin send)" "$out/frames" --to "$frames" --rate 20 >"$out/send.log" 2>&1
+wait "$evaluation"
+cat "$out/table.txt"
+kill -INT "$serve"
+wait "$serve"
+pids=()
+tail -n 1 "$out/serve.out"
+
+step "picture"
+python3 "$project/tools/picture.py" "$out/evaluation" "$out/demo.png"
+printf '%s\n' "table:    $out/table.txt" "picture:  $out/demo.png" "ParaView: $out/evaluation/matched.pvd"

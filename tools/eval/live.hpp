@@ -1,0 +1,44 @@
+// Watches the results of a running test and holds each against the truth.
+#pragma once
+
+#include "adapters/wire/messages.hpp"
+#include "tools/eval/truth.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+struct LiveRow {
+  WireResult result;
+  double match_ms = 0;   // in the matcher
+  double total_ms = 0;   // from receiving the frame to publishing the result
+  // with a truth:
+  std::optional<double> error, oracle_error;  // EE of the best sample and of the best possible one, length unit
+};
+
+struct LiveSummary {
+  std::vector<LiveRow> rows;
+  bool complete = false;  // the sender said that the stream has ended
+  [[nodiscard]] std::optional<double> mean_error() const;
+  [[nodiscard]] std::optional<double> mean_oracle_error() const;
+  [[nodiscard]] double median_match_ms() const;
+};
+
+struct LiveOptions {
+  std::string results_endpoint;
+  std::chrono::milliseconds silence{10'000};  // give up when nothing at all arrives for so long
+};
+
+/// Receives until the end of the stream, silence, or `stop()`. `ready` is called once results can no longer be
+/// missed, `row` for every result.
+LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, const std::function<void()>& ready,
+                  const std::function<void(const LiveRow&)>& row, const std::function<bool()>& stop);
+
+}  // namespace lbea

@@ -1,0 +1,69 @@
+// lbea-eval: how good are the matches? Holds results against the truth of sensed experiments.
+#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/simulation/open.hpp"
+#include "tools/common/tool.hpp"
+#include "tools/eval/live.hpp"
+#include "tools/eval/report.hpp"
+
+#include <cstdio>
+#include <memory>
+
+using namespace lbea;
+
+namespace {
+
+struct LiveArguments {
+  std::filesystem::path model, truth_table, run, pose, out;
+  std::string results;
+  double silence_s = 10;
+  bool json = false;
+};
+
+void add_live(CLI::App& app, LiveArguments& arguments) {
+  app.add_option("model", arguments.model, "The model that the matcher uses (.lbea)")->required();
+  app.add_option("--results", arguments.results, "Endpoint where the matcher publishes, e.g. ipc:///tmp/results")->required();
+  auto* truth = app.add_option("--truth", arguments.truth_table, "truth.csv of the sensed frames");
+  app.add_option("--run", arguments.run, "The run that the frames were sensed from")->needs(truth);
+  truth->needs("--run");
+  app.add_option("--pose", arguments.pose, "sensor.json of the frames, for clouds in reference coordinates");
+  app.add_option("-o,--out", arguments.out, "Folder for results.csv and the meshes for ParaView");
+  app.add_option("--silence", arguments.silence_s, "Give up after so many seconds without a message")->check(CLI::PositiveNumber);
+  app.add_flag("--json", arguments.json, "Print the results as JSON instead of a table");
+}
+
+void write_out(const LiveArguments& arguments, const LiveSummary& summary, const Model& model, const Truth* truth) {
+  std::filesystem::create_directories(arguments.out);
+  write_csv(arguments.out / "results.csv", summary);
+  const RigidTransform pose = arguments.pose.empty() ? identity_transform : read_pose(arguments.pose);
+  write_meshes(arguments.out, summary, model, truth, pose);
+}
+
+int live(const LiveArguments& arguments) {
+  catch_stop_signals();
+  const Model model = Model::open(arguments.model);
+  std::unique_ptr<Truth> truth;
+  if (!arguments.truth_table.empty()) truth = std::make_unique<Truth>(arguments.truth_table, open_simulation(arguments.run), model);
+  const LiveOptions options{arguments.results, std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};
+  const auto ready = [] { std::fprintf(stderr, "lbea-eval: ready\n"); };
+  const auto print = [&](const LiveRow& row) {
+    if (!arguments.json) std::printf("%s\n", table_line(row).c_str()), std::fflush(stdout);
+  };
+  if (!arguments.json) std::printf("%s\n", table_header(model).c_str());
+  const LiveSummary summary = watch(options, model, truth.get(), ready, print, [] { return stop_requested != 0; });
+  std::printf("%s\n", arguments.json ? to_json(summary).c_str() : table_summary(summary, model).c_str());
+  if (!arguments.out.empty()) write_out(arguments, summary, model, truth.get());
+  return summary.rows.empty() ? exit_failed : exit_ok;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Tool tool("lbea-eval", "Holds results against the truth of sensed experiments.",
+            "lbea-eval live rail.lbea --results ipc:///tmp/results --truth frames/truth.csv --run runs/run_043 --out evaluation");
+  LiveArguments arguments;
+  tool.require_subcommand(1);
+  CLI::App* live_command = tool.add_subcommand("live", "Watch a running test and print a row per frame");
+  live_command->option_defaults()->always_capture_default();
+  add_live(*live_command, arguments);
+  return tool.run(argc, argv, [&] { return live(arguments); });
+}

@@ -1,0 +1,138 @@
+#include "tools/eval/report.hpp"
+
+#include "adapters/export/vtu.hpp"
+#include "adapters/file/atomic_file.hpp"
+#include "adapters/pointcloud/pointcloud.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <sstream>
+
+namespace lbea {
+
+namespace {
+
+template <typename... Values>
+std::string format(const char* pattern, Values... values) {
+  std::array<char, 256> line{};
+  std::snprintf(line.data(), line.size(), pattern, values...);
+  return line.data();
+}
+
+std::string number_or_dash(const std::optional<double>& value) { return value ? format("%8.3f", *value) : "       -"; }
+
+std::string numbered(const char* stem, std::uint64_t frame, const char* ending) {
+  return format("%s_%05llu%s", stem, static_cast<unsigned long long>(frame), ending);
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  file.write(std::as_bytes(std::span(text)));
+  file.commit();
+}
+
+void write_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample) {
+  VtuGrid grid{.positions = model.node_positions(sample), .element_nodes = model.element_nodes(), .time_s = model.sample_time_s(sample)};
+  grid.point_arrays.push_back({"node_id", model.node_ids()});
+  grid.cell_arrays.push_back({"element_id", model.element_ids()});
+  grid.cell_arrays.push_back({"part", model.element_parts()});
+  for (std::uint32_t f = 0; f < model.fields(); ++f) {
+    const FieldInfo info = model.field(f);
+    auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
+    arrays.push_back({std::string(info.name), model.field_values(f, sample)});
+  }
+  write_vtu(file, grid);
+}
+
+void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T) {
+  PointCloud points = read_point_cloud(cloud);
+  for (Point& p : points.points)
+    p = {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
+         T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
+  const std::vector<std::string> comments{"reference coordinates"};
+  write_ply(file, points.points, comments);
+}
+
+}  // namespace
+
+std::string table_header(const Model& model) {
+  const std::string unit(model.length_unit());
+  return format("%6s  %-20s %5s %11s %9s %11s %11s %9s", "frame", "best simulation", "step", "distance", "coverage",
+                ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms");
+}
+
+std::string table_line(const LiveRow& row) {
+  const WireResult& r = row.result;
+  const auto id = static_cast<unsigned long long>(r.frame_id);
+  if (r.matches.empty()) return format("%6llu  not matched: %s", id, std::string(to_string(r.status)).c_str());
+  const WireMatch& best = r.matches.front();
+  return format("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(), best.sample.time_step,
+                static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage), number_or_dash(row.error).c_str(),
+                number_or_dash(row.oracle_error).c_str(), row.match_ms);
+}
+
+std::string table_summary(const LiveSummary& summary, const Model& model) {
+  std::string text = format("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
+                            summary.complete ? "" : ", stream not ended by its sender", summary.median_match_ms());
+  if (const auto error = summary.mean_error(), best = summary.mean_oracle_error(); error && best)
+    text += format("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(), *best, *error / *best);
+  return text;
+}
+
+std::string to_json(const LiveSummary& summary) {
+  nlohmann::ordered_json rows = nlohmann::json::array();
+  for (const LiveRow& row : summary.rows) {
+    nlohmann::ordered_json line{{"frame", row.result.frame_id}, {"stamp_ns", row.result.stamp_ns},
+                                {"status", to_string(row.result.status)}, {"coverage", row.result.coverage}};
+    if (!row.result.matches.empty()) {
+      const WireMatch& best = row.result.matches.front();
+      line["simulation"] = best.simulation_name;
+      line["time_step"] = best.sample.time_step;
+      line["distance"] = best.distance;
+    }
+    if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
+    line["match_ms"] = row.match_ms;
+    line["total_ms"] = row.total_ms;
+    rows.push_back(std::move(line));
+  }
+  nlohmann::ordered_json all{{"complete", summary.complete}, {"median_match_ms", summary.median_match_ms()}, {"frames", std::move(rows)}};
+  if (const auto error = summary.mean_error()) all["mean_EE"] = *error, all["mean_oracle_EE"] = *summary.mean_oracle_error();
+  return all.dump(2);
+}
+
+void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
+  std::ostringstream out;
+  out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms\n";
+  for (const LiveRow& row : summary.rows) {
+    const WireResult& r = row.result;
+    out << r.frame_id << ',' << r.stamp_ns << ',' << to_string(r.status) << ',';
+    if (r.matches.empty())
+      out << ",,,";
+    else
+      out << r.matches.front().simulation_name << ',' << r.matches.front().sample.time_step << ',' << r.matches.front().distance << ',';
+    out << r.coverage << ',';
+    if (row.error) out << *row.error << ',' << *row.oracle_error;
+    else out << ',';
+    out << ',' << row.match_ms << ',' << row.total_ms << '\n';
+  }
+  write_text(file, out.str());
+}
+
+void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model, const Truth* truth,
+                  const RigidTransform& T_reference_sensor) {
+  std::vector<PvdEntry> series;
+  for (const LiveRow& row : summary.rows) {
+    if (row.result.matches.empty()) continue;
+    const std::uint32_t sample = model.sample_index(row.result.matches.front().sample);
+    if (sample == model.samples()) continue;
+    const auto file = folder / numbered("matched", row.result.frame_id, ".vtu");
+    write_mesh(file, model, sample);
+    const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
+    series.push_back({real == nullptr ? model.sample_time_s(sample) : real->time_s, file});
+    if (real != nullptr) write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor);
+  }
+  write_pvd(folder / "matched.pvd", series);
+}
+
+}  // namespace lbea
