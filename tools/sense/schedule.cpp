@@ -1,0 +1,95 @@
+#include "tools/sense/schedule.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+constexpr double most_frames = 1e7;
+constexpr double rounding = 1e-6;  // share of a frame interval by which the last frame may miss the last state
+
+/// The unsigned number at the head of `rest`, which is cut off; nothing when there is none.
+std::optional<std::uint32_t> take_number(std::string_view& rest) {
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+  if (error != std::errc{}) return std::nullopt;
+  rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+  return value;
+}
+
+/// A colon and a number; nothing else.
+std::optional<std::uint32_t> take_next(std::string_view& rest) {
+  if (rest.empty() || rest.front() != ':') return std::nullopt;
+  rest.remove_prefix(1);
+  return take_number(rest);
+}
+
+/// The range within the run, which must have all of it.
+StepRange within(std::size_t states, StepRange steps) {
+  if (states == 0) throw Error{Status::bad_config, "the run has no stored states, so there is nothing to look at"};
+  const auto final_state = static_cast<std::uint32_t>(states - 1);
+  const bool open_end = steps.last == StepRange{}.last;
+  if (open_end) steps.last = final_state;
+  if (steps.last > final_state)
+    throw Error{Status::bad_config, "--steps asks for state " + std::to_string(steps.last) +
+                                        ", but the run's last is " + std::to_string(final_state)};
+  return steps;
+}
+
+FrameTime between_states(const std::vector<double>& times, double time_s) {
+  const auto after = std::upper_bound(times.begin(), times.end(), time_s);
+  if (after == times.begin()) return {0, time_s};
+  const auto before = after - 1;
+  const auto index = static_cast<double>(before - times.begin());
+  if (after == times.end()) return {index, time_s};
+  return {index + (time_s - *before) / (*after - *before), time_s};
+}
+
+}  // namespace
+
+std::optional<StepRange> parse_steps(const std::string& text) {
+  if (text == "all") return StepRange{};
+  std::string_view rest = text;
+  const auto first = take_number(rest);
+  if (!first) return std::nullopt;
+  StepRange steps{*first, *first, 1};
+  if (rest.empty()) return steps;
+  const auto last = take_next(rest);
+  if (!last || *last < *first) return std::nullopt;
+  steps.last = *last;
+  if (rest.empty()) return steps;
+  const auto stride = take_next(rest);
+  if (!stride || *stride == 0 || !rest.empty()) return std::nullopt;
+  steps.stride = *stride;
+  return steps;
+}
+
+std::vector<FrameTime> stored_frames(const std::vector<double>& state_times_s, const StepRange& wanted) {
+  const StepRange steps = within(state_times_s.size(), wanted);
+  std::vector<FrameTime> frames;
+  for (std::uint64_t state = steps.first; state <= steps.last; state += steps.stride)
+    frames.push_back({static_cast<double>(state), state_times_s[state]});
+  return frames;
+}
+
+std::vector<FrameTime> resampled_frames(const std::vector<double>& state_times_s, const StepRange& wanted,
+                                        double rate_hz, std::uint64_t max_frames) {
+  const StepRange steps = within(state_times_s.size(), wanted);
+  const double begin = state_times_s[steps.first], end = state_times_s[steps.last];
+  const double intervals = std::min(std::floor((end - begin) * rate_hz + rounding), static_cast<double>(max_frames));
+  if (!(intervals >= 0 && intervals < most_frames))
+    throw Error{Status::bad_config, "--rate " + std::to_string(rate_hz) + " over " + std::to_string(end - begin) +
+                                        " s makes too many frames; take a lower rate or --frames"};
+  const std::uint64_t count = std::min(static_cast<std::uint64_t>(intervals) + 1, max_frames);
+  std::vector<FrameTime> frames;
+  for (std::uint64_t frame = 0; frame < count; ++frame)
+    frames.push_back(between_states(state_times_s, std::min(begin + static_cast<double>(frame) / rate_hz, end)));
+  return frames;
+}
+
+}  // namespace lbea
