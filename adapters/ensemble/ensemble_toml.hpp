@@ -1,0 +1,40 @@
+// What to bake, as an engineer writes it down: ensemble.toml and the two tables it points to.
+#pragma once
+
+#include "precompute/ensemble_description.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lbea {
+
+/// Reads ensemble.toml; every key is described in ENSEMBLE.md beside this file. Paths in it are relative to its
+/// folder and come back resolved, patterns expanded and in the order of their names.
+/// Throws Error{file_not_found | bad_input} that names file, line and key.
+[[nodiscard]] EnsembleDescription read_ensemble_toml(const std::filesystem::path& path);
+
+/// What was varied between the runs.
+struct ParameterTable {
+  std::vector<std::string> names, units;  // "t_front [mm]" is name "t_front", unit "mm"; no brackets: unit ""
+  std::vector<std::string> runs;          // row names
+  std::vector<double> values;             // runs x names; NaN: not given
+
+  /// The row of a run; nothing when the table has none.
+  [[nodiscard]] std::optional<std::span<const double>> row(std::string_view run) const;
+};
+
+/// Reads a table separated by commas, semicolons or tabs (with the latter two, a comma may be the decimal sign):
+/// a line of names, then a line per run that begins with the run's name. Empty fields, "nan" and "NA" are missing.
+/// Throws Error{file_not_found | bad_input} that names file, line and column.
+[[nodiscard]] ParameterTable read_parameters_csv(const std::filesystem::path& path);
+
+/// Reads node ids in the solver's numbering, separated by blanks, commas, semicolons or lines; # begins a comment.
+/// Throws Error{file_not_found | bad_input} that names file and line.
+[[nodiscard]] std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path);
+
+}  // namespace lbea

@@ -1,0 +1,104 @@
+#include "adapters/ensemble/ensemble_toml.hpp"
+#include "adapters/ensemble/suggestion.hpp"
+#include "tests/ensemble/text_file.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+/// Reads "runs" in line 1 and `text` from line 2 on; refused with line 2 and all of `words`.
+void check_refused(const std::string& text, const std::vector<std::string>& words) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "runs/a");
+  const auto file = put(folder / "ensemble.toml", "runs = [\"runs/*\"]\n" + text);
+  const Error error = error_of([&] { (void)read_ensemble_toml(file); });
+  CAPTURE(text);
+  CAPTURE(error.what());
+  CHECK(error.status == Status::bad_input);
+  CHECK(mentions(error, file.string() + ", line 2: "));
+  for (const std::string& word : words) CHECK(mentions(error, word));
+}
+
+}  // namespace
+
+TEST_CASE("unknown keys are refused with what may have been meant") {
+  check_refused("mods = 10", {"unknown key \"mods\"", "did you mean \"mode"});
+  check_refused("envelop_margin = 10", {"did you mean \"envelope_margin\"?"});
+  check_refused("region = {box = {min = [0, 0, 0], max = [1, 1, 1], middle = 1}}", {"region.box.middle"});
+  check_refused("region = {part = [1]}", {"unknown key \"region.part\"", "did you mean \"parts\"?"});
+  check_refused("steps = {begin = 1}", {"steps.begin", "first, last, stride"});
+  check_refused("colour = \"red\"", {"known here: runs, exclude"});
+}
+
+TEST_CASE("values of another type are refused with key and line") {
+  check_refused("modes = \"many\"", {"\"modes\"", "whole number", "string"});
+  check_refused("modes = 10.0", {"\"modes\"", "whole number"});
+  check_refused("modes = -1", {"\"modes\""});
+  check_refused("modes = 4294967296", {"\"modes\""});
+  check_refused("modes = 0", {"at least 1"});
+  check_refused("length_unit = 1", {"\"length_unit\"", "text"});
+  check_refused("length_unit = \"\"", {"empty"});
+  check_refused("envelope_margin = \"25\"", {"\"envelope_margin\"", "number"});
+  check_refused("envelope_margin = nan", {"finite"});
+  check_refused("envelope_margin = true", {"\"envelope_margin\"", "boolean"});
+  check_refused("envelope_margin = -1", {"negative"});
+  check_refused("correspondence = 1", {"true or false"});
+  check_refused("exclude = \"a\"", {"\"exclude\"", "list"});
+  check_refused("exclude = [1]", {"\"exclude\"", "integer"});
+  check_refused("region = 1", {"\"region\"", "table"});
+  check_refused("region = {parts = [1, -1]}", {"region.parts"});
+  check_refused("region = {nodes = 1}", {"region.nodes"});
+  check_refused("region = {box = {min = [0, 0], max = [1, 1, 1]}}", {"region.box.min", "three"});
+  check_refused("region = {box = {min = [0, 0, 0]}}", {"min and max"});
+  check_refused("region = {box = {min = [0, 0, 2], max = [1, 1, 1]}}", {"above max"});
+  check_refused("region = {sensor = \"\"}", {"region.sensor", "empty"});
+  check_refused("steps = 1", {"\"steps\"", "table"});
+  check_refused("steps = []", {"empty"});
+  check_refused("steps = [1, 2, 1]", {"step 1 twice"});
+  check_refused("steps = {stride = 0}", {"steps.stride"});
+  check_refused("steps = {first = 5, last = 4}", {"steps.last"});
+  check_refused("mode = \"overtime\"", {"did you mean \"over-time\"?"});
+  check_refused("fields = \"stress\"", {"\"all\""});
+  check_refused("time_unit = \"min\"", {"\"time_unit\""});
+  check_refused("time_unit = 0", {"positive"});
+}
+
+TEST_CASE("runs that are not there") {
+  check_refused("exclude = [\"b\"]", {"\"b\"", "none of the runs"});
+  check_refused("exclude = [\"*\"]", {"leaves no run"});
+  check_refused("reference_run = \"b\"", {"\"b\"", "none of the runs"});
+
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& text) {
+    return error_of([&] { (void)read_ensemble_toml(put(folder / "ensemble.toml", text)); });
+  };
+  CHECK(mentions(refusal("\n\nruns = [\"x*\"]"), "line 3: \"runs\" names \"x*\""));
+  CHECK(mentions(refusal("runs = [\"x\"]"), "no such file"));
+  CHECK(mentions(refusal("runs = []"), "missing or empty"));
+  CHECK(mentions(refusal(""), "missing or empty"));
+}
+
+TEST_CASE("a file that is not TOML, or not there") {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& text) {
+    return error_of([&] { (void)read_ensemble_toml(put(folder / "ensemble.toml", text)); });
+  };
+  CHECK(refusal("modes = 1\nmodes = = 2").status == Status::bad_input);
+  CHECK(mentions(refusal("modes = 1\nmodes = = 2"), "line 2"));
+  CHECK(refusal("modes = 1\nmodes = 2").status == Status::bad_input);
+  CHECK(refusal(std::string("\0\xff", 2)).status == Status::bad_input);
+  CHECK(refusal("a = " + std::string(100'000, '[')).status == Status::bad_input);
+  CHECK(error_of([&] { (void)read_ensemble_toml(folder / "absent.toml"); }).status == Status::file_not_found);
+}
+
+TEST_CASE("edit distance: known values, symmetry, and the empty word") {
+  CHECK(edit_distance("", "") == 0);
+  CHECK(edit_distance("", "abc") == 3);
+  CHECK(edit_distance("kitten", "sitting") == 3);
+  CHECK(edit_distance("sitting", "kitten") == 3);
+  CHECK(edit_distance("flaw", "lawn") == 2);
+  CHECK(edit_distance("modes", "modes") == 0);
+}

@@ -1,0 +1,137 @@
+#include "adapters/ensemble/ensemble_toml.hpp"
+#include "tests/ensemble/text_file.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+/// A folder with the runs a, b, c and what `text` makes of them.
+struct Ensemble {
+  TemporaryFolder folder;
+  explicit Ensemble() {
+    for (const char* run : {"a", "b", "c"}) std::filesystem::create_directories(folder / "runs" / run);
+  }
+  [[nodiscard]] std::filesystem::path run(const std::string& name) const { return folder / "runs" / name; }
+  [[nodiscard]] EnsembleDescription read(const std::string& text) const {
+    return read_ensemble_toml(put(folder / "ensemble.toml", text));
+  }
+};
+
+using Counts = std::vector<std::uint32_t>;
+
+}  // namespace
+
+TEST_CASE("what is not said keeps its default") {
+  const Ensemble ensemble;
+  const EnsembleDescription read = ensemble.read("runs = [\"runs/*\"]"), standard;
+  CHECK(read.runs == std::vector{ensemble.run("a"), ensemble.run("b"), ensemble.run("c")});
+  CHECK(read.reference_run.empty());
+  CHECK(read.impact_step == standard.impact_step);
+  CHECK(read.steps.first == standard.steps.first);
+  CHECK(read.steps.last == standard.steps.last);
+  CHECK(read.steps.stride == standard.steps.stride);
+  CHECK(read.steps.list.empty());
+  CHECK(read.mode == standard.mode);
+  CHECK(read.modes == standard.modes);
+  CHECK(read.region.parts.empty());
+  CHECK_FALSE(read.region.box.has_value());
+  CHECK(read.region.node_ids.empty());
+  CHECK(read.region.node_file.empty());
+  CHECK(read.region.sensor.empty());
+  CHECK(read.fields == standard.fields);
+  CHECK(read.parameters.empty());
+  CHECK(read.length_unit == standard.length_unit);
+  CHECK(read.time_factor == standard.time_factor);
+  CHECK(read.envelope_margin == standard.envelope_margin);
+  CHECK(read.correspondence == standard.correspondence);
+  CHECK(read.output.empty());
+}
+
+TEST_CASE("everything said is taken over, paths relative to the file") {
+  const Ensemble ensemble;
+  const EnsembleDescription read = ensemble.read(R"(
+runs = ["runs/c", "runs/a", "runs/b"]
+exclude = ["b"]
+reference_run = "runs/a"
+impact_step = 3
+mode = "over-time"
+modes = 50
+fields = ["plastic_strain", "stress"]
+parameters = "../tables/p.csv"
+length_unit = "m"
+time_unit = 0.25
+envelope_margin = 0
+correspondence = false
+output = "out/model.lbea"
+[steps]
+first = 4
+last = 20
+stride = 2
+[region]
+parts = [1, 4]
+box = {min = [0, -30.5, 0], max = [400, 30.5, 1e3]}
+nodes = [11, 4294967295]
+sensor = "sensor.json"
+)");
+  CHECK(read.runs == std::vector{ensemble.run("c"), ensemble.run("a")});
+  CHECK(read.reference_run == ensemble.run("a"));
+  CHECK(read.impact_step == 3);
+  CHECK(read.steps.first == 4);
+  CHECK(read.steps.last == 20);
+  CHECK(read.steps.stride == 2);
+  CHECK(read.mode == ReferenceMode::over_time);
+  CHECK(read.modes == 50);
+  CHECK(read.region.parts == Counts{1, 4});
+  REQUIRE(read.region.box.has_value());
+  CHECK(read.region.box->min == std::array<double, 3>{0, -30.5, 0});
+  CHECK(read.region.box->max == std::array<double, 3>{400, 30.5, 1000});
+  CHECK(read.region.node_ids == Counts{11, 4'294'967'295});
+  CHECK(read.region.node_file.empty());
+  CHECK(read.region.sensor == ensemble.folder / "sensor.json");
+  CHECK(read.fields == std::vector<std::string>{"plastic_strain", "stress"});
+  CHECK(read.parameters == ensemble.folder.path().parent_path() / "tables/p.csv");
+  CHECK(read.length_unit == "m");
+  CHECK(read.time_factor == 0.25);
+  CHECK(read.envelope_margin == 0);
+  CHECK_FALSE(read.correspondence);
+  CHECK(read.output == ensemble.folder / "out/model.lbea");
+}
+
+TEST_CASE("the shorter ways to say it") {
+  const Ensemble ensemble;
+  const std::string runs = "runs = [\"runs/*\"]\n";
+  CHECK(ensemble.read(runs + "steps = [8, 0, 4]").steps.list == Counts{0, 4, 8});
+  CHECK(ensemble.read(runs + "impact_step = 5").steps.first == 5);
+  CHECK(ensemble.read(runs + "impact_step = 5\nsteps = {stride = 2}").steps.first == 5);
+  CHECK(ensemble.read(runs + "impact_step = 5\nsteps = {first = 1}").steps.first == 1);
+  CHECK(ensemble.read(runs + "fields = \"all\"").fields == std::vector<std::string>{"all"});
+  CHECK(ensemble.read(runs + "fields = []").fields.empty());
+  CHECK(ensemble.read(runs + "time_unit = \"s\"").time_factor == 1);
+  CHECK(ensemble.read(runs + "time_unit = \"ms\"").time_factor == 1e-3);
+  CHECK(ensemble.read(runs + "time_unit = \"us\"").time_factor == 1e-6);
+  CHECK(ensemble.read(runs + "region.nodes = \"n.txt\"").region.node_file == ensemble.folder / "n.txt");
+  CHECK(ensemble.read(runs + "reference_run = \"b\"").reference_run == ensemble.run("b"));
+  CHECK(ensemble.read("runs = [\"runs/b\", \"runs/*\", \"runs/c/\"]").runs ==
+        std::vector{ensemble.run("b"), ensemble.run("a"), ensemble.run("c")});
+}
+
+TEST_CASE("the demo ensemble in the repository") {
+  const auto folder = data() / "rail-demo";
+  const EnsembleDescription demo = read_ensemble_toml(folder / "ensemble.toml");
+  REQUIRE(demo.runs.size() == 10);
+  CHECK(demo.runs.front() == folder / "runs/run_023");
+  CHECK(demo.runs.back() == folder / "runs/run_129");
+  CHECK(read_node_ids(demo.region.node_file).size() == 1276);
+  const ParameterTable table = read_parameters_csv(demo.parameters);
+  CHECK(table.names.size() == 12);
+  CHECK(table.names[0] == "t_front");
+  CHECK(table.units[0] == "mm");
+  for (const auto& run : demo.runs) {
+    CAPTURE(run);
+    CHECK(table.row(run.filename().string()).has_value());
+  }
+  CHECK(table.row("run_129")->back() == 0.239871);
+}

@@ -1,0 +1,39 @@
+#include "adapters/ensemble/ensemble_toml.hpp"
+#include "tests/ensemble/text_file.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using namespace lbea::test;
+using Ids = std::vector<std::uint32_t>;
+
+namespace {
+
+Ids read(const std::string& text) {
+  const TemporaryFolder folder;
+  return read_node_ids(put(folder / "n.txt", text));
+}
+
+Error refusal(const std::string& text) {
+  return error_of([&] { (void)read(text); });
+}
+
+}  // namespace
+
+TEST_CASE("ids in the order of the file, however they are separated") {
+  CHECK(read("7") == Ids{7});
+  CHECK(read("11\n12\r\n\n13\n") == Ids{11, 12, 13});
+  CHECK(read("# the front\n11, 12;13\t14 15 # and so on\n") == Ids{11, 12, 13, 14, 15});
+  CHECK(read("4294967295 0") == Ids{4'294'967'295, 0});
+}
+
+TEST_CASE("what is no id is refused with its line") {
+  for (const std::string text : {"1\n2x\n", "1\n-2\n", "1\n2.0\n", "1\n4294967296\n", "1\n+2\n"}) {
+    CAPTURE(text);
+    CHECK(refusal(text).status == Status::bad_input);
+    CHECK(mentions(refusal(text), "n.txt, line 2"));
+  }
+  CHECK(mentions(refusal(""), "no node ids"));
+  CHECK(mentions(refusal("# none\n"), "no node ids"));
+  CHECK(error_of([] { (void)read_node_ids("/nowhere/n.txt"); }).status == Status::file_not_found);
+}
