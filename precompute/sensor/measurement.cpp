@@ -25,7 +25,7 @@ void check_noise(const SensingNoise& noise) {
   check_number("outliers", noise.outliers, 1);
   check_number("min_cos_incidence", noise.min_cos_incidence, 1);
   check_number("dropout", noise.dropout, 1);
-  check_number("background", noise.background, 1);
+  check_number("background", noise.background, std::numeric_limits<float>::max());
 }
 
 Vec3 at_depth(const Rig& rig, std::size_t pixel, double depth) {

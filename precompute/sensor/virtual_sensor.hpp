@@ -64,7 +64,8 @@ class VirtualSensor {
   /// Points in sensor coordinates, in pixel order: one per measured pixel with Gaussian noise along the line of
   /// sight, less the dropouts. An outlier lies elsewhere on its line of sight, uniformly within 3 % of its
   /// distance. Background points lie on a wall across the optical axis, 1.2 times as far as the farthest node.
-  /// Throws Error{bad_config} for noise that is negative, not finite or a share beyond 1.
+  /// Where the mesh leaves fewer empty pixels than asked for, all of those are background.
+  /// Throws Error{bad_config} for noise that is negative or not finite, or a share of points beyond 1.
   [[nodiscard]] std::vector<Point> sense(const SurfaceState& state, const SensingNoise& noise,
                                          std::uint64_t seed) const;
 

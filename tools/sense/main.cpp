@@ -1,0 +1,153 @@
+// lbea-sense: what the stereo rig would see of a simulated run, as frames with a known truth.
+#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/simulation/open.hpp"
+#include "precompute/sensor/counter_random.hpp"
+#include "precompute/sensor/virtual_sensor.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/tool.hpp"
+#include "tools/sense/recording_folder.hpp"
+#include "tools/sense/schedule.hpp"
+#include "tools/sense/sensor_copy.hpp"
+#include "tools/sense/state_source.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+namespace {
+
+using namespace lbea;
+
+struct Options {
+  std::filesystem::path run, sensor, out;
+  std::string steps = "all";
+  std::optional<double> rate_hz;
+  std::optional<std::uint32_t> max_frames;
+  std::uint64_t seed = 1;
+  double scale = 1;
+  std::optional<float> sigma, outliers, dropout, background;
+  unsigned threads = 0;
+  bool json = false;
+};
+
+struct Summary {
+  std::uint64_t planned = 0, frames = 0, points = 0;
+  double seconds = 0;
+};
+
+void declare(Tool& tool, Options& options) {
+  tool.add_option("RUN", options.run, "a run: its first file, or its folder")->required();
+  tool.add_option("--sensor", options.sensor, "sensor.json: the rig and its noise")->required();
+  tool.add_option("--out", options.out, "folder for the frames, sensor.json and truth.csv")->required();
+  const auto steps_check = [](const std::string& text) {
+    return parse_steps(text) ? std::string() : "'" + text + "' is not all, N, FIRST:LAST or FIRST:LAST:STRIDE";
+  };
+  tool.add_option("--steps", options.steps, "stored states: all, N, FIRST:LAST or FIRST:LAST:STRIDE (inclusive)")
+      ->check(CLI::Validator(steps_check, "STEPS"));
+  tool.add_option("--rate", options.rate_hz,
+                  "frames per second, interpolated between all stored states from the first to the last of --steps")
+      ->check(CLI::PositiveNumber);
+  tool.add_option("--frames", options.max_frames, "stop after this many frames")
+      ->check(CLI::Range(std::uint32_t{1}, std::numeric_limits<std::uint32_t>::max()));
+  tool.add_option("--seed", options.seed, "seed of the noise");
+  tool.add_option("--scale", options.scale, "resolution: scales width, height and focal length")
+      ->check(CLI::PositiveNumber);
+  const char* from_file = " (default: sensor.json's)";
+  tool.add_option("--noise", options.sigma, std::string("standard deviation along the line of sight, length unit") + from_file)
+      ->check(CLI::NonNegativeNumber);
+  tool.add_option("--outliers", options.outliers, std::string("share of points that lie elsewhere") + from_file)
+      ->check(CLI::Range(0.0, 1.0));
+  tool.add_option("--dropout", options.dropout, std::string("share of points lost at random") + from_file)
+      ->check(CLI::Range(0.0, 1.0));
+  tool.add_option("--background", options.background, std::string("share of extra points on a wall behind") + from_file)
+      ->check(CLI::NonNegativeNumber);
+  tool.add_option("--threads", options.threads, "0: all processors; the frames do not depend on it");
+  tool.add_flag("--json", options.json, "print the summary as JSON");
+}
+
+SensorDescription described(const Options& options) {
+  SensorDescription description = read_sensor_json(options.sensor);
+  description.sensor = scaled(description.sensor, options.scale);
+  SensingNoise& noise = description.noise;
+  noise.sigma = options.sigma.value_or(noise.sigma);
+  noise.outliers = options.outliers.value_or(noise.outliers);
+  noise.dropout = options.dropout.value_or(noise.dropout);
+  noise.background = options.background.value_or(noise.background);
+  return description;
+}
+
+std::vector<FrameTime> planned_frames(const Options& options, const SimulationReader& reader) {
+  std::vector<double> times;
+  for (std::uint32_t state = 0; state < reader.states(); ++state) times.push_back(reader.time_s(state));
+  const StepRange steps = parse_steps(options.steps).value();
+  const std::size_t most = options.max_frames.value_or(std::numeric_limits<std::uint32_t>::max());
+  if (options.rate_hz) return resampled_frames(times, steps, *options.rate_hz, most);
+  auto frames = stored_frames(times, steps);
+  frames.resize(std::min(frames.size(), most));
+  return frames;
+}
+
+Summary sense(const Options& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const SensorDescription description = described(options);
+  const auto reader = open_simulation(options.run);
+  const auto plan = planned_frames(options, *reader);
+  const VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements, options.threads);
+  RecordingFolder folder(options.out, options.run, description.length_unit);
+  folder.write_sensor(sensor_copy(options.sensor, description));
+
+  Summary summary;
+  summary.planned = plan.size();
+  StateSource states(*reader);
+  Progress progress("sensing", plan.size());
+  for (const FrameTime& moment : plan) {
+    if (stop_requested) break;
+    const SimulationState& state = states.at(moment.state);
+    const auto points = sensor.sense({state.positions, state.alive}, description.noise,
+                                     frame_seed(options.seed, summary.frames));
+    folder.write_frame({summary.frames, moment.state, moment.time_s}, points);
+    summary.points += points.size();
+    progress.advance_to(++summary.frames);
+  }
+  folder.write_truth();
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return summary;
+}
+
+void print(const Options& options, const Summary& summary) {
+  if (options.json) {
+    const nlohmann::ordered_json json{{"out", options.out.string()}, {"frames_planned", summary.planned},
+                                      {"frames", summary.frames},    {"points", summary.points},
+                                      {"seconds", summary.seconds}};
+    std::printf("%s\n", json.dump().c_str());
+    return;
+  }
+  const auto frames = static_cast<double>(std::max<std::uint64_t>(summary.frames, 1));
+  std::printf("%llu frames, %.0f points each on average, in %s (%.1f s)\n",
+              static_cast<unsigned long long>(summary.frames), static_cast<double>(summary.points) / frames,
+              options.out.c_str(), summary.seconds);
+}
+
+int run(const Options& options) {
+  catch_stop_signals();
+  const Summary summary = sense(options);
+  print(options, summary);
+  if (summary.frames == summary.planned) return exit_ok;
+  std::fprintf(stderr, "lbea-sense: stopped after %llu of %llu frames; those written are whole, and in truth.csv\n",
+               static_cast<unsigned long long>(summary.frames), static_cast<unsigned long long>(summary.planned));
+  return exit_failed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  Tool tool("lbea-sense", "Looks at a simulated run through a virtual stereo sensor and writes the frames.",
+            "lbea-sense runs/run_013 --sensor sensor.json --out frames --steps 2:30:4");
+  declare(tool, options);
+  return tool.run(argc, argv, [&] { return run(options); });
+}
