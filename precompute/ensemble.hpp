@@ -1,0 +1,26 @@
+// The runs of an ensemble, ready to be opened as often as needed and from any thread.
+#pragma once
+
+#include "precompute/simulation.hpp"
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+struct EnsembleRun {
+  std::string name;
+  std::vector<double> parameters;  // in the order of Ensemble::parameter_names; NaN: not given
+  std::function<std::unique_ptr<SimulationReader>()> open;
+};
+
+struct Ensemble {
+  std::vector<EnsembleRun> runs;
+  std::vector<std::string> parameter_names;
+  std::size_t reference_run = 0;  // index into runs
+};
+
+}  // namespace lbea

@@ -1,0 +1,61 @@
+// The sections of a model that are known before the samples are read, and the sizes of those that are not.
+#pragma once
+
+#include "precompute/ensemble.hpp"
+#include "precompute/ensemble_description.hpp"
+#include "precompute/envelope.hpp"
+#include "precompute/model_writer.hpp"
+#include "precompute/reference_basis.hpp"
+#include "precompute/survey.hpp"
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// Sections with their content.
+class SmallSections {
+ public:
+  template <typename T>
+  void add(format::SectionId id, std::uint32_t part, std::vector<std::uint64_t> shape, std::span<const T> values) {
+    const auto bytes = std::as_bytes(values);
+    sections_.push_back({{id, part, element_type<T>(), std::move(shape)}, {bytes.begin(), bytes.end()}});
+  }
+  void add_text(format::SectionId id, const std::string& text);
+
+  void plan(std::vector<PlannedSection>& plan) const;
+  void write(ModelWriter& writer) const;
+
+ private:
+  struct Section {
+    PlannedSection plan;
+    std::vector<std::byte> bytes;
+  };
+  template <typename T>
+  static constexpr format::ElementType element_type() {
+    if constexpr (std::is_same_v<T, char>) return format::ElementType::u8;
+    else if constexpr (std::is_same_v<T, std::uint32_t>) return format::ElementType::u32;
+    else if constexpr (std::is_same_v<T, float>) return format::ElementType::f32;
+    else {
+      static_assert(std::is_same_v<T, double>);
+      return format::ElementType::f64;
+    }
+  }
+  std::vector<Section> sections_;
+};
+
+/// Throws Error{bad_config} when a count does not fit 32 bits.
+[[nodiscard]] format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
+                                      const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope);
+
+[[nodiscard]] SmallSections small_sections(const format::Info& info, const EnsembleDescription& description, const Ensemble& ensemble,
+                                           const Survey& survey, const std::vector<ReferenceBasis>& references,
+                                           const EnvelopeGrid& envelope);
+
+/// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes.
+void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info, bool with_correspondence,
+                         std::size_t provenance_size);
+
+}  // namespace lbea

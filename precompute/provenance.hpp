@@ -1,0 +1,19 @@
+// What a model says about its own making, as JSON.
+#pragma once
+
+#include "precompute/ensemble.hpp"
+#include "precompute/ensemble_description.hpp"
+#include "precompute/reference_basis.hpp"
+#include "precompute/survey.hpp"
+
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// Depends on the inputs alone: no paths, times of day, machines or numbers of threads.
+/// kept_variance: NaN becomes null.
+[[nodiscard]] std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
+                                          const std::vector<ReferenceBasis>& references, double kept_variance);
+
+}  // namespace lbea

@@ -1,0 +1,30 @@
+// Second pass over the runs, method steps 3 and 5: every sample brought onto every reference mesh and projected.
+#pragma once
+
+#include "precompute/ensemble.hpp"
+#include "precompute/envelope.hpp"
+#include "precompute/model_writer.hpp"
+#include "precompute/reference_basis.hpp"
+#include "precompute/survey.hpp"
+
+#include <Eigen/Dense>
+
+#include <functional>
+#include <vector>
+
+namespace lbea {
+
+struct ProjectionTask {
+  const Ensemble& ensemble;
+  const Survey& survey;
+  const std::vector<ReferenceBasis>& references;
+  bool with_correspondence = true;
+};
+
+/// Writes node positions, fields, coefficients and correspondences of all samples and adds their surfaces to the
+/// envelope. `state_done` is called from the threads after every state.
+/// Returns the share of the samples' variance the modes keep, over all references; NaN when nothing varies.
+[[nodiscard]] double project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope, unsigned threads,
+                                     const std::function<void()>& state_done);
+
+}  // namespace lbea
