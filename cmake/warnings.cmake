@@ -1,7 +1,9 @@
 # Private to our own targets: consumers never see these flags. The ci preset adds -Werror.
 add_library(lbea_warnings INTERFACE)
 target_compile_options(lbea_warnings INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor -Wold-style-cast)
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor -Wold-style-cast
+  # GCC 12 reports these for plain std::string concatenation at -O3 (GCC bug 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-stringop-overflow>)
 
 # lbea_library(<target> SOURCES ... [LINK PUBLIC ... PRIVATE ...]): one static library per folder, silent by design.
 function(lbea_library target)

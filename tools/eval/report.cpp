@@ -33,7 +33,10 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
 }
 
 void write_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample) {
-  VtuGrid grid{.positions = model.node_positions(sample), .element_nodes = model.element_nodes(), .time_s = model.sample_time_s(sample)};
+  VtuGrid grid;
+  grid.positions = model.node_positions(sample);
+  grid.element_nodes = model.element_nodes();
+  grid.time_s = model.sample_time_s(sample);
   grid.point_arrays.push_back({"node_id", model.node_ids()});
   grid.cell_arrays.push_back({"element_id", model.element_ids()});
   grid.cell_arrays.push_back({"part", model.element_parts()});
