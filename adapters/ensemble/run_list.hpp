@@ -7,8 +7,8 @@
 
 namespace lbea {
 
-/// Paths in `folder` that `pattern` (with * ? []) stands for, in the order of their names. A pattern without these
-/// signs stands for itself when it exists.
+/// Paths in `folder` that `pattern` (with * ? []) stands for, in the order of their names. A pattern without
+/// these signs stands for itself when it exists.
 [[nodiscard]] std::vector<std::filesystem::path> matching_paths(const std::filesystem::path& folder,
                                                                 const std::string& pattern);
 

@@ -6,7 +6,8 @@
 
 namespace lbea {
 
-/// `text` between quotes: & < > " escaped. Throws Error{bad_config} for control characters, which XML cannot hold.
+/// `text` between quotes: & < > " escaped.
+/// Throws Error{bad_config} for control characters, which XML cannot hold.
 [[nodiscard]] std::string xml_quoted(std::string_view text);
 
 /// The shortest decimal that reads back as the same double.

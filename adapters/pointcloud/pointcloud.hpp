@@ -26,8 +26,8 @@ struct PointCloud {
 /// The same for bytes in memory; `name` stands for the file in messages.
 [[nodiscard]] PointCloud parse_point_cloud(std::span<const std::byte> bytes, const std::string& name);
 
-/// PLY, ASCII or binary of either byte order. Takes the properties x, y, z of the element "vertex", whatever their
-/// scalar type, and skips all else. Throws Error{bad_input | unsupported_input}.
+/// PLY, ASCII or binary of either byte order. Takes the properties x, y, z of the element "vertex", whatever
+/// their scalar type, and skips all else. Throws Error{bad_input | unsupported_input}.
 [[nodiscard]] PointCloud parse_ply(std::span<const std::byte> bytes, const std::string& name);
 
 /// Text, a point per line. Columns are separated by blanks, tabs, commas or semicolons (with the latter, and with
