@@ -39,31 +39,46 @@ void refuse_wrong_start(const fs::path& first_file) {
                                                                  "run without *CONTROL_ADAPTIVE"};
 }
 
-enum class End { marked, cut, bad };
+enum class End {
+  marked,   // by the end marker
+  plain,    // by the end of the file or by zeros up to it
+  cut,      // in the middle of a state
+  overrun,  // an end marker stands inside the last state
+  bad,      // no state stands here
+};
 
 struct Walk {
   std::vector<StatePlace> states;
-  End end = End::marked;
+  End end = End::plain;
   std::uint64_t word = 0;  // where it ended
 };
 
+bool has_marker_from(const WordFile& file, std::uint64_t word) {
+  std::vector<float> chunk(1 << 16);
+  for (; word < file.words(); word += chunk.size()) {
+    const auto part = std::span(chunk).first(std::min<std::uint64_t>(chunk.size(), file.words() - word));
+    file.reals(word, part, "a state");
+    if (std::find(part.begin(), part.end(), static_cast<float>(end_marker)) != part.end()) return true;
+  }
+  return false;
+}
+
 /// Steps from state to state of one file. `previous` is the last state of the files before it.
-Walk walk(const WordFile& file, std::uint32_t index, std::uint64_t word, std::uint64_t state_words,
-          const StatePlace* previous) {
+Walk step_through(const WordFile& file, std::uint32_t index, std::uint64_t word, std::uint64_t state_words,
+                  const StatePlace* previous) {
   Walk found;
   for (found.word = word; found.word < file.words(); found.word += state_words) {
     if (!found.states.empty()) previous = &found.states.back();
     const double time = file.real(found.word, "the time of a state");
-    if (time == end_marker) return found;
     const bool is_late = std::isfinite(time) && (previous == nullptr || time >= previous->time_s);
-    // padding without a marker reads as states at time 0
-    if ((!is_late || (time == 0 && previous != nullptr)) && file.is_zero_from(found.word)) return found;
-    if (plus(found.word, state_words) > file.words()) {
-      found.end = file.is_zero_from(found.word) ? End::marked : End::cut;
+    if (time == end_marker) {
+      found.end = End::marked;
       return found;
     }
-    if (!is_late) {
-      found.end = End::bad;
+    // padding reads as states at time 0
+    if ((!is_late || time == 0) && file.is_zero_from(found.word)) return found;
+    if (plus(found.word, state_words) > file.words() || !is_late) {
+      found.end = plus(found.word, state_words) > file.words() ? End::cut : End::bad;
       return found;
     }
     found.states.push_back({index, found.word, time});
@@ -71,20 +86,33 @@ Walk walk(const WordFile& file, std::uint32_t index, std::uint64_t word, std::ui
   return found;
 }
 
-[[noreturn]] void refuse_bad(const WordFile& file, const Walk& found, std::uint64_t state_words) {
-  file.refuse(Status::bad_input, found.word,
-              "no later state (of " + std::to_string(times(state_words, file.word_bytes())) +
-                  " bytes) and no end marker stands here: its time is " +
-                  std::to_string(file.real(found.word, "the time of a state")) +
-                  "; the file is damaged, or files of two runs are mixed: keep one run's files in the folder");
+/// The same, and makes sure that no end marker was stepped over: then states are shorter than they seem to be.
+Walk walk(const WordFile& file, std::uint32_t index, std::uint64_t word, std::uint64_t state_words,
+          const StatePlace* previous) {
+  Walk found = step_through(file, index, word, state_words, previous);
+  if (found.end == End::marked || found.end == End::bad) return found;
+  const std::uint64_t last = found.states.empty() ? word : found.states.back().word;
+  if (!has_marker_from(file, last)) return found;
+  found.end = End::overrun;
+  found.word = last;
+  return found;
 }
 
 void refuse_unfit(const WordFile& file, const Walk& found, bool is_last, std::uint64_t state_words) {
-  if (found.end == End::bad) refuse_bad(file, found, state_words);
+  const std::string state = "a state of " + std::to_string(times(state_words, file.word_bytes())) + " bytes";
+  if (found.end == End::bad)
+    file.refuse(Status::bad_input, found.word,
+                "neither " + state + " nor an end marker stands here, its time would be " +
+                    std::to_string(file.real(found.word, "the time of a state")) +
+                    "; the file is damaged, or files of two runs are mixed: keep one run's files in the folder");
+  if (found.end == End::overrun)
+    file.refuse(Status::bad_input, found.word,
+                state + " should stand here, but the states end before it does; the control words do not fit the "
+                        "states, copy or compute the files again");
   if (found.end == End::cut && !is_last)
     file.refuse(Status::bad_input, found.word,
-                "the file ends at byte " + std::to_string(file.bytes()) +
-                    " in the middle of a state, but later files follow; copy it again");
+                "the file ends at byte " + std::to_string(file.bytes()) + " in the middle of " + state +
+                    ", but later files follow; copy it again");
 }
 
 }  // namespace
@@ -117,7 +145,7 @@ std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::u
     Walk found = walk(file, f, f == 0 ? first_word : 0, state_words, states.empty() ? nullptr : &states.back());
     const bool is_last = f + 1 == family.size();
     // what follows the geometry of a family's first file and is no state is left alone
-    if (f == 0 && !is_last && found.end != End::marked) continue;
+    if (f == 0 && !is_last && found.end != End::marked && found.end != End::plain) continue;
     refuse_unfit(file, found, is_last, state_words);
     states.insert(states.end(), found.states.begin(), found.states.end());
   }

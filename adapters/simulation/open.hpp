@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <memory>
 
+#include <lbea/lbea.hpp>
+
 #include "precompute/simulation.hpp"
 
 namespace lbea {

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "adapters/simulation/d3plot_database.hpp"
+#include <lbea/lbea.hpp>
+
 #include "adapters/simulation/open.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -1,0 +1,137 @@
+// A database cut at every byte, and with every byte changed: an error in words, or a run that is consistent in itself.
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <optional>
+
+#include <lbea/lbea.hpp>
+
+#include "adapters/simulation/open.hpp"
+#include "tests/support/d3plot_writer.hpp"
+#include "tests/support/test_data.hpp"
+
+using lbea::test::D3plot;
+using lbea::test::sample_d3plot;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+void write(const fs::path& file, const Bytes& bytes) {
+  std::ofstream out(file, std::ios::binary | std::ios::trunc);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+void check_consistent(lbea::SimulationReader& run) {
+  const auto& mesh = run.mesh();
+  REQUIRE_FALSE(mesh.elements.empty());
+  for (const auto& element : mesh.elements)
+    for (const std::uint32_t node : element) REQUIRE(node < mesh.nodes());
+  lbea::SimulationState state;
+  for (std::uint32_t s = 0; s < run.states(); ++s) {
+    run.read(s, state);
+    REQUIRE(state.positions.size() == 3 * mesh.nodes());
+    REQUIRE(state.alive.size() == mesh.elements.size());
+    REQUIRE(state.fields.size() == run.fields().size());
+    for (const auto& field : state.fields) REQUIRE(field.size() == mesh.elements.size());
+    if (s > 0) REQUIRE(run.time_s(s) >= run.time_s(s - 1));
+  }
+}
+
+/// The number of states, or nothing when the run was refused.
+std::optional<std::uint32_t> states_of(const fs::path& file) {
+  try {
+    const auto run = lbea::open_simulation(file);
+    check_consistent(*run);
+    return run->states();
+  } catch (const lbea::Error& error) {
+    REQUIRE(std::string(error.what()).size() > 20);
+    REQUIRE((error.status == lbea::Status::bad_input || error.status == lbea::Status::unsupported_input));
+    return std::nullopt;
+  }
+}
+
+D3plot small(std::size_t word_bytes) {
+  D3plot d = sample_d3plot(3);
+  d.word_bytes = word_bytes;
+  d.ndim = 5;
+  d.has_extra = d.has_strain = true;
+  return d;
+}
+
+}  // namespace
+
+TEST_CASE("one file cut at every byte keeps the states before the cut") {
+  for (const std::size_t word_bytes : {4u, 8u}) {
+    const lbea::test::TemporaryFolder folder;
+    const Bytes whole = d3plot_files(small(word_bytes)).front();
+    write(folder / "d3plot", whole);
+    REQUIRE(states_of(folder / "d3plot") == 3);
+    std::optional<std::uint32_t> longer = 3;
+    std::size_t refused = 0;
+    for (std::size_t length = whole.size(); length-- > 0;) {
+      CAPTURE(length);
+      fs::resize_file(folder / "d3plot", length);
+      const auto states = states_of(folder / "d3plot");
+      // fewer and fewer states, then, once the geometry is incomplete, refusals
+      REQUIRE((longer ? !states || *states <= *longer : !states));
+      if (!states) {
+        REQUIRE((!longer || *longer == 0));
+        ++refused;
+      }
+      longer = states;
+    }
+    CHECK(refused > 64 * word_bytes);
+  }
+}
+
+TEST_CASE("the last file of a family may be cut, one that others follow may not") {
+  D3plot d = small(4);
+  d.states_per_file = 2;
+  d.states.push_back(d.states.back());
+  d.states.back().time = 1;
+  const auto files = d3plot_files(d);
+  REQUIRE(files.size() == 3);
+  const lbea::test::TemporaryFolder folder;
+  write_d3plot(d, folder.path());
+  for (std::size_t length = files[1].size(); length-- > 0;) {
+    CAPTURE(length);
+    fs::resize_file(folder / "d3plot01", length);
+    const auto states = states_of(folder / "d3plot");
+    // cut at a state's border nothing tells that states are missing
+    if (states) CHECK((*states == 2 || *states == 3 || *states == 4));
+  }
+  write(folder / "d3plot01", files[1]);
+  for (std::size_t length = files[2].size(); length-- > 0;) {
+    fs::resize_file(folder / "d3plot02", length);
+    const auto states = states_of(folder / "d3plot");
+    REQUIRE(states.has_value());
+    CHECK(*states >= 2);
+  }
+}
+
+TEST_CASE("every byte changed, one at a time") {
+  for (const std::size_t word_bytes : {4u, 8u}) {
+    const lbea::test::TemporaryFolder folder;
+    const Bytes whole = d3plot_files(small(word_bytes)).front();
+    write(folder / "d3plot", whole);
+    std::fstream file(folder / "d3plot", std::ios::binary | std::ios::in | std::ios::out);
+    const auto put = [&](std::size_t at, std::byte value) {
+      file.seekp(static_cast<std::streamoff>(at));
+      file.put(static_cast<char>(value));
+      file.flush();
+    };
+    std::size_t accepted = 0, refused = 0;
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      for (const std::byte mask : {std::byte{0x01}, std::byte{0x80}, std::byte{0xff}}) {
+        CAPTURE(at);
+        put(at, whole[at] ^ mask);
+        ++(states_of(folder / "d3plot") ? accepted : refused);
+      }
+      put(at, whole[at]);
+    }
+    CHECK(accepted > 0);
+    CHECK(refused > 0);
+  }
+}
