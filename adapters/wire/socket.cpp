@@ -1,8 +1,5 @@
 #include "adapters/wire/socket.hpp"
 
-#include <cstring>
-#include <thread>
-
 #include <unistd.h>
 
 namespace lbea {
@@ -16,7 +13,6 @@ namespace {
 
 constexpr int heartbeat_ms = 500;
 constexpr int heartbeat_timeout_ms = 3000;  // longer than any stall of a loaded machine that is still alive
-constexpr auto longest_unbind = std::chrono::seconds(1);
 constexpr int handshake_ms = 2000;
 constexpr int reconnect_ms = 50;
 constexpr int reconnect_max_ms = 2000;
@@ -65,22 +61,17 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint) {
   }
 }
 
-void unbind(zmq::socket_t& socket, const std::string& bound) noexcept {
-  if (zmq_unbind(socket.handle(), bound.c_str()) != 0 || !bound.starts_with("ipc://")) return;
-  const std::string path = bound.substr(std::strlen("ipc://"));
-  const auto deadline = std::chrono::steady_clock::now() + longest_unbind;
-  while (::access(path.c_str(), F_OK) == 0 && std::chrono::steady_clock::now() < deadline)
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-}
-
 BoundSocket::BoundSocket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options,
                          const Endpoint& where)
-    : lock(where), socket(make_socket(context, type, options)) {
+    : lock(where), path(where.path), socket(make_socket(context, type, options)) {
   bind(socket, where);
   endpoint = socket.get(zmq::sockopt::last_endpoint);
 }
 
-BoundSocket::~BoundSocket() { unbind(socket, endpoint); }
+BoundSocket::~BoundSocket() {
+  zmq_unbind(socket.handle(), endpoint.c_str());
+  if (!path.empty()) ::unlink(path.c_str());  // ZeroMQ leaves it; the lock is still held
+}
 
 Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept {
   return outcome(zmq_msg_recv(into.handle(), socket.handle(), flags));

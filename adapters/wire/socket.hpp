@@ -28,9 +28,6 @@ zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const 
 /// Throws Error{endpoint_unavailable}.
 void bind(zmq::socket_t& socket, const Endpoint& endpoint);
 void connect(zmq::socket_t& socket, const Endpoint& endpoint);
-/// Ends a bind and waits until an ipc path is free: ZeroMQ removes the file later, in a thread of its own, and
-/// would remove the one of a successor.
-void unbind(zmq::socket_t& socket, const std::string& bound) noexcept;
 
 /// A bound socket and what has to outlive it.
 struct BoundSocket {
@@ -39,6 +36,7 @@ struct BoundSocket {
   BoundSocket(const BoundSocket&) = delete;
   BoundSocket& operator=(const BoundSocket&) = delete;
   EndpointLock lock;
+  std::filesystem::path path;  // ipc only
   zmq::socket_t socket;
   std::string endpoint;  // as bound
 };

@@ -1,0 +1,80 @@
+#include "adapters/wire/endpoint.hpp"
+#include "tests/support/test_data.hpp"
+#include "tests/wire/wire_support.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using lbea::test::error_of;
+
+TEST_CASE("endpoints that may be connected to") {
+  for (const char* address : {"ipc:///tmp/a", "ipc://relative", "tcp://127.0.0.1:5555", "tcp://rig.local:1",
+                              "tcp://10.0.0.1:65535", "inproc://frames"}) {
+    CAPTURE(address);
+    CHECK(parse_endpoint(address).address == address);
+  }
+  CHECK(parse_endpoint("ipc:///tmp/a").path == "/tmp/a");
+}
+
+TEST_CASE("endpoints refused in words") {
+  for (const std::string address :
+       {"", "frames", "udp://127.0.0.1:1", "tcp://", "tcp://127.0.0.1", "tcp://:5555", "tcp://127.0.0.1:",
+        "tcp://127.0.0.1:0", "tcp://127.0.0.1:65536", "tcp://127.0.0.1:12a", "tcp://127.0.0.1:-1", "ipc://", "ipc://@name",
+        "ipc://*", "inproc://"}) {
+    CAPTURE(address);
+    const auto [status, sentence] = error_of([&] { static_cast<void>(parse_endpoint(address)); });
+    CHECK(status == Status::bad_config);
+    CHECK(sentence.find("\"" + address + "\"") != std::string::npos);
+  }
+  const auto [status, sentence] = error_of([&] { static_cast<void>(parse_endpoint("ipc:///" + std::string(200, 'a'))); });
+  CHECK(status == Status::bad_config);
+  CHECK(sentence.find("107 bytes") != std::string::npos);
+}
+
+TEST_CASE("only this machine may connect") {
+  CHECK(parse_bind_endpoint("tcp://127.0.0.1:5555").address == "tcp://127.0.0.1:5555");
+  CHECK(parse_bind_endpoint("tcp://127.3.2.1:*").address == "tcp://127.3.2.1:*");
+  CHECK(parse_bind_endpoint("tcp://localhost:5555").address == "tcp://127.0.0.1:5555");
+  for (const std::string address : {"tcp://*:5555", "tcp://0.0.0.0:5555", "tcp://10.0.0.1:5555", "tcp://128.0.0.1:1",
+                                    "tcp://127.0.0.1.evil.com:5555", "tcp://eth0:5555"}) {
+    CAPTURE(address);
+    const auto [status, sentence] = error_of([&] { static_cast<void>(parse_bind_endpoint(address)); });
+    CHECK(status == Status::bad_config);
+    CHECK(sentence.find("use 127.0.0.1 instead of") != std::string::npos);
+  }
+}
+
+TEST_CASE("a lock is held by one at a time and leaves nothing behind") {
+  const test::TemporaryFolder folder;
+  const Endpoint endpoint = parse_endpoint("ipc://" + (folder / "frames").string());
+  for (int round = 0; round < 3; ++round) {
+    EndpointLock lock(endpoint);
+    CHECK(std::filesystem::exists(folder / "frames.lock"));
+    const auto [status, sentence] = error_of([&] { EndpointLock second(endpoint); });
+    CHECK(status == Status::endpoint_unavailable);
+    CHECK(sentence.find("in use by another process") != std::string::npos);
+    EndpointLock moved = std::move(lock);
+    CHECK(error_of([&] { EndpointLock second(endpoint); }).first == Status::endpoint_unavailable);
+  }
+  CHECK_FALSE(std::filesystem::exists(folder / "frames.lock"));
+}
+
+TEST_CASE("a lock file that a killed process left behind is taken over") {
+  const test::TemporaryFolder folder;
+  const Endpoint endpoint = parse_endpoint("ipc://" + (folder / "frames").string());
+  const pid_t child = ::fork();
+  if (child == 0) {
+    static const EndpointLock lock(endpoint);
+    ::raise(SIGKILL);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  REQUIRE(std::filesystem::exists(folder / "frames.lock"));
+  CHECK(error_of([&] { EndpointLock lock(endpoint); }).first == Status::ok);
+}
+
+TEST_CASE("a folder that is not there") {
+  const auto [status, sentence] = error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
+  CHECK(status == Status::endpoint_unavailable);
+  CHECK(sentence.find("/no/such/folder/frames.lock") != std::string::npos);
+}

@@ -1,0 +1,334 @@
+// The pipeline of lbea-serve in this process, with faults where the matcher would be.
+#include "tools/serve/pipeline.hpp"
+#include "tools/serve/tally.hpp"
+
+#include "tests/support/test_data.hpp"
+#include "tests/wire/wire_support.hpp"
+
+#include <doctest/doctest.h>
+
+#include <map>
+#include <random>
+#include <set>
+
+using namespace lbea;
+using namespace std::chrono_literals;
+using lbea::test::eventually;
+
+namespace {
+
+/// Takes its time; finds the simulation whose number is the first point's x.
+class FakeEngine final : public MatchEngine {
+ public:
+  explicit FakeEngine(std::chrono::microseconds delay = {}) : delay_(delay) {}
+  MatchResult match(const Frame& frame) noexcept override {
+    std::this_thread::sleep_for(delay_.load());
+    MatchResult result;
+    result.frame_id = frame.id;
+    result.stamp_ns = frame.stamp_ns;
+    result.points.received = static_cast<std::uint32_t>(frame.points.size());
+    if (frame.points.empty()) {
+      result.status = Status::empty_frame;
+      return result;
+    }
+    result.coverage = 0.5f;
+    if (frame.points.size() == 1) result.status = Status::low_coverage;
+    match_ = {{static_cast<std::uint32_t>(frame.points[0].x), 3}, 1.5f};
+    result.matches = {&match_, 1};
+    result.elapsed_ns = {1, 2, 3, 4, 5};
+    return result;
+  }
+  std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
+    return simulation == 4 ? "run_004" : "run_other";
+  }
+  double time_s(Sample sample) const noexcept override { return 0.001 * sample.time_step; }
+  void set_delay(std::chrono::microseconds delay) { delay_ = delay; }
+
+ private:
+  std::atomic<std::chrono::microseconds> delay_;
+  Match match_;
+};
+
+/// A pipeline with one sender and one subscriber that hears everything.
+class Bench {
+ public:
+  explicit Bench(std::chrono::microseconds delay = {}, PipelineConfig config = small(), const std::string& transport = "ipc")
+      : engine(delay), source_(context, endpoint("frames", transport), config.limits),
+        sink_(context, endpoint("results", transport)), sender(context, source_.endpoint()),
+        subscriber(context, sink_.endpoint()),
+        pipeline(std::move(config), engine, std::move(source_), std::move(sink_)) {
+    REQUIRE(sender.wait_ready(30s));
+    REQUIRE(eventually([&] { return subscriber.receive(10ms).has_value(); }));  // a state: the subscription stands
+  }
+
+  void send(std::uint64_t id, std::size_t points, std::uint64_t session = 1) {
+    const std::vector<Point> cloud(points, Point{4, 0, 0});
+    REQUIRE(sender.send(encoder.frame({id, 77, cloud}, session), 30s));
+  }
+  void send_bytes(std::span<const std::byte> bytes) { REQUIRE(sender.send(bytes, 30s)); }
+
+  /// Results until `count` of them are there.
+  void hear(std::size_t count) {
+    while (results.size() < count) {
+      const auto message = subscriber.receive(30s);
+      REQUIRE(message);
+      take(*message);
+    }
+  }
+  /// Stops, then hears what is left.
+  Counters finish() {
+    REQUIRE(sender.flush(30s) == 0);
+    pipeline.stop();
+    while (const auto message = subscriber.receive(200ms)) take(*message);
+    return pipeline.counters();
+  }
+
+  static PipelineConfig small() {
+    PipelineConfig config;
+    config.limits.max_points = 1000;
+    config.state_interval = 20ms;
+    config.description.model.checksum = 99;
+    config.description.model.simulations = {"run_004"};
+    return config;
+  }
+
+  test::TemporaryFolder folder;
+  FakeEngine engine;
+  WireContext context;
+
+ private:
+  std::string endpoint(const std::string& name, const std::string& transport) const {
+    if (transport == "tcp") return "tcp://127.0.0.1:*";
+    return transport == "inproc" ? "inproc://" + name : "ipc://" + (folder / name).string();
+  }
+  void take(Message message) {
+    if (message_kind(message) == MessageKind::state) {
+      REQUIRE(decode_state(message, state) == WireStatus::ok);
+      return;
+    }
+    results.emplace_back();
+    REQUIRE(decode_result(message, results.back()) == WireStatus::ok);
+  }
+  FrameSource source_;
+  ResultSink sink_;
+
+ public:
+  FrameSink sender;
+  ResultSource subscriber;
+  Encoder encoder;
+  std::vector<WireResult> results;
+  WireState state;
+  Pipeline pipeline;
+};
+
+std::map<WireStatus, std::uint64_t> count_results(const std::vector<WireResult>& results) {
+  std::map<WireStatus, std::uint64_t> counts;
+  for (const WireResult& result : results) ++counts[result.status];
+  return counts;
+}
+
+void check_published_as_counted(const Bench& bench, const Counters& counters) {
+  const auto published = count_results(bench.results);
+  for (std::size_t i = 0; i < wire_status_count; ++i) {
+    const auto status = static_cast<WireStatus>(i);
+    CAPTURE(to_string(status));
+    const auto found = published.find(status);
+    CHECK((found == published.end() ? 0 : found->second) == counters.of(status));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every frame is answered, in order, with names, times and counters") {
+  for (const std::string transport : {"ipc", "tcp", "inproc"}) {
+    CAPTURE(transport);
+    Bench bench({}, Bench::small(), transport);
+    for (std::uint64_t id = 0; id < 100; ++id) {
+      bench.send(id, 10);
+      bench.hear(id + 1);
+    }
+    const Counters counters = bench.finish();
+    REQUIRE(bench.results.size() == 100);
+    for (std::uint64_t id = 0; id < 100; ++id) {
+      const WireResult& result = bench.results[id];
+      CHECK(result.frame_id == id);
+      CHECK(result.session == 1);
+      CHECK(result.stamp_ns == 77);
+      CHECK(result.status == WireStatus::ok);
+      CHECK(result.verdict == Verdict::matched);
+      CHECK(result.coverage == 0.5f);
+      CHECK(result.points.received == 10);
+      REQUIRE(result.matches.size() == 1);
+      CHECK(result.matches[0].sample == Sample{4, 3});
+      CHECK(result.matches[0].simulation_name == "run_004");
+      CHECK(result.matches[0].time_s == doctest::Approx(0.003));
+      CHECK(result.matches[0].distance == 1.5f);
+      CHECK(result.elapsed_ns.match.index == 1);
+      CHECK(result.elapsed_ns.match.coverage == 5);
+      CHECK(result.elapsed_ns.total > 0);
+      CHECK(result.publish_ns >= result.receive_ns);
+      CHECK(result.model_checksum == 99);
+      CHECK(result.counters.received == id + 1);
+      CHECK(result.counters.of(WireStatus::ok) == id + 1);
+    }
+    CHECK(counters.received == 100);
+    CHECK(counters.of(WireStatus::ok) == 100);
+    CHECK(counters.missed == 0);
+    CHECK(is_complete(counters));
+  }
+}
+
+TEST_CASE("a slow matcher: what does not fit is dropped, counted and announced, to the last frame") {
+  PipelineConfig config = Bench::small();
+  config.queue_slots = 3;
+  Bench bench(2ms, config);
+  constexpr std::uint64_t frames = 400;
+  for (std::uint64_t id = 0; id < frames; ++id) bench.send(id, 5);
+  bench.send_bytes(bench.encoder.end_of_stream(1, frames));
+  const Counters counters = bench.finish();
+  CHECK(counters.received == frames);
+  CHECK(counters.adds_up());
+  CHECK(counters.of(WireStatus::queue_full) > 0);
+  CHECK(counters.of(WireStatus::ok) >= 3);
+  CHECK(counters.missed == 0);
+  CHECK_FALSE(is_complete(counters));
+  check_published_as_counted(bench, counters);
+  std::set<std::uint64_t> ids;
+  for (const WireResult& result : bench.results) ids.insert(result.frame_id);
+  CHECK(ids.size() == frames + 1);
+  CHECK(bench.results.back().status == WireStatus::end_of_stream);
+  CHECK(bench.results.back().counters.adds_up());
+}
+
+TEST_CASE("refused frames are answered too, and do not disturb the others") {
+  Bench bench;
+  const std::vector<std::byte> garbage(500, std::byte{0x5a});
+  const std::vector<Point> many(1001), few(3, Point{4, 0, 0});
+  std::uint64_t id = 0;
+  for (int round = 0; round < 20; ++round) {
+    bench.send(id++, 2);
+    bench.send_bytes(garbage);
+    bench.send(id++, 0);
+    bench.send_bytes(bench.encoder.frame({id++, 1, many}, 1));
+    bench.send(id++, 1);
+    const auto message = bench.encoder.frame({id, 1, few}, 1);
+    bench.send_bytes(message.first(message.size() / 2));
+    bench.hear(static_cast<std::size_t>(round + 1) * 6);
+  }
+  const Counters counters = bench.finish();
+  CHECK(counters.received == 120);
+  CHECK(counters.adds_up());
+  for (const auto status : {WireStatus::ok, WireStatus::low_coverage, WireStatus::empty_frame,
+                            WireStatus::too_many_points, WireStatus::wrong_kind, WireStatus::damaged})
+    CHECK(counters.of(status) == 20);
+  CHECK(counters.missed == 0);
+  check_published_as_counted(bench, counters);
+  for (const WireResult& result : bench.results) {
+    const bool refused = fate_of(result.status) == Fate::rejected;
+    CHECK((result.verdict == Verdict::refused) == refused);
+    CHECK(result.matches.empty() == refused);
+  }
+}
+
+TEST_CASE("gaps, repetitions and sessions are counted") {
+  Bench bench;
+  for (const std::uint64_t id : {5u, 6u, 9u, 9u}) bench.send(id, 2, 1);
+  bench.send(1000, 2, 2);
+  bench.send_bytes(bench.encoder.end_of_stream(2, 1003));
+  bench.hear(6);
+  const Counters counters = bench.finish();
+  CHECK(counters.missed == 4);  // 7, 8; 1001, 1002
+  CHECK(counters.duplicates == 1);
+  CHECK(counters.sessions == 2);
+  CHECK(counters.received == 5);
+  CHECK(counters.of(WireStatus::ok) == 5);
+  CHECK(counters.of(WireStatus::end_of_stream) == 1);
+  CHECK(counters.adds_up());
+  CHECK_FALSE(is_complete(counters));
+}
+
+TEST_CASE("stopping finishes what has arrived") {
+  PipelineConfig config = Bench::small();
+  config.queue_slots = 8;
+  Bench bench(20ms, config);
+  for (std::uint64_t id = 0; id < 5; ++id) bench.send(id, 3);
+  const Counters counters = bench.finish();
+  CHECK(counters.received == 5);
+  CHECK(counters.of(WireStatus::ok) == 5);
+  CHECK(bench.results.size() == 5);
+  CHECK(bench.state.counters == counters);  // the farewell state has the closing tally
+}
+
+TEST_CASE("who comes late learns from the state what is going on") {
+  Bench bench;
+  bench.send(0, 3);
+  bench.hear(1);
+  ResultSource late(bench.context, "ipc://" + (bench.folder / "results").string());
+  WireState state;
+  REQUIRE(eventually([&] {
+    const auto message = late.receive(100ms);
+    return message && decode_state(*message, state) == WireStatus::ok && state.counters.received == 1;
+  }));
+  CHECK(state.model.checksum == 99);
+  CHECK(state.model.simulations == std::vector<std::string>{"run_004"});
+  CHECK(state.max_points == 1000);
+  CHECK(state.queue_slots == 16);
+  CHECK(state.start_ns > 0);
+  CHECK(state.publish_ns >= state.start_ns);
+  static_cast<void>(bench.finish());
+}
+
+TEST_CASE("sequence numbers on the results socket have no gap") {
+  Bench bench;
+  std::optional<std::uint64_t> last;
+  for (std::uint64_t id = 0; id < 50; ++id) {
+    bench.send(id, 3);
+    while (true) {
+      const auto message = bench.subscriber.receive(30s);
+      REQUIRE(message);
+      WireResult result;
+      WireState state;
+      const bool is_state = decode_state(*message, state) == WireStatus::ok;
+      if (!is_state) REQUIRE(decode_result(*message, result) == WireStatus::ok);
+      const std::uint64_t sequence = is_state ? state.sequence : result.sequence;
+      if (last) CHECK(sequence == *last + 1);
+      last = sequence;
+      if (!is_state) break;
+    }
+  }
+  static_cast<void>(bench.finish());
+}
+
+TEST_CASE("random stalls of the matcher: the tally stays exact") {
+  std::mt19937 random(7);
+  for (int round = 0; round < 3; ++round) {
+    PipelineConfig config = Bench::small();
+    config.queue_slots = 1 + random() % 4;
+    Bench bench({}, config);
+    std::uint64_t sent = 0;
+    for (; sent < 300; ++sent) {
+      if (random() % 50 == 0) bench.engine.set_delay(std::chrono::microseconds(random() % 5000));
+      bench.send(sent, 1 + random() % 20);
+    }
+    const Counters counters = bench.finish();
+    CHECK(counters.received == sent);
+    CHECK(counters.adds_up());
+    CHECK(counters.missed == 0);
+    check_published_as_counted(bench, counters);
+  }
+}
+
+TEST_CASE("the closing tally in words and as JSON") {
+  Counters counters;
+  counters.received = 10;
+  counters.by_status[static_cast<std::size_t>(WireStatus::ok)] = 6;
+  counters.by_status[static_cast<std::size_t>(WireStatus::damaged)] = 3;
+  counters.by_status[static_cast<std::size_t>(WireStatus::queue_full)] = 1;
+  CHECK(tally_line(counters) ==
+        "received 10 = matched 6 (ok 6) + rejected 3 (damaged 3) + dropped 1 (queue_full 1); missed 0, duplicates 0, sessions 0");
+  CHECK(tally_json(counters).find("\"rejected_by_reason\":{\"empty_frame\":0") != std::string::npos);
+  CHECK(tally_json(counters).find("\"adds_up\":true") != std::string::npos);
+  CHECK_FALSE(is_complete(counters));
+  counters.received = 11;
+  CHECK(tally_line(counters).starts_with("received 11 IS NOT matched 6"));
+}

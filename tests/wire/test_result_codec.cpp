@@ -1,0 +1,147 @@
+#include "adapters/wire/codec.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+
+using namespace lbea;
+
+namespace {
+
+WireResult some_result() {
+  WireResult result;
+  result.sequence = 11;
+  result.session = 12;
+  result.frame_id = 13;
+  result.stamp_ns = -14;
+  result.status = WireStatus::low_coverage;
+  result.verdict = Verdict::low_coverage;
+  result.reference = 15;
+  result.coverage = 0.25f;
+  result.points = {100, 1, 20, 79};
+  result.matches = {{{3, 4}, "run_003", 0.0125, 1.5f}, {{0, 7}, "", -1, 2.5f}, {{5, 6}, "run_003", 0, 3.5f}};
+  result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7}, 8};
+  result.counters.received = 1000;
+  for (std::size_t i = 0; i < wire_status_count; ++i) result.counters.by_status[i] = 100 + i;
+  result.counters.missed = 16;
+  result.counters.duplicates = 17;
+  result.counters.sessions = 18;
+  result.counters.unannounced = 19;
+  result.receive_ns = 20;
+  result.publish_ns = 21;
+  result.model_checksum = 0xffff'ffff'ffff'fff0;
+  return result;
+}
+
+void check_equal(const WireResult& a, const WireResult& b) {
+  CHECK(a.sequence == b.sequence);
+  CHECK(a.session == b.session);
+  CHECK(a.frame_id == b.frame_id);
+  CHECK(a.stamp_ns == b.stamp_ns);
+  CHECK(a.status == b.status);
+  CHECK(a.verdict == b.verdict);
+  CHECK(a.reference == b.reference);
+  CHECK(a.coverage == b.coverage);
+  CHECK(std::memcmp(&a.points, &b.points, sizeof a.points) == 0);
+  CHECK(std::memcmp(&a.elapsed_ns, &b.elapsed_ns, sizeof a.elapsed_ns) == 0);
+  CHECK(a.counters == b.counters);
+  CHECK(a.receive_ns == b.receive_ns);
+  CHECK(a.publish_ns == b.publish_ns);
+  CHECK(a.model_checksum == b.model_checksum);
+  REQUIRE(a.matches.size() == b.matches.size());
+  for (std::size_t i = 0; i < a.matches.size(); ++i) {
+    CHECK(a.matches[i].sample == b.matches[i].sample);
+    CHECK(a.matches[i].simulation_name == b.matches[i].simulation_name);
+    CHECK(a.matches[i].time_s == b.matches[i].time_s);
+    CHECK(a.matches[i].distance == b.matches[i].distance);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a result comes back as it was, from any address") {
+  Encoder encoder;
+  for (const WireResult& result : {WireResult{}, some_result()}) {
+    const auto message = encoder.result(result);
+    CHECK(message_kind(message) == MessageKind::result);
+    std::vector<std::uint64_t> aligned(message.size() / 8 + 4);
+    auto* base = reinterpret_cast<std::byte*>(aligned.data());
+    for (std::size_t shift = 0; shift < 16; ++shift) {
+      std::memcpy(base + shift, message.data(), message.size());
+      WireResult read = some_result();
+      REQUIRE(decode_result({base + shift, message.size()}, read) == WireStatus::ok);
+      check_equal(read, result);
+    }
+  }
+}
+
+TEST_CASE("a thousand matches fit") {
+  WireResult result;
+  for (std::uint32_t i = 0; i < 1000; ++i) result.matches.push_back({{i, i}, "run_" + std::to_string(i), 0, 0});
+  Encoder encoder;
+  WireResult read;
+  REQUIRE(decode_result(encoder.result(result), read) == WireStatus::ok);
+  check_equal(read, result);
+}
+
+TEST_CASE("a state comes back as it was") {
+  WireState state{1, 2, 3, "0.1.0", "lbea", 4, 5, 6, some_result().counters,
+                  {"rail.lbea", 7, 8, 9, 10, 11, "mm", {"run_001", "", "run_003"}}};
+  Encoder encoder;
+  const auto message = encoder.state(state);
+  CHECK(message_kind(message) == MessageKind::state);
+  WireState read;
+  REQUIRE(decode_state(message, read) == WireStatus::ok);
+  CHECK(read.sequence == 1);
+  CHECK(read.publish_ns == 2);
+  CHECK(read.start_ns == 3);
+  CHECK(read.version == "0.1.0");
+  CHECK(read.method == "lbea");
+  CHECK(read.max_points == 4);
+  CHECK(read.queue_slots == 5);
+  CHECK(read.queue_used == 6);
+  CHECK(read.counters == state.counters);
+  CHECK(read.model.file == "rail.lbea");
+  CHECK(read.model.checksum == 7);
+  CHECK(read.model.vertices == 8);
+  CHECK(read.model.modes == 9);
+  CHECK(read.model.samples == 10);
+  CHECK(read.model.references == 11);
+  CHECK(read.model.length_unit == "mm");
+  CHECK(read.model.simulations == state.model.simulations);
+}
+
+TEST_CASE("results and states are told apart, and cut ones refused") {
+  Encoder encoder;
+  WireResult result;
+  WireState state;
+  CHECK(decode_result(encoder.state({}), result) == WireStatus::wrong_kind);
+  CHECK(decode_state(encoder.result({}), state) == WireStatus::wrong_kind);
+  CHECK(decode_result({}, result) == WireStatus::wrong_kind);
+  CHECK(message_kind({}) == MessageKind::unknown);
+  const auto message = encoder.result(some_result());
+  for (std::size_t length = 8; length < message.size(); ++length) {
+    const std::vector<std::byte> cut(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(length));
+    CAPTURE(length);
+    CHECK(decode_result(cut, result) == WireStatus::damaged);
+  }
+}
+
+TEST_CASE("every status has a name, a sentence and a fate") {
+  Counters counters;
+  for (std::size_t i = 0; i < wire_status_count; ++i) {
+    const auto status = static_cast<WireStatus>(i);
+    CHECK(to_string(status) != "unknown_status");
+    CHECK(explain(status).size() > 5);
+    for (std::size_t j = 0; j < i; ++j) CHECK(to_string(status) != to_string(static_cast<WireStatus>(j)));
+    counters.by_status[i] = std::uint64_t{1} << i;
+  }
+  CHECK(to_string(static_cast<WireStatus>(wire_status_count)) == "unknown_status");
+  CHECK(counters.sum(Fate::matched) == 0b11);
+  CHECK(counters.sum(Fate::rejected) == 0b1111'1111'1100);
+  CHECK(counters.sum(Fate::dropped) == 0b1'0000'0000'0000);
+  counters.received = 0b1'1111'1111'1111;
+  CHECK(counters.adds_up());
+  ++counters.received;
+  CHECK_FALSE(counters.adds_up());
+}

@@ -1,0 +1,215 @@
+// lbea-send as the program it is, against a pipeline in this process.
+#include "adapters/wire/codec.hpp"
+#include "adapters/wire/streams.hpp"
+#include "tests/support/test_data.hpp"
+#include "tests/wire/wire_support.hpp"
+
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <iterator>
+
+using namespace lbea;
+using namespace std::chrono_literals;
+using lbea::test::eventually;
+using lbea::test::Process;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// A folder of clouds c0.ply, c1.ply, ... with i + 1 points at x = i, stamped 1,000,000 + i ms.
+class Bench {
+ public:
+  explicit Bench(int clouds = 3, bool stamped = true) {
+    std::filesystem::create_directory(folder / "clouds");
+    for (int i = 0; i < clouds; ++i) {
+      std::ofstream out(folder / ("clouds/c" + std::to_string(i) + ".ply"));
+      out << "ply\nformat ascii 1.0\n";
+      if (stamped) out << "comment stamp_ns " << 1'000'000'000 + 1'000'000 * i << "\n";
+      out << "element vertex " << i + 1 << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+      for (int j = 0; j <= i; ++j) out << i << " " << j << " 0.5\n";
+    }
+  }
+  std::unique_ptr<Process> start(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), LBEA_SEND);
+    return std::make_unique<Process>(arguments, out(), err());
+  }
+  int run(const std::vector<std::string>& arguments) { return start(arguments)->wait(); }
+  [[nodiscard]] std::string clouds() const { return (folder / "clouds").string(); }
+  [[nodiscard]] std::string endpoint() const { return "ipc://" + (folder / "frames").string(); }
+  [[nodiscard]] std::string out() const { return (folder / "out").string(); }
+  [[nodiscard]] std::string err() const { return (folder / "err").string(); }
+
+  test::TemporaryFolder folder;
+};
+
+struct Received {
+  std::vector<DecodedFrame> frames;
+  std::uint64_t end_id = 0;
+};
+
+/// Everything up to the end of the stream.
+Received receive_all(FrameSource& source) {
+  Received received;
+  while (true) {
+    const auto message = source.receive(30s);
+    REQUIRE(message);
+    DecodedFrame frame;
+    const WireStatus status = decode_frame(*message, frame);
+    received.end_id = frame.header.id;
+    if (status == WireStatus::end_of_stream) return received;
+    REQUIRE(status == WireStatus::ok);
+    received.frames.push_back(std::move(frame));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a folder arrives by name, with rising ids, the files' stamps and an end") {
+  Bench bench;
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint(), "--loop", "4", "--json"});
+  const Received received = receive_all(source);
+  CHECK(sender->wait() == 0);
+  REQUIRE(received.frames.size() == 12);
+  CHECK(received.end_id == 12);
+  for (std::size_t i = 0; i < 12; ++i) {
+    const DecodedFrame& frame = received.frames[i];
+    CHECK(frame.header.id == i);
+    CHECK(frame.header.session == received.frames[0].header.session);
+    CHECK(frame.header.stamp_ns == 1'000'000'000 + 1'000'000 * static_cast<std::int64_t>(i % 3));
+    CHECK(frame.coordinate_system == "sensor");
+    REQUIRE(frame.points.size() == i % 3 + 1);
+    CHECK(frame.points.back().x == static_cast<float>(i % 3));
+    CHECK(frame.points.back().y == static_cast<float>(i % 3));
+    CHECK(frame.points.back().z == 0.5f);
+  }
+  CHECK(contains(text_of(bench.out()), R"("captured":12,"sent":12,"refused":0,"handed_over":12)"));
+}
+
+TEST_CASE("clouds without a stamp get the present one") {
+  Bench bench(2, false);
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  const auto now_ns = [] {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  };
+  const std::int64_t before = now_ns();
+  const auto sender = bench.start({bench.clouds() + "/c1.ply", bench.clouds() + "/c0.ply", "--to", bench.endpoint()});
+  const Received received = receive_all(source);
+  CHECK(sender->wait() == 0);
+  REQUIRE(received.frames.size() == 2);
+  CHECK(received.frames[0].points.size() == 2);  // files in the order given
+  CHECK(received.frames[0].header.stamp_ns >= before);
+  CHECK(received.frames[1].header.stamp_ns >= received.frames[0].header.stamp_ns);
+  CHECK(received.frames[1].header.stamp_ns <= now_ns());
+}
+
+TEST_CASE("the pace: at a rate, and by the stamps") {
+  Bench bench(5);
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  const auto seconds_of = [&](const std::vector<std::string>& pace, std::size_t frames) {
+    std::vector<std::string> arguments{bench.clouds(), "--to", bench.endpoint()};
+    arguments.insert(arguments.end(), pace.begin(), pace.end());
+    const auto sender = bench.start(arguments);
+    REQUIRE(source.receive(30s));
+    const auto begin = std::chrono::steady_clock::now();
+    CHECK(receive_all(source).frames.size() == frames - 1);
+    CHECK(sender->wait() == 0);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  // Never earlier than due; later only as the machine is loaded. The first frame may itself be late by a little.
+  CHECK(seconds_of({"--rate", "20", "--loop", "2"}, 10) > 9 / 20.0 - 0.1);
+  CHECK(seconds_of({"--realtime", "--loop", "40"}, 200) > 199 * 0.001 - 0.1);
+}
+
+TEST_CASE("a paced sender does not wait for a receiver that does not read: it counts") {
+  Bench bench;
+  WireContext context;
+  const FrameSource source(context, bench.endpoint());
+  std::ofstream(bench.folder / "big.xyz") << [] {
+    std::string text;
+    for (int i = 0; i < 40'000; ++i) text += "1 2 3\n";
+    return text;
+  }();
+  CHECK(bench.run({(bench.folder / "big.xyz").string(), "--to", bench.endpoint(), "--rate", "2000", "--loop", "200",
+                   "--json"}) == 1);
+  const std::string tally = text_of(bench.out());
+  CHECK(contains(tally, "\"captured\":200"));
+  CHECK_FALSE(contains(tally, "\"refused\":0,"));
+}
+
+TEST_CASE("Ctrl-C ends an endless loop in good order") {
+  Bench bench;
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint(), "--rate", "200", "--loop", "0"});
+  for (int i = 0; i < 10; ++i) REQUIRE(source.receive(30s));
+  sender->signal(SIGINT);
+  const Received rest = receive_all(source);
+  CHECK(sender->wait() == 0);
+  CHECK(rest.end_id == 10 + rest.frames.size());
+}
+
+TEST_CASE("a sender killed in mid-stream does no harm; the next one is served") {
+  Bench bench;
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  for (int round = 0; round < 3; ++round) {
+    const auto doomed = bench.start({bench.clouds(), "--to", bench.endpoint(), "--loop", "0"});
+    for (int i = 0; i < 50; ++i) REQUIRE(source.receive(30s));
+    doomed->signal(SIGKILL);
+    CHECK(doomed->wait() == 128 + SIGKILL);
+  }
+  while (source.receive(200ms)) {
+  }
+  const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint()});
+  CHECK(receive_all(source).frames.size() == 3);
+  CHECK(sender->wait() == 0);
+}
+
+TEST_CASE("--wait-ready waits for a receiver that comes later") {
+  Bench bench;
+  const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint(), "--wait-ready"});
+  std::this_thread::sleep_for(300ms);
+  CHECK(sender->is_running());
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  CHECK(receive_all(source).frames.size() == 3);
+  CHECK(sender->wait() == 0);
+}
+
+TEST_CASE("what cannot be done is said in a sentence") {
+  Bench bench;
+  const auto fails = [&](const std::vector<std::string>& arguments, int code, const std::string& sentence) {
+    CAPTURE(sentence);
+    CHECK(bench.run(arguments) == code);
+    const std::string said = text_of(bench.err());
+    CAPTURE(said);
+    CHECK(contains(said, sentence));
+  };
+  fails({}, 2, "paths");
+  fails({bench.clouds()}, 2, "--to");
+  fails({bench.clouds(), "--to", bench.endpoint(), "--rate", "-1"}, 2, "--rate");
+  fails({bench.clouds(), "--to", bench.endpoint(), "--rate", "5", "--realtime"}, 2, "--realtime");
+  fails({bench.clouds(), "--to", bench.endpoint(), "--speed", "5"}, 2, "--speed");
+  fails({"/no/such/file.ply", "--to", bench.endpoint()}, 1, "/no/such/file.ply: no such file or folder");
+  fails({bench.folder.path().string() + "/clouds/..", "--to", bench.endpoint()}, 1, "no clouds in this folder");
+  fails({bench.clouds(), "--to", "nonsense"}, 1, "\"nonsense\"");
+  fails({bench.clouds(), "--to", bench.endpoint()}, 1, "nobody listens there");
+  CHECK(bench.run({"--help"}) == 0);
+  CHECK(contains(text_of(bench.out()), "lbea-send frames/"));
+  CHECK(bench.run({"--version"}) == 0);
+
+  Bench unstamped(1, false);
+  CHECK(unstamped.run({unstamped.clouds(), "--to", unstamped.endpoint(), "--realtime"}) == 1);
+  CHECK(contains(text_of(unstamped.err()), "has no stamp to pace by"));
+}

@@ -1,0 +1,252 @@
+#include "tools/serve/pipeline.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace lbea {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t outcome_slots = 64;
+constexpr std::size_t refusal_slots = 4096;
+constexpr int longest_drain = 64;  // frames taken in after stop(): what the socket held
+constexpr auto patience = 100us;   // between looks for a free slot; only when a queue is full
+constexpr auto receive_timeout = 50ms;
+constexpr auto idle = 100ms;  // a bell that was missed costs at most this
+
+std::int64_t wall_clock_ns() noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::uint32_t short_ns(std::int64_t ns) noexcept {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(ns, 0, std::numeric_limits<std::uint32_t>::max()));
+}
+
+std::uint32_t since_ns(std::chrono::steady_clock::time_point begin) noexcept {
+  return short_ns((std::chrono::steady_clock::now() - begin) / 1ns);
+}
+
+WireStatus to_wire(Status status) noexcept {
+  switch (status) {
+    case Status::ok: return WireStatus::ok;
+    case Status::low_coverage: return WireStatus::low_coverage;
+    case Status::too_many_points: return WireStatus::too_many_points;
+    default: return WireStatus::empty_frame;  // the loop has no other status
+  }
+}
+
+Verdict verdict_of(WireStatus status) noexcept {
+  if (status == WireStatus::ok) return Verdict::matched;
+  if (status == WireStatus::low_coverage) return Verdict::low_coverage;
+  return fate_of(status) == Fate::rejected ? Verdict::refused : Verdict::unknown;
+}
+
+}  // namespace
+
+Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frames, ResultSink results)
+    : config_(std::move(config)), engine_(engine), source_(std::move(frames)), sink_(std::move(results)),
+      frames_(config_.queue_slots), outcomes_(outcome_slots), refusals_(refusal_slots), decoder_(config_.limits) {
+  for (FrameSlot& slot : frames_.slots()) slot.points.resize(config_.limits.max_points);
+  for (Outcome& outcome : outcomes_.slots()) outcome.matches.reserve(config_.max_matches);
+  config_.description.start_ns = wall_clock_ns();
+  config_.description.max_points = config_.limits.max_points;
+  config_.description.queue_slots = config_.queue_slots;
+  publisher_ = std::thread(&Pipeline::publish_results, this);
+  matcher_ = std::thread(&Pipeline::match_frames, this);
+  receiver_ = std::thread(&Pipeline::receive_frames, this);
+}
+
+Pipeline::~Pipeline() { stop(); }
+
+void Pipeline::stop() {
+  stopping_ = true;
+  for (std::thread* thread : {&receiver_, &matcher_, &publisher_}) {
+    if (thread->joinable()) thread->join();
+  }
+}
+
+void Pipeline::receive_frames() noexcept {
+  while (!stopping_) {
+    if (const auto message = source_.receive(receive_timeout)) take(*message, false);
+  }
+  for (int taken = 0; taken < longest_drain; ++taken) {
+    const auto message = source_.receive(0ms);
+    if (!message) break;
+    take(*message, true);
+  }
+  receiver_done_ = true;
+  frame_bell_.ring();
+}
+
+void Pipeline::take(Message message, bool patient) noexcept {
+  const std::int64_t receive_ns = wall_clock_ns();
+  const auto begin = Clock::now();
+  const WireStatus status = decoder_.open(message);
+  const bool is_end = status == WireStatus::end_of_stream;
+  if (!is_end) counters_.count_received();
+  if (decoder_.header().identified) {
+    ids_.saw(decoder_.header().session, decoder_.header().id);
+    counters_.store(ids_);
+  }
+  if (status != WireStatus::ok && !is_end) {
+    refuse(status, receive_ns);
+  } else if (FrameSlot* slot = claim_slot(patient || is_end)) {
+    accept(*slot, begin, receive_ns);
+  } else {
+    refuse(WireStatus::queue_full, receive_ns);
+  }
+}
+
+Pipeline::FrameSlot* Pipeline::claim_slot(bool patient) noexcept {
+  FrameSlot* slot = frames_.claim();
+  while (slot == nullptr && patient) {
+    std::this_thread::sleep_for(patience);
+    slot = frames_.claim();
+  }
+  return slot;
+}
+
+void Pipeline::accept(FrameSlot& slot, Clock::time_point begin, std::int64_t receive_ns) noexcept {
+  slot.header = decoder_.header();
+  slot.header.frame_id = {};
+  decoder_.read_points(slot.points);
+  slot.receive_ns = receive_ns;
+  slot.queued = Clock::now();
+  slot.decode_ns = since_ns(begin);
+  frames_.publish();
+  frame_bell_.ring();
+}
+
+void Pipeline::refuse(WireStatus status, std::int64_t receive_ns) noexcept {
+  counters_.count(status);
+  WireResult* refusal = refusals_.claim();
+  if (refusal == nullptr) {
+    counters_.count_unannounced();
+    return;
+  }
+  const FrameHeader& header = decoder_.header();
+  *refusal = {};
+  refusal->session = header.session;
+  refusal->frame_id = header.id;
+  refusal->stamp_ns = header.stamp_ns;
+  refusal->points.received = header.points;
+  refusal->status = status;
+  refusal->receive_ns = receive_ns;
+  refusals_.publish();
+  result_bell_.ring();
+}
+
+void Pipeline::match_frames() noexcept {
+  while (true) {
+    const bool last_look = receiver_done_;
+    if (FrameSlot* slot = frames_.front()) {
+      match(*slot);
+    } else if (last_look) {
+      break;
+    } else {
+      frame_bell_.wait_for(idle);
+    }
+  }
+  matcher_done_ = true;
+  result_bell_.ring();
+}
+
+void Pipeline::match(FrameSlot& slot) noexcept {
+  Outcome* outcome = outcomes_.claim();
+  while (outcome == nullptr) {
+    std::this_thread::sleep_for(patience);
+    outcome = outcomes_.claim();
+  }
+  fill(*outcome, slot);
+  frames_.release();
+  counters_.count(outcome->result.status);
+  outcomes_.publish();
+  result_bell_.ring();
+}
+
+void Pipeline::fill(Outcome& outcome, FrameSlot& slot) noexcept {
+  WireResult& result = outcome.result;
+  result = {};
+  outcome.matches.clear();
+  result.session = slot.header.session;
+  result.frame_id = slot.header.id;
+  result.stamp_ns = slot.header.stamp_ns;
+  result.receive_ns = slot.receive_ns;
+  result.elapsed_ns.decode = slot.decode_ns;
+  result.elapsed_ns.queue = since_ns(slot.queued);
+  result.status = WireStatus::end_of_stream;
+  if (slot.header.end_of_stream) return;
+  const MatchResult match = engine_.match(
+      {slot.header.id, slot.header.stamp_ns, std::span<const Point>(slot.points).first(slot.header.points)});
+  result.status = to_wire(match.status);
+  result.reference = match.reference;
+  result.coverage = match.coverage;
+  result.points = match.points;
+  result.elapsed_ns.match = match.elapsed_ns;
+  outcome.matches.assign(match.matches.begin(), match.matches.end());
+}
+
+void Pipeline::publish_results() noexcept {
+  publish_state();
+  auto next_state = Clock::now() + config_.state_interval;
+  while (true) {
+    const bool last_look = matcher_done_;
+    const bool busy = publish_waiting();
+    if (!busy && last_look) break;
+    if (Clock::now() >= next_state) {
+      publish_state();
+      next_state = Clock::now() + config_.state_interval;
+    }
+    if (!busy) result_bell_.wait_for(std::min<std::chrono::nanoseconds>(idle, config_.state_interval));
+  }
+  publish_state();
+}
+
+bool Pipeline::publish_waiting() noexcept {
+  const Outcome* outcome = outcomes_.front();
+  // An end of stream comes after everything said about the frames before it.
+  const bool refused = publish_refusals();
+  if (outcome == nullptr) return refused;
+  publish(outcome->result, outcome->matches);
+  outcomes_.release();
+  return true;
+}
+
+bool Pipeline::publish_refusals() noexcept {
+  const std::size_t waiting = refusals_.used();
+  for (std::size_t i = 0; i < waiting; ++i) {
+    publish(*refusals_.front(), {});
+    refusals_.release();
+  }
+  return waiting > 0;
+}
+
+void Pipeline::publish(const WireResult& outcome, std::span<const Match> matches) noexcept {
+  WireResult& result = published_;
+  result = outcome;
+  for (const Match& match : matches)
+    result.matches.push_back({match.sample, std::string(engine_.simulation_name(match.sample.simulation)),
+                              engine_.time_s(match.sample), match.distance});
+  result.verdict = verdict_of(result.status);
+  result.counters = counters_.load();
+  result.model_checksum = config_.description.model.checksum;
+  result.sequence = sequence_++;
+  result.publish_ns = wall_clock_ns();
+  result.elapsed_ns.total = short_ns(result.publish_ns - result.receive_ns);
+  sink_.send(encoder_.result(result));
+  log_.note(result);
+}
+
+void Pipeline::publish_state() noexcept {
+  WireState& state = config_.description;
+  state.sequence = sequence_++;
+  state.publish_ns = wall_clock_ns();
+  state.queue_used = static_cast<std::uint32_t>(frames_.used());
+  state.counters = counters_.load();
+  sink_.send(encoder_.state(state));
+}
+
+}  // namespace lbea

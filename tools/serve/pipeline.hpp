@@ -1,0 +1,95 @@
+// Frames in, results out: a receiving, a matching and a publishing thread with bounded queues between them.
+// Every frame received ends in exactly one of: matched, rejected (by reason), dropped (by reason), and in one result.
+#pragma once
+
+#include "adapters/wire/codec.hpp"
+#include "adapters/wire/id_tracker.hpp"
+#include "adapters/wire/spsc_ring.hpp"
+#include "adapters/wire/streams.hpp"
+#include "tools/serve/frame_log.hpp"
+#include "tools/serve/shared_counters.hpp"
+
+#include <atomic>
+#include <thread>
+
+namespace lbea {
+
+/// What the pipeline asks of the matcher; tests put faults here.
+class MatchEngine {
+ public:
+  virtual ~MatchEngine() = default;
+  virtual MatchResult match(const Frame& frame) noexcept = 0;
+  [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
+  [[nodiscard]] virtual double time_s(Sample sample) const noexcept = 0;
+};
+
+struct PipelineConfig {
+  WireLimits limits;
+  std::uint32_t queue_slots = 16;   // frames that may wait for the matcher; 1.5 MB each at 131,072 points
+  std::uint32_t max_matches = MatcherConfig{}.max_matches;
+  std::chrono::milliseconds state_interval{500};
+  WireState description;  // the unchanging part: version, method, model
+};
+
+class Pipeline {
+ public:
+  Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frames, ResultSink results);
+  ~Pipeline();
+  /// Stops receiving, takes in what has already arrived, finishes all of it and publishes the last results.
+  void stop();
+  [[nodiscard]] Counters counters() const noexcept { return counters_.load(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  struct FrameSlot {
+    FrameHeader header;
+    std::vector<Point> points;  // max_points, of which header.points are filled
+    std::int64_t receive_ns = 0;
+    std::uint32_t decode_ns = 0;
+    Clock::time_point queued;
+  };
+  struct Outcome {
+    WireResult result;           // without matches
+    std::vector<Match> matches;  // max_matches reserved; the publisher names them
+  };
+
+  // receiving thread
+  void receive_frames() noexcept;
+  void take(Message message, bool patient) noexcept;
+  void accept(FrameSlot& slot, Clock::time_point begin, std::int64_t receive_ns) noexcept;
+  void refuse(WireStatus status, std::int64_t receive_ns) noexcept;
+  FrameSlot* claim_slot(bool patient) noexcept;
+  // matching thread
+  void match_frames() noexcept;
+  void match(FrameSlot& slot) noexcept;
+  void fill(Outcome& outcome, FrameSlot& slot) noexcept;
+  // publishing thread
+  void publish_results() noexcept;
+  bool publish_waiting() noexcept;
+  bool publish_refusals() noexcept;
+  void publish(const WireResult& outcome, std::span<const Match> matches) noexcept;
+  void publish_state() noexcept;
+
+  PipelineConfig config_;
+  MatchEngine& engine_;
+  FrameSource source_;
+  ResultSink sink_;
+
+  SpscRing<FrameSlot> frames_;      // receiver to matcher
+  SpscRing<Outcome> outcomes_;      // matcher to publisher
+  SpscRing<WireResult> refusals_;   // receiver to publisher: rejected and dropped frames
+  Doorbell frame_bell_, result_bell_;
+  SharedCounters counters_;
+  std::atomic<bool> stopping_{false}, receiver_done_{false}, matcher_done_{false};
+
+  FrameDecoder decoder_;  // receiver's
+  IdTracker ids_;         // receiver's
+  Encoder encoder_;       // publisher's
+  FrameLog log_;          // publisher's
+  WireResult published_;  // publisher's
+  std::uint64_t sequence_ = 0;
+  std::thread receiver_, matcher_, publisher_;
+};
+
+}  // namespace lbea

@@ -1,0 +1,17 @@
+// The closing account of a run of lbea-serve.
+#pragma once
+
+#include "adapters/wire/messages.hpp"
+
+#include <string>
+
+namespace lbea {
+
+/// "received 10 = matched 7 + rejected 2 (damaged 2) + dropped 1 (queue_full 1); missed 0, ..."
+[[nodiscard]] std::string tally_line(const Counters& counters);
+/// The same as one JSON object.
+[[nodiscard]] std::string tally_json(const Counters& counters);
+/// Every frame that was sent was answered: the account adds up, nothing was dropped and no id is missing.
+[[nodiscard]] bool is_complete(const Counters& counters);
+
+}  // namespace lbea
