@@ -7,12 +7,12 @@
 #include "precompute/provenance.hpp"
 #include "precompute/reference_basis.hpp"
 #include "precompute/sample_projection.hpp"
+#include "precompute/stage.hpp"
 #include "precompute/survey.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <limits>
-#include <mutex>
 #include <set>
 #include <utility>
 
@@ -31,24 +31,6 @@ class Stopwatch {
 
  private:
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
-
-/// Counts one stage's steps, from any thread.
-class Stage {
- public:
-  Stage(const BakeOptions& options, std::string_view name, std::uint64_t total) : options_(options), progress_{name, 0, total} {}
-
-  void step() {
-    if (options_.cancelled && options_.cancelled()) throw BakeCancelled();
-    const std::lock_guard lock(mutex_);
-    ++progress_.done;
-    if (options_.progress) options_.progress(progress_);
-  }
-
- private:
-  const BakeOptions& options_;
-  std::mutex mutex_;
-  BakeProgress progress_;
 };
 
 /// The reference run at one of its states, on the common mesh.
@@ -128,6 +110,7 @@ std::vector<ReferenceBasis> reference_bases(const ObservedRegion& region, const 
   std::vector<ReferenceBasis> bases(states.size());
   work_in_parallel(states.size(), options.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < states.size(); i = next()) {
+      stage.check();
       bases[i] = reference_basis(region, states[i].positions, p, states[i].time_s);
       stage.step();
     }
@@ -163,8 +146,8 @@ BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& descriptio
   check(ensemble, description);
 
   // Step 2: what all samples have in common, the reference mesh and the part of it that is observed.
-  Stage reading(options, "reading", 0);
-  const Survey survey = survey_runs(ensemble, description, options.threads, [&] { reading.step(); });
+  Stage reading(options, "reading", ensemble.runs.size());
+  const Survey survey = survey_runs(ensemble, description, options.threads, reading);
   ReferenceRun reference_run(ensemble, description, survey.mesh);
   const ReferenceState impact = reference_run.at(description.impact_step);
   const ObservedRegion region = choose_region(description.region, options, survey, impact);
@@ -187,7 +170,7 @@ BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& descriptio
   small.write(writer);
   Stage projecting(options, "samples", info.samples);
   const ProjectionTask task{ensemble, survey, bases, description.correspondence};
-  const double kept = project_samples(task, writer, envelope, options.threads, [&] { projecting.step(); });
+  const double kept = project_samples(task, writer, envelope, options.threads, projecting);
   seconds.samples = watch.lap();
 
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, envelope.finish().bits);

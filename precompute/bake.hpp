@@ -1,40 +1,16 @@
 // Offline: an ensemble of simulations becomes one model file.
 #pragma once
 
-#include "precompute/common_mesh.hpp"
+#include "precompute/bake_options.hpp"
 #include "precompute/ensemble.hpp"
 #include "precompute/ensemble_description.hpp"
 
-#include <lbea/lbea.hpp>
-
+#include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <filesystem>
-#include <functional>
-#include <span>
 #include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea {
-
-struct BakeProgress {
-  std::string_view stage;  // "reading", "bases", "samples"
-  std::uint64_t done = 0, total = 0;
-};
-
-struct BakeOptions {
-  unsigned threads = 0;  // 0: all processors; the model does not depend on it
-  /// One per node of the common mesh, 0 = hidden from the rig; positions: N x 3 at impact. Not set: all visible.
-  std::function<std::vector<std::uint8_t>(const CommonMesh&, std::span<const float> positions)> visible_nodes;
-  std::function<void(const BakeProgress&)> progress;  // called from any thread, one at a time
-  std::function<bool()> cancelled;                    // asked after every state; true ends the bake with BakeCancelled
-};
-
-/// The caller's wish, not a failure. Nothing stands under the output's name then.
-struct BakeCancelled : std::exception {
-  [[nodiscard]] const char* what() const noexcept override { return "the bake was cancelled; no model was written"; }
-};
 
 struct BakeSummary {
   std::uint32_t vertices = 0, modes = 0, samples = 0, simulations = 0, references = 0;  // n, p, s

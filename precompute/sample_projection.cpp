@@ -57,7 +57,7 @@ class Projector {
         positions_(3 * plan.nodes()), points_(plan.nodes()), field_(plan.task.survey.mesh.elements.size()),
         corresponding_(plan.vertices()), places_(plan.vertices()), planes_(3 * format::padded(plan.modes())) {}
 
-  std::vector<Moments> project_run(std::size_t run, const std::function<void()>& state_done) {
+  std::vector<Moments> project_run(std::size_t run, Stage& stage) {
     const Survey& survey = plan_.task.survey;
     const EnsembleRun& ensemble_run = plan_.task.ensemble.runs[run];
     const auto reader = ensemble_run.open();
@@ -65,6 +65,7 @@ class Projector {
     std::vector<Moments> moments(plan_.task.references.size());
     std::uint64_t sample = plan_.first_sample[run];
     for (const std::uint32_t step : survey.runs[run].steps) {
+      stage.check();
       reader->read(step, state_);
       take_positions(mapping, sample);
       take_fields(mapping, survey.runs[run], sample);
@@ -72,7 +73,7 @@ class Projector {
       index_.build(points_, identity_transform);
       for (std::uint32_t reference = 0; reference < moments.size(); ++reference) project(reference, sample, moments[reference]);
       ++sample;
-      state_done();
+      stage.step();
     }
     return moments;
   }
@@ -143,13 +144,13 @@ double kept_share(const std::vector<ReferenceBasis>& references, const std::vect
 }  // namespace
 
 double project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope, unsigned threads,
-                       const std::function<void()>& state_done) {
+                       Stage& stage) {
   const Plan plan = make_plan(task);
   MomentsInOrder moments(task.references.size());
   const std::size_t runs = task.ensemble.runs.size();
   work_in_parallel(runs, threads, [&](const auto& next) {
     Projector projector(plan, writer, envelope);
-    for (std::size_t run = next(); run < runs; run = next()) moments.add(run, projector.project_run(run, state_done));
+    for (std::size_t run = next(); run < runs; run = next()) moments.add(run, projector.project_run(run, stage));
   });
   return kept_share(task.references, moments.sum());
 }

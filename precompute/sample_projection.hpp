@@ -5,11 +5,11 @@
 #include "precompute/envelope.hpp"
 #include "precompute/model_writer.hpp"
 #include "precompute/reference_basis.hpp"
+#include "precompute/stage.hpp"
 #include "precompute/survey.hpp"
 
 #include <Eigen/Dense>
 
-#include <functional>
 #include <vector>
 
 namespace lbea {
@@ -22,9 +22,9 @@ struct ProjectionTask {
 };
 
 /// Writes node positions, fields, coefficients and correspondences of all samples and adds their surfaces to the
-/// envelope. `state_done` is called from the threads after every state.
+/// envelope. A step of the stage is a sample.
 /// Returns the share of the samples' variance the modes keep, over all references; NaN when nothing varies.
 [[nodiscard]] double project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope, unsigned threads,
-                                     const std::function<void()>& state_done);
+                                     Stage& stage);
 
 }  // namespace lbea

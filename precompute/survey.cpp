@@ -44,11 +44,12 @@ void check_state(const SimulationMesh& mesh, const SimulationState& state, const
 }
 
 RunHistory read_history(SimulationReader& reader, const std::vector<std::uint32_t>& steps, const std::string& run,
-                        const std::function<void()>& state_done) {
+                        Stage& stage) {
   const SimulationMesh& mesh = reader.mesh();
   RunHistory history{std::vector<std::uint8_t>(mesh.elements.size(), 1), std::vector<Extent>(mesh.nodes(), nowhere)};
   SimulationState state;
   for (const std::uint32_t step : steps) {
+    stage.check();
     reader.read(step, state);
     check_state(mesh, state, "run " + run + ", state " + std::to_string(step));
     for (std::size_t e = 0; e < state.alive.size(); ++e) history.alive[e] = history.alive[e] && state.alive[e];
@@ -56,7 +57,6 @@ RunHistory read_history(SimulationReader& reader, const std::vector<std::uint32_
       const float* p = &state.positions[3 * i];
       widen(history.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
     }
-    state_done();
   }
   return history;
 }
@@ -143,14 +143,15 @@ class Collection {
 };
 
 RunSurvey survey_run(const EnsembleRun& run, const EnsembleDescription& description, const std::vector<SimulationField>& fields,
-                     Collection& collection, const std::function<void()>& state_done) {
+                     Collection& collection, Stage& stage) {
   const auto reader = run.open();
   RunSurvey survey;
   survey.steps = used_steps(description.steps, reader->states(), run.name);
   survey.times_s = step_times(*reader, survey.steps, description.time_factor, run.name);
   survey.fields = find_fields(fields, reader->fields(), run.name);
-  collection.add(reader->mesh(), read_history(*reader, survey.steps, run.name, state_done), run.name);
+  collection.add(reader->mesh(), read_history(*reader, survey.steps, run.name, stage), run.name);
   survey.files = hashed_files(*reader);
+  stage.step();
   return survey;
 }
 
@@ -178,7 +179,7 @@ std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint3
 }
 
 Survey survey_runs(const Ensemble& ensemble, const EnsembleDescription& description, unsigned threads,
-                   const std::function<void()>& state_done) {
+                   Stage& stage) {
   const EnsembleRun& reference_run = ensemble.runs.at(ensemble.reference_run);
   const auto reference = reference_run.open();
   Collection collection(*reference, reference_run.name);
@@ -187,7 +188,7 @@ Survey survey_runs(const Ensemble& ensemble, const EnsembleDescription& descript
   survey.runs.resize(ensemble.runs.size());
   work_in_parallel(ensemble.runs.size(), threads, [&](const auto& next) {
     for (std::size_t run = next(); run < ensemble.runs.size(); run = next())
-      survey.runs[run] = survey_run(ensemble.runs[run], description, survey.fields, collection, state_done);
+      survey.runs[run] = survey_run(ensemble.runs[run], description, survey.fields, collection, stage);
   });
   collection.finish(survey);
   return survey;

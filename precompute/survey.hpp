@@ -4,10 +4,10 @@
 #include "precompute/common_mesh.hpp"
 #include "precompute/ensemble.hpp"
 #include "precompute/ensemble_description.hpp"
+#include "precompute/stage.hpp"
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -41,9 +41,9 @@ struct Survey {
 /// Throws Error{bad_config} naming `run` when there are none or a listed one does not exist.
 [[nodiscard]] std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states, const std::string& run);
 
-/// One run at a time per thread, each state once. `run_done` is called from the threads after every state.
+/// One run at a time per thread, each state once; a step of the stage is a run.
 /// Throws Error{bad_input | bad_config} naming the run.
 [[nodiscard]] Survey survey_runs(const Ensemble& ensemble, const EnsembleDescription& description, unsigned threads,
-                                 const std::function<void()>& state_done);
+                                 Stage& stage);
 
 }  // namespace lbea

@@ -1,0 +1,28 @@
+// From a description's paths to what bake() takes: runs that open, parameters, the region's nodes and visibility.
+#pragma once
+
+#include "precompute/bake.hpp"
+#include "precompute/ensemble_description.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// How a run is called: the last part of its path; of a file named d3plot, its folder's.
+[[nodiscard]] std::string run_name(const std::filesystem::path& run);
+
+/// The run that has this path or name. Throws Error{bad_config} when there is none.
+[[nodiscard]] std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, const std::string& name);
+
+/// Throws Error{bad_config | bad_input | file_not_found}: runs that the parameter table lacks are refused.
+[[nodiscard]] Ensemble open_ensemble(const EnsembleDescription& description);
+
+/// The region's node file as ids, beside those given.
+void read_region_nodes(RegionDescription& region);
+
+/// BakeOptions::visible_nodes for the region's sensor; empty when there is none.
+[[nodiscard]] decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region, unsigned threads);
+
+}  // namespace lbea
