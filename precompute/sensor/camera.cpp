@@ -49,7 +49,8 @@ Pose operator*(const Pose& T_c_b, const Pose& T_b_a) {
 Pose to_pose(const RigidTransform& t, const char* what) {
   for (const float value : t)
     if (!std::isfinite(value))
-      throw Error{Status::bad_config, std::string(what) + " holds a number that is not finite; check the calibration"};
+      throw Error{Status::bad_config,
+                  std::string(what) + " holds a number that is not finite; check the calibration"};
   const Pose pose{{t[0], t[1], t[2], t[4], t[5], t[6], t[8], t[9], t[10]}, {t[3], t[7], t[11]}};
   if (!is_rotation(pose))
     throw Error{Status::bad_config, std::string(what) + " does not begin with a rotation (orthonormal rows, "
@@ -60,7 +61,8 @@ Pose to_pose(const RigidTransform& t, const char* what) {
 PinholeImage::PinholeImage(const StereoSensor& sensor)
     : width_(sensor.width_px), height_(sensor.height_px), focal_(sensor.focal_px) {
   if (!std::isfinite(focal_) || focal_ <= 0)
-    throw Error{Status::bad_config, "the sensor's focal length of " + std::to_string(focal_) + " px is not positive"};
+    throw Error{Status::bad_config,
+                "the sensor's focal length of " + std::to_string(focal_) + " px is not positive"};
   if (width_ == 0 || height_ == 0 || std::uint64_t{width_} * height_ > max_pixels)
     throw Error{Status::bad_config, "the sensor's image of " + std::to_string(width_) + " x " +
                                         std::to_string(height_) + " px is empty or beyond " +

@@ -29,8 +29,9 @@ void check_noise(const SensingNoise& noise) {
 }
 
 Vec3 at_depth(const Rig& rig, std::size_t pixel, double depth) {
-  const std::uint32_t width = rig.plane.width();
-  const Vec3 d = rig.plane.direction(static_cast<std::uint32_t>(pixel % width), static_cast<std::uint32_t>(pixel / width));
+  const std::size_t width = rig.plane.width();
+  const auto column = static_cast<std::uint32_t>(pixel % width), row = static_cast<std::uint32_t>(pixel / width);
+  const Vec3 d = rig.plane.direction(column, row);
   return {depth * d.x, depth * d.y, depth};
 }
 
@@ -72,7 +73,8 @@ std::vector<Point> measure(const Rig& rig, const View& view, const SensingNoise&
   const SensorImage image = view.render(noise.min_cos_incidence);
   const Background background(rig, view, image, noise.background);
   const auto shows_wall = [&](std::size_t pixel, const CounterRandom& random) {
-    if (image.element[pixel] != no_element || random.uniform(Draw::background) >= background.probability) return false;
+    if (image.element[pixel] != no_element) return false;
+    if (random.uniform(Draw::background) >= background.probability) return false;
     const Vec3 point = at_depth(rig, pixel, background.depth);
     return rig.in_right_image(point) && !view.hidden_from_right(point);
   };

@@ -15,11 +15,12 @@ constexpr double self_occlusion_tolerance = 1e-4;
 void check_size(const Rig& rig, const SurfaceState& state) {
   const std::size_t coordinates = state.positions.size(), flags = state.alive.size();
   if (coordinates % 3 != 0 || coordinates / 3 != rig.nodes)
-    throw Error{Status::bad_input, "a state of " + std::to_string(coordinates) +
-                                       " coordinates does not fit a mesh of " + std::to_string(rig.nodes) + " nodes"};
+    throw Error{Status::bad_input, "a state of " + std::to_string(coordinates) + " coordinates does not fit a mesh of " +
+                                       std::to_string(rig.nodes) + " nodes"};
   if (flags != 0 && flags != rig.elements)
-    throw Error{Status::bad_input, "a state of " + std::to_string(flags) + " deletion flags does not fit a mesh of " +
-                                       std::to_string(rig.elements) + " elements"};
+    throw Error{Status::bad_input, "a state of " + std::to_string(flags) +
+                                       " deletion flags does not fit a mesh of " + std::to_string(rig.elements) +
+                                       " elements"};
 }
 
 std::vector<float> placed(const Rig& rig, const SurfaceState& state) {
@@ -86,7 +87,8 @@ SensorImage View::render(double min_cos_incidence) const {
   image.depth.assign(pixels, std::numeric_limits<float>::quiet_NaN());
   image.element.assign(pixels, no_element);
   image.measured.assign(pixels, 0);
-  for_each_row(image.height_px, rig_.threads, [&](std::uint32_t row) { render_row(row, min_cos_incidence, image); });
+  for_each_row(image.height_px, rig_.threads,
+               [&](std::uint32_t row) { render_row(row, min_cos_incidence, image); });
   return image;
 }
 

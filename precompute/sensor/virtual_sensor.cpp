@@ -52,7 +52,8 @@ std::vector<std::uint8_t> VirtualSensor::visible_nodes(const SurfaceState& state
   std::vector<std::uint8_t> visible(rig_->nodes, 0);
   for (const auto& triangle : view.triangles())
     for (const std::uint32_t node : triangle)
-      if (visible[node] == 0) visible[node] = rig_->faces_both(view.node(node), view.normal(triangle), min_cos_incidence);
+      if (visible[node] == 0)
+        visible[node] = rig_->faces_both(view.node(node), view.normal(triangle), min_cos_incidence);
   for (std::uint32_t node = 0; node < visible.size(); ++node) {
     const Vec3 point = view.node(node);
     if (visible[node] != 0)
@@ -62,7 +63,8 @@ std::vector<std::uint8_t> VirtualSensor::visible_nodes(const SurfaceState& state
   return visible;
 }
 
-std::vector<std::uint8_t> VirtualSensor::visible_elements(const SurfaceState& state, float min_cos_incidence) const {
+std::vector<std::uint8_t> VirtualSensor::visible_elements(const SurfaceState& state,
+                                                          float min_cos_incidence) const {
   const SensorImage seen = image(state, min_cos_incidence);
   std::vector<std::uint8_t> visible(rig_->elements, 0);
   for (std::size_t pixel = 0; pixel < seen.pixels(); ++pixel)

@@ -22,9 +22,9 @@ inline constexpr std::uint32_t no_element = 0xffff'ffff;
 /// One value per pixel of the left camera, row by row from the top left.
 struct SensorImage {
   std::uint32_t width_px = 0, height_px = 0;
-  std::vector<float> depth;             // along the optical axis, length unit; NaN where the left camera sees nothing
-  std::vector<std::uint32_t> element;   // no_element where the left camera sees nothing
-  std::vector<std::uint8_t> measured;   // 1 where the right camera sees the same point and neither looks along the surface
+  std::vector<float> depth;            // along the optical axis, length unit; NaN where the left camera sees nothing
+  std::vector<std::uint32_t> element;  // no_element where the left camera sees nothing
+  std::vector<std::uint8_t> measured;  // 1 where the right camera sees the same point, neither along the surface
 
   [[nodiscard]] std::size_t pixels() const noexcept { return depth.size(); }
 };

@@ -30,7 +30,8 @@ class Cloud {
                                          [](const Point& point, float x) { return point.x < x; });
     double nearest = 1e9;
     for (auto to = middle; to != points_.end() && to->x - from.x < nearest; ++to) update(nearest, from, *to);
-    for (auto to = middle; to != points_.begin() && from.x - (to - 1)->x < nearest; --to) update(nearest, from, *(to - 1));
+    for (auto to = middle; to != points_.begin() && from.x - (to - 1)->x < nearest; --to)
+      update(nearest, from, *(to - 1));
     return nearest;
   }
 

@@ -20,7 +20,8 @@ Vector cross(const Vector& a, const Vector& b) {
 
 /// Distance in lengths of d, infinite for a miss; `margin` widens (or narrows) the triangle.
 double crossing(const Vector& o, const Vector& d, const std::array<Vector, 3>& t, double margin) {
-  const Vector e1 = minus(t[1], t[0]), e2 = minus(t[2], t[0]), h = cross(d, e2), s = minus(o, t[0]), q = cross(s, e1);
+  const Vector e1 = minus(t[1], t[0]), e2 = minus(t[2], t[0]), h = cross(d, e2);
+  const Vector s = minus(o, t[0]), q = cross(s, e1);
   const double a = dot(e1, h), u = dot(s, h) / a, v = dot(d, q) / a, distance = dot(e2, q) / a;
   const bool inside = u >= -margin && v >= -margin && u + v <= 1 + margin && distance > 0;
   return inside ? distance : std::numeric_limits<double>::infinity();
@@ -89,11 +90,13 @@ TEST_CASE("depth, sides and occlusion agree with brute force wherever no edge is
       CHECK(image.depth[pixel] == doctest::Approx(depth).epsilon(1e-5));
 
       const Vector eye{baseline, 0, 0}, sight = minus({depth * d[0], depth * d[1], depth}, eye);
-      const double blocked = oracle.first(eye, sight, 1e-3).distance, surely = oracle.first(eye, sight, -1e-3).distance;
+      const double blocked = oracle.first(eye, sight, 1e-3).distance;
+      const double surely = oracle.first(eye, sight, -1e-3).distance;
       const double sides = dot(d, wide.normal) * dot(sight, wide.normal);
       const bool edge_near = blocked < 0.9995 && surely > 0.9995;
       const bool near_contact = std::abs(blocked - 0.9995) < 0.0004;
-      const bool edge_on = std::abs(dot(sight, wide.normal)) < 1e-3 * std::sqrt(dot(sight, sight) * dot(wide.normal, wide.normal));
+      const double lengths = std::sqrt(dot(sight, sight) * dot(wide.normal, wide.normal));
+      const bool edge_on = std::abs(dot(sight, wide.normal)) < 1e-3 * lengths;
       if (edge_near || near_contact || edge_on || 100 * sight[0] / sight[2] < -59.99) continue;
       const bool expected = surely > 0.9995 && sides > 0;
       CHECK(image.measured[pixel] == (expected ? 1 : 0));

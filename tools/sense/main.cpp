@@ -57,13 +57,15 @@ void declare(Tool& tool, Options& options) {
   tool.add_option("--scale", options.scale, "resolution: scales width, height and focal length")
       ->check(CLI::PositiveNumber);
   const char* from_file = " (default: sensor.json's)";
-  tool.add_option("--noise", options.sigma, std::string("standard deviation along the line of sight, length unit") + from_file)
+  tool.add_option("--noise", options.sigma,
+                  std::string("standard deviation along the line of sight, length unit") + from_file)
       ->check(CLI::NonNegativeNumber);
   tool.add_option("--outliers", options.outliers, std::string("share of points that lie elsewhere") + from_file)
       ->check(CLI::Range(0.0, 1.0));
   tool.add_option("--dropout", options.dropout, std::string("share of points lost at random") + from_file)
       ->check(CLI::Range(0.0, 1.0));
-  tool.add_option("--background", options.background, std::string("share of extra points on a wall behind") + from_file)
+  tool.add_option("--background", options.background,
+                  std::string("share of extra points on a wall behind") + from_file)
       ->check(CLI::NonNegativeNumber);
   tool.add_option("--threads", options.threads, "0: all processors; the frames do not depend on it");
   tool.add_flag("--json", options.json, "print the summary as JSON");

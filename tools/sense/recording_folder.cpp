@@ -52,7 +52,8 @@ void make_empty(const std::filesystem::path& folder) {
          !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
       if (belongs_to_recording(entry->path()))
         throw Error{Status::write_failed, folder.string() + " already holds a recording (" +
-                                              entry->path().filename().string() + "); name another folder or empty it"};
+                                              entry->path().filename().string() +
+                                              "); name another folder or empty it"};
   if (error)
     throw Error{Status::write_failed, "cannot use the folder " + folder.string() + ": " + error.message()};
 }
@@ -85,8 +86,8 @@ void RecordingFolder::write_frame(const FrameTruth& truth, std::span<const Point
 void RecordingFolder::write_truth() const {
   std::string text = "frame,file,stamp_ns,run,state,time_s\n";
   for (const FrameTruth& row : written_)
-    text += std::to_string(row.frame) + ',' + file_name(row.frame) + ',' + std::to_string(stamp_ns(row.time_s)) + ',' +
-            csv_field(run_) + ',' + shortest(row.state) + ',' + shortest(row.time_s) + '\n';
+    text += std::to_string(row.frame) + ',' + file_name(row.frame) + ',' + std::to_string(stamp_ns(row.time_s)) +
+            ',' + csv_field(run_) + ',' + shortest(row.state) + ',' + shortest(row.time_s) + '\n';
   write_text(folder_ / "truth.csv", text);
 }
 

@@ -27,7 +27,8 @@ struct FrameTime {
 
 /// The stored states of `steps`.
 /// Throws Error{bad_config} when a range that is not "all" goes beyond the run, or the run has no states.
-[[nodiscard]] std::vector<FrameTime> stored_frames(const std::vector<double>& state_times_s, const StepRange& steps);
+[[nodiscard]] std::vector<FrameTime> stored_frames(const std::vector<double>& state_times_s,
+                                                   const StepRange& steps);
 
 /// Moments 1/rate_hz apart from the first to the last state of `steps`, at most `max_frames` of them.
 /// Throws as stored_frames does, and for a rate that makes an absurd number of frames.
