@@ -11,12 +11,12 @@ namespace {
 
 // Positions of the control words.
 enum Word : std::uint64_t {
-  file_type = file_type_word, ndim = dimensions_word, numnp = 16, nglbv = 18, it = 19, iu = 20, iv = 21, ia = 22, nel8 = 23, numds = 25,
-  nv3d = 27, nel2 = 28, nv1d = 30, nel4 = 31, nv2d = 33, neiph = 34, neips = 35, maxint = 36, nmsph = 37, narbs = 39,
-  nelt = 40, nv3dt = 42, ioshl1 = 43, ioshl2 = 44, ioshl3 = 45, ioshl4 = 46, ialemat = 47, ncfdv1 = 48, ncfdv2 = 49,
-  nadapt = 50, nmmat = 51, npefg = 54, nel48 = 55, idtdt = 56, extra = 57,
-  nel20 = 64, nt3d = 65, nel27 = 66, nel21p = 68, nel15t = 69, nel20t = 71, nel40p = 72, nel64 = 73, quadr = 74,
-  cubic = 75, penout = 78, engout = 79,
+  file_type = file_type_word, ndim = dimensions_word,
+  numnp = 16, nglbv = 18, it = 19, iu = 20, iv = 21, ia = 22, nel8 = 23, numds = 25, nv3d = 27, nel2 = 28,
+  nv1d = 30, nel4 = 31, nv2d = 33, neiph = 34, neips = 35, maxint = 36, nmsph = 37, narbs = 39, nelt = 40,
+  nv3dt = 42, ioshl1 = 43, ioshl2 = 44, ioshl3 = 45, ioshl4 = 46, ialemat = 47, ncfdv1 = 48, ncfdv2 = 49,
+  nadapt = 50, nmmat = 51, npefg = 54, nel48 = 55, idtdt = 56, extra = 57, nel20 = 64, nt3d = 65, nel27 = 66,
+  nel21p = 68, nel15t = 69, nel20t = 71, nel40p = 72, nel64 = 73, quadr = 74, cubic = 75, penout = 78, engout = 79,
 };
 constexpr std::uint64_t known_words = 80;
 

@@ -69,6 +69,11 @@ Expected expected_solid(const D3plot& d, std::size_t state, std::size_t solid) {
   return expected;
 }
 
+/// The solver's id of thing `index`: as numbered, or counted from 1.
+std::uint32_t id_of(const std::vector<int>& ids, bool is_numbered, std::size_t index) {
+  return static_cast<std::uint32_t>(is_numbered ? ids[index] : static_cast<int>(index) + 1);
+}
+
 void check_mesh(const D3plot& d, const lbea::SimulationMesh& mesh) {
   const std::size_t solid_faces = d.solids.empty() ? 0 : 11;
   REQUIRE(mesh.elements.size() == d.shells.size() + solid_faces);
@@ -76,14 +81,13 @@ void check_mesh(const D3plot& d, const lbea::SimulationMesh& mesh) {
   REQUIRE(mesh.element_parts.size() == mesh.elements.size());
   REQUIRE(mesh.positions.size() == 3 * mesh.nodes());
   for (std::size_t s = 0; s < d.shells.size(); ++s) {
-    CHECK(mesh.element_ids[s] == static_cast<std::uint32_t>(d.has_numbering ? d.shell_ids[s] : static_cast<int>(s) + 1));
-    const int part = d.shell_parts[s];
-    const bool has_ids = d.has_numbering && d.has_part_ids;
-    CHECK(mesh.element_parts[s] == static_cast<std::uint32_t>(has_ids ? d.part_ids[static_cast<std::size_t>(part - 1)] : part));
+    const auto part = static_cast<std::size_t>(d.shell_parts[s] - 1);
+    CHECK(mesh.element_ids[s] == id_of(d.shell_ids, d.has_numbering, s));
+    CHECK(mesh.element_parts[s] == id_of(d.part_ids, d.has_numbering && d.has_part_ids, part));
     for (std::size_t c = 0; c < 4; ++c) {
       const std::uint32_t node = d.shells[s][c];
       const std::uint32_t read = mesh.elements[s][c];
-      CHECK(mesh.node_ids[read] == static_cast<std::uint32_t>(d.has_numbering ? d.node_ids[node] : static_cast<int>(node) + 1));
+      CHECK(mesh.node_ids[read] == id_of(d.node_ids, d.has_numbering, node));
       for (std::size_t axis = 0; axis < 3; ++axis)
         CHECK(mesh.positions[3 * read + axis] == static_cast<float>(d.nodes[node][axis]));
     }
