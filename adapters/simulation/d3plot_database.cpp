@@ -1,17 +1,20 @@
 #include "adapters/simulation/d3plot_database.hpp"
 
+#include "adapters/simulation/d3plot_encoding.hpp"
+
 namespace lbea::d3plot {
 
 Database open_database(const std::filesystem::path& first_file) {
   WordFile file(first_file);
+  if (!detect_encoding(file)) refuse_continuation(first_file);
   Database database;
   database.family = find_family(first_file);
   database.header = read_header(file);
   database.word_bytes = file.word_bytes();
   if (database.header.shells == 0 && database.header.solids == 0)
     file.refuse(Status::unsupported_input, 31,
-                "the model has neither shells nor solids, so no surface to see (beams and thick shells are not read); "
-                "give a run with a surface");
+                "the model has neither shells nor solids, so no surface to see (beams and thick shells are not "
+                "read); give a run with a surface");
   database.geometry = read_geometry(file, database.header);
   database.layout = lay_out_state(file, database.header, database.geometry);
   database.states =

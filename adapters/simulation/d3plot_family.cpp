@@ -27,16 +27,12 @@ std::string without_digits(const std::string& name) {
   return name.substr(0, name.find_last_not_of("0123456789") + 1);
 }
 
-void refuse_wrong_start(const fs::path& first_file) {
-  const std::string name = first_file.filename().string(), base = without_digits(name);
+void refuse_adaptive(const fs::path& first_file) {
   std::error_code none;
-  if (!base.empty() && member_number(std::string_view(name).substr(base.size())) &&
-      fs::exists(first_file.parent_path() / base, none))
-    throw Error{Status::bad_input, first_file.string() + ", byte 0: this is a later file of a family; give its first "
-                                                         "file, " + base};
-  if (fs::exists(first_file.parent_path() / (name + "aa"), none))
-    throw Error{Status::unsupported_input, first_file.string() + "aa, byte 0: the family is adaptive, its mesh changes; "
-                                                                 "run without *CONTROL_ADAPTIVE"};
+  const fs::path remeshed = first_file.string() + "aa";
+  if (fs::exists(remeshed, none))
+    throw Error{Status::unsupported_input, remeshed.string() + ", byte 0: the family is adaptive, its mesh changes; "
+                                                               "run without *CONTROL_ADAPTIVE"};
 }
 
 enum class End {
@@ -117,8 +113,17 @@ void refuse_unfit(const WordFile& file, const Walk& found, bool is_last, std::ui
 
 }  // namespace
 
+void refuse_continuation(const fs::path& file) {
+  const std::string name = file.filename().string(), base = without_digits(name);
+  std::error_code none;
+  if (!base.empty() && member_number(std::string_view(name).substr(base.size())) &&
+      fs::exists(file.parent_path() / base, none))
+    throw Error{Status::bad_input,
+                file.string() + ", byte 0: this is a later file of a family; give its first file, " + base};
+}
+
 std::vector<fs::path> find_family(const fs::path& first_file) {
-  refuse_wrong_start(first_file);
+  refuse_adaptive(first_file);
   const std::string name = first_file.filename().string();
   const fs::path folder = first_file.has_parent_path() ? first_file.parent_path() : fs::path(".");
   std::vector<std::pair<std::uint32_t, fs::path>> members;

@@ -9,8 +9,12 @@
 
 namespace lbea::d3plot {
 
-/// The first file and its continuations `<name>01` ... `<name>99`, `<name>100`, ... in numeric order; gaps are allowed.
-/// Throws Error{bad_input | unsupported_input} when `first_file` is itself a continuation or the family is adaptive.
+/// Throws Error{bad_input} when the name of `file`, which does not begin like a first file, is that of a continuation
+/// (`d3plot07` beside `d3plot`).
+void refuse_continuation(const std::filesystem::path& file);
+
+/// The first file and its continuations `<name>01` ... `<name>99`, `<name>100`, ... in numeric order; gaps are
+/// allowed. Throws Error{unsupported_input} when the family is adaptive.
 [[nodiscard]] std::vector<std::filesystem::path> find_family(const std::filesystem::path& first_file);
 
 struct StatePlace {

@@ -1,7 +1,6 @@
 #include "adapters/simulation/d3plot_words.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cerrno>
 #include <cstring>
