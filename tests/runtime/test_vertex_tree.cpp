@@ -1,0 +1,47 @@
+#include "precompute/vertex_tree.hpp"
+#include "runtime/src/vertex_tree.hpp"
+#include "tests/runtime/brute_force.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+using namespace lbea;
+using lbea::test::Position;
+
+namespace {
+
+struct OwnedTree {
+  explicit OwnedTree(const std::vector<Position>& positions)
+      : baked(build_vertex_tree({positions.empty() ? nullptr : positions[0].data(), 3 * positions.size()})) {
+    for (const std::uint32_t i : baked.order) vertices.push_back(positions[i]);
+  }
+  [[nodiscard]] VertexTree view() const { return {vertices, baked.boxes, baked.ranges}; }
+
+  BakedTree baked;
+  std::vector<Position> vertices;
+};
+
+}  // namespace
+
+TEST_CASE("nearest vertices equal brute force over sizes around the leaf") {
+  for (const std::size_t size : {1u, 2u, 15u, 16u, 17u, 33u, 1'000u}) {
+    CAPTURE(size);
+    const OwnedTree tree(test::random_positions(size, 100, static_cast<std::uint32_t>(size)));
+    REQUIRE(ranges_form_one_tree(tree.view()));
+    REQUIRE(boxes_hold_their_vertices(tree.view()));
+    for (const Position& query : test::random_positions(200, 150, 9)) {
+      const NearestVertex found = nearest_vertex(tree.view(), query);
+      const auto expected = test::brute_force(tree.vertices, query);
+      CHECK(found.distance == doctest::Approx(std::sqrt(expected.squared)).epsilon(1e-5));
+      const NearestVertex bounded = nearest_vertex(tree.view(), query, 10);
+      CHECK((bounded.vertex == found.vertex) == (found.distance <= 10));
+    }
+  }
+}
+
+TEST_CASE("an empty tree has no nearest vertex, equal distances go to the lower vertex") {
+  CHECK(nearest_vertex({}, {0, 0, 0}).vertex == NearestVertex{}.vertex);
+  const OwnedTree heap(std::vector<Position>(40, Position{1, 1, 1}));
+  CHECK(nearest_vertex(heap.view(), {0, 0, 0}).vertex == 0);
+}
