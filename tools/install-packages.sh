@@ -3,8 +3,8 @@
 set -euo pipefail
 packages=(
   build-essential cmake ninja-build git pkg-config
-  libeigen3-dev libxxhash-dev                      # runtime, header-only
-  libspectra-dev libnanoflann-dev libembree-dev    # bake: eigen-solver, oracle, ray casting
+  libxxhash-dev                                    # runtime: checksums, header-only
+  libeigen3-dev libspectra-dev libembree-dev       # bake: matrices, eigen-solver, ray casting
   cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # wire
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libcli11-dev libspdlog-dev                       # programs

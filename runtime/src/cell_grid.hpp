@@ -19,18 +19,6 @@ struct CellGrid {
   std::array<std::uint32_t, 3> cells{1, 1, 1};
   std::vector<std::uint32_t> rank;  // cells x*y*z: place along the curve, or `outside`
   std::uint32_t ranks = 0;
-
-  /// The rank of the cell that holds the position, `outside` for positions beyond the grid and not finite ones.
-  [[nodiscard]] std::uint32_t rank_of(float x, float y, float z) const noexcept {
-    const float cx = (x - corner[0]) * cells_per_length;
-    const float cy = (y - corner[1]) * cells_per_length;
-    const float cz = (z - corner[2]) * cells_per_length;
-    const bool inside = cx >= 0 && cy >= 0 && cz >= 0 && cx < static_cast<float>(cells[0]) &&
-                        cy < static_cast<float>(cells[1]) && cz < static_cast<float>(cells[2]);
-    if (!inside) return outside;  // also for NaN, which compares false
-    const auto ix = static_cast<std::size_t>(cx), iy = static_cast<std::size_t>(cy), iz = static_cast<std::size_t>(cz);
-    return rank[ix + cells[0] * (iy + cells[1] * iz)];
-  }
 };
 
 /// The ensemble's envelope: cells whose bit is not set are `outside`.

@@ -1,7 +1,5 @@
 #include "runtime/src/cloud_index.hpp"
 
-#include "runtime/src/transform.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -9,152 +7,58 @@ namespace lbea {
 
 namespace {
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
-
 constexpr std::size_t groups_of(std::size_t count) noexcept { return (count + CloudIndex::fanout - 1) / CloudIndex::fanout; }
 
 }  // namespace
 
-CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points)
-    : grid_(std::move(grid)), rank_(max_points), next_(std::size_t{grid_.ranks} + 1), point_(groups_of(max_points) * fanout) {
-  for (auto& coordinate : xyz_) coordinate.resize(point_.size());
-  std::size_t boxes = groups_of(max_points);
-  do {
-    Boxes& level = levels_.emplace_back();
-    for (auto* corner : {&level.low, &level.high})
-      for (auto& coordinate : *corner) coordinate.resize(groups_of(boxes) * fanout);
-    boxes = groups_of(boxes);
-  } while (boxes > 1);
+CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code)
+    : kernels_(code), grid_(std::move(grid)), rank_(groups_of(max_points) * fanout), next_(std::size_t{grid_.ranks} + 1),
+      sorted_(max_points), leaves_(groups_of(max_points)) {
+  for (auto& coordinate : xyz_) coordinate.resize(rank_.size());
+  for (std::size_t boxes = leaves_.size(); levels_.empty() || boxes > 1; boxes = groups_of(boxes))
+    levels_.emplace_back(groups_of(boxes));
+  tree_.leaves = leaves_.data();
+  for (std::size_t level = 0; level < levels_.size(); ++level) tree_.groups[level] = levels_[level].data();
 }
 
 PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform& T) noexcept {
-  const PointTally tally = place(points, T);
-  sort(points, T);
+  const GridView grid{{grid_.corner[0], grid_.corner[1], grid_.corner[2]}, grid_.cells_per_length,
+                      {grid_.cells[0], grid_.cells[1], grid_.cells[2]}, grid_.rank.data()};
+  float* const xyz[3] = {xyz_[0].data(), xyz_[1].data(), xyz_[2].data()};
+  const float* coordinates = points.empty() ? nullptr : &points.front().x;
+  size_ = kernels_.place(coordinates, points.size(), T.data(), grid, xyz, rank_.data());
+  sort(points.size());
   enclose();
-  return tally;
+  return tally(points);
 }
 
-// Which cell each point lies in, and how many points each cell gets.
-PointTally CloudIndex::place(std::span<const Point> points, const RigidTransform& T) noexcept {
-  PointTally tally{.received = static_cast<std::uint32_t>(points.size())};
-  std::ranges::fill(next_, 0u);
+PointTally CloudIndex::tally(std::span<const Point> points) const noexcept {
+  PointTally tally{.received = static_cast<std::uint32_t>(points.size()), .used = size_};
+  if (tally.used == tally.received) return tally;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto [x, y, z] = apply(T, points[i]);
-    const std::uint32_t rank = grid_.rank_of(x, y, z);
-    rank_[i] = rank;
-    if (rank != CellGrid::outside) {
-      ++next_[rank + 1];
-      ++tally.used;
-    } else if (std::isfinite(points[i].x) && std::isfinite(points[i].y) && std::isfinite(points[i].z)) {
-      ++tally.culled;
-    } else {
-      ++tally.invalid;
-    }
+    if (rank_[i] != CellGrid::outside) continue;
+    const bool finite = std::isfinite(points[i].x) && std::isfinite(points[i].y) && std::isfinite(points[i].z);
+    ++(finite ? tally.culled : tally.invalid);
   }
-  size_ = tally.used;
   return tally;
 }
 
 // Counting sort by cell: stable, so points of one cell keep the frame's order.
-void CloudIndex::sort(std::span<const Point> points, const RigidTransform& T) noexcept {
+void CloudIndex::sort(std::size_t count) noexcept {
+  std::ranges::fill(next_, 0u);
+  for (std::size_t i = 0; i < count; ++i)
+    if (rank_[i] != CellGrid::outside) ++next_[rank_[i] + 1];
   for (std::size_t rank = 1; rank < next_.size(); ++rank) next_[rank] += next_[rank - 1];
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (rank_[i] == CellGrid::outside) continue;
-    const std::uint32_t to = next_[rank_[i]]++;
-    const auto position = apply(T, points[i]);
-    for (std::size_t axis = 0; axis < 3; ++axis) xyz_[axis][to] = position[axis];
-    point_[to] = static_cast<std::uint32_t>(i);
-  }
-  for (std::size_t pad = size_; pad < groups_of(size_) * fanout; ++pad) {
-    for (auto& coordinate : xyz_) coordinate[pad] = infinity;
-    point_[pad] = NearestPoint::none;
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (rank_[i] != CellGrid::outside)
+      sorted_[next_[rank_[i]]++] = {xyz_[0][i], xyz_[1][i], xyz_[2][i], static_cast<std::uint32_t>(i)};
 }
 
 void CloudIndex::enclose() noexcept {
-  enclose_points();
-  for (top_ = 0; levels_[top_].count > fanout; ++top_) enclose_boxes(levels_[top_], levels_[top_ + 1]);
-}
-
-void CloudIndex::enclose_points() noexcept {
-  Boxes& leaves = levels_[0];
-  leaves.count = groups_of(size_);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t leaf = 0; leaf < leaves.count; ++leaf) {
-      const std::size_t begin = leaf * fanout, end = std::min<std::size_t>(begin + fanout, size_);
-      const auto [least, most] = std::ranges::minmax(std::span(xyz_[axis]).subspan(begin, end - begin));
-      leaves.low[axis][leaf] = least;
-      leaves.high[axis][leaf] = most;
-    }
-    for (std::size_t pad = leaves.count; pad < groups_of(leaves.count) * fanout; ++pad) {
-      leaves.low[axis][pad] = infinity;
-      leaves.high[axis][pad] = -infinity;
-    }
-  }
-}
-
-void CloudIndex::enclose_boxes(const Boxes& children, Boxes& parents) noexcept {
-  parents.count = groups_of(children.count);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t parent = 0; parent < groups_of(parents.count) * fanout; ++parent) {
-      float low = infinity, high = -infinity;
-      const std::size_t begin = parent * fanout, end = std::min(begin + fanout, children.count);
-      for (std::size_t child = begin; child < end; ++child) {
-        low = std::min(low, children.low[axis][child]);
-        high = std::max(high, children.high[axis][child]);
-      }
-      parents.low[axis][parent] = low;
-      parents.high[axis][parent] = high;
-    }
-  }
-}
-
-NearestPoint CloudIndex::nearest(const std::array<float, 3>& query, NearestPoint bound) const noexcept {
-  if (size_ > 0) search_group(top_, 0, query, bound);
-  return bound;
-}
-
-void CloudIndex::search_group(std::size_t level, std::size_t group, const std::array<float, 3>& query,
-                              NearestPoint& best) const noexcept {
-  const Boxes& boxes = levels_[level];
-  const std::size_t first = group * fanout;
-  std::array<float, fanout> squared{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float* low = boxes.low[axis].data() + first;
-    const float* high = boxes.high[axis].data() + first;
-    for (std::size_t i = 0; i < fanout; ++i) {
-      const float outside = std::max(std::max(low[i] - query[axis], query[axis] - high[i]), 0.0f);
-      squared[i] += outside * outside;
-    }
-  }
-  for (;;) {  // nearest box first; a box at the bound may still hold an equally near point of lower place
-    std::size_t nearest = 0;
-    for (std::size_t i = 1; i < fanout; ++i)
-      if (squared[i] < squared[nearest]) nearest = i;
-    if (squared[nearest] > best.squared || squared[nearest] == infinity) return;
-    squared[nearest] = infinity;
-    if (level == 0)
-      search_leaf(first + nearest, query, best);
-    else
-      search_group(level - 1, first + nearest, query, best);
-  }
-}
-
-void CloudIndex::search_leaf(std::size_t leaf, const std::array<float, 3>& query, NearestPoint& best) const noexcept {
-  const std::size_t first = leaf * fanout;
-  std::array<float, fanout> squared{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float* coordinate = xyz_[axis].data() + first;
-    for (std::size_t i = 0; i < fanout; ++i) {
-      const float difference = coordinate[i] - query[axis];
-      squared[i] += difference * difference;
-    }
-  }
-  for (std::size_t i = 0; i < fanout; ++i) {
-    const std::size_t place = first + i;
-    if (squared[i] > best.squared || (squared[i] == best.squared && point_[place] >= best.point)) continue;
-    best = {point_[place], squared[i], xyz_[0][place], xyz_[1][place], xyz_[2][place]};
-  }
+  kernels_.fill_leaves(sorted_.data(), size_, leaves_.data(), levels_[0].data());
+  std::size_t boxes = groups_of(size_);
+  for (tree_.top = 0; boxes > fanout; ++tree_.top, boxes = groups_of(boxes))
+    kernels_.enclose(levels_[tree_.top].data(), boxes, levels_[tree_.top + 1].data());
 }
 
 }  // namespace lbea

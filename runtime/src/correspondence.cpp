@@ -8,10 +8,7 @@ namespace {
 NearestPoint seen_from(const std::array<float, 3>& query, NearestPoint answer) noexcept {
   if (answer.point == NearestPoint::none) return {};
   const float dx = answer.x - query[0], dy = answer.y - query[1], dz = answer.z - query[2];
-  answer.squared = 0;  // summed as the search sums, so that the same point compares equal
-  answer.squared += dx * dx;
-  answer.squared += dy * dy;
-  answer.squared += dz * dz;
+  answer.squared = dx * dx + dy * dy + dz * dz;  // as the search sums, so that the same point compares equal
   return answer;
 }
 

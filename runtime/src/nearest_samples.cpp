@@ -1,22 +1,11 @@
 #include "runtime/src/nearest_samples.hpp"
 
+#include "runtime/src/kernels.hpp"
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace lbea {
-
-namespace {
-
-constexpr std::size_t lanes = 16;
-
-float sum(const std::array<float, lanes>& lane) noexcept {
-  float total = 0;
-  for (const float value : lane) total += value;
-  return total;
-}
-
-}  // namespace
 
 void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
   if (!(distance < bound())) return;
@@ -27,23 +16,14 @@ void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
 }
 
 void search_lbea(const ReferenceView& reference, const Positions& coefficients, BestSamples& best) noexcept {
+  const Kernels& code = kernels();
   const std::size_t stride = coefficients.planes[0].size();
-  const float *ex = coefficients.planes[0].data(), *ey = coefficients.planes[1].data(), *ez = coefficients.planes[2].data();
+  const float* const e[3] = {coefficients.planes[0].data(), coefficients.planes[1].data(), coefficients.planes[2].data()};
   const std::size_t samples = reference.coefficients.size() / (3 * stride);
   best.clear();
   for (std::size_t s = 0; s < samples; ++s) {
-    const float* sx = reference.coefficients.data() + 3 * stride * s;
-    const float *sy = sx + stride, *sz = sy + stride;
-    std::array<float, lanes> partial{};
-    bool may_enter = true;
-    for (std::size_t j = 0; j < stride && may_enter; j += lanes) {  // padding adds nothing: zero minus zero
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        const float dx = ex[j + lane] - sx[j + lane], dy = ey[j + lane] - sy[j + lane], dz = ez[j + lane] - sz[j + lane];
-        partial[lane] += std::sqrt(dx * dx + dy * dy + dz * dz);
-      }
-      may_enter = sum(partial) < best.bound();  // the sum only grows
-    }
-    if (may_enter) best.offer(static_cast<std::uint32_t>(s), sum(partial));
+    const float* sample = reference.coefficients.data() + 3 * stride * s;
+    best.offer(static_cast<std::uint32_t>(s), code.mode_distance(e, sample, stride, best.bound()));
   }
 }
 

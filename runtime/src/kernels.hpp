@@ -1,0 +1,78 @@
+// The inner loops, compiled once per instruction set and chosen when the program starts: plain data in, plain data out.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace lbea {
+
+/// 16 points of a cloud, in reference coordinates. Places without a point are infinitely far.
+struct alignas(64) Leaf {
+  float x[16], y[16], z[16];
+  std::uint32_t point[16];  // place in the frame
+};
+
+/// 16 boxes of one level. Places without a box are inverted: infinitely far from everything.
+struct alignas(64) BoxGroup {
+  float low[3][16], high[3][16];
+};
+
+/// One point on its way into its leaf.
+struct PlacedPoint {
+  float x, y, z;
+  std::uint32_t point;
+};
+
+/// The cell grid as the loop needs it; see CellGrid.
+struct GridView {
+  float corner[3];
+  float cells_per_length;
+  std::uint32_t cells[3];
+  const std::uint32_t* rank;
+};
+
+inline constexpr std::size_t most_levels = 8;  // 16^8 leaves
+
+/// What a search reads: leaves under a 16-ary tree of boxes. groups[0] holds the leaves' boxes.
+struct CloudTree {
+  const Leaf* leaves;
+  const BoxGroup* groups[most_levels];
+  std::size_t top;  // the level that is one group
+};
+
+/// A point of the cloud as seen from a query position.
+struct NearestPoint {
+  static constexpr std::uint32_t none = 0xffff'ffff;
+  std::uint32_t point = none;         // its place in the frame
+  float squared = __builtin_inff();   // distance
+  float x = 0, y = 0, z = 0;          // reference coordinates
+};
+
+struct Kernels {
+  const char* name;
+
+  /// x, y, z: the `count` points (3 floats each) times the 3x4 matrix T; rank: of each one's cell. A whole number of
+  /// 16 values is written. Returns how many points have a cell.
+  std::uint32_t (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, float* const xyz[3],
+                         std::uint32_t* rank);
+  /// Moves `count` sorted points into leaves and encloses each leaf.
+  void (*fill_leaves)(const PlacedPoint* points, std::size_t count, Leaf* leaves, BoxGroup* boxes);
+  /// Encloses `count` boxes, 16 by 16.
+  void (*enclose)(const BoxGroup* children, std::size_t count, BoxGroup* parents);
+  /// The nearest point among those with squared distance <= bound.squared, `bound` when there is none; ties go to the
+  /// lower place in the frame.
+  NearestPoint (*nearest)(const CloudTree& tree, const float query[3], NearestPoint bound);
+  /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
+  void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
+  /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Stops early, with what it has, as
+  /// soon as that is not below `bound`.
+  float (*mode_distance)(const float* const e[3], const float* sample, std::size_t stride, float bound);
+};
+
+/// The best that this processor runs; every one gives the same bits.
+[[nodiscard]] const Kernels& kernels() noexcept;
+
+/// All that this processor runs, the best first, ended by a null pointer: for tests and benchmarks.
+[[nodiscard]] const Kernels* const* available_kernels() noexcept;
+
+}  // namespace lbea

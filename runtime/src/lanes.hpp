@@ -1,0 +1,76 @@
+// Sixteen floats at a time, in the compiler's own vector types: one source becomes SSE2, AVX2, AVX-512 or NEON code,
+// whichever the file that includes it is compiled for. Sixteen lanes everywhere, so that sums are added in the same
+// order and every machine gets the same bits.
+//
+// Included by kernel_code.cpp alone. No standard-library templates here: an inline function compiled for AVX-512 must
+// not be the copy that the linker keeps for everyone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#if defined(__AVX512F__) || defined(__AVX2__) || defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace lbea::LBEA_KERNELS {
+
+inline constexpr std::size_t lanes = 16;
+using Floats = float __attribute__((vector_size(64)));
+using Ints = std::int32_t __attribute__((vector_size(64)));
+
+static inline Floats load(const float* from) {
+  Floats value;
+  __builtin_memcpy(&value, from, sizeof(value));
+  return value;
+}
+static inline void store(float* to, Floats value) { __builtin_memcpy(to, &value, sizeof(value)); }
+static inline Floats all(float value) { return Floats{} + value; }
+// A comparison with NaN is false, so the second operand wins: minimum(NaN, b) = b.
+static inline Floats minimum(Floats a, Floats b) { return a < b ? a : b; }
+static inline Floats maximum(Floats a, Floats b) { return a > b ? a : b; }
+
+static inline Floats square_roots(Floats value) {
+#if defined(__AVX512F__)
+  return reinterpret_cast<Floats>(_mm512_sqrt_ps(reinterpret_cast<__m512>(value)));
+#else
+  for (std::size_t i = 0; i < lanes; ++i) value[i] = __builtin_sqrtf(value[i]);
+  return value;
+#endif
+}
+
+/// Bit i: value[i] <= limit.
+static inline std::uint32_t at_most(Floats value, float limit) {
+#if defined(__AVX512F__)
+  return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(value), _mm512_set1_ps(limit), _CMP_LE_OQ);
+#elif defined(__AVX2__)
+  __m256 half[2];
+  __builtin_memcpy(half, &value, sizeof(half));
+  const __m256 bound = _mm256_set1_ps(limit);
+  return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(half[0], bound, _CMP_LE_OQ))) |
+         static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(half[1], bound, _CMP_LE_OQ))) << 8;
+#elif defined(__SSE2__)
+  __m128 quarter[4];
+  __builtin_memcpy(quarter, &value, sizeof(quarter));
+  const __m128 bound = _mm_set1_ps(limit);
+  std::uint32_t bits = 0;
+  for (unsigned i = 0; i < 4; ++i)
+    bits |= static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(quarter[i], bound))) << (4 * i);
+  return bits;
+#else
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < lanes; ++i) bits |= static_cast<std::uint32_t>(value[i] <= limit) << i;
+  return bits;
+#endif
+}
+
+/// In a fixed order: halves, quarters, eighths, sixteenths.
+static inline float sum(Floats value) {
+  float part[lanes];
+  store(part, value);
+  for (std::size_t width = lanes / 2; width > 0; width /= 2)
+    for (std::size_t i = 0; i < width; ++i) part[i] += part[i + width];
+  return part[0];
+}
+
+}  // namespace lbea::LBEA_KERNELS

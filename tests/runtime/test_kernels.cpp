@@ -1,0 +1,75 @@
+// One build carries its inner loops for several instruction sets: each must answer with the same bits.
+#include "runtime/src/cloud_index.hpp"
+#include "tests/runtime/brute_force.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+using namespace lbea;
+using lbea::test::Position;
+
+namespace {
+
+std::vector<const Kernels*> all_kernels() {
+  std::vector<const Kernels*> found;
+  for (const Kernels* const* k = available_kernels(); *k != nullptr; ++k) found.push_back(*k);
+  return found;
+}
+
+bool same_bits(const NearestPoint& a, const NearestPoint& b) {
+  return a.point == b.point && std::memcmp(&a.squared, &b.squared, sizeof(float)) == 0 && a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+}  // namespace
+
+TEST_CASE("the best available kernels are the ones in use, and the baseline is always there") {
+  const auto found = all_kernels();
+  REQUIRE_FALSE(found.empty());
+  CHECK(&kernels() == found.front());
+  CHECK(std::string(found.back()->name) == "kernels_baseline");
+}
+
+TEST_CASE("indexes built and searched by any kernels give the same bits") {
+  const auto cloud = test::random_positions(5'003, 100, 31);
+  std::vector<Point> points;
+  for (const auto& [x, y, z] : cloud) points.push_back({x, y, z});
+  points[17].y = std::nanf("");
+  points[4'000].z = 1e9f;
+  const RigidTransform T{0.8f, -0.6f, 0, 3, 0.6f, 0.8f, 0, -2, 0, 0, 1, 5};
+  const auto found = all_kernels();
+  std::vector<CloudIndex> indexes;
+  for (const Kernels* k : found) {
+    indexes.emplace_back(bounding_grid(test::random_positions(100, 160, 32), 4'096), 6'000, *k);
+    const PointTally tally = indexes.back().build(points, T);
+    CHECK(tally.invalid == 1);
+    CHECK(tally.culled >= 1);
+  }
+  for (const Position& query : test::random_positions(500, 200, 33))
+    for (std::size_t k = 1; k < found.size(); ++k) CHECK(same_bits(indexes[k].nearest(query, {}), indexes[0].nearest(query, {})));
+}
+
+TEST_CASE("projections and mode distances have the same bits everywhere") {
+  std::mt19937 random(34);
+  std::normal_distribution<float> value(0, 50);
+  for (const std::size_t stride : {16u, 32u, 112u, 1'280u}) {
+    std::vector<float> rows(5 * stride), f(stride), sample(3 * stride);
+    std::array<std::vector<float>, 3> planes{f, f, f};
+    for (auto* vector : {&rows, &f, &sample, &planes[0], &planes[1], &planes[2]})
+      for (float& v : *vector) v = value(random);
+    const float* const e[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
+    const float whole = kernels().mode_distance(e, sample.data(), stride, 1e30f);
+    std::vector<float> expected(5);
+    kernels().project(rows.data(), 5, stride, f.data(), expected.data());
+    for (const Kernels* k : all_kernels()) {
+      CHECK(k->mode_distance(e, sample.data(), stride, 1e30f) == whole);
+      CHECK(k->mode_distance(e, sample.data(), stride, whole / 4) >= whole / 4);  // cut short, but never below the bound
+      std::vector<float> coefficients(5);
+      k->project(rows.data(), 5, stride, f.data(), coefficients.data());
+      CHECK(coefficients == expected);
+    }
+  }
+}
