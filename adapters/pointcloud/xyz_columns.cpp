@@ -138,6 +138,10 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
   const auto fields = split(numbers, columns.separator);
   Axes axes = named_axes(names, 0);
   if (!axes) axes = named_axes(remark, fields.size());
+  if (!axes && split_names(without_units(names)).size() > 3) {
+    problem = "the header names columns, but not x, y and z; name them so, or this is not a point cloud";
+    return std::nullopt;
+  }
   if (!axes) axes = first_numeric(fields, columns.has_decimal_comma);
   if (!axes) {
     problem =

@@ -70,6 +70,12 @@ TEST_CASE("without names: the first three columns with numbers") {
   CHECK(same(points_of("nan 2 3\n1 2 3\n"), {{quiet_nan, 2, 3}, {1, 2, 3}}));
 }
 
+// A folder of sensed frames holds a table of their truth as well. Its first three columns with numbers were once
+// taken for points, and the test got a frame that nobody had captured.
+TEST_CASE("a table about something else is not a cloud") {
+  check_refused("frame,file,stamp_ns,run,state,time_s\n0,f.ply,0,run_1,0,0\n", "line 2: the header names columns, but not x, y and z");
+}
+
 TEST_CASE("comments, the stamp, missing values") {
   const PointCloud cloud =
       parse_xyz(bytes_of("# rig A\n% stamp_ns=1000050\n1,2,3\n// pause\nnan,NaN,-nan\n,,\n1,,3,x\n"
