@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Runs the demo on an existing build and checks what it leaves behind, number by number.
+#   run.sh BUILD_DIR OUT_DIR
+set -euo pipefail
+build=$1 out=$2
+project=$(cd "$(dirname "$0")/../.." && pwd)
+bash "$project/tools/demo.sh" --build "$build" --out "$out"
+/usr/bin/python3 - "$out" <<'EOF'
+import csv, sys
+from pathlib import Path
+import matplotlib.image
+
+out = Path(sys.argv[1])
+rows = list(csv.DictReader(open(out / "evaluation/results.csv")))
+truth = list(csv.DictReader(open(out / "frames/truth.csv")))
+assert len(truth) == 21 and [r["stamp_ns"] for r in rows] == [t["stamp_ns"] for t in truth], "every frame, in order"
+assert all(r["status"] == "ok" for r in rows), "every frame matched"
+assert all(r["simulation"] != "run_043" for r in rows), "the experiment is not in the ensemble"
+assert all(float(r["EE"]) >= float(r["oracle_EE"]) for r in rows), "nobody is better than the oracle"
+ratio = sum(float(r["EE"]) for r in rows) / sum(float(r["oracle_EE"]) for r in rows)
+assert ratio < 2.2, f"mean EE is {ratio:.2f} times the oracle's; the method reaches about 2"
+assert len(list((out / "evaluation").glob("matched_*.vtu"))) == 21 and (out / "evaluation/matched.pvd").exists()
+tally = (out / "serve.out").read_text()
+assert "matched 21" in tally and "dropped 0" in tally and "missed 0" in tally, tally
+pixels = matplotlib.image.imread(out / "demo.png")[..., :3]
+colours = len({tuple(p) for p in (pixels[::3, ::3].reshape(-1, 3) * 31).astype(int)})
+assert pixels.shape[0] > 500 and colours > 100, f"the picture shows {colours} colours"
+print(f"demo: 21 frames, EE {ratio:.2f} times the oracle's")
+EOF
