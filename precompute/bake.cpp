@@ -44,13 +44,16 @@ void check(const Ensemble& ensemble, const EnsembleDescription& description) {
   if (ensemble.reference_run >= ensemble.runs.size())
     throw Error(Status::bad_config, "the reference run is not one of the ensemble's");
   if (!(description.time_factor > 0 && description.time_factor < std::numeric_limits<double>::infinity()))
-    throw Error(Status::bad_config, "the time factor must be positive, it is " + std::to_string(description.time_factor));
+    throw Error(Status::bad_config,
+                "the time factor must be positive, it is " + std::to_string(description.time_factor));
   std::set<std::string> names;
   for (const EnsembleRun& run : ensemble.runs) {
     if (!names.insert(run.name).second)
-      throw Error(Status::bad_config, "two runs are called '" + run.name + "'; results could not tell them apart, rename one");
+      throw Error(Status::bad_config,
+                  "two runs are called '" + run.name + "'; results could not tell them apart, rename one");
     if (run.parameters.size() != ensemble.parameter_names.size())
-      throw Error(Status::bad_config, "run " + run.name + " has " + std::to_string(run.parameters.size()) + " parameters, not " +
+      throw Error(Status::bad_config, "run " + run.name + " has " + std::to_string(run.parameters.size()) +
+                                          " parameters, not " +
                                           std::to_string(ensemble.parameter_names.size()));
   }
 }
@@ -59,16 +62,19 @@ void check(const Ensemble& ensemble, const EnsembleDescription& description) {
 class ReferenceRun {
  public:
   ReferenceRun(const Ensemble& ensemble, const EnsembleDescription& description, const CommonMesh& mesh)
-      : name_(ensemble.runs[ensemble.reference_run].name), reader_(ensemble.runs[ensemble.reference_run].open()),
+      : name_(ensemble.runs[ensemble.reference_run].name),
+        reader_(ensemble.runs[ensemble.reference_run].open()),
         mapping_(map_common(mesh, reader_->mesh(), name_)), time_factor_(description.time_factor) {
     if (description.impact_step >= reader_->states())
-      throw Error(Status::bad_config, "the impact is at state " + std::to_string(description.impact_step) + ", but run " + name_ +
-                                          " has " + std::to_string(reader_->states()) + " states");
+      throw Error(Status::bad_config, "the impact is at state " + std::to_string(description.impact_step) +
+                                          ", but run " + name_ + " has " + std::to_string(reader_->states()) +
+                                          " states");
     impact_time_ = reader_->time_s(description.impact_step);
   }
 
   ReferenceState at(std::uint32_t step) {
     reader_->read(step, state_);
+    check_state(*reader_, state_, name_, step);
     ReferenceState reference{(reader_->time_s(step) - impact_time_) * time_factor_, {}};
     for (const std::uint32_t node : mapping_.nodes) {
       const float* p = &state_.positions[3 * std::size_t{node}];
@@ -86,15 +92,16 @@ class ReferenceRun {
   SimulationState state_;
 };
 
-ObservedRegion choose_region(const RegionDescription& region, const BakeOptions& options, const Survey& survey,
-                             const ReferenceState& impact) {
+ObservedRegion choose_region(const RegionDescription& region, const BakeOptions& options,
+                             const Survey& survey, const ReferenceState& impact) {
   RegionCriteria criteria{region.parts, region.box, region.node_ids, {}};
   if (options.visible_nodes) criteria.visible = options.visible_nodes(survey.mesh, impact.positions);
   return observed_region(survey.mesh, impact.positions, criteria, survey.reference_node_ids);
 }
 
 /// (a) at impact: one mesh; (b) over time: the reference run at each of its used states.
-std::vector<ReferenceState> reference_states(ReferenceMode mode, ReferenceRun& run, const ReferenceState& impact,
+std::vector<ReferenceState> reference_states(ReferenceMode mode, ReferenceRun& run,
+                                             const ReferenceState& impact,
                                              const std::vector<std::uint32_t>& steps) {
   if (mode == ReferenceMode::impact) return {impact};
   std::vector<ReferenceState> states;
@@ -104,14 +111,16 @@ std::vector<ReferenceState> reference_states(ReferenceMode mode, ReferenceRun& r
   return states;
 }
 
-std::vector<ReferenceBasis> reference_bases(const ObservedRegion& region, const std::vector<ReferenceState>& states, std::uint32_t p,
+std::vector<ReferenceBasis> reference_bases(const ObservedRegion& region,
+                                            const std::vector<ReferenceState>& states,
+                                            std::span<const std::uint32_t> node_ids, std::uint32_t p,
                                             const BakeOptions& options) {
   Stage stage(options, "bases", states.size());
   std::vector<ReferenceBasis> bases(states.size());
   work_in_parallel(states.size(), options.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < states.size(); i = next()) {
       stage.check();
-      bases[i] = reference_basis(region, states[i].positions, p, states[i].time_s);
+      bases[i] = reference_basis(region, states[i].positions, node_ids, p, states[i].time_s);
       stage.step();
     }
   });
@@ -139,8 +148,8 @@ BakeSummary summarise(const format::Info& info, const std::vector<ReferenceBasis
 
 }  // namespace
 
-BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& description, const std::filesystem::path& output,
-                 const BakeOptions& options) {
+BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& description,
+                 const std::filesystem::path& output, const BakeOptions& options) {
   Stopwatch watch;
   BakeSummary::Seconds seconds;
   check(ensemble, description);
@@ -151,11 +160,13 @@ BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& descriptio
   ReferenceRun reference_run(ensemble, description, survey.mesh);
   const ReferenceState impact = reference_run.at(description.impact_step);
   const ObservedRegion region = choose_region(description.region, options, survey, impact);
-  const auto states = reference_states(description.mode, reference_run, impact, survey.runs[ensemble.reference_run].steps);
+  const auto states =
+      reference_states(description.mode, reference_run, impact, survey.runs[ensemble.reference_run].steps);
   seconds.reading = watch.lap();
 
   // Step 5: L psi = lambda M psi on every reference mesh, and the tree over its vertices.
-  const std::vector<ReferenceBasis> bases = reference_bases(region, states, description.modes, options);
+  const std::vector<ReferenceBasis> bases =
+      reference_bases(region, states, survey.mesh.node_ids, description.modes, options);
   seconds.bases = watch.lap();
 
   // Steps 3 and 5: every sample's nearest nodes and alpha = Psi' M f, written as they come.

@@ -30,7 +30,7 @@ struct BakeSummary {
 /// description: runs, reference_run, parameters, node_file, sensor and output are the caller's business; what they
 /// name has become `ensemble`, region.node_ids, options.visible_nodes and `output`.
 /// Throws Error{bad_config | bad_input | write_failed} and BakeCancelled; the output is whole or not there.
-BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& description, const std::filesystem::path& output,
-                 const BakeOptions& options = {});
+BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& description,
+                 const std::filesystem::path& output, const BakeOptions& options = {});
 
 }  // namespace lbea

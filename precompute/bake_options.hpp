@@ -22,12 +22,14 @@ struct BakeOptions {
   /// One per node of the common mesh, 0 = hidden from the rig; positions: N x 3 at impact. Not set: all visible.
   std::function<std::vector<std::uint8_t>(const CommonMesh&, std::span<const float> positions)> visible_nodes;
   std::function<void(const BakeProgress&)> progress;  // called from any thread, one call at a time
-  std::function<bool()> cancelled;                    // asked after every state; true ends the bake with BakeCancelled
+  std::function<bool()> cancelled;  // asked after every state; true ends the bake with BakeCancelled
 };
 
 /// The caller's wish, not a failure. Nothing stands under the output's name then.
 struct BakeCancelled : std::exception {
-  [[nodiscard]] const char* what() const noexcept override { return "the bake was cancelled; no model was written"; }
+  [[nodiscard]] const char* what() const noexcept override {
+    return "the bake was cancelled; no model was written";
+  }
 };
 
 }  // namespace lbea

@@ -21,14 +21,15 @@ using ElementIndex = std::map<ElementKey, std::uint32_t>;
 
 void check_sizes(const SimulationMesh& mesh, const std::string& run) {
   const bool consistent = mesh.element_ids.size() == mesh.elements.size() &&
-                          mesh.element_parts.size() == mesh.elements.size() && mesh.node_ids.size() < nowhere &&
-                          mesh.elements.size() < nowhere;
+                          mesh.element_parts.size() == mesh.elements.size() &&
+                          mesh.node_ids.size() < nowhere && mesh.elements.size() < nowhere;
   if (!consistent) throw Error(Status::bad_input, "run " + run + ": its mesh is not complete or too large");
   for (const Quad& element : mesh.elements)
     for (const std::uint32_t node : element)
       if (node >= mesh.node_ids.size())
-        throw Error(Status::bad_input, "run " + run + ": an element names node index " + std::to_string(node) +
-                                           ", but there are " + std::to_string(mesh.node_ids.size()) + " nodes");
+        throw Error(Status::bad_input, "run " + run + ": an element names node index " +
+                                           std::to_string(node) + ", but there are " +
+                                           std::to_string(mesh.node_ids.size()) + " nodes");
 }
 
 NodeIndex index_nodes(const std::vector<std::uint32_t>& ids, const std::string& run) {
@@ -36,7 +37,8 @@ NodeIndex index_nodes(const std::vector<std::uint32_t>& ids, const std::string& 
   index.reserve(ids.size());
   for (std::uint32_t i = 0; i < ids.size(); ++i)
     if (!index.emplace(ids[i], i).second)
-      throw Error(Status::bad_input, "run " + run + ": node id " + std::to_string(ids[i]) + " is given twice");
+      throw Error(Status::bad_input,
+                  "run " + run + ": node id " + std::to_string(ids[i]) + " is given twice");
   return index;
 }
 
@@ -63,7 +65,8 @@ CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string
   (void)index_nodes(reference_.node_ids, run);
 }
 
-void CommonMeshBuilder::keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive, const std::string& run) {
+void CommonMeshBuilder::keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive,
+                                    const std::string& run) {
   check_sizes(mesh, run);
   if (alive.size() != mesh.elements.size())
     throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(alive.size()) +
@@ -75,7 +78,8 @@ void CommonMeshBuilder::keep_common(const SimulationMesh& mesh, std::span<const 
   (void)index_nodes(mesh.node_ids, run);
   const ElementIndex index = index_elements(mesh);
   for (std::size_t e = 0; e < kept_.size(); ++e) {
-    const auto found = index.find(key_of(reference_.node_ids, reference_.elements[e], reference_.element_ids[e]));
+    const auto found =
+        index.find(key_of(reference_.node_ids, reference_.elements[e], reference_.element_ids[e]));
     kept_[e] = kept_[e] && found != index.end() && alive[found->second];
   }
 }
@@ -100,8 +104,9 @@ CommonMesh CommonMeshBuilder::finish() const {
     common.element_parts.push_back(reference_.element_parts[e]);
   }
   if (common.elements.empty())
-    throw Error(Status::bad_input, "no element is common to all used states of all runs; do they show the same component "
-                                   "with the same numbering? Leave out runs or late time steps");
+    throw Error(Status::bad_input,
+                "no element is common to all used states of all runs; do they show the same component "
+                "with the same numbering? Leave out runs or late time steps");
   return common;
 }
 
@@ -111,13 +116,15 @@ MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh, con
   MeshMapping mapping;
   for (const std::uint32_t id : common.node_ids) {
     const auto found = nodes.find(id);
-    if (found == nodes.end()) throw Error(Status::bad_input, "run " + run + ": node " + std::to_string(id) + " is missing");
+    if (found == nodes.end())
+      throw Error(Status::bad_input, "run " + run + ": node " + std::to_string(id) + " is missing");
     mapping.nodes.push_back(found->second);
   }
   for (std::size_t e = 0; e < common.elements.size(); ++e) {
     const auto found = elements.find(key_of(common.node_ids, common.elements[e], common.element_ids[e]));
     if (found == elements.end())
-      throw Error(Status::bad_input, "run " + run + ": element " + std::to_string(common.element_ids[e]) + " is missing");
+      throw Error(Status::bad_input,
+                  "run " + run + ": element " + std::to_string(common.element_ids[e]) + " is missing");
     mapping.elements.push_back(found->second);
   }
   return mapping;

@@ -42,6 +42,7 @@ class CommonMeshBuilder {
 };
 
 /// Throws Error{bad_input} when the mesh lacks a node or an element of `common`.
-[[nodiscard]] MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh, const std::string& run);
+[[nodiscard]] MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh,
+                                     const std::string& run);
 
 }  // namespace lbea

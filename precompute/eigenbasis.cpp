@@ -18,8 +18,9 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 using Eigen::Index;
 
-constexpr Index dense_below = 300;       // vertices; up to here the dense solver is as fast
-constexpr double same_eigenvalue = 1e-6; // relative: nearer ones are one cluster, whose members may be exchanged
+constexpr Index dense_below = 300;  // vertices; up to here the dense solver is as fast
+constexpr double same_eigenvalue =
+    1e-6;  // relative: nearer ones are one cluster, whose members may be exchanged
 constexpr double same_magnitude = 1e-9;  // relative
 constexpr double tolerance = 1e-12;      // Krylov residual, relative
 constexpr Index max_restarts = 1000;
@@ -57,7 +58,8 @@ Pairs rayleigh_ritz(const Sparse& a, const Eigen::MatrixXd& vectors, Index count
 }
 
 Eigen::MatrixXd krylov_vectors(ShiftInvert& op, double sigma, Index count, Index space) {
-  Spectra::SymEigsShiftSolver<ShiftInvert> solver(op, count, std::clamp(std::max(2 * count + 1, count + 20), count + 1, space), sigma);
+  Spectra::SymEigsShiftSolver<ShiftInvert> solver(
+      op, count, std::clamp(std::max(2 * count + 1, count + 20), count + 1, space), sigma);
   const Eigen::VectorXd start = start_vector(op.rows());
   solver.init(start.data());
   solver.compute(Spectra::SortRule::LargestMagn, max_restarts, tolerance, Spectra::SortRule::SmallestAlge);
@@ -111,8 +113,9 @@ void fix_signs(Eigen::MatrixXd& modes) {
 
 void check_count(std::uint32_t p, Index vertices) {
   if (p == 0 || Index{p} > vertices)
-    throw Error(Status::bad_config, std::to_string(p) + " modes asked of a region with " + std::to_string(vertices) +
-                                        " vertices; ask for 1 to " + std::to_string(vertices));
+    throw Error(Status::bad_config, std::to_string(p) + " modes asked of a region with " +
+                                        std::to_string(vertices) + " vertices; ask for 1 to " +
+                                        std::to_string(vertices));
 }
 
 }  // namespace
@@ -120,6 +123,8 @@ void check_count(std::uint32_t p, Index vertices) {
 Eigenbasis eigenbasis(const MeshLaplacian& laplacian, std::uint32_t p) {
   const Index n = laplacian.mass.size();
   check_count(p, n);
+  if (!(laplacian.mass.minCoeff() > 0))
+    throw Error(Status::bad_input, "a vertex of the region has no surface around it");
   const Sparse a = symmetric_form(laplacian);
   const double spacing = weyl_spacing(laplacian.mass);
   const bool dense = n <= dense_below || 2 * Index{p} >= n;

@@ -16,7 +16,8 @@ namespace lbea {
 /// Which stored states of every run become samples.
 struct StepSelection {
   std::uint32_t first = 0;
-  std::uint32_t last = std::numeric_limits<std::uint32_t>::max();  // inclusive; beyond the run's end: its last state
+  std::uint32_t last =
+      std::numeric_limits<std::uint32_t>::max();  // inclusive; beyond the run's end: its last state
   std::uint32_t stride = 1;
   std::vector<std::uint32_t> list;  // when not empty, these alone
 };
@@ -28,11 +29,11 @@ struct Box {
 
 /// The part of the reference mesh the rig can see: what all the given criteria agree on; none given, the whole mesh.
 struct RegionDescription {
-  std::vector<std::uint32_t> parts;               // part ids
-  std::optional<Box> box;                         // of positions at impact
-  std::vector<std::uint32_t> node_ids;            // the solver's numbering
-  std::filesystem::path node_file;                // the same, as text: ids separated by blanks, commas or lines
-  std::filesystem::path sensor;                   // sensor description: nodes visible to it at impact
+  std::vector<std::uint32_t> parts;     // part ids
+  std::optional<Box> box;               // of positions at impact
+  std::vector<std::uint32_t> node_ids;  // the solver's numbering
+  std::filesystem::path node_file;      // the same, as text: ids separated by blanks, commas or lines
+  std::filesystem::path sensor;         // sensor description: nodes visible to it at impact
 };
 
 struct EnsembleDescription {
@@ -43,8 +44,9 @@ struct EnsembleDescription {
   ReferenceMode mode = ReferenceMode::impact;
   std::uint32_t modes = 100;  // p
   RegionDescription region;
-  std::vector<std::string> fields{"plastic_strain"};  // "all": every field all runs have; those a run lacks are refused
-  std::filesystem::path parameters;                   // CSV: run name, then one column per parameter; empty: none
+  std::vector<std::string> fields{
+      "plastic_strain"};             // "all": every field all runs have; those a run lacks are refused
+  std::filesystem::path parameters;  // CSV: run name, then one column per parameter; empty: none
   std::string length_unit = "mm";
   double time_factor = 1;        // seconds per unit of the runs' time
   double envelope_margin = 25;   // length unit; frame points farther from every sample are discarded

@@ -10,9 +10,9 @@ namespace lbea {
 
 namespace {
 
-constexpr double most_cells = 1 << 17;     // about; 16 KiB stay in the cache of whoever culls points
-constexpr double margin_per_edge = 4;      // cells need not be finer than this
-constexpr double rounding_slack = 0.01;    // cells; floats of the runtime may round a point into the next cell
+constexpr double most_cells = 1 << 17;   // about; 16 KiB stay in the cache of whoever culls points
+constexpr double margin_per_edge = 4;    // cells need not be finer than this
+constexpr double rounding_slack = 0.01;  // cells; floats of the runtime may round a point into the next cell
 
 std::size_t words(std::size_t bits) { return (bits + 63) / 64; }
 
@@ -20,12 +20,16 @@ std::size_t index_of(const EnvelopeGrid& grid, std::size_t x, std::size_t y, std
   return x + grid.cells[0] * (y + std::size_t{grid.cells[1]} * z);
 }
 
-bool test(const EnvelopeGrid& grid, std::size_t cell) { return (grid.bits[cell / 64] >> (cell % 64) & 1) != 0; }
+bool test(const EnvelopeGrid& grid, std::size_t cell) {
+  return (grid.bits[cell / 64] >> (cell % 64) & 1) != 0;
+}
 
 /// Offsets of the cells that come within `margin` (in cells) of a cell.
 std::vector<std::array<std::int64_t, 3>> ball(double margin) {
   const auto reach = static_cast<std::int64_t>(std::ceil(margin)) + 1;
-  const auto gap = [](std::int64_t offset) { return static_cast<double>(std::max<std::int64_t>(std::abs(offset) - 1, 0)); };
+  const auto gap = [](std::int64_t offset) {
+    return static_cast<double>(std::max<std::int64_t>(std::abs(offset) - 1, 0));
+  };
   std::vector<std::array<std::int64_t, 3>> offsets;
   for (std::int64_t z = -reach; z <= reach; ++z)
     for (std::int64_t y = -reach; y <= reach; ++y)
@@ -46,12 +50,14 @@ bool EnvelopeGrid::contains(const std::array<float, 3>& point) const noexcept {
   return test(*this, index_of(*this, at[0], at[1], at[2]));
 }
 
-EnvelopeBuilder::EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max, double margin) {
+EnvelopeBuilder::EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max,
+                                 double margin) {
   double volume = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) volume *= double{max[axis]} - double{min[axis]} + 2 * margin;
   if (!(margin > 0 && volume > 0 && std::isfinite(volume)))
-    throw Error(Status::bad_config, "the envelope margin must be positive and the positions finite; the margin is " +
-                                        std::to_string(margin));
+    throw Error(Status::bad_config,
+                "the envelope margin must be positive and the positions finite; the margin is " +
+                    std::to_string(margin));
   surface_.edge = static_cast<float>(std::max(margin / margin_per_edge, std::cbrt(volume / most_cells)));
   const double edge = double{surface_.edge};
   margin_cells_ = margin / edge + rounding_slack;
@@ -68,7 +74,8 @@ void EnvelopeBuilder::add(std::span<const float> positions, std::span<const Quad
   const auto in_cells = [&](std::uint32_t node) {
     Corner corner{};
     for (std::size_t axis = 0; axis < 3; ++axis)
-      corner[axis] = (double{positions[3 * std::size_t{node} + axis]} - double{surface_.corner[axis]}) / double{surface_.edge};
+      corner[axis] = (double{positions[3 * std::size_t{node} + axis]} - double{surface_.corner[axis]}) /
+                     double{surface_.edge};
     return corner;
   };
   for (const Quad& q : elements) {
@@ -122,7 +129,8 @@ EnvelopeGrid EnvelopeBuilder::finish() const {
     for (std::int64_t y = 0; y < cells[1]; ++y)
       for (std::int64_t x = 0; x < cells[0]; ++x) {
         const auto at = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-          return index_of(surface_, static_cast<std::size_t>(i), static_cast<std::size_t>(j), static_cast<std::size_t>(k));
+          return index_of(surface_, static_cast<std::size_t>(i), static_cast<std::size_t>(j),
+                          static_cast<std::size_t>(k));
         };
         if (!test(surface_, at(x, y, z))) continue;
         for (const auto& [dx, dy, dz] : offsets) {

@@ -6,7 +6,9 @@ namespace lbea {
 
 namespace {
 
-double squared_in(const Eigen::VectorXd& mass, const Eigen::MatrixXd& f) { return mass.dot(f.rowwise().squaredNorm()); }
+double squared_in(const Eigen::VectorXd& mass, const Eigen::MatrixXd& f) {
+  return mass.dot(f.rowwise().squaredNorm());
+}
 
 void add_to(Eigen::MatrixXd& sum, const Eigen::MatrixXd& term) {
   if (sum.size() == 0)
@@ -17,7 +19,8 @@ void add_to(Eigen::MatrixXd& sum, const Eigen::MatrixXd& term) {
 
 }  // namespace
 
-void Moments::add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions, const Eigen::MatrixXd& coefficients) {
+void Moments::add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions,
+                  const Eigen::MatrixXd& coefficients) {
   samples += 1;
   squared_positions += squared_in(mass, positions);
   squared_coefficients += coefficients.squaredNorm();
@@ -37,14 +40,17 @@ double Moments::total(const Eigen::VectorXd& mass) const {
   return std::max(squared_positions - squared_in(mass, sum_positions) / samples, 0.0);
 }
 
-double Moments::kept() const { return std::max(squared_coefficients - sum_coefficients.squaredNorm() / samples, 0.0); }
+double Moments::kept() const {
+  return std::max(squared_coefficients - sum_coefficients.squaredNorm() / samples, 0.0);
+}
 
 void MomentsInOrder::add(std::size_t run, std::vector<Moments> of_run) {
   const std::lock_guard lock(mutex_);
   if (waiting_.size() <= run) waiting_.resize(run + 1);
   waiting_[run] = std::move(of_run);
   for (; next_ < waiting_.size() && waiting_[next_]; ++next_) {
-    for (std::size_t reference = 0; reference < sum_.size(); ++reference) sum_[reference].add((*waiting_[next_])[reference]);
+    for (std::size_t reference = 0; reference < sum_.size(); ++reference)
+      sum_[reference].add((*waiting_[next_])[reference]);
     waiting_[next_].reset();
   }
 }

@@ -13,12 +13,13 @@ namespace lbea {
 /// Sums over samples f (n x 3) and their coefficients alpha = Psi' M f (p x 3), both relative to the reference mesh.
 struct Moments {
   double samples = 0;
-  double squared_positions = 0;       // sum of |f|_M^2
-  double squared_coefficients = 0;    // sum of |alpha|^2
-  Eigen::MatrixXd sum_positions;      // n x 3
-  Eigen::MatrixXd sum_coefficients;   // p x 3
+  double squared_positions = 0;      // sum of |f|_M^2
+  double squared_coefficients = 0;   // sum of |alpha|^2
+  Eigen::MatrixXd sum_positions;     // n x 3
+  Eigen::MatrixXd sum_coefficients;  // p x 3
 
-  void add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions, const Eigen::MatrixXd& coefficients);
+  void add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions,
+           const Eigen::MatrixXd& coefficients);
   void add(const Moments& other);
   [[nodiscard]] double total(const Eigen::VectorXd& mass) const;  // sum of |f - mean f|_M^2
   [[nodiscard]] double kept() const;                              // sum of |alpha - mean alpha|^2

@@ -40,7 +40,8 @@ struct Assembly {
   // Edge (j, k) opposite of corner i weighs cot(angle at i) / 2 = -(e_j . e_k) / (4 area), e_i opposite of i.
   void add(const Triangle& t) {
     const std::array<Eigen::Vector3d, 3> corners{position(t[0]), position(t[1]), position(t[2])};
-    const std::array<Eigen::Vector3d, 3> edges{corners[2] - corners[1], corners[0] - corners[2], corners[1] - corners[0]};
+    const std::array<Eigen::Vector3d, 3> edges{corners[2] - corners[1], corners[0] - corners[2],
+                                               corners[1] - corners[0]};
     const double area = edges[0].cross(edges[1]).norm() / 2;
     const double longest = std::max({edges[0].squaredNorm(), edges[1].squaredNorm(), edges[2].squaredNorm()});
     if (!(2 * area > flattest_triangle * longest)) {
@@ -58,15 +59,9 @@ struct Assembly {
 void check_indices(const Quad& element, std::size_t number, std::size_t vertices) {
   for (const std::uint32_t node : element)
     if (node >= vertices)
-      throw Error(Status::bad_input, "element " + std::to_string(number) + " of the reference mesh names vertex " +
-                                         std::to_string(node) + ", but there are " + std::to_string(vertices));
-}
-
-void check_mass(const Eigen::VectorXd& mass) {
-  for (Eigen::Index i = 0; i < mass.size(); ++i)
-    if (!(mass[i] > 0))
-      throw Error(Status::bad_input, "vertex " + std::to_string(i) +
-                                         " of the reference mesh has no surface around it; leave it out of the region");
+      throw Error(Status::bad_input, "element " + std::to_string(number) +
+                                         " of the reference mesh names vertex " + std::to_string(node) +
+                                         ", but there are " + std::to_string(vertices));
 }
 
 bool has_distinct_nodes(const Triangle& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
@@ -84,7 +79,6 @@ MeshLaplacian mesh_laplacian(std::span<const float> positions, std::span<const Q
     for (const Triangle& t : {Triangle{q[0], q[1], q[2]}, Triangle{q[0], q[2], q[3]}})
       if (has_distinct_nodes(t)) assembly.add(t);
   }
-  check_mass(assembly.mass);
   MeshLaplacian result{Eigen::SparseMatrix<double>(n, n), std::move(assembly.mass), assembly.degenerate};
   result.stiffness.setFromTriplets(assembly.entries.begin(), assembly.entries.end());
   return result;

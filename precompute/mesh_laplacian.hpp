@@ -15,12 +15,13 @@ using Quad = std::array<std::uint32_t, 4>;
 
 struct MeshLaplacian {
   Eigen::SparseMatrix<double> stiffness;  // L, n x n, cotangents, positive semi-definite, without unit
-  Eigen::VectorXd mass;                   // diagonal of M, n, barycentric: a third of each adjoining triangle, area
-  std::size_t degenerate_triangles = 0;   // of no area: skipped
+  Eigen::VectorXd mass;  // diagonal of M, n, barycentric: a third of each adjoining triangle, area
+  std::size_t degenerate_triangles = 0;  // of no area: skipped
 };
 
 /// positions: n x 3. Edges of three and more triangles are summed like any other; several components are fine.
-/// Throws Error{bad_input} for an index that is not a vertex and for a vertex without area around it.
+/// A vertex without area around it gets the mass 0: no basis exists then.
+/// Throws Error{bad_input} for an index that is not a vertex.
 [[nodiscard]] MeshLaplacian mesh_laplacian(std::span<const float> positions, std::span<const Quad> elements);
 
 }  // namespace lbea

@@ -14,7 +14,8 @@ using format::SectionId;
 
 std::uint32_t count32(std::size_t count, const std::string& what) {
   if (count >= std::numeric_limits<std::uint32_t>::max())
-    throw Error(Status::bad_config, std::to_string(count) + " " + what + " are more than a model can hold; use fewer");
+    throw Error(Status::bad_config,
+                std::to_string(count) + " " + what + " are more than a model can hold; use fewer");
   return static_cast<std::uint32_t>(count);
 }
 
@@ -32,7 +33,8 @@ void add_ensemble(SmallSections& sections, const format::Info& info, const Ensem
   std::vector<std::uint32_t> samples;
   for (std::uint32_t run = 0; run < info.simulations; ++run) {
     names.push_back(ensemble.runs[run].name);
-    parameters.insert(parameters.end(), ensemble.runs[run].parameters.begin(), ensemble.runs[run].parameters.end());
+    parameters.insert(parameters.end(), ensemble.runs[run].parameters.begin(),
+                      ensemble.runs[run].parameters.end());
     times.insert(times.end(), survey.runs[run].times_s.begin(), survey.runs[run].times_s.end());
     for (const std::uint32_t step : survey.runs[run].steps) samples.insert(samples.end(), {run, step});
   }
@@ -47,9 +49,11 @@ void add_ensemble(SmallSections& sections, const format::Info& info, const Ensem
 void add_component(SmallSections& sections, const format::Info& info, const Survey& survey) {
   const CommonMesh& mesh = survey.mesh;
   std::vector<std::uint32_t> element_nodes;
-  for (const Quad& element : mesh.elements) element_nodes.insert(element_nodes.end(), element.begin(), element.end());
+  for (const Quad& element : mesh.elements)
+    element_nodes.insert(element_nodes.end(), element.begin(), element.end());
   std::vector<std::string> field_names;
-  for (const SimulationField& field : survey.fields) field_names.insert(field_names.end(), {field.name, field.unit});
+  for (const SimulationField& field : survey.fields)
+    field_names.insert(field_names.end(), {field.name, field.unit});
   const std::vector<std::uint32_t> at_elements(info.fields, 0);
   sections.add<std::uint32_t>(SectionId::node_ids, 0, {info.nodes}, mesh.node_ids);
   sections.add<std::uint32_t>(SectionId::element_ids, 0, {info.elements}, mesh.element_ids);
@@ -65,7 +69,8 @@ std::vector<float> padded_rows(const Eigen::MatrixXd& matrix) {
   std::vector<float> rows(static_cast<std::size_t>(matrix.rows()) * stride, 0.0f);
   for (Eigen::Index i = 0; i < matrix.rows(); ++i)
     for (Eigen::Index j = 0; j < matrix.cols(); ++j)
-      rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)] = static_cast<float>(matrix(i, j));
+      rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)] =
+          static_cast<float>(matrix(i, j));
   return rows;
 }
 
@@ -74,9 +79,12 @@ std::span<const T> flat(const std::vector<std::array<T, N>>& rows) {
   return {rows.empty() ? nullptr : rows.front().data(), N * rows.size()};
 }
 
-std::span<const double> values(const Eigen::VectorXd& vector) { return {vector.data(), static_cast<std::size_t>(vector.size())}; }
+std::span<const double> values(const Eigen::VectorXd& vector) {
+  return {vector.data(), static_cast<std::size_t>(vector.size())};
+}
 
-void add_reference(SmallSections& sections, const format::Info& info, std::uint32_t part, const ReferenceBasis& reference) {
+void add_reference(SmallSections& sections, const format::Info& info, std::uint32_t part,
+                   const ReferenceBasis& reference) {
   const std::uint64_t n = info.vertices, p = info.modes, t = reference.tree.ranges.size();
   sections.add<std::uint32_t>(SectionId::vertex_nodes, part, {n}, reference.vertex_nodes);
   sections.add<float>(SectionId::vertex_positions, part, {n, 3}, flat(reference.vertex_positions));
@@ -96,11 +104,13 @@ void SmallSections::plan(std::vector<PlannedSection>& plan) const {
 }
 
 void SmallSections::write(ModelWriter& writer) const {
-  for (const Section& section : sections_) writer.write_bytes(section.plan.id, section.plan.part, 0, section.bytes);
+  for (const Section& section : sections_)
+    writer.write_bytes(section.plan.id, section.plan.part, 0, section.bytes);
 }
 
-format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
-                        const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
+format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble,
+                        const Survey& survey, const std::vector<ReferenceBasis>& references,
+                        const EnvelopeGrid& envelope) {
   format::Info info{};
   info.reference_mode = static_cast<std::uint32_t>(description.mode);
   info.vertices = count32(references.front().vertex_nodes.size(), "vertices");
@@ -116,8 +126,9 @@ format::Info model_info(const EnsembleDescription& description, const Ensemble& 
   return info;
 }
 
-SmallSections small_sections(const format::Info& info, const EnsembleDescription& description, const Ensemble& ensemble,
-                             const Survey& survey, const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
+SmallSections small_sections(const format::Info& info, const EnsembleDescription& description,
+                             const Ensemble& ensemble, const Survey& survey,
+                             const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
   SmallSections sections;
   std::array<std::uint32_t, sizeof(format::Info) / sizeof(std::uint32_t)> words{};
   std::memcpy(words.data(), &info, sizeof(info));
@@ -129,14 +140,16 @@ SmallSections small_sections(const format::Info& info, const EnsembleDescription
   std::vector<double> reference_times;
   for (const ReferenceBasis& reference : references) reference_times.push_back(reference.time_s);
   sections.add<double>(SectionId::reference_times, 0, {info.references}, reference_times);
-  for (std::uint32_t part = 0; part < info.references; ++part) add_reference(sections, info, part, references[part]);
+  for (std::uint32_t part = 0; part < info.references; ++part)
+    add_reference(sections, info, part, references[part]);
   return sections;
 }
 
-void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info, bool with_correspondence,
-                         std::size_t provenance_size) {
+void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
+                         bool with_correspondence, std::size_t provenance_size) {
   const std::uint64_t s = info.samples, n = info.vertices;
-  const std::uint64_t cells = std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
+  const std::uint64_t cells =
+      std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
   plan.push_back({SectionId::provenance, 0, ElementType::u8, {provenance_size}});
   plan.push_back({SectionId::node_positions, 0, ElementType::f32, {s, info.nodes, 3}});
   for (std::uint32_t field = 0; field < info.fields; ++field)

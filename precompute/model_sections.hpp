@@ -19,7 +19,8 @@ namespace lbea {
 class SmallSections {
  public:
   template <typename T>
-  void add(format::SectionId id, std::uint32_t part, std::vector<std::uint64_t> shape, std::span<const T> values) {
+  void add(format::SectionId id, std::uint32_t part, std::vector<std::uint64_t> shape,
+           std::span<const T> values) {
     const auto bytes = std::as_bytes(values);
     sections_.push_back({{id, part, element_type<T>(), std::move(shape)}, {bytes.begin(), bytes.end()}});
   }
@@ -35,9 +36,12 @@ class SmallSections {
   };
   template <typename T>
   static constexpr format::ElementType element_type() {
-    if constexpr (std::is_same_v<T, char>) return format::ElementType::u8;
-    else if constexpr (std::is_same_v<T, std::uint32_t>) return format::ElementType::u32;
-    else if constexpr (std::is_same_v<T, float>) return format::ElementType::f32;
+    if constexpr (std::is_same_v<T, char>)
+      return format::ElementType::u8;
+    else if constexpr (std::is_same_v<T, std::uint32_t>)
+      return format::ElementType::u32;
+    else if constexpr (std::is_same_v<T, float>)
+      return format::ElementType::f32;
     else {
       static_assert(std::is_same_v<T, double>);
       return format::ElementType::f64;
@@ -47,15 +51,17 @@ class SmallSections {
 };
 
 /// Throws Error{bad_config} when a count does not fit 32 bits.
-[[nodiscard]] format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
-                                      const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope);
+[[nodiscard]] format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble,
+                                      const Survey& survey, const std::vector<ReferenceBasis>& references,
+                                      const EnvelopeGrid& envelope);
 
-[[nodiscard]] SmallSections small_sections(const format::Info& info, const EnsembleDescription& description, const Ensemble& ensemble,
-                                           const Survey& survey, const std::vector<ReferenceBasis>& references,
+[[nodiscard]] SmallSections small_sections(const format::Info& info, const EnsembleDescription& description,
+                                           const Ensemble& ensemble, const Survey& survey,
+                                           const std::vector<ReferenceBasis>& references,
                                            const EnvelopeGrid& envelope);
 
 /// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes.
-void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info, bool with_correspondence,
-                         std::size_t provenance_size);
+void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
+                         bool with_correspondence, std::size_t provenance_size);
 
 }  // namespace lbea

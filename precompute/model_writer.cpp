@@ -20,18 +20,22 @@ namespace lbea {
 
 namespace {
 
-constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // one pwrite() moves at most 2^31 - 4096 bytes
+constexpr std::size_t largest_transfer = std::size_t{1}
+                                         << 30;  // one pwrite() moves at most 2^31 - 4096 bytes
 constexpr int temporary_names = 1000;
 
 std::uint64_t product(std::uint64_t a, std::uint64_t b) {
-  constexpr std::uint64_t largest_file = std::uint64_t{1} << 55;  // few enough that sums of some sections fit, too
+  constexpr std::uint64_t largest_file = std::uint64_t{1}
+                                         << 55;  // few enough that sums of some sections fit, too
   if (b != 0 && a > largest_file / b)
-    throw Error(Status::bad_config, "the model would be larger than any disk; use fewer samples or fewer references");
+    throw Error(Status::bad_config,
+                "the model would be larger than any disk; use fewer samples or fewer references");
   return a * b;
 }
 
 format::SectionEntry entry_of(const PlannedSection& section) {
-  if (section.shape.empty() || section.shape.size() > 3) throw std::logic_error("a section has 1 to 3 dimensions");
+  if (section.shape.empty() || section.shape.size() > 3)
+    throw std::logic_error("a section has 1 to 3 dimensions");
   format::SectionEntry entry{};
   entry.id = static_cast<std::uint32_t>(section.id);
   entry.part = section.part;
@@ -47,8 +51,8 @@ format::SectionEntry entry_of(const PlannedSection& section) {
 auto key_of(const format::SectionEntry& entry) { return std::pair(entry.id, entry.part); }
 
 std::string name_of(const format::SectionEntry& entry) {
-  return "section " + std::to_string(entry.id) + " '" + title(static_cast<format::SectionId>(entry.id)) + "' part " +
-         std::to_string(entry.part);
+  return "section " + std::to_string(entry.id) + " '" + title(static_cast<format::SectionId>(entry.id)) +
+         "' part " + std::to_string(entry.part);
 }
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
@@ -57,7 +61,8 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
 
 }  // namespace
 
-ModelWriter::ModelWriter(std::filesystem::path file, std::vector<PlannedSection> sections) : file_(std::move(file)) {
+ModelWriter::ModelWriter(std::filesystem::path file, std::vector<PlannedSection> sections)
+    : file_(std::move(file)) {
   plan(std::move(sections));
   create();
   try {
@@ -77,7 +82,8 @@ ModelWriter::~ModelWriter() {
 void ModelWriter::plan(std::vector<PlannedSection> sections) {
   for (const PlannedSection& section : sections) directory_.push_back(entry_of(section));
   std::ranges::sort(directory_, {}, key_of);
-  if (std::ranges::adjacent_find(directory_, {}, key_of) != directory_.end()) throw std::logic_error("a section is planned twice");
+  if (std::ranges::adjacent_find(directory_, {}, key_of) != directory_.end())
+    throw std::logic_error("a section is planned twice");
   written_ = std::make_unique<Written[]>(directory_.size());
   header_.magic = format::magic;
   header_.endian_tag = format::endian_tag;
@@ -97,7 +103,8 @@ void ModelWriter::create() {
   if (!file_.has_filename()) fail("create", "no file name", EISDIR);
   int error = EEXIST;
   for (int i = 0; i < temporary_names && error == EEXIST; ++i) {
-    temporary_ = folder_of(file_) / (file_.filename().string() + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(i));
+    temporary_ = folder_of(file_) /
+                 (file_.filename().string() + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(i));
     descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     error = descriptor_ >= 0 ? 0 : errno;
   }
@@ -113,10 +120,12 @@ void ModelWriter::reserve() {
   if (::ftruncate(descriptor_, size) != 0) fail("reserve space for", where, errno);
 }
 
-void ModelWriter::write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::span<const std::byte> bytes) {
+void ModelWriter::write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin,
+                              std::span<const std::byte> bytes) {
   const std::pair key(static_cast<std::uint32_t>(id), part);
   const auto entry = std::ranges::lower_bound(directory_, key, {}, key_of);
-  if (entry == directory_.end() || key_of(*entry) != key) throw std::logic_error("section " + title(id) + " is not planned");
+  if (entry == directory_.end() || key_of(*entry) != key)
+    throw std::logic_error("section " + title(id) + " is not planned");
   if (begin > entry->length || bytes.size() > entry->length - begin)
     throw std::logic_error("more bytes for " + name_of(*entry) + " than planned");
   write_at(entry->offset + begin, bytes, name_of(*entry));
@@ -125,7 +134,8 @@ void ModelWriter::write_bytes(format::SectionId id, std::uint32_t part, std::uin
 
 void ModelWriter::write_at(std::uint64_t offset, std::span<const std::byte> bytes, const std::string& where) {
   while (!bytes.empty()) {
-    const ssize_t n = ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer), static_cast<off_t>(offset));
+    const ssize_t n = ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer),
+                               static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail("write", where, n < 0 ? errno : EIO);
     offset += static_cast<std::uint64_t>(n);
@@ -138,7 +148,8 @@ void ModelWriter::commit() {
   fill_checksums();
   const auto directory = std::as_bytes(std::span(directory_));
   header_.directory_checksum = checksum(directory);
-  header_.header_checksum = checksum(std::as_bytes(std::span(&header_, 1)).first(offsetof(format::Header, header_checksum)));
+  header_.header_checksum =
+      checksum(std::as_bytes(std::span(&header_, 1)).first(offsetof(format::Header, header_checksum)));
   write_at(header_.directory_offset, directory, "directory");
   write_at(0, std::as_bytes(std::span(&header_, 1)), "header");
   publish();
@@ -158,14 +169,16 @@ void ModelWriter::fill_checksums() {
   if (mapping == MAP_FAILED) fail("read back", "all sections", errno);
   const std::span<const std::byte> image(static_cast<const std::byte*>(mapping), size);
   for (format::SectionEntry& entry : directory_)
-    entry.checksum = checksum(image.subspan(static_cast<std::size_t>(entry.offset), static_cast<std::size_t>(entry.length)));
+    entry.checksum = checksum(
+        image.subspan(static_cast<std::size_t>(entry.offset), static_cast<std::size_t>(entry.length)));
   ::munmap(mapping, size);
 }
 
 void ModelWriter::publish() {
   if (::fsync(descriptor_) != 0) fail("flush", "all sections", errno);
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("close", "all sections", errno);
-  if (::rename(temporary_.c_str(), file_.c_str()) != 0) fail("rename the finished file to", "all sections", errno);
+  if (::rename(temporary_.c_str(), file_.c_str()) != 0)
+    fail("rename the finished file to", "all sections", errno);
   temporary_.clear();
   const int folder = ::open(folder_of(file_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;  // a folder may be writable without being readable: the file is whole in any case
@@ -175,8 +188,8 @@ void ModelWriter::publish() {
 }
 
 void ModelWriter::fail(const std::string& action, const std::string& where, int error) const {
-  throw Error(Status::write_failed, "cannot " + action + " " + file_.string() + " (" + where + "): " +
-                                        std::generic_category().message(error) +
+  throw Error(Status::write_failed, "cannot " + action + " " + file_.string() + " (" + where +
+                                        "): " + std::generic_category().message(error) +
                                         "; check the folder, its rights and the free space");
 }
 

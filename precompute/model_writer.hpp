@@ -38,7 +38,8 @@ class ModelWriter {
     write_bytes(id, part, first * sizeof(T), std::as_bytes(values));
   }
   /// The same in bytes from `begin`.
-  void write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::span<const std::byte> bytes);
+  void write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin,
+                   std::span<const std::byte> bytes);
   /// Throws std::logic_error when a section was not written completely.
   void commit();
 

@@ -19,13 +19,15 @@ struct RegionCriteria {
 };
 
 struct ObservedRegion {
-  std::vector<std::uint32_t> nodes;  // n, ascending node indices of the common mesh; only those that elements use
-  std::vector<Quad> elements;        // indices into `nodes`
+  std::vector<std::uint32_t>
+      nodes;                   // n, ascending node indices of the common mesh; only those that elements use
+  std::vector<Quad> elements;  // indices into `nodes`
 };
 
 /// positions: N x 3 of the common mesh at impact. `all_node_ids`: of the reference run, also those not common.
 /// Throws Error{bad_config} naming a part or node id that does not exist, and when nothing is left.
 [[nodiscard]] ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> positions,
-                                             const RegionCriteria& criteria, std::span<const std::uint32_t> all_node_ids);
+                                             const RegionCriteria& criteria,
+                                             std::span<const std::uint32_t> all_node_ids);
 
 }  // namespace lbea

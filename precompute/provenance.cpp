@@ -1,68 +1,93 @@
 #include "precompute/provenance.hpp"
 
-#include <nlohmann/json.hpp>
+#include "precompute/json_text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 namespace lbea {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string hexadecimal(std::uint64_t hash) {
   std::array<char, 17> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
-  return text.data();
+  return json_string(text.data());
 }
 
-Json region_json(const RegionDescription& region) {
-  Json json = Json::object();
-  if (!region.parts.empty()) json["parts"] = region.parts;
-  if (region.box) json["box"] = {{"min", region.box->min}, {"max", region.box->max}};
-  if (!region.node_ids.empty()) json["node_ids"] = region.node_ids.size();
-  if (!region.sensor.empty()) json["visible_to"] = region.sensor.filename().string();
-  return json;
+template <typename Numbers>
+std::string numbers(const Numbers& values) {
+  std::vector<std::string> texts;
+  for (const auto value : values) texts.push_back(json_number(static_cast<double>(value)));
+  return json_array(texts);
 }
 
-Json configuration_json(const EnsembleDescription& description, const Ensemble& ensemble) {
-  return {{"mode", description.mode == ReferenceMode::impact ? "impact" : "over-time"},
-          {"modes", description.modes},
-          {"reference_run", ensemble.runs[ensemble.reference_run].name},
-          {"impact_step", description.impact_step},
-          {"region", region_json(description.region)},
-          {"time_factor", description.time_factor},
-          {"envelope_margin", description.envelope_margin}};
+std::string region_json(const RegionDescription& region) {
+  JsonObject json;
+  if (!region.parts.empty()) json.add("parts", numbers(region.parts));
+  if (region.box)
+    json.add("box",
+             JsonObject().add("min", numbers(region.box->min)).add("max", numbers(region.box->max)).text());
+  if (!region.node_ids.empty()) json.add("listed_nodes", std::to_string(region.node_ids.size()));
+  if (!region.sensor.empty()) json.add("visible_to", json_string(region.sensor.filename().string()));
+  return json.text();
 }
 
-Json inputs_json(const Ensemble& ensemble, const Survey& survey) {
-  Json runs = Json::array();
+std::string configuration_json(const EnsembleDescription& description, const Ensemble& ensemble) {
+  return JsonObject()
+      .add("mode", json_string(description.mode == ReferenceMode::impact ? "impact" : "over-time"))
+      .add("modes", std::to_string(description.modes))
+      .add("reference_run", json_string(ensemble.runs[ensemble.reference_run].name))
+      .add("impact_step", std::to_string(description.impact_step))
+      .add("region", region_json(description.region))
+      .add("time_factor", json_number(description.time_factor))
+      .add("envelope_margin", json_number(description.envelope_margin))
+      .text();
+}
+
+std::string inputs_json(const Ensemble& ensemble, const Survey& survey) {
+  std::vector<std::string> runs;
   for (std::size_t run = 0; run < survey.runs.size(); ++run) {
-    Json files = Json::array();
+    std::vector<std::string> files;
     for (const InputFile& file : survey.runs[run].files)
-      files.push_back({{"name", file.name}, {"size", file.size}, {"xxh3_64", hexadecimal(file.hash)}});
-    runs.push_back({{"name", ensemble.runs[run].name}, {"files", std::move(files)}});
+      files.push_back(JsonObject()
+                          .add("name", json_string(file.name))
+                          .add("size", std::to_string(file.size))
+                          .add("xxh3_64", hexadecimal(file.hash))
+                          .text());
+    runs.push_back(JsonObject()
+                       .add("name", json_string(ensemble.runs[run].name))
+                       .add("files", json_array(files))
+                       .text());
   }
-  return runs;
+  return json_array(runs);
 }
 
-Json basis_json(const std::vector<ReferenceBasis>& references) {
+std::string basis_json(const std::vector<ReferenceBasis>& references) {
   const auto worst = std::ranges::max_element(references, {}, &ReferenceBasis::residual);
-  return {{"solver", worst->solver}, {"largest_residual", worst->residual}};
+  return JsonObject()
+      .add("solver", json_string(worst->solver))
+      .add("largest_residual", json_number(worst->residual))
+      .text();
 }
 
 }  // namespace
 
-std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
-                            const std::vector<ReferenceBasis>& references, double kept_variance) {
-  const Json json{{"made_by", "lbea-bake " LBEA_VERSION_STRING},
-                  {"units", {{"length", description.length_unit}, {"time", "s"}}},
-                  {"configuration", configuration_json(description, ensemble)},
-                  {"basis", basis_json(references)},
-                  {"kept_variance", kept_variance},
-                  {"inputs", inputs_json(ensemble, survey)}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble,
+                            const Survey& survey, const std::vector<ReferenceBasis>& references,
+                            double kept_variance) {
+  return JsonObject()
+      .add("made_by", json_string("lbea-bake " LBEA_VERSION_STRING))
+      .add("units", JsonObject()
+                        .add("length", json_string(description.length_unit))
+                        .add("time", json_string("s"))
+                        .text())
+      .add("configuration", configuration_json(description, ensemble))
+      .add("basis", basis_json(references))
+      .add("kept_variance", json_number(kept_variance))
+      .add("inputs", inputs_json(ensemble, survey))
+      .text();
 }
 
 }  // namespace lbea

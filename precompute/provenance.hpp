@@ -13,7 +13,8 @@ namespace lbea {
 
 /// Depends on the inputs alone: no paths, times of day, machines or numbers of threads.
 /// kept_variance: NaN becomes null.
-[[nodiscard]] std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
-                                          const std::vector<ReferenceBasis>& references, double kept_variance);
+[[nodiscard]] std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble,
+                                          const Survey& survey, const std::vector<ReferenceBasis>& references,
+                                          double kept_variance);
 
 }  // namespace lbea

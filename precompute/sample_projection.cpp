@@ -18,20 +18,23 @@ using format::SectionId;
 /// What all threads share, read-only.
 struct Plan {
   const ProjectionTask& task;
-  CellGrid grid;                            // holds every sample
-  std::vector<std::uint64_t> first_sample;  // per run
+  CellGrid grid;                                        // holds every sample
+  std::vector<std::uint64_t> first_sample;              // per run
   std::vector<Eigen::MatrixXd> reference_positions;     // per reference, n x 3
   std::vector<Eigen::MatrixXd> reference_coefficients;  // per reference, p x 3
 
   [[nodiscard]] std::size_t nodes() const { return task.survey.mesh.node_ids.size(); }
   [[nodiscard]] std::size_t vertices() const { return task.references.front().vertex_nodes.size(); }
-  [[nodiscard]] std::size_t modes() const { return static_cast<std::size_t>(task.references.front().projection.rows()); }
+  [[nodiscard]] std::size_t modes() const {
+    return static_cast<std::size_t>(task.references.front().projection.rows());
+  }
 };
 
 Plan make_plan(const ProjectionTask& task) {
   Plan plan{task, {}, {}, {}, {}};
   constexpr std::size_t most_cells = std::size_t{1} << 20;
-  const std::size_t cells = std::clamp<std::size_t>(2 * plan.nodes(), 64, most_cells);  // folded sheets leave most cells empty
+  const std::size_t cells =
+      std::clamp<std::size_t>(2 * plan.nodes(), 64, most_cells);  // folded sheets leave most cells empty
   plan.grid = bounding_grid(std::array{task.survey.min, task.survey.max}, static_cast<std::uint32_t>(cells));
   std::uint64_t samples = 0;
   for (const RunSurvey& run : task.survey.runs) {
@@ -42,7 +45,8 @@ Plan make_plan(const ProjectionTask& task) {
     Eigen::MatrixXd positions(reference.mass.size(), 3);
     for (Eigen::Index v = 0; v < positions.rows(); ++v)
       for (Eigen::Index axis = 0; axis < 3; ++axis)
-        positions(v, axis) = double{reference.vertex_positions[static_cast<std::size_t>(v)][static_cast<std::size_t>(axis)]};
+        positions(v, axis) =
+            double{reference.vertex_positions[static_cast<std::size_t>(v)][static_cast<std::size_t>(axis)]};
     plan.reference_coefficients.push_back(reference.projection * positions);
     plan.reference_positions.push_back(std::move(positions));
   }
@@ -53,9 +57,10 @@ Plan make_plan(const ProjectionTask& task) {
 class Projector {
  public:
   Projector(const Plan& plan, ModelWriter& writer, EnvelopeBuilder& envelope)
-      : plan_(plan), writer_(writer), envelope_(envelope), index_(plan.grid, static_cast<std::uint32_t>(plan.nodes())),
-        positions_(3 * plan.nodes()), points_(plan.nodes()), field_(plan.task.survey.mesh.elements.size()),
-        corresponding_(plan.vertices()), places_(plan.vertices()), planes_(3 * format::padded(plan.modes())) {}
+      : plan_(plan), writer_(writer), envelope_(envelope),
+        index_(plan.grid, static_cast<std::uint32_t>(plan.nodes())), positions_(3 * plan.nodes()),
+        points_(plan.nodes()), field_(plan.task.survey.mesh.elements.size()), corresponding_(plan.vertices()),
+        places_(plan.vertices()), planes_(3 * format::padded(plan.modes())) {}
 
   std::vector<Moments> project_run(std::size_t run, Stage& stage) {
     const Survey& survey = plan_.task.survey;
@@ -67,11 +72,14 @@ class Projector {
     for (const std::uint32_t step : survey.runs[run].steps) {
       stage.check();
       reader->read(step, state_);
+      check_state(*reader, state_, ensemble_run.name, step);
       take_positions(mapping, sample);
       take_fields(mapping, survey.runs[run], sample);
       envelope_.add(positions_, survey.mesh.elements);
-      index_.build(points_, identity_transform);
-      for (std::uint32_t reference = 0; reference < moments.size(); ++reference) project(reference, sample, moments[reference]);
+      if (index_.build(points_, identity_transform).used != points_.size())
+        throw Error(Status::bad_input, "run " + ensemble_run.name + " changed while it was read; bake again");
+      for (std::uint32_t reference = 0; reference < moments.size(); ++reference)
+        project(reference, sample, moments[reference]);
       ++sample;
       stage.step();
     }
@@ -105,17 +113,20 @@ class Projector {
     Eigen::MatrixXd f(reference.mass.size(), 3);
     for (Eigen::Index axis = 0; axis < 3; ++axis)
       for (Eigen::Index v = 0; v < f.rows(); ++v)
-        f(v, axis) = double{corresponding_.planes[static_cast<std::size_t>(axis)][static_cast<std::size_t>(v)]};
+        f(v, axis) =
+            double{corresponding_.planes[static_cast<std::size_t>(axis)][static_cast<std::size_t>(v)]};
     const Eigen::MatrixXd alpha = reference.projection * f;
     write_coefficients(part, sample, alpha);
-    moments.add(reference.mass, f - plan_.reference_positions[part], alpha - plan_.reference_coefficients[part]);
+    moments.add(reference.mass, f - plan_.reference_positions[part],
+                alpha - plan_.reference_coefficients[part]);
   }
 
   void write_coefficients(std::uint32_t part, std::uint64_t sample, const Eigen::MatrixXd& alpha) {
     const std::size_t plane = planes_.size() / 3;
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::size_t mode = 0; mode < plan_.modes(); ++mode)
-        planes_[axis * plane + mode] = static_cast<float>(alpha(static_cast<Eigen::Index>(mode), static_cast<Eigen::Index>(axis)));
+        planes_[axis * plane + mode] =
+            static_cast<float>(alpha(static_cast<Eigen::Index>(mode), static_cast<Eigen::Index>(axis)));
     writer_.write<float>(SectionId::coefficients, part, sample * planes_.size(), planes_);
   }
 
@@ -124,10 +135,10 @@ class Projector {
   EnvelopeBuilder& envelope_;
   CloudIndex index_;
   SimulationState state_;
-  std::vector<float> positions_;  // N x 3
-  std::vector<Point> points_;     // N, the same
-  std::vector<float> field_;      // E
-  Positions corresponding_;       // n
+  std::vector<float> positions_;       // N x 3
+  std::vector<Point> points_;          // N, the same
+  std::vector<float> field_;           // E
+  Positions corresponding_;            // n
   std::vector<std::uint32_t> places_;  // n, nodes
   std::vector<float> planes_;          // 3 x padded p, padding stays zero
 };
@@ -143,14 +154,15 @@ double kept_share(const std::vector<ReferenceBasis>& references, const std::vect
 
 }  // namespace
 
-double project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope, unsigned threads,
-                       Stage& stage) {
+double project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope,
+                       unsigned threads, Stage& stage) {
   const Plan plan = make_plan(task);
   MomentsInOrder moments(task.references.size());
   const std::size_t runs = task.ensemble.runs.size();
   work_in_parallel(runs, threads, [&](const auto& next) {
     Projector projector(plan, writer, envelope);
-    for (std::size_t run = next(); run < runs; run = next()) moments.add(run, projector.project_run(run, stage));
+    for (std::size_t run = next(); run < runs; run = next())
+      moments.add(run, projector.project_run(run, stage));
   });
   return kept_share(task.references, moments.sum());
 }

@@ -24,7 +24,7 @@ struct ProjectionTask {
 /// Writes node positions, fields, coefficients and correspondences of all samples and adds their surfaces to the
 /// envelope. A step of the stage is a sample.
 /// Returns the share of the samples' variance the modes keep, over all references; NaN when nothing varies.
-[[nodiscard]] double project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope, unsigned threads,
-                                     Stage& stage);
+[[nodiscard]] double project_samples(const ProjectionTask& task, ModelWriter& writer,
+                                     EnvelopeBuilder& envelope, unsigned threads, Stage& stage);
 
 }  // namespace lbea

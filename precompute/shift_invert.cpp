@@ -17,7 +17,8 @@ Eigen::SparseMatrix<double> shifted(const Eigen::SparseMatrix<double>& a, double
 ShiftInvert::ShiftInvert(const Eigen::SparseMatrix<double>& a, double sigma)
     : a_(a), factor_(shifted(a, sigma)), found_(a.rows(), 0) {
   if (factor_.info() != Eigen::Success)
-    throw Error(Status::bad_input, "the Laplacian of the region cannot be factorised; are its elements badly distorted?");
+    throw Error(Status::bad_input,
+                "the Laplacian of the region cannot be factorised; are its elements badly distorted?");
 }
 
 void ShiftInvert::perform_op(const double* x_in, double* y_out) const {
@@ -30,7 +31,8 @@ void ShiftInvert::perform_op(const double* x_in, double* y_out) const {
 Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& a, double shift) {
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(shifted(a, shift));
   if (factor.info() != Eigen::Success)
-    throw Error(Status::bad_input, "the eigenvalues of the region cannot be counted; are its elements badly distorted?");
+    throw Error(Status::bad_input,
+                "the eigenvalues of the region cannot be counted; are its elements badly distorted?");
   return (factor.vectorD().array() < 0).count();
 }
 

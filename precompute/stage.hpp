@@ -11,7 +11,8 @@ namespace lbea {
 
 class Stage {
  public:
-  Stage(const BakeOptions& options, std::string_view name, std::uint64_t total) : options_(options), progress_{name, 0, total} {}
+  Stage(const BakeOptions& options, std::string_view name, std::uint64_t total)
+      : options_(options), progress_{name, 0, total} {}
 
   /// Throws BakeCancelled when the caller wants to stop. From any thread, as step() is.
   void check() const {

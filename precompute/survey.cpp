@@ -33,26 +33,18 @@ struct RunHistory {
   std::vector<Extent> extents;      // nodes
 };
 
-void check_state(const SimulationMesh& mesh, const SimulationState& state, const std::string& where) {
-  if (state.positions.size() != 3 * mesh.nodes() || state.alive.size() != mesh.elements.size())
-    throw Error(Status::bad_input, where + ": the state does not fit the mesh");
-  const auto bad = std::ranges::find_if(state.positions, [](float x) { return !std::isfinite(x); });
-  if (bad == state.positions.end()) return;
-  const auto node = static_cast<std::size_t>(bad - state.positions.begin()) / 3;
-  throw Error(Status::bad_input, where + ": the position of node " + std::to_string(mesh.node_ids[node]) +
-                                     " is not finite; leave this state out");
-}
-
-RunHistory read_history(SimulationReader& reader, const std::vector<std::uint32_t>& steps, const std::string& run,
-                        Stage& stage) {
+RunHistory read_history(SimulationReader& reader, const std::vector<std::uint32_t>& steps,
+                        const std::string& run, Stage& stage) {
   const SimulationMesh& mesh = reader.mesh();
-  RunHistory history{std::vector<std::uint8_t>(mesh.elements.size(), 1), std::vector<Extent>(mesh.nodes(), nowhere)};
+  RunHistory history{std::vector<std::uint8_t>(mesh.elements.size(), 1),
+                     std::vector<Extent>(mesh.nodes(), nowhere)};
   SimulationState state;
   for (const std::uint32_t step : steps) {
     stage.check();
     reader.read(step, state);
-    check_state(mesh, state, "run " + run + ", state " + std::to_string(step));
-    for (std::size_t e = 0; e < state.alive.size(); ++e) history.alive[e] = history.alive[e] && state.alive[e];
+    check_state(reader, state, run, step);
+    for (std::size_t e = 0; e < state.alive.size(); ++e)
+      history.alive[e] = history.alive[e] && state.alive[e];
     for (std::size_t i = 0; i < mesh.nodes(); ++i) {
       const float* p = &state.positions[3 * i];
       widen(history.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
@@ -61,13 +53,14 @@ RunHistory read_history(SimulationReader& reader, const std::vector<std::uint32_
   return history;
 }
 
-std::vector<double> step_times(const SimulationReader& reader, const std::vector<std::uint32_t>& steps, double factor,
-                               const std::string& run) {
+std::vector<double> step_times(const SimulationReader& reader, const std::vector<std::uint32_t>& steps,
+                               double factor, const std::string& run) {
   std::vector<double> times;
   for (const std::uint32_t step : steps) {
     times.push_back(reader.time_s(step) * factor);
     if (!std::isfinite(times.back()))
-      throw Error(Status::bad_input, "run " + run + ": the time of state " + std::to_string(step) + " is not finite");
+      throw Error(Status::bad_input,
+                  "run " + run + ": the time of state " + std::to_string(step) + " is not finite");
   }
   return times;
 }
@@ -87,25 +80,27 @@ std::string listed(const std::vector<SimulationField>& fields) {
   return names.empty() ? "none" : names;
 }
 
-std::vector<std::uint32_t> find_fields(const std::vector<SimulationField>& chosen, const std::vector<SimulationField>& present,
-                                       const std::string& run) {
+std::vector<std::uint32_t> find_fields(const std::vector<SimulationField>& chosen,
+                                       const std::vector<SimulationField>& present, const std::string& run) {
   std::vector<std::uint32_t> places;
   for (const SimulationField& field : chosen) {
     const auto found = std::ranges::find(present, field.name, &SimulationField::name);
     if (found == present.end())
-      throw Error(Status::bad_config, "run " + run + " has no field '" + field.name + "'; it has: " + listed(present) +
-                                          "; choose the fields that all runs have");
+      throw Error(Status::bad_config, "run " + run + " has no field '" + field.name + "'; it has: " +
+                                          listed(present) + "; choose the fields that all runs have");
     places.push_back(static_cast<std::uint32_t>(found - present.begin()));
   }
   return places;
 }
 
-std::vector<SimulationField> chosen_fields(const std::vector<std::string>& names, const std::vector<SimulationField>& present,
+std::vector<SimulationField> chosen_fields(const std::vector<std::string>& names,
+                                           const std::vector<SimulationField>& present,
                                            const std::string& run) {
   if (std::ranges::find(names, "all") != names.end()) return present;
   std::vector<SimulationField> chosen;
   for (const std::string& name : names) chosen.push_back({name, ""});
-  for (std::size_t i = 0; const std::uint32_t place : find_fields(chosen, present, run)) chosen[i++] = present[place];
+  for (std::size_t i = 0; const std::uint32_t place : find_fields(chosen, present, run))
+    chosen[i++] = present[place];
   return chosen;
 }
 
@@ -142,8 +137,8 @@ class Collection {
   std::vector<Extent> extents_;
 };
 
-RunSurvey survey_run(const EnsembleRun& run, const EnsembleDescription& description, const std::vector<SimulationField>& fields,
-                     Collection& collection, Stage& stage) {
+RunSurvey survey_run(const EnsembleRun& run, const EnsembleDescription& description,
+                     const std::vector<SimulationField>& fields, Collection& collection, Stage& stage) {
   const auto reader = run.open();
   RunSurvey survey;
   survey.steps = used_steps(description.steps, reader->states(), run.name);
@@ -157,20 +152,43 @@ RunSurvey survey_run(const EnsembleRun& run, const EnsembleDescription& descript
 
 }  // namespace
 
-std::size_t Survey::samples() const noexcept {
-  return std::accumulate(runs.begin(), runs.end(), std::size_t{0}, [](std::size_t sum, const RunSurvey& run) { return sum + run.steps.size(); });
+void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
+                 std::uint32_t step) {
+  const SimulationMesh& mesh = reader.mesh();
+  const std::string where = "run " + run + ", state " + std::to_string(step);
+  const bool fits =
+      state.positions.size() == 3 * mesh.nodes() && state.alive.size() == mesh.elements.size() &&
+      state.fields.size() == reader.fields().size() &&
+      std::ranges::all_of(state.fields,
+                          [&](const auto& field) { return field.size() == mesh.elements.size(); });
+  if (!fits)
+    throw Error(Status::bad_input,
+                where + ": the state does not fit the mesh; is the file still being written?");
+  const auto bad = std::ranges::find_if(state.positions, [](float x) { return !std::isfinite(x); });
+  if (bad == state.positions.end()) return;
+  const auto node = static_cast<std::size_t>(bad - state.positions.begin()) / 3;
+  throw Error(Status::bad_input, where + ": the position of node " + std::to_string(mesh.node_ids[node]) +
+                                     " is not finite; leave this state out");
 }
 
-std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states, const std::string& run) {
+std::size_t Survey::samples() const noexcept {
+  return std::accumulate(runs.begin(), runs.end(), std::size_t{0},
+                         [](std::size_t sum, const RunSurvey& run) { return sum + run.steps.size(); });
+}
+
+std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
+                                      const std::string& run) {
   std::vector<std::uint32_t> steps = selection.list;
   std::ranges::sort(steps);
   steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
   if (!steps.empty() && steps.back() >= states)
-    throw Error(Status::bad_config, "run " + run + " has no state " + std::to_string(steps.back()) + ", only " +
-                                        std::to_string(states) + "; correct the list of steps");
-  if (selection.stride == 0) throw Error(Status::bad_config, "the stride of the steps is 0; it must be 1 or more");
+    throw Error(Status::bad_config, "run " + run + " has no state " + std::to_string(steps.back()) +
+                                        ", only " + std::to_string(states) + "; correct the list of steps");
+  if (selection.stride == 0)
+    throw Error(Status::bad_config, "the stride of the steps is 0; it must be 1 or more");
   if (selection.list.empty())
-    for (std::uint64_t step = selection.first; step < states && step <= selection.last; step += selection.stride)
+    for (std::uint64_t step = selection.first; step < states && step <= selection.last;
+         step += selection.stride)
       steps.push_back(static_cast<std::uint32_t>(step));
   if (steps.empty())
     throw Error(Status::bad_config, "no state of run " + run + " is used: it has " + std::to_string(states) +

@@ -21,9 +21,9 @@ struct InputFile {
 
 /// One run's share of the samples.
 struct RunSurvey {
-  std::vector<std::uint32_t> steps;  // stored states used, ascending
-  std::vector<double> times_s;       // per step
-  std::vector<std::uint32_t> fields; // per chosen field: its place in the run's fields
+  std::vector<std::uint32_t> steps;   // stored states used, ascending
+  std::vector<double> times_s;        // per step
+  std::vector<std::uint32_t> fields;  // per chosen field: its place in the run's fields
   std::vector<InputFile> files;
 };
 
@@ -39,11 +39,16 @@ struct Survey {
 
 /// The states of a run with `states` of them that become samples, ascending.
 /// Throws Error{bad_config} naming `run` when there are none or a listed one does not exist.
-[[nodiscard]] std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states, const std::string& run);
+[[nodiscard]] std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
+                                                    const std::string& run);
+
+/// Throws Error{bad_input} when the state does not fit the reader's mesh and fields or a position is not finite.
+void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
+                 std::uint32_t step);
 
 /// One run at a time per thread, each state once; a step of the stage is a run.
 /// Throws Error{bad_input | bad_config} naming the run.
-[[nodiscard]] Survey survey_runs(const Ensemble& ensemble, const EnsembleDescription& description, unsigned threads,
-                                 Stage& stage);
+[[nodiscard]] Survey survey_runs(const Ensemble& ensemble, const EnsembleDescription& description,
+                                 unsigned threads, Stage& stage);
 
 }  // namespace lbea

@@ -19,14 +19,18 @@ struct BentPlates {
   PlateShape shape;  // 200 nodes, 171 elements
 };
 
-/// Runs "plate_0", "plate_1", ... that bend to 0.8, 1.2, 1.6, ... radians; parameter "final_angle [rad]".
+/// Radians. No two runs pass through the same angle, except 0.
+inline double final_angle(std::uint32_t run) { return 0.8 + 0.37 * run; }
+
+/// Runs "plate_0", "plate_1", ... that bend to final_angle(run); parameter "final_angle [rad]".
 inline Ensemble bent_plates(const BentPlates& plates = {}) {
   Ensemble ensemble;
   ensemble.parameter_names = {"final_angle [rad]"};
   for (std::uint32_t run = 0; run < plates.runs; ++run) {
-    const double angle = 0.8 + 0.4 * run;
+    const double angle = final_angle(run);
     ensemble.runs.push_back({"plate_" + std::to_string(run), {angle}, [plates, angle] {
-                               return std::make_unique<SyntheticSimulation>(bending_plate(angle, plates.steps, plates.shape));
+                               return std::make_unique<SyntheticSimulation>(
+                                   bending_plate(angle, plates.steps, plates.shape));
                              }});
   }
   return ensemble;
@@ -40,7 +44,8 @@ inline EnsembleDescription bent_plates_description(ReferenceMode mode = Referenc
   return description;
 }
 
-inline BakeSummary bake_bent_plates(const std::filesystem::path& file, ReferenceMode mode = ReferenceMode::impact,
+inline BakeSummary bake_bent_plates(const std::filesystem::path& file,
+                                    ReferenceMode mode = ReferenceMode::impact,
                                     const BentPlates& plates = {}) {
   return bake(bent_plates(plates), bent_plates_description(mode), file);
 }
@@ -49,11 +54,15 @@ inline BakeSummary bake_bent_plates(const std::filesystem::path& file, Reference
 class AlignedBytes {
  public:
   explicit AlignedBytes(const std::filesystem::path& file)
-      : size_(static_cast<std::size_t>(std::filesystem::file_size(file))), lines_((size_ + sizeof(Line) - 1) / sizeof(Line)) {
-    std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(lines_.data()), static_cast<std::streamsize>(size_));
+      : size_(static_cast<std::size_t>(std::filesystem::file_size(file))),
+        lines_((size_ + sizeof(Line) - 1) / sizeof(Line)) {
+    std::ifstream(file, std::ios::binary)
+        .read(reinterpret_cast<char*>(lines_.data()), static_cast<std::streamsize>(size_));
   }
   [[nodiscard]] std::span<std::byte> span() { return std::as_writable_bytes(std::span(lines_)).first(size_); }
-  [[nodiscard]] std::span<const std::byte> span() const { return std::as_bytes(std::span(lines_)).first(size_); }
+  [[nodiscard]] std::span<const std::byte> span() const {
+    return std::as_bytes(std::span(lines_)).first(size_);
+  }
 
  private:
   struct alignas(64) Line {
@@ -64,7 +73,8 @@ class AlignedBytes {
 };
 
 /// The bytes of a baked model of bending plates.
-inline AlignedBytes bent_plates_model(ReferenceMode mode = ReferenceMode::impact, const BentPlates& plates = {}) {
+inline AlignedBytes bent_plates_model(ReferenceMode mode = ReferenceMode::impact,
+                                      const BentPlates& plates = {}) {
   const TemporaryFolder folder;
   bake_bent_plates(folder / "plates.lbea", mode, plates);
   return AlignedBytes(folder / "plates.lbea");

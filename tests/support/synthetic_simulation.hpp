@@ -14,7 +14,8 @@ namespace lbea::test {
 /// A run whose states are given.
 class SyntheticSimulation : public SimulationReader {
  public:
-  SyntheticSimulation(SimulationMesh mesh, std::vector<SimulationState> run_states, std::vector<SimulationField> run_fields = {})
+  SyntheticSimulation(SimulationMesh mesh, std::vector<SimulationState> run_states,
+                      std::vector<SimulationField> run_fields = {})
       : mesh_(std::move(mesh)), states_(std::move(run_states)), fields_(std::move(run_fields)) {}
 
   const SimulationMesh& mesh() const noexcept override { return mesh_; }
@@ -71,12 +72,14 @@ inline SimulationState bent_state(const SimulationMesh& mesh, double time_s, dou
   state.alive.assign(mesh.elements.size(), 1);
   state.fields.emplace_back();
   for (const auto& element : mesh.elements)
-    state.fields[0].push_back(static_cast<float>(angle * static_cast<double>(mesh.positions[3 * element[0]]) / length));
+    state.fields[0].push_back(
+        static_cast<float>(angle * static_cast<double>(mesh.positions[3 * element[0]]) / length));
   return state;
 }
 
 /// Bends from flat to `final_angle` in equal steps of 0.5 ms.
-inline SyntheticSimulation bending_plate(double final_angle, std::uint32_t steps, const PlateShape& shape = {}) {
+inline SyntheticSimulation bending_plate(double final_angle, std::uint32_t steps,
+                                         const PlateShape& shape = {}) {
   const SimulationMesh mesh = plate_mesh(shape);
   std::vector<SimulationState> states;
   for (std::uint32_t step = 0; step < steps; ++step) {

@@ -31,7 +31,9 @@ std::optional<std::vector<std::uint32_t>> parse_numbers(const std::string& text,
 }
 
 std::string check_steps(const std::string& text) {
-  return parse_step_selection(text) ? "" : "'" + text + "' is not all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,...";
+  return parse_step_selection(text)
+             ? ""
+             : "'" + text + "' is not all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,...";
 }
 
 /// For flags that overrule a file: the default is said, not written again.
@@ -45,10 +47,13 @@ std::string with_default(const std::string& text, const T& value) {
 void declare_region(Tool& tool, BakeCommand& command) {
   const char* region = "Region (what all criteria agree on; default: the whole mesh)";
   tool.add_option("--region-parts", command.region_parts, "part ids")->delimiter(',')->group(region);
-  tool.add_option("--region-box", command.region_box, "x y z of the least and of the greatest corner, at impact")
-      ->expected(6)->group(region);
+  tool.add_option("--region-box", command.region_box,
+                  "x y z of the least and of the greatest corner, at impact")
+      ->expected(6)
+      ->group(region);
   tool.add_option("--region-nodes", command.region_nodes, "text file of node ids")->group(region);
-  tool.add_option("--sensor", command.sensor, "sensor.json: the nodes this rig sees at impact")->group(region);
+  tool.add_option("--sensor", command.sensor, "sensor.json: the nodes this rig sees at impact")
+      ->group(region);
 }
 
 template <typename T>
@@ -85,24 +90,36 @@ void replace_steps(EnsembleDescription& description, const BakeCommand& command)
 void declare(Tool& tool, BakeCommand& command) {
   const EnsembleDescription defaults;
   tool.add_option("ENSEMBLE", command.toml, "ensemble.toml: what to bake; the flags overrule it");
-  tool.add_option("-o,--output", command.output, "the model (default: the TOML file's output, else its name with .lbea, here)");
-  tool.add_option("--run", command.runs, "a run's first file or folder; repeat it, instead of the TOML file's runs");
-  tool.add_option("--reference", command.reference_run, "the run whose mesh is the reference: path or name (default: the first)");
-  tool.add_option("--mode", command.mode, "impact: one reference mesh; over-time: one per step (default: impact)")
+  tool.add_option("-o,--output", command.output,
+                  "the model (default: the TOML file's output, else its name with .lbea, here)");
+  tool.add_option("--run", command.runs,
+                  "a run's first file or folder; repeat it, instead of the TOML file's runs");
+  tool.add_option("--reference", command.reference_run,
+                  "the run whose mesh is the reference: path or name (default: the first)");
+  tool.add_option("--mode", command.mode,
+                  "impact: one reference mesh; over-time: one per step (default: impact)")
       ->check(CLI::IsMember({"impact", "over-time"}));
   tool.add_option("--modes", command.modes, with_default("modes of the basis", defaults.modes));
-  tool.add_option("--impact-step", command.impact_step, with_default("the reference run's state at impact", defaults.impact_step));
+  tool.add_option("--impact-step", command.impact_step,
+                  with_default("the reference run's state at impact", defaults.impact_step));
   tool.add_option("--steps", command.steps,
-                  "states that become samples: all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,... (default: from impact on)")
+                  "states that become samples: all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,... (default: "
+                  "from impact on)")
       ->check(CLI::Validator(check_steps, "STEPS"));
   declare_region(tool, command);
-  tool.add_option("--fields", command.fields, with_default("quantities to carry along, or all", defaults.fields.front()))->delimiter(',');
+  tool.add_option("--fields", command.fields,
+                  with_default("quantities to carry along, or all", defaults.fields.front()))
+      ->delimiter(',');
   tool.add_option("--parameters", command.parameters, "table of what was varied between the runs");
-  tool.add_option("--length-unit", command.length_unit, with_default("unit of the runs' lengths", defaults.length_unit));
-  tool.add_option("--time-factor", command.time_factor, with_default("seconds per unit of the runs' times", defaults.time_factor));
-  tool.add_option("--envelope-margin", command.envelope_margin,
-                  with_default("points farther than this from all samples are background", defaults.envelope_margin));
-  tool.add_option("--correspondence", command.correspondence, "store what VtP matching needs: true or false (default: true)");
+  tool.add_option("--length-unit", command.length_unit,
+                  with_default("unit of the runs' lengths", defaults.length_unit));
+  tool.add_option("--time-factor", command.time_factor,
+                  with_default("seconds per unit of the runs' times", defaults.time_factor));
+  tool.add_option(
+      "--envelope-margin", command.envelope_margin,
+      with_default("points farther than this from all samples are background", defaults.envelope_margin));
+  tool.add_option("--correspondence", command.correspondence,
+                  "store what VtP matching needs: true or false (default: true)");
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   tool.add_flag("--json", command.json, "print the summary as JSON");
 }
@@ -124,13 +141,15 @@ std::optional<StepSelection> parse_step_selection(const std::string& text) {
 }
 
 EnsembleDescription described(const BakeCommand& command) {
-  EnsembleDescription description = command.toml.empty() ? EnsembleDescription{} : read_ensemble_toml(command.toml);
+  EnsembleDescription description =
+      command.toml.empty() ? EnsembleDescription{} : read_ensemble_toml(command.toml);
   if (!command.runs.empty()) {
     description.runs = command.runs;
     description.reference_run.clear();
   }
   if (command.reference_run) description.reference_run = find_run(description.runs, *command.reference_run);
-  if (command.mode) description.mode = *command.mode == "impact" ? ReferenceMode::impact : ReferenceMode::over_time;
+  if (command.mode)
+    description.mode = *command.mode == "impact" ? ReferenceMode::impact : ReferenceMode::over_time;
   replace(description.modes, command.modes);
   replace_steps(description, command);
   replace_region(description.region, command);

@@ -11,14 +11,19 @@ namespace lbea {
 
 namespace {
 
-std::string label(const std::string& name, const std::string& unit) { return unit.empty() ? name : name + " [" + unit + "]"; }
+std::string label(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : name + " [" + unit + "]";
+}
 
 void take_parameters(Ensemble& ensemble, const std::filesystem::path& file) {
   const ParameterTable table = read_parameters_csv(file);
-  for (std::size_t i = 0; i < table.names.size(); ++i) ensemble.parameter_names.push_back(label(table.names[i], table.units[i]));
+  for (std::size_t i = 0; i < table.names.size(); ++i)
+    ensemble.parameter_names.push_back(label(table.names[i], table.units[i]));
   for (EnsembleRun& run : ensemble.runs) {
     const auto row = table.row(run.name);
-    if (!row) throw Error(Status::bad_config, file.string() + " has no line for run " + run.name + "; add one or leave the run out");
+    if (!row)
+      throw Error(Status::bad_config,
+                  file.string() + " has no line for run " + run.name + "; add one or leave the run out");
     run.parameters.assign(row->begin(), row->end());
   }
 }
@@ -32,8 +37,10 @@ std::string run_name(const std::filesystem::path& run) {
 }
 
 std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, const std::string& name) {
-  const auto found = std::ranges::find_if(runs, [&](const std::filesystem::path& run) { return run == name || run_name(run) == name; });
-  if (found == runs.end()) throw Error(Status::bad_config, "the reference run '" + name + "' is none of the runs");
+  const auto found = std::ranges::find_if(
+      runs, [&](const std::filesystem::path& run) { return run == name || run_name(run) == name; });
+  if (found == runs.end())
+    throw Error(Status::bad_config, "the reference run '" + name + "' is none of the runs");
   return *found;
 }
 

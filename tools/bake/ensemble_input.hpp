@@ -14,7 +14,8 @@ namespace lbea {
 [[nodiscard]] std::string run_name(const std::filesystem::path& run);
 
 /// The run that has this path or name. Throws Error{bad_config} when there is none.
-[[nodiscard]] std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, const std::string& name);
+[[nodiscard]] std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs,
+                                             const std::string& name);
 
 /// Throws Error{bad_config | bad_input | file_not_found}: runs that the parameter table lacks are refused.
 [[nodiscard]] Ensemble open_ensemble(const EnsembleDescription& description);
@@ -23,6 +24,7 @@ namespace lbea {
 void read_region_nodes(RegionDescription& region);
 
 /// BakeOptions::visible_nodes for the region's sensor; empty when there is none.
-[[nodiscard]] decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region, unsigned threads);
+[[nodiscard]] decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region,
+                                                              unsigned threads);
 
 }  // namespace lbea

@@ -6,7 +6,8 @@
 
 int main(int argc, char** argv) {
   using namespace lbea;
-  Tool tool("lbea-inspect", "Verifies a model file, every byte of it, and prints what is inside.", "lbea-inspect rail.lbea");
+  Tool tool("lbea-inspect", "Verifies a model file, every byte of it, and prints what is inside.",
+            "lbea-inspect rail.lbea");
   std::filesystem::path file;
   bool json = false;
   tool.add_option("MODEL", file, "the model file")->required();

@@ -43,9 +43,10 @@ Json sizes_json(const Model& model) {
 Json fields_json(const Model& model) {
   Json fields = Json::array();
   for (std::uint32_t f = 0; f < model.fields(); ++f)
-    fields.push_back({{"name", model.field(f).name},
-                      {"unit", model.field(f).unit},
-                      {"location", model.field(f).location == FieldInfo::Location::element ? "element" : "node"}});
+    fields.push_back(
+        {{"name", model.field(f).name},
+         {"unit", model.field(f).unit},
+         {"location", model.field(f).location == FieldInfo::Location::element ? "element" : "node"}});
   return fields;
 }
 
@@ -59,7 +60,8 @@ Json simulations_json(const Model& model) {
       const double value = model.parameter(i, p);
       parameters[std::string(model.parameter_name(p))] = std::isnan(value) ? Json() : Json(value);
     }
-    simulations.push_back({{"name", model.simulation_name(i)}, {"samples", samples[i]}, {"parameters", std::move(parameters)}});
+    simulations.push_back(
+        {{"name", model.simulation_name(i)}, {"samples", samples[i]}, {"parameters", std::move(parameters)}});
   }
   return simulations;
 }
@@ -100,27 +102,32 @@ Json report(const std::filesystem::path& file) {
 }
 
 std::string text(const Json& json) {
-  return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json.is_string() ? json.get<std::string>()
+                          : json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 void print_pairs(const Json& object) {
-  for (const auto& [key, value] : object.items()) std::printf("  %-16s %s\n", key.c_str(), text(value).c_str());
+  for (const auto& [key, value] : object.items())
+    std::printf("  %-16s %s\n", key.c_str(), text(value).c_str());
 }
 
 void print_simulations(const Json& simulations) {
   for (const Json& simulation : simulations) {
     std::printf("  %-16s %3s samples", text(simulation["name"]).c_str(), text(simulation["samples"]).c_str());
-    for (const auto& [name, value] : simulation["parameters"].items()) std::printf("  %s=%s", name.c_str(), text(value).c_str());
+    for (const auto& [name, value] : simulation["parameters"].items())
+      std::printf("  %s=%s", name.c_str(), text(value).c_str());
     std::printf("\n");
   }
 }
 
 void print_sections(const Json& sections) {
-  std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", "id", "title", "part", "type", "shape", "bytes", "xxh3-64");
+  std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", "id", "title", "part", "type", "shape", "bytes",
+              "xxh3-64");
   for (const Json& section : sections)
-    std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", text(section["id"]).c_str(), text(section["title"]).c_str(),
-                text(section["part"]).c_str(), text(section["type"]).c_str(), text(section["shape"]).c_str(),
-                text(section["bytes"]).c_str(), text(section["xxh3_64"]).c_str());
+    std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", text(section["id"]).c_str(),
+                text(section["title"]).c_str(), text(section["part"]).c_str(), text(section["type"]).c_str(),
+                text(section["shape"]).c_str(), text(section["bytes"]).c_str(),
+                text(section["xxh3_64"]).c_str());
 }
 
 }  // namespace
@@ -131,7 +138,8 @@ void print_model(const std::filesystem::path& file) {
   print_pairs(json["sizes"]);
   std::printf("\nfields\n");
   for (const Json& field : json["fields"])
-    std::printf("  %-16s [%s] per %s\n", text(field["name"]).c_str(), text(field["unit"]).c_str(), text(field["location"]).c_str());
+    std::printf("  %-16s [%s] per %s\n", text(field["name"]).c_str(), text(field["unit"]).c_str(),
+                text(field["location"]).c_str());
   std::printf("\nsimulations\n");
   print_simulations(json["simulations"]);
   std::printf("\nsections\n");

@@ -1,0 +1,161 @@
+#include "precompute/common_mesh.hpp"
+
+#include "tests/support/synthetic_simulation.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <random>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+std::vector<std::uint8_t> all_alive(const SimulationMesh& mesh) {
+  return std::vector<std::uint8_t>(mesh.elements.size(), 1);
+}
+
+SimulationMesh plate() { return plate_mesh({5, 4, 40, 30}); }  // 20 nodes, 12 elements
+
+/// The same mesh, nodes and elements in another order.
+SimulationMesh shuffled(const SimulationMesh& mesh, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::vector<std::uint32_t> nodes(mesh.nodes()), elements(mesh.elements.size());
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) nodes[i] = i;
+  for (std::uint32_t e = 0; e < elements.size(); ++e) elements[e] = e;
+  std::shuffle(nodes.begin(), nodes.end(), random);
+  std::shuffle(elements.begin(), elements.end(), random);
+  std::vector<std::uint32_t> place(nodes.size());
+  SimulationMesh other;
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    place[nodes[i]] = i;
+    other.node_ids.push_back(mesh.node_ids[nodes[i]]);
+    other.positions.insert(other.positions.end(), &mesh.positions[3 * nodes[i]],
+                           &mesh.positions[3 * nodes[i]] + 3);
+  }
+  for (const std::uint32_t e : elements) {
+    const Quad& q = mesh.elements[e];
+    other.elements.push_back({place[q[0]], place[q[1]], place[q[2]], place[q[3]]});
+    other.element_ids.push_back(mesh.element_ids[e]);
+    other.element_parts.push_back(mesh.element_parts[e]);
+  }
+  return other;
+}
+
+void remove_element(SimulationMesh& mesh, std::size_t element) {
+  const auto at = static_cast<std::ptrdiff_t>(element);
+  mesh.elements.erase(mesh.elements.begin() + at);
+  mesh.element_ids.erase(mesh.element_ids.begin() + at);
+  mesh.element_parts.erase(mesh.element_parts.begin() + at);
+}
+
+}  // namespace
+
+TEST_CASE("runs with one mesh keep it") {
+  const SimulationMesh mesh = plate();
+  CommonMeshBuilder builder(mesh, "a");
+  builder.keep_common(mesh, all_alive(mesh), "a");
+  const CommonMesh common = builder.finish();
+  CHECK(common.node_ids == mesh.node_ids);
+  CHECK(common.elements == mesh.elements);
+  CHECK(common.element_ids == mesh.element_ids);
+  CHECK(common.element_parts == mesh.element_parts);
+}
+
+TEST_CASE("an element eroded anywhere is dropped, and nodes that only it used") {
+  const SimulationMesh mesh = plate();
+  CommonMeshBuilder builder(mesh, "a");
+  auto alive = all_alive(mesh);
+  alive[0] = 0;  // the corner at the origin: its node 0 belongs to nothing else
+  builder.keep_common(mesh, alive, "b");
+  const CommonMesh common = builder.finish();
+  CHECK(common.elements.size() == 11);
+  CHECK(std::ranges::find(common.element_ids, 501u) == common.element_ids.end());
+  CHECK(common.node_ids.size() == 19);
+  CHECK(std::ranges::find(common.node_ids, 1001u) == common.node_ids.end());
+  const auto used = [&](std::uint32_t node) {
+    return std::ranges::any_of(common.elements,
+                               [&](const Quad& q) { return std::ranges::find(q, node) != q.end(); });
+  };
+  for (std::uint32_t node = 0; node < common.node_ids.size(); ++node) CHECK(used(node));
+}
+
+TEST_CASE("another order of nodes and elements is the same mesh, found by ids") {
+  const SimulationMesh mesh = plate();
+  for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+    const SimulationMesh other = shuffled(mesh, seed);
+    CommonMeshBuilder builder(mesh, "a");
+    builder.keep_common(other, all_alive(other), "b");
+    const CommonMesh common = builder.finish();
+    CHECK(common.node_ids == mesh.node_ids);
+    CHECK(common.elements == mesh.elements);
+    const MeshMapping mapping = map_common(common, other, "b");
+    for (std::size_t i = 0; i < mapping.nodes.size(); ++i)
+      CHECK(other.node_ids[mapping.nodes[i]] == common.node_ids[i]);
+    for (std::size_t e = 0; e < mapping.elements.size(); ++e)
+      CHECK(other.element_ids[mapping.elements[e]] == common.element_ids[e]);
+  }
+}
+
+TEST_CASE("what one run lacks or joins differently is not common; the order of runs does not matter") {
+  const SimulationMesh mesh = plate();
+  SimulationMesh lacking = mesh, rewired = shuffled(mesh, 7);
+  remove_element(lacking, 11);
+  rewired.elements[0][0] = rewired.elements[1][0];  // same id, other nodes
+  const std::uint32_t rewired_id = rewired.element_ids[0];
+  CommonMeshBuilder forward(mesh, "a"), backward(mesh, "a");
+  forward.keep_common(lacking, all_alive(lacking), "b");
+  forward.keep_common(rewired, all_alive(rewired), "c");
+  backward.keep_common(rewired, all_alive(rewired), "c");
+  backward.keep_common(lacking, all_alive(lacking), "b");
+  const CommonMesh common = forward.finish();
+  CHECK(common.element_ids == backward.finish().element_ids);
+  CHECK(common.elements.size() == (rewired_id == mesh.element_ids[11] ? 11 : 10));
+  CHECK(std::ranges::find(common.element_ids, rewired_id) == common.element_ids.end());
+  CHECK(std::ranges::find(common.element_ids, mesh.element_ids[11]) == common.element_ids.end());
+}
+
+TEST_CASE("the faces of one solid share an id and stay apart") {
+  SimulationMesh mesh = plate();
+  for (auto& id : mesh.element_ids) id = 7;
+  SimulationMesh other = mesh;
+  remove_element(other, 3);
+  CommonMeshBuilder builder(mesh, "a");
+  builder.keep_common(other, all_alive(other), "b");
+  const CommonMesh common = builder.finish();
+  CHECK(common.elements.size() == 11);
+  const MeshMapping mapping = map_common(common, mesh, "a");
+  CHECK(mapping.elements == std::vector<std::uint32_t>{0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11});
+}
+
+TEST_CASE("refusals name the run and the id") {
+  SimulationMesh twice = plate();
+  twice.node_ids[3] = twice.node_ids[2];
+  CHECK_THROWS_WITH_AS(CommonMeshBuilder(twice, "x"), doctest::Contains("run x: node id 1003 is given twice"),
+                       Error);
+  SimulationMesh beyond = plate();
+  beyond.elements[0][1] = 20;
+  CHECK_THROWS_WITH_AS(CommonMeshBuilder(beyond, "x"), doctest::Contains("names node index 20"), Error);
+  const SimulationMesh mesh = plate();
+  CommonMeshBuilder builder(mesh, "a");
+  CHECK_THROWS_WITH_AS(builder.keep_common(mesh, {}, "b"), doctest::Contains("deletion flags for 0 elements"),
+                       Error);
+  builder.keep_common(mesh, std::vector<std::uint8_t>(12, 0), "b");
+  CHECK_THROWS_WITH_AS((void)builder.finish(), doctest::Contains("no element is common"), Error);
+}
+
+TEST_CASE("mapping a mesh that lacks something is refused") {
+  const SimulationMesh mesh = plate();
+  const CommonMesh common = CommonMeshBuilder(mesh, "a").finish();
+  SimulationMesh other = mesh;
+  other.node_ids[4] = 77;
+  CHECK_THROWS_WITH_AS((void)map_common(common, other, "b"), doctest::Contains("run b: node 1005 is missing"),
+                       Error);
+  other = mesh;
+  remove_element(other, 2);
+  CHECK_THROWS_WITH_AS((void)map_common(common, other, "b"),
+                       doctest::Contains("run b: element 503 is missing"), Error);
+}

@@ -1,0 +1,186 @@
+#include "precompute/model_writer.hpp"
+
+#include "runtime/src/section_reader.hpp"
+#include "tests/support/synthetic_model.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+#include <thread>
+
+#include <sys/resource.h>
+
+using namespace lbea;
+using namespace lbea::test;
+using format::ElementType;
+using format::SectionId;
+
+namespace {
+
+constexpr std::size_t rows = 300, columns = 7;
+
+std::vector<PlannedSection> small_plan() {
+  return {{SectionId::node_positions, 0, ElementType::f32, {rows, columns, 1}},
+          {SectionId::info, 0, ElementType::u32, {3}},
+          {SectionId::parameter_names, 0, ElementType::u8, {0}},
+          {SectionId::mass, 1, ElementType::f64, {1}},
+          {SectionId::mass, 0, ElementType::f64, {1}}};
+}
+
+std::vector<float> row(std::size_t i) {
+  std::vector<float> values(columns);
+  std::iota(values.begin(), values.end(), static_cast<float>(i * columns));
+  return values;
+}
+
+/// Writes all of small_plan(), the rows in a shuffled order from `threads` threads.
+void write_small(const std::filesystem::path& file, unsigned threads, std::uint32_t seed) {
+  ModelWriter writer(file, small_plan());
+  std::vector<std::size_t> order(rows);
+  std::iota(order.begin(), order.end(), 0u);
+  std::shuffle(order.begin(), order.end(), std::mt19937(seed));
+  {
+    std::vector<std::jthread> workers;
+    for (unsigned worker = 0; worker < threads; ++worker)
+      workers.emplace_back([&, worker] {
+        for (std::size_t i = worker; i < rows; i += threads)
+          writer.write<float>(SectionId::node_positions, 0, order[i] * columns, row(order[i]));
+      });
+  }
+  writer.write<double>(SectionId::mass, 1, 0, std::array{2.5});
+  writer.write<double>(SectionId::mass, 0, 0, std::array{1.5});
+  writer.write<std::uint32_t>(SectionId::info, 0, 0, std::array{1u, 2u, 3u});
+  writer.commit();
+}
+
+std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
+  const AlignedBytes bytes(file);
+  return {bytes.span().begin(), bytes.span().end()};
+}
+
+std::size_t files_in(const TemporaryFolder& folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder.path()), {}));
+}
+
+/// No file may grow beyond `bytes` while this lives: the disk is full.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+}  // namespace
+
+TEST_CASE("the runtime reads what was written") {
+  const TemporaryFolder folder;
+  write_small(folder / "m.lbea", 1, 1);
+  const AlignedBytes bytes(folder / "m.lbea");
+  const SectionReader reader(bytes.span(), "m.lbea");
+  CHECK(reader.entries().size() == 5);
+  CHECK(
+      std::ranges::equal(reader.required<std::uint32_t>(SectionId::info, {3, 1, 1}), std::array{1u, 2u, 3u}));
+  CHECK(reader.required<double>(SectionId::mass, {1, 1, 1}, 1)[0] == 2.5);
+  CHECK(reader.required<double>(SectionId::mass, {1, 1, 1}, 0)[0] == 1.5);
+  CHECK(reader.text(SectionId::parameter_names).empty());
+  const auto positions = reader.required<float>(SectionId::node_positions, {rows, columns, 1});
+  for (std::size_t i = 0; i < positions.size(); ++i) REQUIRE(positions[i] == static_cast<float>(i));
+  CHECK(files_in(folder) == 1);
+}
+
+TEST_CASE("the bytes do not depend on order or threads") {
+  const TemporaryFolder folder;
+  write_small(folder / "a", 1, 1);
+  for (const unsigned threads : {1u, 2u, 4u}) {
+    write_small(folder / "b", threads, threads + 1);
+    CHECK(bytes_of(folder / "a") == bytes_of(folder / "b"));
+  }
+}
+
+TEST_CASE("without commit nothing is left, and what stood there stays") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "m.lbea") << "before";
+  { ModelWriter writer(folder / "m.lbea", small_plan()); }
+  CHECK(files_in(folder) == 1);
+  CHECK(std::filesystem::file_size(folder / "m.lbea") == 6);
+  write_small(folder / "m.lbea", 1, 1);
+  CHECK(std::filesystem::file_size(folder / "m.lbea") > 6);
+}
+
+TEST_CASE("a disk without room is noticed before the work, named, and left clean") {
+  const TemporaryFolder folder;
+  const FullDisk disk(4096);
+  CHECK_THROWS_WITH_AS(write_small(folder / "m.lbea", 1, 1), doctest::Contains("cannot reserve space for"),
+                       Error);
+  CHECK(files_in(folder) == 0);
+}
+
+TEST_CASE("a write that fails names file, section and reason, and leaves nothing") {
+  const TemporaryFolder folder;
+  {
+    ModelWriter writer(folder / "m.lbea", small_plan());
+    const FullDisk disk(1024);
+    writer.write<std::uint32_t>(SectionId::info, 0, 0, std::array{1u, 2u, 3u});  // still fits
+    try {
+      writer.write<float>(SectionId::node_positions, 0, rows * columns - columns, row(0));
+      FAIL("written beyond the end of the disk");
+    } catch (const Error& error) {
+      CHECK(error.status == Status::write_failed);
+      const std::string sentence = error.what();
+      CHECK(sentence.find("m.lbea") != std::string::npos);
+      CHECK(sentence.find("section 13 'node_positions'") != std::string::npos);
+      CHECK(sentence.find("File too large") != std::string::npos);
+    }
+  }
+  CHECK(files_in(folder) == 0);
+}
+
+TEST_CASE("a folder that is none, and a folder in the file's place, are refused") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_WITH_AS(write_small(folder.path() / "none" / "m.lbea", 1, 1),
+                       doctest::Contains("cannot create"), Error);
+  std::filesystem::create_directory(folder / "taken");
+  CHECK_THROWS_WITH_AS(write_small(folder / "taken", 1, 1),
+                       doctest::Contains("cannot rename the finished file"), Error);
+  CHECK(files_in(folder) == 1);
+}
+
+TEST_CASE("what the plan does not hold is a mistake of the program") {
+  const TemporaryFolder folder;
+  ModelWriter writer(folder / "m.lbea", small_plan());
+  CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 2, 0, std::array{1.0}), std::logic_error);
+  CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 0, 1, std::array{1.0}), std::logic_error);
+  CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 0, ~std::uint64_t{0} / 8, std::array{1.0}),
+                  std::logic_error);
+  CHECK_THROWS_WITH_AS(writer.commit(), doctest::Contains("section 1 'info' part 0: 0 of 12 bytes"),
+                       std::logic_error);
+  auto twice = small_plan();
+  twice.push_back(twice.front());
+  CHECK_THROWS_AS(ModelWriter(folder / "n.lbea", twice), std::logic_error);
+}
+
+TEST_CASE("a size beyond any disk is refused before it overflows") {
+  const TemporaryFolder folder;
+  const std::uint64_t huge = std::uint64_t{1} << 32;
+  CHECK_THROWS_WITH_AS(
+      ModelWriter(folder / "m.lbea", {{SectionId::correspondence, 0, ElementType::u32, {huge, huge}}}),
+      doctest::Contains("larger than any disk"), Error);
+  CHECK(files_in(folder) == 0);
+}

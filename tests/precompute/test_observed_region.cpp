@@ -1,0 +1,121 @@
+#include "precompute/observed_region.hpp"
+
+#include "tests/support/synthetic_simulation.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+struct Plate {
+  SimulationMesh simulation = plate_mesh({6, 4, 50, 30});  // 24 nodes 10 apart, 15 elements
+  CommonMesh mesh = CommonMeshBuilder(simulation, "a").finish();
+
+  ObservedRegion region(const RegionCriteria& criteria) const {
+    return observed_region(mesh, simulation.positions, criteria, simulation.node_ids);
+  }
+};
+
+// What the words of the definition say, element by element.
+void check_definition(const Plate& plate, const RegionCriteria& criteria, const ObservedRegion& region) {
+  std::vector<std::array<std::uint32_t, 4>> expected;
+  for (std::size_t e = 0; e < plate.mesh.elements.size(); ++e) {
+    bool in = criteria.parts.empty() || std::ranges::count(criteria.parts, plate.mesh.element_parts[e]) > 0;
+    for (const std::uint32_t node : plate.mesh.elements[e]) {
+      in = in && (criteria.node_ids.empty() ||
+                  std::ranges::count(criteria.node_ids, plate.mesh.node_ids[node]) > 0);
+      in = in && (criteria.visible.empty() || criteria.visible[node] != 0);
+      for (std::size_t axis = 0; criteria.box && axis < 3; ++axis) {
+        const double x = static_cast<double>(plate.simulation.positions[3 * node + axis]);
+        in = in && x >= criteria.box->min[axis] && x <= criteria.box->max[axis];
+      }
+    }
+    if (in) expected.push_back(plate.mesh.elements[e]);
+  }
+  std::vector<std::array<std::uint32_t, 4>> found;
+  for (const Quad& q : region.elements)
+    found.push_back({region.nodes[q[0]], region.nodes[q[1]], region.nodes[q[2]], region.nodes[q[3]]});
+  CHECK(found == expected);
+  CHECK(std::ranges::is_sorted(region.nodes));
+  for (std::uint32_t v = 0; v < region.nodes.size(); ++v)
+    CHECK(std::ranges::any_of(region.elements, [&](const Quad& q) { return std::ranges::count(q, v) > 0; }));
+}
+
+}  // namespace
+
+TEST_CASE("no criterion: the whole mesh") {
+  const Plate plate;
+  const ObservedRegion region = plate.region({});
+  CHECK(region.elements == plate.mesh.elements);
+  CHECK(region.nodes.size() == 24);
+}
+
+TEST_CASE("each criterion and all together select what their definition says") {
+  const Plate plate;
+  RegionCriteria all;
+  all.parts = {1};
+  all.box = Box{{0, 0, -1}, {30, 20, 1}};
+  for (std::uint32_t id = 1001; id <= 1016; ++id) all.node_ids.push_back(id);
+  all.visible.assign(24, 1);
+  all.visible[0] = 0;
+  RegionCriteria parts, box, ids, visible;
+  parts.parts = all.parts;
+  box.box = all.box;
+  ids.node_ids = all.node_ids;
+  visible.visible = all.visible;
+  for (const RegionCriteria& criteria : {parts, box, ids, visible, all}) {
+    const ObservedRegion region = plate.region(criteria);
+    check_definition(plate, criteria, region);
+    CHECK(region.elements.size() < plate.mesh.elements.size());
+  }
+}
+
+TEST_CASE("the box holds its borders") {
+  const Plate plate;
+  RegionCriteria criteria;
+  criteria.box = Box{{10, 10, 0}, {20, 20, 0}};
+  CHECK(plate.region(criteria).elements.size() == 1);
+}
+
+TEST_CASE("listed nodes without a whole element are dropped") {
+  const Plate plate;
+  RegionCriteria criteria;
+  criteria.node_ids = {1001, 1002, 1007, 1008, 1024};  // one element and a far corner
+  const ObservedRegion region = plate.region(criteria);
+  CHECK(region.nodes == std::vector<std::uint32_t>{0, 1, 6, 7});
+  CHECK(region.elements == std::vector<Quad>{{0, 1, 3, 2}});
+}
+
+TEST_CASE("what does not exist is named") {
+  const Plate plate;
+  RegionCriteria criteria;
+  criteria.node_ids = {1001, 4711};
+  CHECK_THROWS_WITH_AS((void)plate.region(criteria), doctest::Contains("names node 4711"), Error);
+  criteria = {};
+  criteria.parts = {3};
+  CHECK_THROWS_WITH_AS((void)plate.region(criteria), doctest::Contains("names part 3"), Error);
+  criteria = {};
+  criteria.visible = {1, 1};
+  CHECK_THROWS_WITH_AS((void)plate.region(criteria), doctest::Contains("2 entries for 24 nodes"), Error);
+  criteria = {};
+  criteria.box = Box{{100, 0, 0}, {200, 1, 1}};
+  CHECK_THROWS_WITH_AS((void)plate.region(criteria), doctest::Contains("widen the region"), Error);
+}
+
+TEST_CASE("a listed node that eroded everywhere is no mistake") {
+  const Plate plate;
+  CommonMeshBuilder builder(plate.simulation, "a");
+  std::vector<std::uint8_t> alive(15, 1);
+  alive[0] = 0;
+  builder.keep_common(plate.simulation, alive, "b");
+  const CommonMesh eroded = builder.finish();
+  std::vector<float> positions(3 * eroded.node_ids.size(), 0);
+  const RegionCriteria criteria{{}, {}, plate.simulation.node_ids, {}};
+  CHECK(observed_region(eroded, positions, criteria, plate.simulation.node_ids).elements.size() == 14);
+}

@@ -1,0 +1,29 @@
+#include "precompute/survey.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using Steps = std::vector<std::uint32_t>;
+
+namespace {
+constexpr std::uint32_t end = StepSelection{}.last;
+}
+
+TEST_CASE("steps: all, a range with stride, a list") {
+  CHECK(used_steps({}, 3, "a") == Steps{0, 1, 2});
+  CHECK(used_steps({1, 9, 3, {}}, 6, "a") == Steps{1, 4});
+  CHECK(used_steps({2, 2, 1, {}}, 6, "a") == Steps{2});
+  CHECK(used_steps({0, end, 0xffffffff, {}}, 6, "a") == Steps{0});
+  CHECK(used_steps({0, end, 1, {4, 0, 4}}, 5, "a") == Steps{0, 4});
+}
+
+TEST_CASE("steps that are not there are refused by name") {
+  CHECK_THROWS_WITH_AS((void)used_steps({0, end, 1, {1, 5}}, 5, "a"),
+                       doctest::Contains("run a has no state 5, only 5"), Error);
+  CHECK_THROWS_WITH_AS((void)used_steps({5, end, 1, {}}, 5, "a"),
+                       doctest::Contains("no state of run a is used: it has 5"), Error);
+  CHECK_THROWS_WITH_AS((void)used_steps({}, 0, "a"), doctest::Contains("it has 0"), Error);
+  CHECK_THROWS_WITH_AS((void)used_steps({0, end, 0, {}}, 5, "a"), doctest::Contains("stride"), Error);
+}
