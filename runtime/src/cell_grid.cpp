@@ -26,7 +26,7 @@ void rank_cells(CellGrid& grid, Holds holds) {
       for (std::uint64_t x = 0; x < grid.cells[0]; ++x, ++cell)
         if (holds(cell)) curve.emplace_back(spread(x) | spread(y) << 1 | spread(z) << 2, cell);
   std::ranges::sort(curve);
-  grid.rank.assign(count, CellGrid::outside);
+  grid.rank.assign(count + 1, CellGrid::outside);  // the last one: for positions outside
   for (const auto& [key, place] : curve) grid.rank[place] = grid.ranks++;
 }
 

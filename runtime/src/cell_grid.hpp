@@ -17,7 +17,7 @@ struct CellGrid {
   std::array<float, 3> corner{};
   float cells_per_length = 1;
   std::array<std::uint32_t, 3> cells{1, 1, 1};
-  std::vector<std::uint32_t> rank;  // cells x*y*z: place along the curve, or `outside`
+  std::vector<std::uint32_t> rank;  // cells x*y*z: place along the curve, or `outside`; then `outside` once more
   std::uint32_t ranks = 0;
 };
 

@@ -26,7 +26,7 @@ PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform
                       {grid_.cells[0], grid_.cells[1], grid_.cells[2]}, grid_.rank.data()};
   float* const xyz[3] = {xyz_[0].data(), xyz_[1].data(), xyz_[2].data()};
   const float* coordinates = points.empty() ? nullptr : &points.front().x;
-  size_ = kernels_.place(coordinates, points.size(), T.data(), grid, xyz, rank_.data());
+  kernels_.place(coordinates, points.size(), T.data(), grid, xyz, rank_.data());
   sort(points.size());
   enclose();
   return tally(points);
@@ -49,6 +49,7 @@ void CloudIndex::sort(std::size_t count) noexcept {
   for (std::size_t i = 0; i < count; ++i)
     if (rank_[i] != CellGrid::outside) ++next_[rank_[i] + 1];
   for (std::size_t rank = 1; rank < next_.size(); ++rank) next_[rank] += next_[rank - 1];
+  size_ = next_.back();
   for (std::size_t i = 0; i < count; ++i)
     if (rank_[i] != CellGrid::outside)
       sorted_[next_[rank_[i]]++] = {xyz_[0][i], xyz_[1][i], xyz_[2][i], static_cast<std::uint32_t>(i)};

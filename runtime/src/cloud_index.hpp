@@ -30,6 +30,16 @@ class CloudIndex {
     return size_ > 0 ? kernels_.nearest(tree_, query.data(), bound) : bound;
   }
 
+  /// The same for 16 queries near each other (x, y, z planes). `hints`: 16 slots of the last build, or none.
+  void nearest_16(const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) const noexcept {
+    if (size_ > 0) kernels_.nearest_16(tree_, queries, hints, best);
+  }
+  /// Reference coordinates of the point in a slot that a search has named.
+  [[nodiscard]] std::array<float, 3> position(std::uint32_t slot) const noexcept {
+    const Leaf& leaf = leaves_[slot / fanout];
+    return {leaf.x[slot % fanout], leaf.y[slot % fanout], leaf.z[slot % fanout]};
+  }
+
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
 
  private:

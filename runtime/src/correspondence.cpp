@@ -1,37 +1,67 @@
 #include "runtime/src/correspondence.hpp"
 
+#include <algorithm>
+
 namespace lbea {
 
 namespace {
 
-// What an answer found for another query means for this one.
-NearestPoint seen_from(const std::array<float, 3>& query, NearestPoint answer) noexcept {
-  if (answer.point == NearestPoint::none) return {};
-  const float dx = answer.x - query[0], dy = answer.y - query[1], dz = answer.z - query[2];
-  answer.squared = dx * dx + dy * dy + dz * dz;  // as the search sums, so that the same point compares equal
-  return answer;
+constexpr std::size_t group = CloudIndex::fanout;
+
+// Sixteen positions as planes; beyond the end the last one again.
+struct Group {
+  float planes[3][group];
+
+  Group(std::span<const std::array<float, 3>> positions, std::size_t begin) {
+    for (std::size_t i = 0; i < group; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = positions[std::min(begin + i, positions.size() - 1)][axis];
+  }
+};
+
+NearestPoints within(float squared) {
+  NearestPoints bound;
+  std::ranges::fill(bound.squared, squared);
+  std::ranges::fill(bound.point, NearestPoint::none);
+  std::ranges::fill(bound.slot, NearestPoint::none);
+  return bound;
+}
+
+// Calls each(first vertex, answers) for the vertices 16 by 16; the last answers are hints for the next search.
+template <typename Each>
+void search(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float squared, Each each) {
+  NearestPoints nearest = within(squared);
+  for (std::size_t begin = 0; begin < positions.size(); begin += group) {
+    const Group queries(positions, begin);
+    const float* const planes[3] = {queries.planes[0], queries.planes[1], queries.planes[2]};
+    const NearestPoints hints = nearest;
+    nearest = within(squared);
+    index.nearest_16(planes, hints.slot, nearest);
+    each(begin, nearest);
+  }
 }
 
 }  // namespace
 
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points) noexcept {
-  NearestPoint nearest;
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    nearest = index.nearest(vertices[v], seen_from(vertices[v], nearest));
-    corresponding.set(v, {nearest.x, nearest.y, nearest.z});
-    if (!points.empty()) points[v] = nearest.point;
-  }
+  constexpr float anywhere = std::numeric_limits<float>::infinity();
+  search(index, vertices, anywhere, [&](std::size_t begin, const NearestPoints& nearest) {
+    for (std::size_t i = 0; i < std::min(group, vertices.size() - begin); ++i) {
+      corresponding.set(begin + i, index.position(nearest.slot[i]));
+      if (!points.empty()) points[begin + i] = nearest.point[i];
+    }
+  });
 }
 
 float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions, std::span<const double> mass,
                float trusted_distance) noexcept {
-  const NearestPoint within{.squared = trusted_distance * trusted_distance};
   double seen = 0, all = 0;
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    all += mass[v];
-    if (index.nearest(positions[v], within).point != NearestPoint::none) seen += mass[v];
-  }
+  search(index, positions, trusted_distance * trusted_distance, [&](std::size_t begin, const NearestPoints& nearest) {
+    for (std::size_t i = 0; i < std::min(group, positions.size() - begin); ++i) {
+      all += mass[begin + i];
+      if (nearest.point[i] != NearestPoint::none) seen += mass[begin + i];
+    }
+  });
   return static_cast<float>(seen / all);
 }
 

@@ -7,22 +7,29 @@ namespace lbea::LBEA_KERNELS {
 namespace {
 
 constexpr float infinity = __builtin_inff();
-constexpr std::uint32_t outside = 0xffff'ffff;
 
 struct Block {
   Floats x, y, z;
 };
 
-// Sixteen packed points, apart by coordinate; beyond `count` the last one again.
-Block load_points(const float* points, std::size_t count) {
-  float x[lanes], y[lanes], z[lanes];
-  for (std::size_t i = 0; i < lanes; ++i) {
-    const std::size_t from = 3 * (i < count ? i : count - 1);
-    x[i] = points[from];
-    y[i] = points[from + 1];
-    z[i] = points[from + 2];
-  }
-  return {load(x), load(y), load(z)};
+// Three vectors of packed x y z, apart by coordinate: lanes 0-15 name the first vector, 16-31 the second.
+Block apart(Floats a, Floats b, Floats c) {
+  const Floats x = __builtin_shuffle(a, b, Ints{0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0});
+  const Floats y = __builtin_shuffle(a, b, Ints{1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0});
+  const Floats z = __builtin_shuffle(a, b, Ints{2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0});
+  return {__builtin_shuffle(x, c, Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29}),
+          __builtin_shuffle(y, c, Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30}),
+          __builtin_shuffle(z, c, Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31})};
+}
+
+Block load_points(const float* points) { return apart(load(points), load(points + lanes), load(points + 2 * lanes)); }
+
+// The last, incomplete group: its last point again and again.
+Block load_last_points(const float* points, std::size_t count) {
+  float packed[3 * lanes];
+  for (std::size_t i = 0; i < lanes; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) packed[3 * i + axis] = points[3 * (i < count ? i : count - 1) + axis];
+  return load_points(packed);
 }
 
 Floats row(const float* T, const Block& p) { return T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3]; }
@@ -36,70 +43,77 @@ Ints cell_along(Floats position, const GridView& grid, std::size_t axis, Ints& i
   return __builtin_convertvector(clamped, Ints);
 }
 
-std::uint32_t place(const float* points, std::size_t count, const float* T, const GridView& grid, float* const xyz[3],
-                    std::uint32_t* rank) {
-  std::uint32_t placed = 0;
+void place(const float* points, std::size_t count, const float* T, const GridView& grid, float* const xyz[3], std::uint32_t* rank) {
+  const auto nx = static_cast<std::int32_t>(grid.cells[0]), ny = static_cast<std::int32_t>(grid.cells[1]);
+  const std::int32_t no_cell = nx * ny * static_cast<std::int32_t>(grid.cells[2]);
   for (std::size_t begin = 0; begin < count; begin += lanes) {
-    const std::size_t here = count - begin < lanes ? count - begin : lanes;
-    const Block sensor = load_points(points + 3 * begin, here);
+    const Block sensor = count - begin >= lanes ? load_points(points + 3 * begin) : load_last_points(points + 3 * begin, count - begin);
     const Floats position[3] = {row(T, sensor), row(T + 4, sensor), row(T + 8, sensor)};
     Ints inside = Ints{} - 1;
     const Ints x = cell_along(position[0], grid, 0, inside), y = cell_along(position[1], grid, 1, inside),
                z = cell_along(position[2], grid, 2, inside);
-    const Ints cell = x + static_cast<std::int32_t>(grid.cells[0]) * (y + static_cast<std::int32_t>(grid.cells[1]) * z);
+    const Ints cells = inside ? x + nx * (y + ny * z) : Ints{} + no_cell;
+    std::int32_t cell[lanes];
+    store(cell, cells);
     for (std::size_t axis = 0; axis < 3; ++axis) store(xyz[axis] + begin, position[axis]);
-    for (std::size_t i = 0; i < here; ++i) {
-      rank[begin + i] = inside[i] ? grid.rank[cell[i]] : outside;
-      placed += rank[begin + i] != outside;
-    }
+    for (std::size_t i = 0; i < lanes; ++i) rank[begin + i] = grid.rank[cell[i]];
   }
-  return placed;
 }
 
-// Over the first `count` lanes; a whole leaf, the usual case, by halves.
-void enclose_lanes(const float* values, std::size_t count, float& low, float& high) {
-  float least[lanes], most[lanes];
-  for (std::size_t i = 0; i < lanes; ++i) {
-    least[i] = i < count ? values[i] : infinity;
-    most[i] = i < count ? values[i] : -infinity;
-  }
-  for (std::size_t width = lanes / 2; width > 0; width /= 2)
-    for (std::size_t i = 0; i < width; ++i) {
-      least[i] = least[i + width] < least[i] ? least[i + width] : least[i];
-      most[i] = most[i + width] > most[i] ? most[i + width] : most[i];
-    }
-  low = least[0];
-  high = most[0];
+struct Corners {
+  float low[3], high[3];
+};
+constexpr Corners inverted{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+
+// Four points in a vector, x y z and number each: lanes 0, 1, 2 of what is folded hold the box.
+Corners corners(Floats low, Floats high) {
+  constexpr Ints far = {8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7}, near = {4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11};
+  low = minimum(low, __builtin_shuffle(low, far));
+  low = minimum(low, __builtin_shuffle(low, near));
+  high = maximum(high, __builtin_shuffle(high, far));
+  high = maximum(high, __builtin_shuffle(high, near));
+  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
 
-void fill_leaf(const PlacedPoint* points, std::size_t count, Leaf& leaf, float low[3], float high[3]) {
-  for (std::size_t i = 0; i < count; ++i) {
-    leaf.x[i] = points[i].x;
-    leaf.y[i] = points[i].y;
-    leaf.z[i] = points[i].z;
-    leaf.point[i] = points[i].point;
-  }
+Corners fill_whole_leaf(const PlacedPoint* points, Leaf& leaf) {
+  const float* from = &points->x;
+  const Floats a = load(from), b = load(from + lanes), c = load(from + 2 * lanes), d = load(from + 3 * lanes);
+  // Pairs of coordinates of the first and the last eight points, then one coordinate of all sixteen.
+  constexpr Ints xy = {0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29}, zp = {2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31};
+  constexpr Ints first = {0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23}, second = {8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31};
+  const Floats xy_low = __builtin_shuffle(a, b, xy), xy_high = __builtin_shuffle(c, d, xy);
+  const Floats zp_low = __builtin_shuffle(a, b, zp), zp_high = __builtin_shuffle(c, d, zp);
+  store(leaf.x, __builtin_shuffle(xy_low, xy_high, first));
+  store(leaf.y, __builtin_shuffle(xy_low, xy_high, second));
+  store(leaf.z, __builtin_shuffle(zp_low, zp_high, first));
+  store(leaf.point, __builtin_shuffle(zp_low, zp_high, second));
+  return corners(minimum(minimum(a, b), minimum(c, d)), maximum(maximum(a, b), maximum(c, d)));
+}
+
+Corners fill_last_leaf(const PlacedPoint* points, std::size_t count, Leaf& leaf) {
+  PlacedPoint repeated[lanes];
+  for (std::size_t i = 0; i < lanes; ++i) repeated[i] = points[i < count ? i : count - 1];
+  const Corners box = fill_whole_leaf(repeated, leaf);
   for (std::size_t i = count; i < lanes; ++i) {
     leaf.x[i] = leaf.y[i] = leaf.z[i] = infinity;
     leaf.point[i] = NearestPoint::none;
   }
-  enclose_lanes(leaf.x, count, low[0], high[0]);
-  enclose_lanes(leaf.y, count, low[1], high[1]);
-  enclose_lanes(leaf.z, count, low[2], high[2]);
+  return box;
+}
+
+void put(const Corners& box, BoxGroup* boxes, std::size_t place) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    boxes[place / lanes].low[axis][place % lanes] = box.low[axis];
+    boxes[place / lanes].high[axis][place % lanes] = box.high[axis];
+  }
 }
 
 void fill_leaves(const PlacedPoint* points, std::size_t count, Leaf* leaves, BoxGroup* boxes) {
-  const std::size_t leaf_count = (count + lanes - 1) / lanes;
-  for (std::size_t l = 0; l < (leaf_count + lanes - 1) / lanes * lanes; ++l) {
-    BoxGroup& group = boxes[l / lanes];
-    const std::size_t begin = l * lanes, here = begin < count ? (count - begin < lanes ? count - begin : lanes) : 0;
-    float low[3] = {infinity, infinity, infinity}, high[3] = {-infinity, -infinity, -infinity};
-    if (here > 0) fill_leaf(points + begin, here, leaves[l], low, high);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      group.low[axis][l % lanes] = low[axis];
-      group.high[axis][l % lanes] = high[axis];
-    }
-  }
+  const std::size_t whole = count / lanes, rest = count % lanes;
+  std::size_t leaf = 0;
+  for (; leaf < whole; ++leaf) put(fill_whole_leaf(points + leaf * lanes, leaves[leaf]), boxes, leaf);
+  if (rest > 0) put(fill_last_leaf(points + whole * lanes, rest, leaves[whole]), boxes, leaf++);
+  for (; leaf % lanes != 0; ++leaf) put(inverted, boxes, leaf);
 }
 
 void enclose(const BoxGroup* children, std::size_t count, BoxGroup* parents) {
@@ -163,6 +177,82 @@ NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint b
   return bound;
 }
 
+// Sixteen queries on their way through the tree.
+struct Queries {
+  Floats x, y, z;
+  Corners box;
+  Floats squared;
+  Uints point, slot;
+};
+
+void take_in(Queries& q, float x, float y, float z, std::uint32_t point, std::uint32_t slot) {
+  const Floats dx = x - q.x, dy = y - q.y, dz = z - q.z;
+  const Floats squared = dx * dx + dy * dy + dz * dz;
+  const Ints nearer = (squared < q.squared) | ((squared == q.squared) & (point < q.point));
+  q.squared = nearer ? squared : q.squared;
+  q.point = nearer ? all(point) : q.point;
+  q.slot = nearer ? all(slot) : q.slot;
+}
+
+void take_in_leaf(const Leaf& leaf, std::size_t number, Queries& q) {
+  const auto slot = static_cast<std::uint32_t>(number * lanes);
+  for (std::uint32_t i = 0; i < lanes; ++i) take_in(q, leaf.x[i], leaf.y[i], leaf.z[i], leaf.point[i], slot + i);
+}
+
+// Whether any query may find something in this box; the sixteen distances bound better than that of their common box.
+bool may_hold_nearer(const BoxGroup& group, std::size_t i, const Queries& q) {
+  const Floats dx = maximum(maximum(group.low[0][i] - q.x, q.x - group.high[0][i]), Floats{});
+  const Floats dy = maximum(maximum(group.low[1][i] - q.y, q.y - group.high[1][i]), Floats{});
+  const Floats dz = maximum(maximum(group.low[2][i] - q.z, q.z - group.high[2][i]), Floats{});
+  return at_most(dx * dx + dy * dy + dz * dz - q.squared, 0.0f) != 0;
+}
+
+Floats squared_gaps(const BoxGroup& group, const Corners& box) {
+  Floats squared{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Floats gap = maximum(maximum(load(group.low[axis]) - box.high[axis], box.low[axis] - load(group.high[axis])), Floats{});
+    squared += gap * gap;
+  }
+  return squared;
+}
+
+void search_group_16(const CloudTree& tree, std::size_t level, std::size_t group, Queries& q) {
+  const BoxGroup& boxes = tree.groups[level][group];
+  const Floats gaps = squared_gaps(boxes, q.box);
+  std::uint32_t open = at_most(gaps, greatest(q.squared)) & at_most(gaps, 3e38f);
+  const float nearest_gap = -greatest(-gaps);
+  std::uint32_t now = at_most(gaps, nearest_gap) & open;  // the nearest first, then the rest as they come
+  for (open &= ~now; (now | open) != 0; now = open, open = 0)
+    for (; now != 0; now &= now - 1) {
+      const auto i = static_cast<std::size_t>(__builtin_ctz(now));
+      if (!may_hold_nearer(boxes, i, q)) continue;
+      const std::size_t child = group * lanes + i;
+      if (level == 0)
+        take_in_leaf(tree.leaves[child], child, q);
+      else
+        search_group_16(tree, level - 1, child, q);
+    }
+}
+
+void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) {
+  Queries q{load(queries[0]), load(queries[1]), load(queries[2]), {}, load(best.squared), load(best.point), load(best.slot)};
+  const Floats coordinates[3] = {q.x, q.y, q.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    q.box.low[axis] = -greatest(-coordinates[axis]);
+    q.box.high[axis] = greatest(coordinates[axis]);
+  }
+  for (std::size_t i = 0; i < lanes; ++i) {
+    if (hints[i] == NearestPoint::none) continue;
+    const Leaf& leaf = tree.leaves[hints[i] / lanes];
+    const std::size_t at = hints[i] % lanes;
+    take_in(q, leaf.x[at], leaf.y[at], leaf.z[at], leaf.point[at], hints[i]);
+  }
+  search_group_16(tree, tree.top, 0, q);
+  store(best.squared, q.squared);
+  store(best.point, q.point);
+  store(best.slot, q.slot);
+}
+
 void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {
   for (std::size_t j = 0; j < rows; ++j) {
     const float* weights = projection + j * stride;
@@ -194,6 +284,6 @@ float mode_distance(const float* const e[3], const float* sample, std::size_t st
 extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
-const Kernels table{LBEA_NAME(LBEA_KERNELS), place, fill_leaves, enclose, nearest, project, mode_distance};
+const Kernels table{LBEA_NAME(LBEA_KERNELS), place, fill_leaves, enclose, nearest, nearest_16, project, mode_distance};
 
 }  // namespace lbea::LBEA_KERNELS

@@ -28,7 +28,7 @@ struct GridView {
   float corner[3];
   float cells_per_length;
   std::uint32_t cells[3];
-  const std::uint32_t* rank;
+  const std::uint32_t* rank;  // one more than there are cells: the last for positions outside
 };
 
 inline constexpr std::size_t most_levels = 8;  // 16^8 leaves
@@ -48,13 +48,20 @@ struct NearestPoint {
   float x = 0, y = 0, z = 0;          // reference coordinates
 };
 
+/// The nearest points of 16 queries. On entry to a search, what is known already: a point, or just a bound.
+struct alignas(64) NearestPoints {
+  float squared[16];
+  std::uint32_t point[16];  // NearestPoint::none: a bound
+  std::uint32_t slot[16];   // where the point lies: leaf * 16 + place in the leaf
+};
+
 struct Kernels {
   const char* name;
 
-  /// x, y, z: the `count` points (3 floats each) times the 3x4 matrix T; rank: of each one's cell. A whole number of
-  /// 16 values is written. Returns how many points have a cell.
-  std::uint32_t (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, float* const xyz[3],
-                         std::uint32_t* rank);
+  /// x, y, z: the `count` points (3 floats each) times the 3x4 matrix T; rank: of each one's cell. Whole groups of 16
+  /// values are written; those beyond `count` mean nothing.
+  void (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, float* const xyz[3],
+                std::uint32_t* rank);
   /// Moves `count` sorted points into leaves and encloses each leaf.
   void (*fill_leaves)(const PlacedPoint* points, std::size_t count, Leaf* leaves, BoxGroup* boxes);
   /// Encloses `count` boxes, 16 by 16.
@@ -62,6 +69,9 @@ struct Kernels {
   /// The nearest point among those with squared distance <= bound.squared, `bound` when there is none; ties go to the
   /// lower place in the frame.
   NearestPoint (*nearest)(const CloudTree& tree, const float query[3], NearestPoint bound);
+  /// The same for 16 queries that lie near each other: x, y, z of each. Takes in `hints` (slots, or none) first: the
+  /// answers for queries near by make good bounds.
+  void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
   void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
   /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Stops early, with what it has, as

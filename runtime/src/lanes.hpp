@@ -18,14 +18,25 @@ namespace lbea::LBEA_KERNELS {
 inline constexpr std::size_t lanes = 16;
 using Floats = float __attribute__((vector_size(64)));
 using Ints = std::int32_t __attribute__((vector_size(64)));
+using Uints = std::uint32_t __attribute__((vector_size(64)));
 
 static inline Floats load(const float* from) {
   Floats value;
   __builtin_memcpy(&value, from, sizeof(value));
   return value;
 }
-static inline void store(float* to, Floats value) { __builtin_memcpy(to, &value, sizeof(value)); }
+static inline Uints load(const std::uint32_t* from) {
+  Uints value;
+  __builtin_memcpy(&value, from, sizeof(value));
+  return value;
+}
+template <typename Scalar, typename Vector>
+static inline void store(Scalar* to, Vector value) {
+  static_assert(sizeof(Scalar) * lanes == sizeof(Vector));
+  __builtin_memcpy(to, &value, sizeof(value));
+}
 static inline Floats all(float value) { return Floats{} + value; }
+static inline Uints all(std::uint32_t value) { return Uints{} + value; }
 // A comparison with NaN is false, so the second operand wins: minimum(NaN, b) = b.
 static inline Floats minimum(Floats a, Floats b) { return a < b ? a : b; }
 static inline Floats maximum(Floats a, Floats b) { return a > b ? a : b; }
@@ -64,13 +75,20 @@ static inline std::uint32_t at_most(Floats value, float limit) {
 #endif
 }
 
+/// By halves: each step folds the upper lanes onto the lower ones.
+template <typename Fold>
+static inline float folded(Floats value, Fold fold) {
+  value = fold(value, __builtin_shuffle(value, Ints{8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7}));
+  value = fold(value, __builtin_shuffle(value, Ints{4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11}));
+  value = fold(value, __builtin_shuffle(value, Ints{2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13}));
+  value = fold(value, __builtin_shuffle(value, Ints{1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14}));
+  return value[0];
+}
+static inline float greatest(Floats value) { return folded(value, maximum); }
+
 /// In a fixed order: halves, quarters, eighths, sixteenths.
 static inline float sum(Floats value) {
-  float part[lanes];
-  store(part, value);
-  for (std::size_t width = lanes / 2; width > 0; width /= 2)
-    for (std::size_t i = 0; i < width; ++i) part[i] += part[i + width];
-  return part[0];
+  return folded(value, [](Floats a, Floats b) { return a + b; });
 }
 
 }  // namespace lbea::LBEA_KERNELS

@@ -16,7 +16,7 @@ namespace lbea::test {
 
 struct BentPlates {
   std::uint32_t runs = 4, steps = 6;
-  PlateShape shape;  // 200 nodes, 171 elements
+  PlateShape shape{};  // 200 nodes, 171 elements
 };
 
 /// Radians. No two runs pass through the same angle, except 0.
