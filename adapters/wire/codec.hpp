@@ -22,8 +22,8 @@ struct FrameHeader {
   std::int64_t stamp_ns = 0;
   std::uint32_t points = 0;
   bool end_of_stream = false;
-  bool identified = false;      // session and id could be read (also from some messages that are refused)
-  std::string_view frame_id;    // names the coordinate system; valid until the decoder's next open()
+  bool identified = false;    // session and id could be read (also from some messages that are refused)
+  std::string_view frame_id;  // names the coordinate system; valid until the decoder's next open()
 };
 
 /// Reads frames one after another with one set of buffers. Messages may lie at any address.
@@ -33,8 +33,8 @@ class FrameDecoder {
   /// Checks the whole message and reads its header. Returns ok, end_of_stream or why the message is refused.
   [[nodiscard]] WireStatus open(std::span<const std::byte> message);
   [[nodiscard]] const FrameHeader& header() const noexcept { return header_; }
-  /// Copies the points of the message that open() found ok, which must still be alive, to the front of `into`:
-  /// header().points of them.
+  /// Copies the points of the message that open() found ok, which must still be alive, to the front of
+  /// `into`: header().points of them.
   void read_points(std::span<Point> into) const noexcept;
 
  private:
@@ -55,7 +55,8 @@ struct DecodedFrame {
   std::vector<Point> points;
 };
 /// FrameDecoder in one call.
-[[nodiscard]] WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into, WireLimits limits = {});
+[[nodiscard]] WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into,
+                                      WireLimits limits = {});
 
 /// Writes messages one after another into one buffer.
 class Encoder {
@@ -65,8 +66,9 @@ class Encoder {
   Encoder(Encoder&&) noexcept;
   Encoder& operator=(Encoder&&) noexcept;
   // Each returns the message, valid until the next call, 8-byte aligned.
-  /// Empty when the stamp is before 1970 or after 2106, or when there are too many points for one message (2 GB).
-  std::span<const std::byte> frame(const Frame& frame, std::uint64_t session, std::string_view frame_id = "sensor");
+  /// Empty when the stamp is before 1970 or after 2106, or for more points than fit into a message (2 GB).
+  std::span<const std::byte> frame(const Frame& frame, std::uint64_t session,
+                                   std::string_view frame_id = "sensor");
   std::span<const std::byte> end_of_stream(std::uint64_t session, std::uint64_t next_id);
   std::span<const std::byte> result(const WireResult& result);
   std::span<const std::byte> state(const WireState& state);
@@ -76,8 +78,8 @@ class Encoder {
   std::unique_ptr<Buffers> buffers_;
 };
 
-/// Gives an encoded frame another id and stamp, in place. `message` must come from Encoder::frame and lie at an
-/// address divisible by 8; the stamp must be one that Encoder::frame accepts.
+/// Gives an encoded frame another id and stamp, in place. `message` must come from Encoder::frame and lie at
+/// an address divisible by 8; the stamp must be one that Encoder::frame accepts.
 void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t stamp_ns) noexcept;
 /// Whether a stamp fits on the wire: 1970 to 2106.
 [[nodiscard]] bool is_sendable_stamp(std::int64_t stamp_ns) noexcept;

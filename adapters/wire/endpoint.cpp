@@ -18,7 +18,8 @@ namespace lbea {
 
 namespace {
 
-constexpr std::string_view known_forms = "write ipc:///tmp/frames.ipc, tcp://127.0.0.1:5555 or inproc://frames";
+constexpr std::string_view known_forms =
+    "write ipc:///tmp/frames.ipc, tcp://127.0.0.1:5555 or inproc://frames";
 
 [[noreturn]] void refuse(const std::string& address, const std::string& why) {
   throw Error{Status::bad_config, "endpoint \"" + address + "\": " + why};
@@ -42,8 +43,11 @@ void check_port(const std::string& address, const std::string& port) {
 std::filesystem::path ipc_path(const std::string& address) {
   const std::string path = address.substr(std::strlen("ipc://"));
   constexpr std::size_t longest = sizeof(sockaddr_un::sun_path) - 1;
-  if (path.empty() || path[0] == '@' || path[0] == '*') refuse(address, "needs the path of a file; " + std::string(known_forms));
-  if (path.size() > longest) refuse(address, "the path is longer than the " + std::to_string(longest) + " bytes a socket may have; choose a shorter one");
+  if (path.empty() || path[0] == '@' || path[0] == '*')
+    refuse(address, "needs the path of a file; " + std::string(known_forms));
+  if (path.size() > longest)
+    refuse(address, "the path is longer than the " + std::to_string(longest) +
+                        " bytes a socket may have; choose a shorter one");
   return path;
 }
 
@@ -54,7 +58,8 @@ bool is_loopback(const std::string& host) {
 
 /// Whether `descriptor` is still the file under `name` (its last holder may have removed it meanwhile).
 bool is_same_file(int descriptor, const std::filesystem::path& name) {
-  struct stat mine {}, named {};
+  struct stat mine;
+  struct stat named;
   return fstat(descriptor, &mine) == 0 && stat(name.c_str(), &named) == 0 && mine.st_ino == named.st_ino &&
          mine.st_dev == named.st_dev;
 }
@@ -62,8 +67,9 @@ bool is_same_file(int descriptor, const std::filesystem::path& name) {
 int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
   if (descriptor >= 0) return descriptor;
-  throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\": cannot open the lock file " + file.string() +
-                                                " (" + std::strerror(errno) + "); choose a path in a folder you may write to"};
+  throw Error{Status::endpoint_unavailable,
+              "endpoint \"" + endpoint.address + "\": cannot open the lock file " + file.string() + " (" +
+                  std::strerror(errno) + "); choose a path in a folder you may write to"};
 }
 
 }  // namespace
@@ -86,7 +92,7 @@ Endpoint parse_bind_endpoint(const std::string& address) {
   if (host == "localhost") {
     endpoint.address = "tcp://127.0.0.1:" + port;
   } else if (!is_loopback(host)) {
-    refuse(address, "only this machine may connect for now, because peers are not authenticated; use 127.0.0.1 instead of " + host);
+    refuse(address, "without authentication only this machine may connect; use 127.0.0.1 instead of " + host);
   }
   return endpoint;
 }
@@ -98,8 +104,9 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
     descriptor_ = open_lock_file(endpoint, file_);
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
       ::close(std::exchange(descriptor_, -1));
-      throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" is in use by another process (it holds " +
-                                                    file_.string() + "); stop that one or choose another path"};
+      throw Error{Status::endpoint_unavailable,
+                  "endpoint \"" + endpoint.address + "\" is in use by another process (it holds " +
+                      file_.string() + "); stop that one or choose another path"};
     }
     if (is_same_file(descriptor_, file_)) return;
     ::close(std::exchange(descriptor_, -1));
@@ -113,7 +120,8 @@ EndpointLock::~EndpointLock() {
 }
 
 EndpointLock::EndpointLock(EndpointLock&& other) noexcept
-    : file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : file_(std::move(other.file_)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 EndpointLock& EndpointLock::operator=(EndpointLock&& other) noexcept {
   std::swap(file_, other.file_);

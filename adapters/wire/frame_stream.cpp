@@ -7,18 +7,21 @@ namespace lbea {
 
 namespace {
 
-constexpr int frame_high_water_mark = 16;             // at 62,000 points 12 MB per side
+constexpr int frame_high_water_mark = 16;               // at 62,000 points 12 MB per side
 constexpr std::int64_t largest_control_message = 1024;  // what a receiver may send to a sender
 
 /// Keeps a message alive while ZeroMQ reads it, and tells when it is done.
 struct Pending {
   std::shared_ptr<const std::vector<std::byte>> message;
   std::shared_ptr<std::atomic<std::uint64_t>> in_flight;
+  // ZeroMQ's queues order what the two threads do, but a thread sanitizer does not see into them.
+  std::atomic<bool> is_filled{false};
 };
 
 /// Called from ZeroMQ's I/O thread.
 void release(void*, void* hint) {
   const std::unique_ptr<Pending> pending(static_cast<Pending*>(hint));
+  static_cast<void>(pending->is_filled.load(std::memory_order_acquire));
   pending->message.reset();
   pending->in_flight->fetch_sub(1, std::memory_order_release);
 }
@@ -31,9 +34,11 @@ struct FrameSource::State {
 };
 
 FrameSource::FrameSource(WireContext& context, const std::string& address, WireLimits limits) {
-  const detail::SocketOptions options{.high_water_mark = frame_high_water_mark,
-                                      .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
-  state_.reset(new State{{context.state().context, zmq::socket_type::pull, options, parse_bind_endpoint(address)}, {}});
+  const detail::SocketOptions options{
+      .high_water_mark = frame_high_water_mark,
+      .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
+  state_.reset(new State{
+      {context.state().context, zmq::socket_type::pull, options, parse_bind_endpoint(address)}, {}});
 }
 
 FrameSource::~FrameSource() = default;
@@ -85,8 +90,10 @@ bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
                      std::chrono::milliseconds timeout) noexcept {
   auto& [socket, tally, in_flight] = *state_;
   in_flight->fetch_add(1, std::memory_order_relaxed);
-  // ZeroMQ only reads what it sends; its interface takes a pointer to non-const for the release function's sake.
-  zmq::message_t message(const_cast<std::byte*>(bytes->data()), bytes->size(), release, new Pending{bytes, in_flight});
+  auto* pending = new Pending{bytes, in_flight};
+  pending->is_filled.store(true, std::memory_order_release);
+  // ZeroMQ only reads what it sends; it takes a pointer to non-const for the release function's sake.
+  zmq::message_t message(const_cast<std::byte*>(bytes->data()), bytes->size(), release, pending);
   detail::Io io = detail::send(socket, message, ZMQ_DONTWAIT);
   if (io == detail::Io::would_block && timeout.count() > 0 &&
       detail::wait(socket, ZMQ_POLLOUT, timeout) == detail::Io::done)

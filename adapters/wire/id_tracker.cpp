@@ -27,7 +27,8 @@ void IdTracker::saw(std::uint64_t session, std::uint64_t id) {
 }
 
 IdTracker::Session* IdTracker::find(std::uint64_t session) {
-  const auto found = std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.session == session; });
+  const auto found =
+      std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.session == session; });
   return found == recent_.end() ? nullptr : &*found;
 }
 

@@ -8,11 +8,11 @@ namespace lbea {
 
 class IdTracker {
  public:
-  /// Notes an id that arrived. Gaps count from the first id of a session on: what was sent before this receiver
-  /// listened is nobody's loss. A later arrival of a missed id counts as a duplicate.
+  /// Notes an id that arrived. Gaps count from the first id of a session on: what was sent before this
+  /// receiver listened is nobody's loss. A later arrival of a missed id counts as a duplicate.
   void saw(std::uint64_t session, std::uint64_t id);
 
-  [[nodiscard]] std::uint64_t missed() const noexcept { return missed_; }          // saturates
+  [[nodiscard]] std::uint64_t missed() const noexcept { return missed_; }  // saturates
   [[nodiscard]] std::uint64_t duplicates() const noexcept { return duplicates_; }
   [[nodiscard]] std::uint64_t sessions() const noexcept { return sessions_; }
 

@@ -49,7 +49,9 @@ struct WireLimits {
   std::uint32_t max_points = MatcherConfig{}.max_points;
   /// Larger messages never leave the socket layer: the sender is disconnected. Leaves room for wide points,
   /// and for frames with somewhat too many points to be refused in words.
-  [[nodiscard]] std::size_t max_message_bytes() const noexcept { return std::size_t{max_points} * 64 + 65'536; }
+  [[nodiscard]] std::size_t max_message_bytes() const noexcept {
+    return std::size_t{max_points} * 64 + 65'536;
+  }
 };
 
 /// How many frames met which end.

@@ -18,13 +18,15 @@ using flatbuffers::Offset;
 constexpr std::size_t max_result_bytes = 16 << 20;
 constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
 
-std::string text(const flatbuffers::String* string) { return string == nullptr ? std::string() : string->str(); }
+std::string text(const flatbuffers::String* string) {
+  return string == nullptr ? std::string() : string->str();
+}
 
 Offset<wire::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
   const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());
-  return wire::CreateCounters(builder, counters.received, counters.sum(Fate::matched), counters.sum(Fate::rejected),
-                              counters.sum(Fate::dropped), by_status, counters.missed, counters.duplicates,
-                              counters.sessions, counters.unannounced);
+  return wire::CreateCounters(builder, counters.received, counters.sum(Fate::matched),
+                              counters.sum(Fate::rejected), counters.sum(Fate::dropped), by_status,
+                              counters.missed, counters.duplicates, counters.sessions, counters.unannounced);
 }
 
 Counters read(const wire::Counters* from) {
@@ -49,7 +51,8 @@ Offset<wire::Match> build(FlatBufferBuilder& builder, const WireMatch& match) {
 }
 
 WireMatch read(const wire::Match& from) {
-  return {{from.simulation(), from.time_step()}, text(from.simulation_name()), from.time_s(), from.distance()};
+  return {
+      {from.simulation(), from.time_step()}, text(from.simulation_name()), from.time_s(), from.distance()};
 }
 
 wire::StageTimes build(const WireTimes& times) {
@@ -90,8 +93,8 @@ ModelSummary read(const wire::ModelSummary* from) {
 
 /// The root, or null and why in `status`.
 template <class Root>
-const Root* open(std::span<const std::byte> message, const char* identifier, std::vector<std::uint64_t>& scratch,
-                 WireStatus& status) {
+const Root* open(std::span<const std::byte> message, const char* identifier,
+                 std::vector<std::uint64_t>& scratch, WireStatus& status) {
   status = WireStatus::message_too_large;
   if (message.size() > max_result_bytes) return nullptr;
   status = WireStatus::wrong_kind;
@@ -129,9 +132,9 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   wire::FinishResultBuffer(
       builder, wire::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
                                   static_cast<wire::WireStatus>(result.status),
-                                  static_cast<wire::Verdict>(result.verdict), result.reference, result.coverage,
-                                  &points, match_vector, &times, counters, result.receive_ns, result.publish_ns,
-                                  result.model_checksum));
+                                  static_cast<wire::Verdict>(result.verdict), result.reference,
+                                  result.coverage, &points, match_vector, &times, counters, result.receive_ns,
+                                  result.publish_ns, result.model_checksum));
   return detail::finished(builder);
 }
 
@@ -168,9 +171,9 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
   const auto method = builder.CreateString(state.method);
   const auto counters = build(builder, state.counters);
   const auto model = build(builder, state.model);
-  wire::FinishStateBuffer(builder, wire::CreateState(builder, state.sequence, state.publish_ns, state.start_ns,
-                                                     version, method, state.max_points, state.queue_slots,
-                                                     state.queue_used, counters, model));
+  wire::FinishStateBuffer(
+      builder, wire::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
+                                 state.max_points, state.queue_slots, state.queue_used, counters, model));
   return detail::finished(builder);
 }
 
@@ -179,8 +182,9 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   WireStatus status;
   const auto* from = open<wire::State>(message, wire::StateIdentifier(), scratch, status);
   if (from == nullptr) return status;
-  into = {from->sequence(),   from->publish_ns(),  from->start_ns(),   text(from->version()), text(from->method()),
-          from->max_points(), from->queue_slots(), from->queue_used(), read(from->counters()), read(from->model())};
+  into = {from->sequence(),       from->publish_ns(), from->start_ns(),    text(from->version()),
+          text(from->method()),   from->max_points(), from->queue_slots(), from->queue_used(),
+          read(from->counters()), read(from->model())};
   return WireStatus::ok;
 }
 

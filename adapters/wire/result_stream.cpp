@@ -17,7 +17,8 @@ ResultSink::ResultSink(WireContext& context, const std::string& address) {
   const detail::SocketOptions options{.high_water_mark = result_high_water_mark,
                                       .max_message_bytes = largest_subscription,
                                       .linger_ms = result_linger_ms};
-  state_.reset(new State{{context.state().context, zmq::socket_type::pub, options, parse_bind_endpoint(address)}});
+  state_.reset(
+      new State{{context.state().context, zmq::socket_type::pub, options, parse_bind_endpoint(address)}});
 }
 
 ResultSink::~ResultSink() = default;
@@ -38,8 +39,9 @@ struct ResultSource::State {
 
 ResultSource::ResultSource(WireContext& context, const std::string& address) {
   const Endpoint endpoint = parse_endpoint(address);
-  auto socket = detail::make_socket(context.state().context, zmq::socket_type::sub,
-                                    {.high_water_mark = result_high_water_mark, .max_message_bytes = largest_result});
+  auto socket =
+      detail::make_socket(context.state().context, zmq::socket_type::sub,
+                          {.high_water_mark = result_high_water_mark, .max_message_bytes = largest_result});
   detail::connect(socket, endpoint);
   state_ = std::make_unique<State>(std::move(socket), zmq::message_t());
 }

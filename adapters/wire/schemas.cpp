@@ -14,7 +14,9 @@ std::span<const std::byte> bytes_of() noexcept {
 }
 }  // namespace
 
-std::span<const std::byte> point_cloud_schema() noexcept { return bytes_of<foxglove::PointCloudBinarySchema>(); }
+std::span<const std::byte> point_cloud_schema() noexcept {
+  return bytes_of<foxglove::PointCloudBinarySchema>();
+}
 std::span<const std::byte> frame_schema() noexcept { return bytes_of<wire::FrameBinarySchema>(); }
 std::span<const std::byte> result_schema() noexcept { return bytes_of<wire::ResultBinarySchema>(); }
 std::span<const std::byte> state_schema() noexcept { return bytes_of<wire::StateBinarySchema>(); }

@@ -46,8 +46,9 @@ void bind(zmq::socket_t& socket, const Endpoint& endpoint) {
   try {
     socket.bind(endpoint.address);
   } catch (const zmq::error_t& error) {
-    const std::string what = error.num() == EADDRINUSE ? "is in use by another process; stop that one or choose another port"
-                                                       : std::string("cannot be opened (") + error.what() + "); choose another one";
+    const std::string what = error.num() == EADDRINUSE
+                                 ? "is in use by another process; stop that one or choose another port"
+                                 : std::string("cannot be opened (") + error.what() + "); choose another one";
     throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" " + what};
   }
 }
@@ -56,14 +57,17 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint) {
   try {
     socket.connect(endpoint.address);
   } catch (const zmq::error_t& error) {
-    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" cannot be connected to (" + error.what() +
+    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address +
+                                                  "\" cannot be connected to (" + error.what() +
                                                   "); check its spelling and that the other program runs"};
   }
 }
 
 BoundSocket::BoundSocket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options,
                          const Endpoint& where)
-    : lock(where), path(where.path), socket(make_socket(context, type, options)) {
+    : lock(where),
+      path(where.path),
+      socket(make_socket(context, type, options)) {
   bind(socket, where);
   endpoint = socket.get(zmq::sockopt::last_endpoint);
 }

@@ -16,13 +16,14 @@ struct WireContext::State {
 namespace detail {
 
 struct SocketOptions {
-  int high_water_mark = 16;             // messages held per peer and direction
-  std::int64_t max_message_bytes = 0;   // larger ones are not delivered and their sender is disconnected
-  int linger_ms = 0;                    // how long close() goes on sending
-  bool waits_for_connection = false;    // sends queue only once a peer is there (IMMEDIATE)
+  int high_water_mark = 16;            // messages held per peer and direction
+  std::int64_t max_message_bytes = 0;  // larger ones are not delivered and their sender is disconnected
+  int linger_ms = 0;                   // how long close() goes on sending
+  bool waits_for_connection = false;   // sends queue only once a peer is there (IMMEDIATE)
 };
 
-/// A socket with everything set that has an unsafe default. Before bind or connect: most options do nothing later.
+/// A socket with everything set that has an unsafe default. Before bind or connect: most options do nothing
+/// later.
 zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options);
 
 /// Throws Error{endpoint_unavailable}.
@@ -31,7 +32,8 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint);
 
 /// A bound socket and what has to outlive it.
 struct BoundSocket {
-  BoundSocket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options, const Endpoint& where);
+  BoundSocket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options,
+              const Endpoint& where);
   ~BoundSocket();
   BoundSocket(const BoundSocket&) = delete;
   BoundSocket& operator=(const BoundSocket&) = delete;

@@ -1,6 +1,6 @@
-// A bounded queue between exactly one producer thread and one consumer thread. Slots stay where they are and are
-// filled and read in place, so what they hold (a cloud's memory) is allocated once. Never blocks, never allocates
-// after construction. Waiting, where wanted, is done beside it: see Doorbell.
+// A bounded queue between exactly one producer thread and one consumer thread. Slots stay where they are and
+// are filled and read in place, so what they hold (a cloud's memory) is allocated once. Never blocks, never
+// allocates after construction. Waiting, where wanted, is done beside it: see Doorbell.
 #pragma once
 
 #include <atomic>
@@ -34,7 +34,8 @@ class SpscRing {
   }
   void publish() noexcept { published_.fetch_add(1, std::memory_order_release); }
 
-  /// Consumer: the oldest published slot, or null when there is none. It stays the consumer's until release().
+  /// Consumer: the oldest published slot, or null when there is none. It stays the consumer's until
+  /// release().
   [[nodiscard]] T* front() noexcept {
     const std::size_t next = released_.load(std::memory_order_relaxed);
     if (next == published_.load(std::memory_order_acquire)) return nullptr;

@@ -1,9 +1,9 @@
 // Frames in and out, results out and in. One thread per object at a time; constructors throw
 // Error{bad_config | endpoint_unavailable}, the rest never throws.
 //
-// Frames go PUSH to PULL, which never discards: connect one sender per matcher and never a second PULL, which would
-// take every other frame. Results go PUB to SUB, which discards silently when a subscriber is slow: the messages'
-// sequence numbers show it.
+// Frames go PUSH to PULL, which never discards: connect one sender per matcher and never a second PULL, which
+// would take every other frame. Results go PUB to SUB, which discards silently when a subscriber is slow: the
+// messages' sequence numbers show it.
 #pragma once
 
 #include "adapters/wire/messages.hpp"
@@ -66,7 +66,8 @@ class FrameSink {
   /// Sends a copy, or counts a refusal when there is no room within `timeout` (0: at once).
   bool send(Message message, std::chrono::milliseconds timeout = {}) noexcept;
   /// Sends without copying: `message` is kept alive until the receiver's machine has it (use_count drops).
-  bool send(const std::shared_ptr<const std::vector<std::byte>>& message, std::chrono::milliseconds timeout = {}) noexcept;
+  bool send(const std::shared_ptr<const std::vector<std::byte>>& message,
+            std::chrono::milliseconds timeout = {}) noexcept;
   [[nodiscard]] const Tally& tally() const noexcept;
   /// Messages taken over by the socket and still in this process; waits up to `timeout` for none.
   [[nodiscard]] std::uint64_t flush(std::chrono::milliseconds timeout) noexcept;

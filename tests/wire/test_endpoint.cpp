@@ -18,15 +18,16 @@ TEST_CASE("endpoints that may be connected to") {
 
 TEST_CASE("endpoints refused in words") {
   for (const std::string address :
-       {"", "frames", "udp://127.0.0.1:1", "tcp://", "tcp://127.0.0.1", "tcp://:5555", "tcp://127.0.0.1:",
-        "tcp://127.0.0.1:0", "tcp://127.0.0.1:65536", "tcp://127.0.0.1:12a", "tcp://127.0.0.1:-1", "ipc://", "ipc://@name",
-        "ipc://*", "inproc://"}) {
+       {"", "frames", "udp://127.0.0.1:1", "tcp://", "tcp://127.0.0.1", "tcp://:5555",
+        "tcp://127.0.0.1:", "tcp://127.0.0.1:0", "tcp://127.0.0.1:65536", "tcp://127.0.0.1:12a",
+        "tcp://127.0.0.1:-1", "ipc://", "ipc://@name", "ipc://*", "inproc://"}) {
     CAPTURE(address);
     const auto [status, sentence] = error_of([&] { static_cast<void>(parse_endpoint(address)); });
     CHECK(status == Status::bad_config);
     CHECK(sentence.find("\"" + address + "\"") != std::string::npos);
   }
-  const auto [status, sentence] = error_of([&] { static_cast<void>(parse_endpoint("ipc:///" + std::string(200, 'a'))); });
+  const auto [status, sentence] =
+      error_of([&] { static_cast<void>(parse_endpoint("ipc:///" + std::string(200, 'a'))); });
   CHECK(status == Status::bad_config);
   CHECK(sentence.find("107 bytes") != std::string::npos);
 }
@@ -35,8 +36,9 @@ TEST_CASE("only this machine may connect") {
   CHECK(parse_bind_endpoint("tcp://127.0.0.1:5555").address == "tcp://127.0.0.1:5555");
   CHECK(parse_bind_endpoint("tcp://127.3.2.1:*").address == "tcp://127.3.2.1:*");
   CHECK(parse_bind_endpoint("tcp://localhost:5555").address == "tcp://127.0.0.1:5555");
-  for (const std::string address : {"tcp://*:5555", "tcp://0.0.0.0:5555", "tcp://10.0.0.1:5555", "tcp://128.0.0.1:1",
-                                    "tcp://127.0.0.1.evil.com:5555", "tcp://eth0:5555"}) {
+  for (const std::string address :
+       {"tcp://*:5555", "tcp://0.0.0.0:5555", "tcp://10.0.0.1:5555", "tcp://128.0.0.1:1",
+        "tcp://127.0.0.1.evil.com:5555", "tcp://eth0:5555"}) {
     CAPTURE(address);
     const auto [status, sentence] = error_of([&] { static_cast<void>(parse_bind_endpoint(address)); });
     CHECK(status == Status::bad_config);
@@ -74,7 +76,8 @@ TEST_CASE("a lock file that a killed process left behind is taken over") {
 }
 
 TEST_CASE("a folder that is not there") {
-  const auto [status, sentence] = error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
+  const auto [status, sentence] =
+      error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
   CHECK(status == Status::endpoint_unavailable);
   CHECK(sentence.find("/no/such/folder/frames.lock") != std::string::npos);
 }

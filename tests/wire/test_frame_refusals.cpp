@@ -30,7 +30,8 @@ struct Cloud {
   bool has_pose = false;
 };
 
-std::vector<std::byte> finish(flatbuffers::FlatBufferBuilder& builder, const std::vector<std::uint8_t>& cloud) {
+std::vector<std::byte> finish(flatbuffers::FlatBufferBuilder& builder,
+                              const std::vector<std::uint8_t>& cloud) {
   builder.ForceVectorAlignment(cloud.size(), 1, 8);
   const auto nested = builder.CreateVector(cloud);
   wire::FinishFrameBuffer(builder, wire::CreateFrame(builder, 1, 2, nested));
@@ -42,14 +43,16 @@ std::vector<std::byte> encode(const Cloud& cloud) {
   flatbuffers::FlatBufferBuilder inner, outer;
   std::vector<flatbuffers::Offset<foxglove::PackedElementField>> fields;
   for (const Field& field : cloud.fields)
-    fields.push_back(foxglove::CreatePackedElementFieldDirect(inner, field.name.c_str(), field.offset, field.type));
+    fields.push_back(
+        foxglove::CreatePackedElementFieldDirect(inner, field.name.c_str(), field.offset, field.type));
   flatbuffers::Offset<foxglove::Pose> pose;
   if (cloud.has_pose) {
     const auto position = foxglove::CreateVector3(inner, 0, cloud.shift, 0);
     pose = foxglove::CreatePose(inner, position, foxglove::CreateQuaternion(inner, 0, cloud.turn, 0, 1));
   }
   const foxglove::Time time(1, cloud.nsec);
-  inner.Finish(foxglove::CreatePointCloudDirect(inner, &time, "sensor", pose, cloud.stride, &fields, &cloud.data));
+  inner.Finish(
+      foxglove::CreatePointCloudDirect(inner, &time, "sensor", pose, cloud.stride, &fields, &cloud.data));
   return finish(outer, {inner.GetBufferPointer(), inner.GetBufferPointer() + inner.GetSize()});
 }
 
@@ -60,7 +63,8 @@ WireStatus status_of(const Cloud& cloud, WireLimits limits = {}) {
 
 /// `count` points of `stride` bytes, x at 1, y at 9, z at stride - 4, all else 0xaa.
 Cloud odd_cloud(std::uint32_t stride, std::size_t count) {
-  Cloud cloud{.stride = stride, .fields = {{"quality", 0, NumericType::UINT8}, {"z", stride - 4}, {"x", 1}, {"y", 9}}};
+  Cloud cloud{.stride = stride,
+              .fields = {{"quality", 0, NumericType::UINT8}, {"z", stride - 4}, {"x", 1}, {"y", 9}}};
   cloud.data.assign(count * stride, 0xaa);
   for (std::size_t i = 0; i < count; ++i) {
     const Point point{static_cast<float>(i), static_cast<float>(2 * i), static_cast<float>(3 * i)};
@@ -114,7 +118,8 @@ TEST_CASE("layout: fields inside the stride, the stride divides the data") {
 
 TEST_CASE("too many points, too many bytes") {
   CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 10)}, {.max_points = 10}) == WireStatus::ok);
-  CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 11)}, {.max_points = 10}) == WireStatus::too_many_points);
+  CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 11)}, {.max_points = 10}) ==
+        WireStatus::too_many_points);
   const std::vector<Point> ten_million(10'000'000);
   Encoder encoder;
   FrameDecoder decoder;
@@ -148,7 +153,8 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   flatbuffers::FlatBufferBuilder none, garbage;
   wire::FinishFrameBuffer(none, wire::CreateFrame(none, 1, 2));
   FrameDecoder decoder;
-  CHECK(decoder.open(std::as_bytes(std::span{none.GetBufferPointer(), none.GetSize()})) == WireStatus::bad_cloud);
+  CHECK(decoder.open(std::as_bytes(std::span{none.GetBufferPointer(), none.GetSize()})) ==
+        WireStatus::bad_cloud);
   CHECK(decoder.header().identified);
   CHECK(decoder.header().id == 2);
   CHECK(decoder.open(finish(garbage, std::vector<std::uint8_t>(100, 0x7f))) == WireStatus::bad_cloud);
@@ -157,13 +163,14 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   const std::vector<Point> points{{1, 2, 3}};
   const auto good = encoder.frame({2, 3, points}, 1);
   const auto* cloud = flatbuffers::GetRoot<wire::Frame>(good.data())->cloud();
-  for (std::size_t shift = 0; shift < 8; ++shift) {  // the vector of bytes itself may lie anywhere in the message
+  for (std::size_t shift = 0; shift < 8; ++shift) {  // the inner buffer may lie anywhere in the message
     CAPTURE(shift);
     flatbuffers::FlatBufferBuilder outer;
     outer.CreateVector(std::vector<std::uint8_t>(shift));
     const auto nested = outer.CreateVector(cloud->data(), cloud->size());
     wire::FinishFrameBuffer(outer, wire::CreateFrame(outer, 1, 2, nested));
-    CHECK(decoder.open(std::as_bytes(std::span{outer.GetBufferPointer(), outer.GetSize()})) == WireStatus::ok);
+    CHECK(decoder.open(std::as_bytes(std::span{outer.GetBufferPointer(), outer.GetSize()})) ==
+          WireStatus::ok);
   }
 }
 

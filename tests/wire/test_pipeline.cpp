@@ -52,18 +52,22 @@ class FakeEngine final : public MatchEngine {
 /// A pipeline with one sender and one subscriber that hears everything.
 class Bench {
  public:
-  explicit Bench(std::chrono::microseconds delay = {}, PipelineConfig config = small(), const std::string& transport = "ipc")
-      : engine(delay), source_(context, endpoint("frames", transport), config.limits),
-        sink_(context, endpoint("results", transport)), sender(context, source_.endpoint()),
+  explicit Bench(std::chrono::microseconds delay = {}, PipelineConfig config = small(),
+                 const std::string& transport = "ipc")
+      : engine(delay),
+        source_(context, endpoint("frames", transport), config.limits),
+        sink_(context, endpoint("results", transport)),
+        sender(context, source_.endpoint()),
         subscriber(context, sink_.endpoint()),
         pipeline(std::move(config), engine, std::move(source_), std::move(sink_)) {
     REQUIRE(sender.wait_ready(30s));
-    REQUIRE(eventually([&] { return subscriber.receive(10ms).has_value(); }));  // a state: the subscription stands
+    // A state: the subscription stands.
+    REQUIRE(eventually([&] { return subscriber.receive(10ms).has_value(); }));
   }
 
   void send(std::uint64_t id, std::size_t points, std::uint64_t session = 1) {
     const std::vector<Point> cloud(points, Point{4, 0, 0});
-    REQUIRE(sender.send(encoder.frame({id, 77, cloud}, session), 30s));
+    send_bytes(encoder.frame({id, 77, cloud}, session));
   }
   void send_bytes(std::span<const std::byte> bytes) { REQUIRE(sender.send(bytes, 30s)); }
 
@@ -75,9 +79,13 @@ class Bench {
       take(*message);
     }
   }
-  /// Stops, then hears what is left.
+  /// Stops once all has arrived, then hears what is left.
   Counters finish() {
-    REQUIRE(sender.flush(30s) == 0);
+    const auto arrived = [&] {
+      const Counters counters = pipeline.counters();
+      return counters.received + counters.of(WireStatus::end_of_stream);
+    };
+    CHECK(eventually([&] { return arrived() == sender.tally().sent; }));
     pipeline.stop();
     while (const auto message = subscriber.receive(200ms)) take(*message);
     return pipeline.counters();
@@ -325,7 +333,8 @@ TEST_CASE("the closing tally in words and as JSON") {
   counters.by_status[static_cast<std::size_t>(WireStatus::damaged)] = 3;
   counters.by_status[static_cast<std::size_t>(WireStatus::queue_full)] = 1;
   CHECK(tally_line(counters) ==
-        "received 10 = matched 6 (ok 6) + rejected 3 (damaged 3) + dropped 1 (queue_full 1); missed 0, duplicates 0, sessions 0");
+        "received 10 = matched 6 (ok 6) + rejected 3 (damaged 3) + dropped 1 (queue_full 1); missed 0, "
+        "duplicates 0, sessions 0");
   CHECK(tally_json(counters).find("\"rejected_by_reason\":{\"empty_frame\":0") != std::string::npos);
   CHECK(tally_json(counters).find("\"adds_up\":true") != std::string::npos);
   CHECK_FALSE(is_complete(counters));

@@ -77,7 +77,8 @@ TEST_CASE("a result comes back as it was, from any address") {
 
 TEST_CASE("a thousand matches fit") {
   WireResult result;
-  for (std::uint32_t i = 0; i < 1000; ++i) result.matches.push_back({{i, i}, "run_" + std::to_string(i), 0, 0});
+  for (std::uint32_t i = 0; i < 1000; ++i)
+    result.matches.push_back({{i, i}, "run_" + std::to_string(i), 0, 0});
   Encoder encoder;
   WireResult read;
   REQUIRE(decode_result(encoder.result(result), read) == WireStatus::ok);
@@ -85,8 +86,8 @@ TEST_CASE("a thousand matches fit") {
 }
 
 TEST_CASE("a state comes back as it was") {
-  WireState state{1, 2, 3, "0.1.0", "lbea", 4, 5, 6, some_result().counters,
-                  {"rail.lbea", 7, 8, 9, 10, 11, "mm", {"run_001", "", "run_003"}}};
+  const ModelSummary model{"rail.lbea", 7, 8, 9, 10, 11, "mm", {"run_001", "", "run_003"}};
+  const WireState state{1, 2, 3, "0.1.0", "lbea", 4, 5, 6, some_result().counters, model};
   Encoder encoder;
   const auto message = encoder.state(state);
   CHECK(message_kind(message) == MessageKind::state);

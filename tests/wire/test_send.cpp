@@ -7,21 +7,14 @@
 #include <doctest/doctest.h>
 
 #include <fstream>
-#include <iterator>
 
 using namespace lbea;
 using namespace std::chrono_literals;
-using lbea::test::eventually;
+using lbea::test::contains;
 using lbea::test::Process;
+using lbea::test::text_of;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// A folder of clouds c0.ply, c1.ply, ... with i + 1 points at x = i, stamped 1,000,000 + i ms.
 class Bench {
@@ -32,7 +25,8 @@ class Bench {
       std::ofstream out(folder / ("clouds/c" + std::to_string(i) + ".ply"));
       out << "ply\nformat ascii 1.0\n";
       if (stamped) out << "comment stamp_ns " << 1'000'000'000 + 1'000'000 * i << "\n";
-      out << "element vertex " << i + 1 << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+      out << "element vertex " << i + 1
+          << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
       for (int j = 0; j <= i; ++j) out << i << " " << j << " 0.5\n";
     }
   }
@@ -99,10 +93,13 @@ TEST_CASE("clouds without a stamp get the present one") {
   WireContext context;
   FrameSource source(context, bench.endpoint());
   const auto now_ns = [] {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+               std::chrono::system_clock::now().time_since_epoch())
+        .count();
   };
   const std::int64_t before = now_ns();
-  const auto sender = bench.start({bench.clouds() + "/c1.ply", bench.clouds() + "/c0.ply", "--to", bench.endpoint()});
+  const auto sender =
+      bench.start({bench.clouds() + "/c1.ply", bench.clouds() + "/c0.ply", "--to", bench.endpoint()});
   const Received received = receive_all(source);
   CHECK(sender->wait() == 0);
   REQUIRE(received.frames.size() == 2);
@@ -126,7 +123,7 @@ TEST_CASE("the pace: at a rate, and by the stamps") {
     CHECK(sender->wait() == 0);
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
-  // Never earlier than due; later only as the machine is loaded. The first frame may itself be late by a little.
+  // Never earlier than due; later as the machine is loaded. The first frame may itself be a little late.
   CHECK(seconds_of({"--rate", "20", "--loop", "2"}, 10) > 9 / 20.0 - 0.1);
   CHECK(seconds_of({"--realtime", "--loop", "40"}, 200) > 199 * 0.001 - 0.1);
 }
@@ -140,8 +137,8 @@ TEST_CASE("a paced sender does not wait for a receiver that does not read: it co
     for (int i = 0; i < 40'000; ++i) text += "1 2 3\n";
     return text;
   }();
-  CHECK(bench.run({(bench.folder / "big.xyz").string(), "--to", bench.endpoint(), "--rate", "2000", "--loop", "200",
-                   "--json"}) == 1);
+  CHECK(bench.run({(bench.folder / "big.xyz").string(), "--to", bench.endpoint(), "--rate", "2000", "--loop",
+                   "200", "--json"}) == 1);
   const std::string tally = text_of(bench.out());
   CHECK(contains(tally, "\"captured\":200"));
   CHECK_FALSE(contains(tally, "\"refused\":0,"));
@@ -169,8 +166,7 @@ TEST_CASE("a sender killed in mid-stream does no harm; the next one is served") 
     doomed->signal(SIGKILL);
     CHECK(doomed->wait() == 128 + SIGKILL);
   }
-  while (source.receive(200ms)) {
-  }
+  while (source.receive(200ms)) {}
   const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint()});
   CHECK(receive_all(source).frames.size() == 3);
   CHECK(sender->wait() == 0);
@@ -202,7 +198,8 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({bench.clouds(), "--to", bench.endpoint(), "--rate", "5", "--realtime"}, 2, "--realtime");
   fails({bench.clouds(), "--to", bench.endpoint(), "--speed", "5"}, 2, "--speed");
   fails({"/no/such/file.ply", "--to", bench.endpoint()}, 1, "/no/such/file.ply: no such file or folder");
-  fails({bench.folder.path().string() + "/clouds/..", "--to", bench.endpoint()}, 1, "no clouds in this folder");
+  fails({bench.folder.path().string() + "/clouds/..", "--to", bench.endpoint()}, 1,
+        "no clouds in this folder");
   fails({bench.clouds(), "--to", "nonsense"}, 1, "\"nonsense\"");
   fails({bench.clouds(), "--to", bench.endpoint()}, 1, "nobody listens there");
   CHECK(bench.run({"--help"}) == 0);

@@ -5,6 +5,10 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <thread>
 #include <vector>
@@ -34,6 +38,15 @@ std::pair<Status, std::string> error_of(Action action) {
     return {error.status, error.what()};
   }
   return {Status::ok, ""};
+}
+
+inline std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
 }
 
 /// A program run beside the test; killed at the end of the scope if it still runs.

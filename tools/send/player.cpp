@@ -17,17 +17,18 @@ constexpr auto stop_interval = 50ms;  // how long a stop may go unnoticed
 constexpr auto longest_farewell = 2000ms;
 
 std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
 
 void sleep_until(Clock::time_point due, const std::function<bool()>& stop) {
-  while (!stop() && Clock::now() < due) std::this_thread::sleep_until(std::min(due, Clock::now() + stop_interval));
+  while (!stop() && Clock::now() < due)
+    std::this_thread::sleep_until(std::min(due, Clock::now() + stop_interval));
 }
 
 void wait_for_room(FrameSink& sink, const std::function<bool()>& stop) {
-  while (!stop() && !sink.wait_ready(stop_interval)) {
-  }
+  while (!stop() && !sink.wait_ready(stop_interval)) {}
 }
 
 /// The cloud under a new id. In place when the socket has let go of the last round's, else in a copy.
@@ -51,7 +52,8 @@ std::chrono::nanoseconds due_time(const PlayConfig& config, std::uint64_t frame,
 
 void say_farewell(FrameSink& sink, const PlayConfig& config, std::uint64_t next_id) {
   Encoder encoder;
-  if (config.ends_stream && sink.wait_ready(longest_farewell)) sink.send(encoder.end_of_stream(config.session, next_id));
+  if (config.ends_stream && sink.wait_ready(longest_farewell))
+    sink.send(encoder.end_of_stream(config.session, next_id));
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 bool is_cloud(const fs::directory_entry& entry) {
   constexpr std::array<std::string_view, 5> extensions{".ply", ".xyz", ".txt", ".csv", ".asc"};
-  return entry.is_regular_file() &&
-         std::find(extensions.begin(), extensions.end(), entry.path().extension().string()) != extensions.end();
+  return entry.is_regular_file() && std::find(extensions.begin(), extensions.end(),
+                                              entry.path().extension().string()) != extensions.end();
 }
 
 void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
@@ -24,7 +24,8 @@ void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
   for (const auto& entry : fs::directory_iterator(folder))
     if (is_cloud(entry)) found.push_back(entry.path());
   if (found.empty())
-    throw Error{Status::file_not_found, folder.string() + ": no clouds in this folder (.ply .xyz .txt .csv .asc); give another one"};
+    throw Error{Status::file_not_found,
+                folder.string() + ": no clouds in this folder (.ply .xyz .txt .csv .asc); give another one"};
   std::sort(found.begin(), found.end());
   files.insert(files.end(), found.begin(), found.end());
 }
@@ -46,15 +47,19 @@ std::vector<fs::path> find_clouds(const std::vector<std::string>& paths) {
 }
 
 std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, std::uint64_t session,
-                                        const std::string& frame_id, const std::function<void(std::size_t)>& progress) {
+                                        const std::string& frame_id,
+                                        const std::function<void(std::size_t)>& progress) {
   std::vector<EncodedCloud> clouds;
   Encoder encoder;
   for (const fs::path& file : files) {
     const PointCloud cloud = read_point_cloud(file);
     const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, frame_id);
     if (message.empty())
-      throw Error{Status::bad_input, file.string() + ": its stamp is before 1970 or after 2106, or it has more than the 2 GB a message may have; it cannot be sent"};
-    clouds.push_back({file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
+      throw Error{Status::bad_input, file.string() +
+                                         ": its stamp is before 1970 or after 2106, or it has more than the "
+                                         "2 GB a message may have; it cannot be sent"};
+    clouds.push_back(
+        {file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
     progress(clouds.size());
   }
   return clouds;
@@ -64,10 +69,13 @@ std::vector<std::int64_t> schedule_by_stamps(const std::vector<EncodedCloud>& cl
   std::vector<std::int64_t> due;
   for (const EncodedCloud& cloud : clouds) {
     if (!cloud.stamp_ns)
-      throw Error{Status::bad_input, cloud.file.string() + ": has no stamp to pace by; use --rate instead of --realtime"};
+      throw Error{Status::bad_input,
+                  cloud.file.string() + ": has no stamp to pace by; use --rate instead of --realtime"};
     due.push_back(*cloud.stamp_ns - *clouds.front().stamp_ns);
     if (due.size() > 1 && due.back() < due[due.size() - 2])
-      throw Error{Status::bad_input, cloud.file.string() + ": its stamp is before that of the cloud sent before it; give the files in the order of their stamps, or use --rate"};
+      throw Error{Status::bad_input, cloud.file.string() +
+                                         ": its stamp is before that of the cloud sent before it; give the "
+                                         "files in the order of their stamps, or use --rate"};
   }
   const auto intervals = static_cast<std::int64_t>(due.size()) - 1;
   due.push_back(intervals > 0 ? due.back() + due.back() / intervals : 0);
@@ -76,7 +84,8 @@ std::vector<std::int64_t> schedule_by_stamps(const std::vector<EncodedCloud>& cl
 
 std::vector<std::int64_t> schedule_by_rate(std::size_t clouds, double rate_hz) {
   std::vector<std::int64_t> due;
-  for (std::size_t i = 0; i <= clouds; ++i) due.push_back(static_cast<std::int64_t>(1e9 * static_cast<double>(i) / rate_hz));
+  for (std::size_t i = 0; i <= clouds; ++i)
+    due.push_back(static_cast<std::int64_t>(1e9 * static_cast<double>(i) / rate_hz));
   return due;
 }
 

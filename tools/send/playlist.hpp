@@ -28,8 +28,8 @@ struct EncodedCloud {
                                                       std::uint64_t session, const std::string& frame_id,
                                                       const std::function<void(std::size_t)>& progress);
 
-/// Due times in ns after the first cloud, one per cloud, then one for the second round's first: as the stamps say.
-/// Throws Error{bad_input} when a cloud has no stamp or one before its predecessor's.
+/// Due times in ns after the first cloud, one per cloud, then one for the second round's first: as the stamps
+/// say. Throws Error{bad_input} when a cloud has no stamp or one before its predecessor's.
 [[nodiscard]] std::vector<std::int64_t> schedule_by_stamps(const std::vector<EncodedCloud>& clouds);
 /// The same, evenly at `rate_hz` > 0.
 [[nodiscard]] std::vector<std::int64_t> schedule_by_rate(std::size_t clouds, double rate_hz);

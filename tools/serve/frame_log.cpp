@@ -15,7 +15,8 @@ std::string untold_text(std::uint64_t untold) {
 
 /// Whether session and id of the message could be read.
 bool is_identified(WireStatus status) {
-  return status != WireStatus::wrong_kind && status != WireStatus::damaged && status != WireStatus::message_too_large;
+  return status != WireStatus::wrong_kind && status != WireStatus::damaged &&
+         status != WireStatus::message_too_large;
 }
 }  // namespace
 
@@ -42,7 +43,8 @@ bool FrameLog::may_speak(Line& line) {
 void FrameLog::note_trouble(const WireResult& result) {
   Line& line = by_status_[static_cast<std::size_t>(result.status)];
   if (!may_speak(line)) return;
-  const std::string what = is_identified(result.status) ? "frame " + std::to_string(result.frame_id) : "a message";
+  const std::string what =
+      is_identified(result.status) ? "frame " + std::to_string(result.frame_id) : "a message";
   spdlog::warn("{}: {}: {}{}", what, to_string(result.status), explain(result.status),
                untold_text(std::exchange(line.untold, 0)));
 }

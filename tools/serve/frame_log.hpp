@@ -1,4 +1,4 @@
-// What the operator reads while frames come in: one line per kind of trouble and second, however much of it there is.
+// What the operator reads while frames come in: one line per kind of trouble and second, however much there is.
 #pragma once
 
 #include "adapters/wire/messages.hpp"

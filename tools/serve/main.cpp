@@ -22,32 +22,43 @@ struct Options {
 
 constexpr auto description =
     "Matches frames as they come in and publishes a result for each.\n"
-    "Frames that find no free slot are dropped, counted, and reported as results; the exit code is 1 when any frame\n"
-    "was dropped, when ids are missing between those received, or when the closing tally does not add up.";
+    "Frames that find no free slot are dropped, counted, and reported as results. The exit code is 1 when any\n"
+    "frame was dropped, when ids are missing between those received, or when the tally does not add up.";
 
 const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}};
 
 void add_matching_options(Tool& tool, Options& options) {
   MatcherConfig& matcher = options.matcher;
   tool.add_option("--method", matcher.method, "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
-      ->transform(CLI::CheckedTransformer(method_names))->default_str("lbea");
-  tool.add_option("--pose", options.pose_file, "sensor.json with T_reference_sensor; without it frames are taken as they are")
+      ->transform(CLI::CheckedTransformer(method_names))
+      ->default_str("lbea");
+  tool.add_option("--pose", options.pose_file,
+                  "sensor.json with T_reference_sensor; without it frames are taken as they are")
       ->check(CLI::ExistingFile);
   tool.add_option("--trigger-ns", matcher.trigger_ns, "the sender's clock at impact");
-  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")->check(CLI::Range(1u, 16'777'216u));
-  tool.add_option("--matches", matcher.max_matches, "samples per result, nearest first")->check(CLI::Range(1u, 1000u));
-  tool.add_option("--trusted-distance", matcher.trusted_distance, "a vertex counts as seen when a point lies this near, mm")
+  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")
+      ->check(CLI::Range(1u, 16'777'216u));
+  tool.add_option("--matches", matcher.max_matches, "samples per result, nearest first")
+      ->check(CLI::Range(1u, 1000u));
+  tool.add_option("--trusted-distance", matcher.trusted_distance,
+                  "a vertex counts as seen when a point lies this near, mm")
       ->check(CLI::PositiveNumber);
-  tool.add_option("--min-coverage", matcher.min_coverage, "share of the surface seen below which a match is not trusted")
+  tool.add_option("--min-coverage", matcher.min_coverage,
+                  "share of the surface seen below which a match is not trusted")
       ->check(CLI::Range(0.0f, 1.0f));
 }
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
-  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/frames.ipc")->required();
-  tool.add_option("--results", options.results_endpoint, "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")->required();
+  tool.add_option("--frames", options.frames_endpoint,
+                  "endpoint to take frames from, e.g. ipc:///tmp/frames.ipc")
+      ->required();
+  tool.add_option("--results", options.results_endpoint,
+                  "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
+      ->required();
   add_matching_options(tool, options);
-  tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")->check(CLI::Range(1u, 4096u));
+  tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
+      ->check(CLI::Range(1u, 4096u));
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
 }
 
@@ -94,7 +105,8 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-serve"));
   lbea::Options options;
   lbea::Tool tool("lbea-serve", lbea::description,
-                  "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose sensor.json");
+                  "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose "
+                  "sensor.json");
   lbea::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::serve(options); });
 }

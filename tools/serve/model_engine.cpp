@@ -5,8 +5,14 @@
 namespace lbea {
 
 ModelSummary summarize(const Model& model, const std::string& file) {
-  ModelSummary summary{file,           model.view().file_checksum, model.vertices(), model.modes(), model.samples(),
-                       model.references(), std::string(model.length_unit()), {}};
+  ModelSummary summary{file,
+                       model.view().file_checksum,
+                       model.vertices(),
+                       model.modes(),
+                       model.samples(),
+                       model.references(),
+                       std::string(model.length_unit()),
+                       {}};
   for (std::uint32_t i = 0; i < model.simulations(); ++i)
     summary.simulations.emplace_back(model.simulation_name(i));
   return summary;

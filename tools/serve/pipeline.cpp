@@ -11,18 +11,21 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t outcome_slots = 64;
 constexpr std::size_t refusal_slots = 4096;
-constexpr int longest_drain = 64;  // frames taken in after stop(): what the socket held
+constexpr auto longest_drain = 500ms;  // taking in after stop() what had arrived, from a sender that goes on
+constexpr auto drained = 10ms;         // nothing for so long: that was all
 constexpr auto patience = 100us;   // between looks for a free slot; only when a queue is full
 constexpr auto receive_timeout = 50ms;
 constexpr auto idle = 100ms;  // a bell that was missed costs at most this
 
 std::int64_t wall_clock_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
 
 std::uint32_t short_ns(std::int64_t ns) noexcept {
-  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(ns, 0, std::numeric_limits<std::uint32_t>::max()));
+  return static_cast<std::uint32_t>(
+      std::clamp<std::int64_t>(ns, 0, std::numeric_limits<std::uint32_t>::max()));
 }
 
 std::uint32_t since_ns(std::chrono::steady_clock::time_point begin) noexcept {
@@ -47,8 +50,14 @@ Verdict verdict_of(WireStatus status) noexcept {
 }  // namespace
 
 Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frames, ResultSink results)
-    : config_(std::move(config)), engine_(engine), source_(std::move(frames)), sink_(std::move(results)),
-      frames_(config_.queue_slots), outcomes_(outcome_slots), refusals_(refusal_slots), decoder_(config_.limits) {
+    : config_(std::move(config)),
+      engine_(engine),
+      source_(std::move(frames)),
+      sink_(std::move(results)),
+      frames_(config_.queue_slots),
+      outcomes_(outcome_slots),
+      refusals_(refusal_slots),
+      decoder_(config_.limits) {
   for (FrameSlot& slot : frames_.slots()) slot.points.resize(config_.limits.max_points);
   for (Outcome& outcome : outcomes_.slots()) outcome.matches.reserve(config_.max_matches);
   config_.description.start_ns = wall_clock_ns();
@@ -72,8 +81,8 @@ void Pipeline::receive_frames() noexcept {
   while (!stopping_) {
     if (const auto message = source_.receive(receive_timeout)) take(*message, false);
   }
-  for (int taken = 0; taken < longest_drain; ++taken) {
-    const auto message = source_.receive(0ms);
+  for (const auto stopped = Clock::now(); Clock::now() - stopped < longest_drain;) {
+    const auto message = source_.receive(drained);
     if (!message) break;
     take(*message, true);
   }

@@ -1,5 +1,6 @@
 // Frames in, results out: a receiving, a matching and a publishing thread with bounded queues between them.
-// Every frame received ends in exactly one of: matched, rejected (by reason), dropped (by reason), and in one result.
+// Every frame received ends in exactly one of: matched, rejected (by reason), dropped (by reason), and in one
+// result.
 #pragma once
 
 #include "adapters/wire/codec.hpp"
@@ -25,7 +26,7 @@ class MatchEngine {
 
 struct PipelineConfig {
   WireLimits limits;
-  std::uint32_t queue_slots = 16;   // frames that may wait for the matcher; 1.5 MB each at 131,072 points
+  std::uint32_t queue_slots = 16;  // frames that may wait for the matcher; 1.5 MB each at 131,072 points
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
   WireState description;  // the unchanging part: version, method, model
@@ -76,9 +77,9 @@ class Pipeline {
   FrameSource source_;
   ResultSink sink_;
 
-  SpscRing<FrameSlot> frames_;      // receiver to matcher
-  SpscRing<Outcome> outcomes_;      // matcher to publisher
-  SpscRing<WireResult> refusals_;   // receiver to publisher: rejected and dropped frames
+  SpscRing<FrameSlot> frames_;     // receiver to matcher
+  SpscRing<Outcome> outcomes_;     // matcher to publisher
+  SpscRing<WireResult> refusals_;  // receiver to publisher: rejected and dropped frames
   Doorbell frame_bell_, result_bell_;
   SharedCounters counters_;
   std::atomic<bool> stopping_{false}, receiver_done_{false}, matcher_done_{false};

@@ -17,24 +17,27 @@ std::string reasons(const Counters& counters, Fate fate) {
   std::string text;
   for_each_status(fate, [&](WireStatus status) {
     if (counters.of(status) == 0) return;
-    text += (text.empty() ? " (" : ", ") + std::string(to_string(status)) + " " + std::to_string(counters.of(status));
+    text += (text.empty() ? " (" : ", ") + std::string(to_string(status)) + " " +
+            std::to_string(counters.of(status));
   });
   return std::to_string(counters.sum(fate)) + text + (text.empty() ? "" : ")");
 }
 
 nlohmann::ordered_json by_reason(const Counters& counters, Fate fate) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for_each_status(fate, [&](WireStatus status) { json[std::string(to_string(status))] = counters.of(status); });
+  for_each_status(fate,
+                  [&](WireStatus status) { json[std::string(to_string(status))] = counters.of(status); });
   return json;
 }
 
 }  // namespace
 
 std::string tally_line(const Counters& counters) {
-  return "received " + std::to_string(counters.received) + (counters.adds_up() ? " = " : " IS NOT ") + "matched " +
-         reasons(counters, Fate::matched) + " + rejected " + reasons(counters, Fate::rejected) + " + dropped " +
-         reasons(counters, Fate::dropped) + "; missed " + std::to_string(counters.missed) + ", duplicates " +
-         std::to_string(counters.duplicates) + ", sessions " + std::to_string(counters.sessions);
+  return "received " + std::to_string(counters.received) + (counters.adds_up() ? " = " : " IS NOT ") +
+         "matched " + reasons(counters, Fate::matched) + " + rejected " + reasons(counters, Fate::rejected) +
+         " + dropped " + reasons(counters, Fate::dropped) + "; missed " + std::to_string(counters.missed) +
+         ", duplicates " + std::to_string(counters.duplicates) + ", sessions " +
+         std::to_string(counters.sessions);
 }
 
 std::string tally_json(const Counters& counters) {

@@ -1,0 +1,223 @@
+// lbea-serve as the program it is, with the demo ensemble's model; frames and results in this process.
+#include "adapters/wire/codec.hpp"
+#include "adapters/wire/streams.hpp"
+#include "tests/support/test_data.hpp"
+#include "tests/wire/wire_support.hpp"
+
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <map>
+
+using namespace lbea;
+using namespace std::chrono_literals;
+using lbea::test::contains;
+using lbea::test::eventually;
+using lbea::test::Process;
+using lbea::test::text_of;
+
+namespace {
+
+class Bench {
+ public:
+  std::unique_ptr<Process> start(std::vector<std::string> arguments, const std::string& name = "serve") {
+    arguments.insert(arguments.begin(), LBEA_SERVE);
+    return std::make_unique<Process>(arguments, file(name + ".out"), file(name + ".err"));
+  }
+  std::unique_ptr<Process> serve(std::vector<std::string> more = {}, const std::string& name = "serve") {
+    std::vector<std::string> arguments{LBEA_MODEL, "--frames", frames(), "--results", results(), "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto process = start(arguments, name);
+    REQUIRE(eventually([&] { return contains(text_of(file(name + ".err")), "ready: frames on " + frames()); }));
+    return process;
+  }
+  [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
+  [[nodiscard]] std::string frames() const { return "ipc://" + file("frames"); }
+  [[nodiscard]] std::string results() const { return "ipc://" + file("results"); }
+
+  test::TemporaryFolder folder;
+};
+
+/// Sends the model's own samples as frames: all nodes, in reference coordinates.
+class Camera {
+ public:
+  Camera(WireContext& context, const std::string& endpoint) : sink_(context, endpoint) {
+    REQUIRE(sink_.wait_ready(30s));
+  }
+  [[nodiscard]] std::span<const std::byte> encode(std::uint64_t id, std::uint32_t sample) {
+    const auto positions = model_.node_positions(sample);
+    points_.clear();
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3)
+      points_.push_back({positions[i], positions[i + 1], positions[i + 2]});
+    return encoder_.frame({id, 0, points_}, 1);
+  }
+  bool send(std::uint64_t id, std::uint32_t sample, std::chrono::milliseconds patience = 30s) {
+    return sink_.send(encode(id, sample), patience);
+  }
+  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] FrameSink& sink() { return sink_; }
+
+ private:
+  Model model_ = Model::open(LBEA_MODEL);
+  FrameSink sink_;
+  Encoder encoder_;
+  std::vector<Point> points_;
+};
+
+void wait_for_state(ResultSource& source) {
+  REQUIRE(eventually([&] {
+    const auto message = source.receive(100ms);
+    return message && message_kind(*message) == MessageKind::state;
+  }));
+}
+
+WireResult next_result(ResultSource& source) {
+  WireResult result;
+  while (true) {
+    const auto message = source.receive(30s);
+    REQUIRE(message);
+    if (decode_result(*message, result) == WireStatus::ok) return result;
+  }
+}
+
+std::uint64_t number_after(const std::string& text, const std::string& key) {
+  const auto at = text.find("\"" + key + "\":");
+  REQUIRE(at != std::string::npos);
+  return std::stoull(text.substr(at + key.size() + 3));
+}
+
+}  // namespace
+
+TEST_CASE("a sample sent as a frame is found, by either method") {
+  for (const std::string method : {"lbea", "vtp"}) {
+    CAPTURE(method);
+    Bench bench;
+    const auto server = bench.serve({"--method", method, "--matches", "3"});
+    WireContext context;
+    ResultSource results(context, bench.results());
+    Camera camera(context, bench.frames());
+    wait_for_state(results);
+    const std::uint32_t samples = camera.model().samples();
+    std::uint64_t id = 0;
+    for (const std::uint32_t sample : {0u, samples / 3, samples / 2, samples - 1}) {
+      REQUIRE(camera.send(id, sample));
+      const WireResult result = next_result(results);
+      CHECK(result.frame_id == id++);
+      REQUIRE(result.matches.size() == 3);
+      // At time step 0 all runs look alike up to their imperfections; later ones are distinct.
+      if (sample > 0) CHECK(result.matches[0].sample == camera.model().sample(sample));
+      CHECK(result.matches[0].simulation_name == camera.model().simulation_name(result.matches[0].sample.simulation));
+      CHECK(result.matches[0].distance <= result.matches[1].distance);
+      CHECK(result.counters.received == id);
+      CHECK(result.model_checksum != 0);
+    }
+    server->signal(SIGINT);
+    CHECK(server->wait() == 0);
+    CHECK(contains(text_of(bench.file("serve.out")), "\"received\":4,\"matched\":4,\"rejected\":0,\"dropped\":0"));
+  }
+}
+
+TEST_CASE("SIGTERM with frames in flight: everything received is accounted for and announced") {
+  for (int round = 0; round < 3; ++round) {
+    Bench bench;
+    const auto server = bench.serve({"--queue", "4"});
+    WireContext context;
+    ResultSource results(context, bench.results());
+    Camera camera(context, bench.frames());
+    wait_for_state(results);
+    std::atomic<bool> stop = false;
+    std::thread sender([&] {
+      for (std::uint64_t id = 0; !stop; ++id) camera.send(id, static_cast<std::uint32_t>(id % camera.model().samples()), 10ms);
+    });
+    std::map<Fate, std::uint64_t> heard;
+    const auto hear = [&](std::chrono::milliseconds timeout) {
+      const auto message = results.receive(timeout);
+      WireResult result;
+      if (message && decode_result(*message, result) == WireStatus::ok) ++heard[fate_of(result.status)];
+      return message.has_value();
+    };
+    for (int i = 0; i < 100 + 40 * round; ++i) hear(30s);
+    server->signal(SIGTERM);
+    while (server->is_running()) hear(10ms);
+    const int code = server->wait();
+    stop = true;
+    sender.join();
+    while (hear(300ms)) {}
+    const std::string tally = text_of(bench.file("serve.out"));
+    CAPTURE(tally);
+    CHECK(contains(tally, "\"adds_up\":true"));
+    CHECK(number_after(tally, "received") ==
+          number_after(tally, "matched") + number_after(tally, "rejected") + number_after(tally, "dropped"));
+    CHECK(number_after(tally, "matched") == heard[Fate::matched]);
+    CHECK(number_after(tally, "rejected") == heard[Fate::rejected]);
+    CHECK(number_after(tally, "dropped") == heard[Fate::dropped]);
+    CHECK((code == 0) == (number_after(tally, "dropped") + number_after(tally, "missed") == 0));
+  }
+}
+
+TEST_CASE("a sender killed in mid-frame leaves the server alive and serving") {
+  Bench bench;
+  const auto server = bench.serve();
+  WireContext context;
+  ResultSource results(context, bench.results());
+  wait_for_state(results);
+  std::ofstream(bench.file("cloud.xyz")) << "1 2 3\n4 5 6\n";
+  for (int round = 0; round < 3; ++round) {
+    Process sender({LBEA_SEND, bench.file("cloud.xyz"), "--to", bench.frames(), "--loop", "0"}, bench.file("out"),
+                   bench.file("err"));
+    for (int i = 0; i < 100; ++i) static_cast<void>(next_result(results));
+    sender.signal(SIGKILL);
+    CHECK(sender.wait() == 128 + SIGKILL);
+  }
+  Camera camera(context, bench.frames());
+  REQUIRE(camera.send(7'000'000, 1));
+  CHECK(eventually([&] { return next_result(results).frame_id == 7'000'000; }));
+  CHECK(server->is_running());
+  server->signal(SIGTERM);
+  static_cast<void>(server->wait());
+  CHECK(contains(text_of(bench.file("serve.out")), "\"adds_up\":true"));
+}
+
+TEST_CASE("a second instance refuses; after a kill -9 the next one starts") {
+  Bench bench;
+  const auto first = bench.serve();
+  const auto second = bench.start({LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results()}, "second");
+  CHECK(second->wait() == 1);
+  CHECK(contains(text_of(bench.file("second.err")), "in use by another process"));
+  CHECK(first->is_running());
+  first->signal(SIGKILL);
+  CHECK(first->wait() == 128 + SIGKILL);
+  const auto third = bench.serve({}, "third");
+  WireContext context;
+  ResultSource results(context, bench.results());
+  Camera camera(context, bench.frames());
+  wait_for_state(results);
+  REQUIRE(camera.send(5, 1));
+  CHECK(next_result(results).frame_id == 5);
+  third->signal(SIGINT);
+  CHECK(third->wait() == 0);
+}
+
+TEST_CASE("what cannot be done is said in a sentence") {
+  Bench bench;
+  const auto fails = [&](const std::vector<std::string>& arguments, int code, const std::string& sentence) {
+    CAPTURE(sentence);
+    CHECK(bench.start(arguments)->wait() == code);
+    const std::string said = text_of(bench.file("serve.err"));
+    CAPTURE(said);
+    CHECK(contains(said, sentence));
+  };
+  const std::string frames = bench.frames(), results = bench.results();
+  fails({}, 2, "model");
+  fails({LBEA_MODEL, "--frames", frames}, 2, "--results");
+  fails({LBEA_MODEL, "--frames", frames, "--results", results, "--method", "icp"}, 2, "--method");
+  fails({LBEA_MODEL, "--frames", frames, "--results", results, "--queue", "0"}, 2, "--queue");
+  fails({LBEA_MODEL, "--frames", frames, "--results", results, "--min-coverage", "1.5"}, 2, "--min-coverage");
+  fails({"/no/such.lbea", "--frames", frames, "--results", results}, 1, "/no/such.lbea");
+  fails({LBEA_SERVE, "--frames", frames, "--results", results}, 1, LBEA_SERVE);
+  fails({LBEA_MODEL, "--frames", "tcp://0.0.0.0:5555", "--results", results}, 1, "use 127.0.0.1 instead of 0.0.0.0");
+  fails({LBEA_MODEL, "--frames", frames, "--results", frames}, 1, "in use");
+  CHECK(bench.start({"--help"})->wait() == 0);
+  CHECK(contains(text_of(bench.file("serve.out")), "exit code is 1 when any"));
+  CHECK(bench.start({"--version"})->wait() == 0);
+}
