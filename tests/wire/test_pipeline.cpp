@@ -17,6 +17,14 @@ using lbea::test::eventually;
 
 namespace {
 
+// inproc hands over the sender's own memory through queues that the thread sanitizer does not see into.
+const std::vector<std::string> transports{
+    "ipc", "tcp",
+#ifndef __SANITIZE_THREAD__
+    "inproc",
+#endif
+};
+
 /// Takes its time; finds the simulation whose number is the first point's x.
 class FakeEngine final : public MatchEngine {
  public:
@@ -148,7 +156,7 @@ void check_published_as_counted(const Bench& bench, const Counters& counters) {
 }  // namespace
 
 TEST_CASE("every frame is answered, in order, with names, times and counters") {
-  for (const std::string transport : {"ipc", "tcp", "inproc"}) {
+  for (const std::string& transport : transports) {
     CAPTURE(transport);
     Bench bench({}, Bench::small(), transport);
     for (std::uint64_t id = 0; id < 100; ++id) {
