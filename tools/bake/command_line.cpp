@@ -46,11 +46,15 @@ std::string with_default(const std::string& text, const T& value) {
 
 void declare_region(Tool& tool, BakeCommand& command) {
   const char* region = "Region (what all criteria agree on; default: the whole mesh)";
-  tool.add_option("--region-parts", command.region_parts, "part ids")->delimiter(',')->group(region);
+  tool.add_option("--region-parts", command.region_parts, "part ids")
+      ->delimiter(',')
+      ->group(region)
+      ->default_str("");
   tool.add_option("--region-box", command.region_box,
                   "x y z of the least and of the greatest corner, at impact")
       ->expected(6)
-      ->group(region);
+      ->group(region)
+      ->default_str("");
   tool.add_option("--region-nodes", command.region_nodes, "text file of node ids")->group(region);
   tool.add_option("--sensor", command.sensor, "sensor.json: the nodes this rig sees at impact")
       ->group(region);
@@ -93,7 +97,8 @@ void declare(Tool& tool, BakeCommand& command) {
   tool.add_option("-o,--output", command.output,
                   "the model (default: the TOML file's output, else its name with .lbea, here)");
   tool.add_option("--run", command.runs,
-                  "a run's first file or folder; repeat it, instead of the TOML file's runs");
+                  "a run's first file or folder; repeat it, instead of the TOML file's runs")
+      ->default_str("");
   tool.add_option("--reference", command.reference_run,
                   "the run whose mesh is the reference: path or name (default: the first)");
   tool.add_option("--mode", command.mode,
@@ -109,7 +114,8 @@ void declare(Tool& tool, BakeCommand& command) {
   declare_region(tool, command);
   tool.add_option("--fields", command.fields,
                   with_default("quantities to carry along, or all", defaults.fields.front()))
-      ->delimiter(',');
+      ->delimiter(',')
+      ->default_str("");
   tool.add_option("--parameters", command.parameters, "table of what was varied between the runs");
   tool.add_option("--length-unit", command.length_unit,
                   with_default("unit of the runs' lengths", defaults.length_unit));

@@ -1,0 +1,153 @@
+// lbea-bake as a user meets it.
+#include "tests/support/program.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+const std::string demo = (data() / "rail-demo").string();
+const std::string few = " --modes 10 --steps 0,10,20 ";  // quick, and enough
+
+Outcome lbea_bake(const TemporaryFolder& folder, const std::string& arguments) {
+  return run_program(std::string(LBEA_BAKE) + " " + arguments, folder.path());
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void check_refused(const std::string& arguments, int exit_code, const std::string& words) {
+  CAPTURE(arguments);
+  const TemporaryFolder folder;
+  const Outcome outcome = lbea_bake(folder, arguments);
+  CHECK(outcome.exit_code == exit_code);
+  CHECK_MESSAGE(outcome.err.find(words) != std::string::npos, outcome.err);
+  CHECK(outcome.out.empty());
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+}  // namespace
+
+TEST_CASE("the demo bakes from its TOML file, flags overrule it") {
+  const TemporaryFolder folder;
+  const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml" + few);
+  CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+  CHECK(outcome.out.find("30 of 10 simulations") != std::string::npos);
+  CHECK(outcome.out.find("10 modes") != std::string::npos);
+  CHECK(outcome.out.find("kept variance") != std::string::npos);
+  const Model model = Model::open(folder / "ensemble.lbea");  // named after the TOML file, here
+  CHECK(model.samples() == 30);
+  CHECK(model.modes() == 10);
+  CHECK(model.vertices() == 1276);
+  CHECK(model.parameters() == 12);
+  CHECK(model.parameter_name(0) == "t_front [mm]");
+  CHECK(model.simulation_name(0) == "run_023");
+}
+
+TEST_CASE("runs and region from flags alone make the same model as from a TOML file") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "two.toml") << "runs = ['" << demo << "/runs/run_023', '" << demo
+                                     << "/runs/run_038']\n"
+                                     << "reference_run = 'run_038'\nmode = 'over-time'\n"
+                                     << "[region]\nnodes = '" << demo << "/region-nodes.txt'\n";
+  CHECK(lbea_bake(folder, "two.toml -o a.lbea" + few).exit_code == 0);
+  const std::string flags = "--run " + demo + "/runs/run_023 --run " + demo + "/runs/run_038/d3plot" +
+                            " --reference run_038 --mode over-time --region-nodes " + demo +
+                            "/region-nodes.txt";
+  for (const char* threads : {" --threads 1", " --threads 3"}) {
+    const Outcome outcome = lbea_bake(folder, flags + few + "-o b.lbea" + threads);
+    CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+    CHECK(bytes_of(folder / "a.lbea") == bytes_of(folder / "b.lbea"));
+  }
+  const Model model = Model::open(folder / "b.lbea");
+  CHECK(model.references() == 3);
+  CHECK(model.simulation_name(1) == "run_038");
+}
+
+TEST_CASE("--json prints the summary and nothing else") {
+  const TemporaryFolder folder;
+  const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml -o m.lbea --json" + few);
+  const auto json = nlohmann::json::parse(outcome.out);
+  CHECK(json["samples"] == 30);
+  CHECK(json["modes"] == 10);
+  CHECK(json["file_size"] == std::filesystem::file_size(folder / "m.lbea"));
+  CHECK(json["kept_variance"].get<double>() > 0.5);
+  CHECK(json["basis_residual"].get<double>() < 1e-10);
+}
+
+TEST_CASE("the region: what the sensor sees, parts and a box") {
+  const TemporaryFolder folder;
+  const std::string run = "--run " + demo + "/runs/run_023 --json -o m.lbea" + few;
+  const auto vertices = [&](const std::string& flags) {
+    const Outcome outcome = lbea_bake(folder, run + flags);
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    return nlohmann::json::parse(outcome.out)["vertices"].get<int>();
+  };
+  CHECK(vertices("") == 2436);
+  const int seen = vertices("--sensor " + demo + "/sensor.json");
+  CHECK(seen > 500);
+  CHECK(seen < 2436);
+  const int part = vertices("--region-parts 1,2");
+  CHECK(part < 2436);
+  const int boxed = vertices("--region-parts 1,2 --region-box -1 -100 -100 200 100 100");
+  CHECK(boxed < part);
+  CHECK(vertices("--region-box -1 -100 -100 500 100 100") == 2436);
+}
+
+TEST_CASE("--correspondence false leaves that out") {
+  const TemporaryFolder folder;
+  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o with.lbea" + few).exit_code == 0);
+  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o without.lbea --correspondence false" + few).exit_code ==
+        0);
+  const auto saved =
+      std::filesystem::file_size(folder / "with.lbea") - std::filesystem::file_size(folder / "without.lbea");
+  const std::size_t section = 30 * 1276 * 4;
+  CHECK(saved >= section);
+  CHECK(saved <= section + 2 * 64);  // its directory entry and padding
+  CHECK(Model::open(folder / "without.lbea").samples() == 30);
+}
+
+TEST_CASE("wrong usage is told from failure, and either leaves nothing") {
+  check_refused("", 2, "name an ensemble.toml, or runs with --run");
+  check_refused("--run x", 2, "name the model with -o");
+  check_refused(demo + "/ensemble.toml --steps 3:1", 2, "'3:1' is not all, N, FIRST:LAST");
+  check_refused(demo + "/ensemble.toml --steps 1,x", 2, "is not all");
+  check_refused(demo + "/ensemble.toml --mode sideways", 2, "--mode");
+  check_refused(demo + "/ensemble.toml --nonsense", 2, "--nonsense");
+  check_refused("none.toml", 1, "none.toml");
+  check_refused(demo + "/ensemble.toml --modes 2000", 1, "2000 modes asked of a region with 1276 vertices");
+  check_refused(demo + "/ensemble.toml --reference none", 1, "the reference run 'none' is none of the runs");
+  check_refused(demo + "/ensemble.toml --steps 30", 1, "has no state 30, only 21");
+  check_refused(demo + "/ensemble.toml --fields stress", 1, "has no field 'stress'; it has: plastic_strain");
+  check_refused(demo + "/ensemble.toml -o none/m.lbea", 1, "none/m.lbea");
+  check_refused("--run none -o m.lbea", 1, "none");
+}
+
+TEST_CASE("--help has an example, --version a version") {
+  const TemporaryFolder folder;
+  const Outcome help = lbea_bake(folder, "--help");
+  CHECK(help.exit_code == 0);
+  CHECK(help.out.find("lbea-bake ensemble.toml -o rail.lbea") != std::string::npos);
+  CHECK(lbea_bake(folder, "--version").out == "lbea-bake " LBEA_VERSION_STRING "\n");
+}
+
+TEST_CASE("Ctrl-C leaves nothing behind") {
+  const TemporaryFolder folder;
+  const std::string command =
+      std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --mode over-time --threads 1";
+  Outcome outcome;
+  for (int delay = 200; outcome.exit_code == -1 && delay < 10000; delay *= 3)  // -1: it had not begun yet
+    outcome = run_program(command, folder.path(), std::chrono::milliseconds(delay));
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.err.find("cancelled") != std::string::npos);
+  CHECK(std::filesystem::is_empty(folder.path()));
+}

@@ -1,0 +1,96 @@
+// lbea-inspect as a user meets it.
+#include "tests/support/program.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+struct Baked {
+  TemporaryFolder folder;
+
+  Baked() {
+    const std::string demo = (data() / "rail-demo").string();
+    run_program(std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --modes 10 --steps 0,20 -o m.lbea",
+                folder.path());
+  }
+  [[nodiscard]] Outcome inspect(const std::string& arguments) const {
+    return run_program(std::string(LBEA_INSPECT) + " " + arguments, folder.path());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("an intact model is listed for people") {
+  const Baked baked;
+  const Outcome outcome = baked.inspect("m.lbea");
+  CHECK(outcome.exit_code == 0);
+  for (const char* words : {"m.lbea: intact", "plastic_strain", "run_023", "t_front [mm]=1.31136",
+                            "coefficients", "made_by", "kept_variance"})
+    CHECK_MESSAGE(outcome.out.find(words) != std::string::npos, words);
+}
+
+TEST_CASE("an intact model is listed for programs") {
+  const Baked baked;
+  const Outcome outcome = baked.inspect("m.lbea --json");
+  CHECK(outcome.exit_code == 0);
+  const auto json = nlohmann::json::parse(outcome.out);
+  CHECK(json["bytes"] == std::filesystem::file_size(baked.folder / "m.lbea"));
+  CHECK(json["sizes"]["samples"] == 20);
+  CHECK(json["simulations"].size() == 10);
+  CHECK(json["simulations"][0]["samples"] == 2);
+  CHECK(json["simulations"][0]["parameters"]["t_front [mm]"] == 1.31136);
+  CHECK(json["provenance"]["configuration"]["modes"] == 10);
+  CHECK(json["provenance"]["inputs"][0]["name"] == "run_023");
+  CHECK(json["provenance"]["inputs"][0]["files"][0]["name"] == "d3plot");
+  CHECK(json["provenance"]["inputs"][0]["files"][0]["size"] ==
+        std::filesystem::file_size(data() / "rail-demo" / "runs" / "run_023" / "d3plot"));
+  std::uint64_t end = 64 + 64 * json["sections"].size();
+  for (const auto& section : json["sections"]) {
+    CHECK(section["offset"] == end);
+    end = (section["offset"].get<std::uint64_t>() + section["bytes"].get<std::uint64_t>() + 63) / 64 * 64;
+  }
+  CHECK(end == json["bytes"]);
+}
+
+TEST_CASE("a damaged model ends with 1 and says where") {
+  const Baked baked;
+  const auto file = baked.folder / "m.lbea";
+  const auto json = nlohmann::json::parse(baked.inspect("m.lbea --json").out);
+  for (const auto& section : json["sections"]) {
+    if (section["bytes"] == 0) continue;
+    const auto at = static_cast<std::streamoff>(section["offset"].get<std::uint64_t>() +
+                                                section["bytes"].get<std::uint64_t>() / 2);
+    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+    const char byte = static_cast<char>(stream.seekg(at).get());
+    stream.seekp(at).put(static_cast<char>(byte ^ 0x10)).flush();
+    const Outcome outcome = baked.inspect("m.lbea");
+    CHECK(outcome.exit_code == 1);
+    CHECK(outcome.out.empty());
+    const std::string name = "section " + std::to_string(section["id"].get<int>()) + " '" +
+                             section["title"].get<std::string>() + "'";
+    CHECK_MESSAGE(outcome.err.find(name) != std::string::npos, outcome.err);
+    stream.seekp(at).put(byte).flush();
+  }
+  CHECK(baked.inspect("m.lbea").exit_code == 0);
+  std::filesystem::resize_file(file, 1000);
+  CHECK(baked.inspect("m.lbea").err.find("should have") != std::string::npos);
+}
+
+TEST_CASE("what is no model, and no file, are failures; no argument is wrong usage") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "text") << std::string(500, 'x');
+  const auto inspect = [&](const std::string& arguments) {
+    return run_program(std::string(LBEA_INSPECT) + " " + arguments, folder.path());
+  };
+  CHECK(inspect("text").exit_code == 1);
+  CHECK(inspect("text").err.find("text") != std::string::npos);
+  CHECK(inspect("none").exit_code == 1);
+  CHECK(inspect("").exit_code == 2);
+  CHECK(inspect("--help").exit_code == 0);
+}
