@@ -19,6 +19,18 @@ struct CellGrid {
   std::array<std::uint32_t, 3> cells{1, 1, 1};
   std::vector<std::uint32_t> rank;  // cells x*y*z: place along the curve, or `outside`; then `outside` once more
   std::uint32_t ranks = 0;
+
+  /// `outside` for positions beyond the grid and not finite ones.
+  [[nodiscard]] std::uint32_t rank_of(const std::array<float, 3>& position) const noexcept {
+    std::size_t cell = 0, stride = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float along = (position[axis] - corner[axis]) * cells_per_length;
+      if (!(along >= 0 && along < static_cast<float>(cells[axis]))) return outside;
+      cell += stride * static_cast<std::size_t>(along);
+      stride *= cells[axis];
+    }
+    return rank[cell];
+  }
 };
 
 /// The ensemble's envelope: cells whose bit is not set are `outside`.

@@ -55,6 +55,13 @@ void CloudIndex::sort(std::size_t count) noexcept {
       sorted_[next_[rank_[i]]++] = {xyz_[0][i], xyz_[1][i], xyz_[2][i], static_cast<std::uint32_t>(i)};
 }
 
+// The last point of the cell or, when it is empty, of the last cell before it on the curve that is not.
+std::uint32_t CloudIndex::hint(const std::array<float, 3>& position) const noexcept {
+  const std::uint32_t rank = grid_.rank_of(position);
+  if (rank == CellGrid::outside || size_ == 0) return NearestPoint::none;
+  return next_[rank] == 0 ? 0 : next_[rank] - 1;
+}
+
 void CloudIndex::enclose() noexcept {
   kernels_.fill_leaves(sorted_.data(), size_, leaves_.data(), levels_[0].data());
   std::size_t boxes = groups_of(size_);

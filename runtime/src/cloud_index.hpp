@@ -30,7 +30,9 @@ class CloudIndex {
     return size_ > 0 ? kernels_.nearest(tree_, query.data(), bound) : bound;
   }
 
-  /// The same for 16 queries near each other (x, y, z planes). `hints`: 16 slots of the last build, or none.
+  /// A slot with a point that is probably near to `position`; none when it lies outside the grid or the cloud is empty.
+  [[nodiscard]] std::uint32_t hint(const std::array<float, 3>& position) const noexcept;
+  /// The same as nearest() for 16 queries near each other (x, y, z planes), with a hint for each.
   void nearest_16(const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) const noexcept {
     if (size_ > 0) kernels_.nearest_16(tree_, queries, hints, best);
   }

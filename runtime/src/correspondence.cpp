@@ -26,16 +26,16 @@ NearestPoints within(float squared) {
   return bound;
 }
 
-// Calls each(first vertex, answers) for the vertices 16 by 16; the last answers are hints for the next search.
-template <typename Each>
-void search(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float squared, Each each) {
-  NearestPoints nearest = within(squared);
+// Calls each(first vertex, answers) for the positions 16 by 16. `guess(i)`: where the answer for i may be.
+template <typename Guess, typename Each>
+void search(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float squared, Guess guess, Each each) {
   for (std::size_t begin = 0; begin < positions.size(); begin += group) {
     const Group queries(positions, begin);
     const float* const planes[3] = {queries.planes[0], queries.planes[1], queries.planes[2]};
-    const NearestPoints hints = nearest;
-    nearest = within(squared);
-    index.nearest_16(planes, hints.slot, nearest);
+    std::uint32_t hints[group];
+    for (std::size_t i = 0; i < group; ++i) hints[i] = index.hint(guess(std::min(begin + i, positions.size() - 1)));
+    NearestPoints nearest = within(squared);
+    index.nearest_16(planes, hints, nearest);
     each(begin, nearest);
   }
 }
@@ -45,7 +45,8 @@ void search(const CloudIndex& index, std::span<const std::array<float, 3>> posit
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points) noexcept {
   constexpr float anywhere = std::numeric_limits<float>::infinity();
-  search(index, vertices, anywhere, [&](std::size_t begin, const NearestPoints& nearest) {
+  const auto guess = [&](std::size_t v) { return corresponding[v]; };
+  search(index, vertices, anywhere, guess, [&](std::size_t begin, const NearestPoints& nearest) {
     for (std::size_t i = 0; i < std::min(group, vertices.size() - begin); ++i) {
       corresponding.set(begin + i, index.position(nearest.slot[i]));
       if (!points.empty()) points[begin + i] = nearest.point[i];
@@ -56,7 +57,8 @@ void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> v
 float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions, std::span<const double> mass,
                float trusted_distance) noexcept {
   double seen = 0, all = 0;
-  search(index, positions, trusted_distance * trusted_distance, [&](std::size_t begin, const NearestPoints& nearest) {
+  const auto guess = [&](std::size_t v) { return positions[v]; };
+  search(index, positions, trusted_distance * trusted_distance, guess, [&](std::size_t begin, const NearestPoints& nearest) {
     for (std::size_t i = 0; i < std::min(group, positions.size() - begin); ++i) {
       all += mass[begin + i];
       if (nearest.point[i] != NearestPoint::none) seen += mass[begin + i];

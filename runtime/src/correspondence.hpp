@@ -11,7 +11,8 @@
 namespace lbea {
 
 /// corresponding[v] = position of the indexed point nearest to vertices[v]; exact, ties to the lower place in the
-/// frame. Vertices near each other in number should be near in space: each answer bounds the next search.
+/// frame. Fast when vertices near each other in number are near in space, and when `corresponding` comes with a guess:
+/// the answers for the frame before, say. The answer does not depend on it.
 /// `points`, when not empty, receives the places in the frame. The index must hold at least one point.
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points = {}) noexcept;

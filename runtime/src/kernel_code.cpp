@@ -6,7 +6,7 @@ namespace lbea::LBEA_KERNELS {
 
 namespace {
 
-constexpr float infinity = __builtin_inff();
+constexpr float infinity = __builtin_inff(), largest_finite = 3.4028234e38f;
 
 struct Block {
   Floats x, y, z;
@@ -133,7 +133,7 @@ void enclose(const BoxGroup* children, std::size_t count, BoxGroup* parents) {
 void search_leaf(const Leaf& leaf, const float query[3], NearestPoint& best) {
   const Floats dx = load(leaf.x) - query[0], dy = load(leaf.y) - query[1], dz = load(leaf.z) - query[2];
   const Floats squared = dx * dx + dy * dy + dz * dz;
-  for (std::uint32_t bits = at_most(squared, best.squared); bits != 0; bits &= bits - 1) {
+  for (std::uint32_t bits = at_most(squared, all(best.squared)); bits != 0; bits &= bits - 1) {
     const auto i = static_cast<std::size_t>(__builtin_ctz(bits));
     if (squared[i] > best.squared || (squared[i] == best.squared && leaf.point[i] >= best.point)) continue;
     best = {leaf.point[i], squared[i], leaf.x[i], leaf.y[i], leaf.z[i]};
@@ -155,7 +155,7 @@ void search_group(const CloudTree& tree, std::size_t level, std::size_t group, c
   float squared[lanes];
   const Floats distances = squared_distances(tree.groups[level][group], query);
   store(squared, distances);
-  std::uint32_t open = at_most(distances, best.squared) & at_most(distances, 3e38f);
+  std::uint32_t open = at_most(distances, all(best.squared)) & at_most(distances, all(largest_finite));
   while (open != 0) {
     std::uint32_t next = static_cast<std::uint32_t>(__builtin_ctz(open));
     for (std::uint32_t rest = open & (open - 1); rest != 0; rest &= rest - 1) {
@@ -179,32 +179,57 @@ NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint b
 
 // Sixteen queries on their way through the tree.
 struct Queries {
+  const float* const* planes;
   Floats x, y, z;
   Corners box;
-  Floats squared;
-  Uints point, slot;
+  Floats squared;  // as in `best`, kept at hand
+  NearestPoints& best;
 };
 
-void take_in(Queries& q, float x, float y, float z, std::uint32_t point, std::uint32_t slot) {
-  const Floats dx = x - q.x, dy = y - q.y, dz = z - q.z;
-  const Floats squared = dx * dx + dy * dy + dz * dz;
-  const Ints nearer = (squared < q.squared) | ((squared == q.squared) & (point < q.point));
-  q.squared = nearer ? squared : q.squared;
-  q.point = nearer ? all(point) : q.point;
-  q.slot = nearer ? all(slot) : q.slot;
+Floats squared_distances(const Leaf& leaf, std::size_t i, const Queries& q) {
+  const Floats dx = leaf.x[i] - q.x, dy = leaf.y[i] - q.y, dz = leaf.z[i] - q.z;
+  return dx * dx + dy * dy + dz * dz;
 }
 
+void offer(NearestPoints& best, std::size_t query, float squared, std::uint32_t point, std::uint32_t slot) {
+  if (squared > best.squared[query] || (squared == best.squared[query] && point >= best.point[query])) return;
+  best.squared[query] = squared;
+  best.point[query] = point;
+  best.slot[query] = slot;
+}
+
+// Sixteen points for one query.
+void take_in_for(std::size_t query, const Leaf& leaf, std::size_t number, Queries& q) {
+  const Floats dx = load(leaf.x) - q.planes[0][query], dy = load(leaf.y) - q.planes[1][query], dz = load(leaf.z) - q.planes[2][query];
+  const Floats squared = dx * dx + dy * dy + dz * dz;
+  for (std::uint32_t near = at_most(squared, all(-greatest(-squared))); near != 0; near &= near - 1) {
+    const auto i = static_cast<std::uint32_t>(__builtin_ctz(near));
+    offer(q.best, query, squared[i], leaf.point[i], static_cast<std::uint32_t>(number * lanes) + i);
+  }
+}
+
+// Sixteen points for sixteen queries. Mostly none is nearer than what is known; those that find one look again.
 void take_in_leaf(const Leaf& leaf, std::size_t number, Queries& q) {
-  const auto slot = static_cast<std::uint32_t>(number * lanes);
-  for (std::uint32_t i = 0; i < lanes; ++i) take_in(q, leaf.x[i], leaf.y[i], leaf.z[i], leaf.point[i], slot + i);
+  Floats even = squared_distances(leaf, 0, q), odd = squared_distances(leaf, 1, q);
+  for (std::size_t i = 2; i < lanes; i += 2) {
+    even = minimum(even, squared_distances(leaf, i, q));
+    odd = minimum(odd, squared_distances(leaf, i + 1, q));
+  }
+  std::uint32_t finding = at_most(minimum(even, odd), q.squared);
+  if (finding == 0) return;
+  for (; finding != 0; finding &= finding - 1) take_in_for(static_cast<std::size_t>(__builtin_ctz(finding)), leaf, number, q);
+  q.squared = load(q.best.squared);
 }
 
 // Whether any query may find something in this box; the sixteen distances bound better than that of their common box.
 bool may_hold_nearer(const BoxGroup& group, std::size_t i, const Queries& q) {
-  const Floats dx = maximum(maximum(group.low[0][i] - q.x, q.x - group.high[0][i]), Floats{});
-  const Floats dy = maximum(maximum(group.low[1][i] - q.y, q.y - group.high[1][i]), Floats{});
-  const Floats dz = maximum(maximum(group.low[2][i] - q.z, q.z - group.high[2][i]), Floats{});
-  return at_most(dx * dx + dy * dy + dz * dz - q.squared, 0.0f) != 0;
+  Floats squared{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Floats& position = axis == 0 ? q.x : axis == 1 ? q.y : q.z;
+    const Floats outward = maximum(maximum(group.low[axis][i] - position, position - group.high[axis][i]), Floats{});
+    squared += outward * outward;
+  }
+  return at_most(squared, q.squared) != 0;
 }
 
 Floats squared_gaps(const BoxGroup& group, const Corners& box) {
@@ -219,9 +244,8 @@ Floats squared_gaps(const BoxGroup& group, const Corners& box) {
 void search_group_16(const CloudTree& tree, std::size_t level, std::size_t group, Queries& q) {
   const BoxGroup& boxes = tree.groups[level][group];
   const Floats gaps = squared_gaps(boxes, q.box);
-  std::uint32_t open = at_most(gaps, greatest(q.squared)) & at_most(gaps, 3e38f);
-  const float nearest_gap = -greatest(-gaps);
-  std::uint32_t now = at_most(gaps, nearest_gap) & open;  // the nearest first, then the rest as they come
+  std::uint32_t open = at_most(gaps, all(greatest(q.squared))) & at_most(gaps, all(largest_finite));
+  std::uint32_t now = at_most(gaps, all(-greatest(-gaps))) & open;  // the nearest first, then the rest as they come
   for (open &= ~now; (now | open) != 0; now = open, open = 0)
     for (; now != 0; now &= now - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(now));
@@ -235,22 +259,16 @@ void search_group_16(const CloudTree& tree, std::size_t level, std::size_t group
 }
 
 void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) {
-  Queries q{load(queries[0]), load(queries[1]), load(queries[2]), {}, load(best.squared), load(best.point), load(best.slot)};
-  const Floats coordinates[3] = {q.x, q.y, q.z};
+  Queries q{queries, load(queries[0]), load(queries[1]), load(queries[2]), {}, {}, best};
+  const Floats* const coordinates[3] = {&q.x, &q.y, &q.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    q.box.low[axis] = -greatest(-coordinates[axis]);
-    q.box.high[axis] = greatest(coordinates[axis]);
+    q.box.low[axis] = -greatest(-*coordinates[axis]);
+    q.box.high[axis] = greatest(*coordinates[axis]);
   }
-  for (std::size_t i = 0; i < lanes; ++i) {
-    if (hints[i] == NearestPoint::none) continue;
-    const Leaf& leaf = tree.leaves[hints[i] / lanes];
-    const std::size_t at = hints[i] % lanes;
-    take_in(q, leaf.x[at], leaf.y[at], leaf.z[at], leaf.point[at], hints[i]);
-  }
+  for (std::size_t i = 0; i < lanes; ++i)
+    if (hints[i] != NearestPoint::none) take_in_for(i, tree.leaves[hints[i] / lanes], hints[i] / lanes, q);
+  q.squared = load(best.squared);
   search_group_16(tree, tree.top, 0, q);
-  store(best.squared, q.squared);
-  store(best.point, q.point);
-  store(best.slot, q.slot);
 }
 
 void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {

@@ -69,8 +69,8 @@ struct Kernels {
   /// The nearest point among those with squared distance <= bound.squared, `bound` when there is none; ties go to the
   /// lower place in the frame.
   NearestPoint (*nearest)(const CloudTree& tree, const float query[3], NearestPoint bound);
-  /// The same for 16 queries that lie near each other: x, y, z of each. Takes in `hints` (slots, or none) first: the
-  /// answers for queries near by make good bounds.
+  /// The same for 16 queries that lie near each other: x, y, z of each. hints[i]: a slot whose leaf query i looks at
+  /// first, or none; a good one bounds the search, no one changes its answer.
   void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
   void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);

@@ -50,27 +50,26 @@ static inline Floats square_roots(Floats value) {
 #endif
 }
 
-/// Bit i: value[i] <= limit.
-static inline std::uint32_t at_most(Floats value, float limit) {
+/// Bit i: a[i] <= b[i].
+static inline std::uint32_t at_most(Floats a, Floats b) {
 #if defined(__AVX512F__)
-  return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(value), _mm512_set1_ps(limit), _CMP_LE_OQ);
-#elif defined(__AVX2__)
-  __m256 half[2];
-  __builtin_memcpy(half, &value, sizeof(half));
-  const __m256 bound = _mm256_set1_ps(limit);
-  return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(half[0], bound, _CMP_LE_OQ))) |
-         static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(half[1], bound, _CMP_LE_OQ))) << 8;
+  return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(a), reinterpret_cast<__m512>(b), _CMP_LE_OQ);
 #elif defined(__SSE2__)
-  __m128 quarter[4];
-  __builtin_memcpy(quarter, &value, sizeof(quarter));
-  const __m128 bound = _mm_set1_ps(limit);
+  const Ints holds = a <= b;
   std::uint32_t bits = 0;
-  for (unsigned i = 0; i < 4; ++i)
-    bits |= static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(quarter[i], bound))) << (4 * i);
+#if defined(__AVX2__)
+  __m256 part[2];
+  __builtin_memcpy(part, &holds, sizeof(part));
+  for (unsigned i = 0; i < 2; ++i) bits |= static_cast<std::uint32_t>(_mm256_movemask_ps(part[i])) << (8 * i);
+#else
+  __m128 part[4];
+  __builtin_memcpy(part, &holds, sizeof(part));
+  for (unsigned i = 0; i < 4; ++i) bits |= static_cast<std::uint32_t>(_mm_movemask_ps(part[i])) << (4 * i);
+#endif
   return bits;
 #else
   std::uint32_t bits = 0;
-  for (std::size_t i = 0; i < lanes; ++i) bits |= static_cast<std::uint32_t>(value[i] <= limit) << i;
+  for (std::size_t i = 0; i < lanes; ++i) bits |= static_cast<std::uint32_t>(a[i] <= b[i]) << i;
   return bits;
 #endif
 }

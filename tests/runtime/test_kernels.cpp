@@ -4,7 +4,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -50,6 +52,41 @@ TEST_CASE("indexes built and searched by any kernels give the same bits") {
   }
   for (const Position& query : test::random_positions(500, 200, 33))
     for (std::size_t k = 1; k < found.size(); ++k) CHECK(same_bits(indexes[k].nearest(query, {}), indexes[0].nearest(query, {})));
+}
+
+TEST_CASE("sixteen queries at once find what each finds alone, whatever the hints and the bound") {
+  std::mt19937 random(35);
+  for (const std::size_t size : {1u, 2u, 16u, 17u, 300u, 5'000u}) {
+    const auto cloud = test::random_positions(size, 60, static_cast<std::uint32_t>(size));
+    std::vector<Point> points;
+    for (const auto& [x, y, z] : cloud) points.push_back({x, y, z});
+    for (const Kernels* k : all_kernels()) {
+      CloudIndex index(bounding_grid(cloud, 2'048), static_cast<std::uint32_t>(size), *k);
+      index.build(points, identity_transform);
+      for (int repetition = 0; repetition < 40; ++repetition) {
+        const auto queries = test::random_positions(16, 90, random());
+        float planes[3][16];
+        std::uint32_t hints[16];
+        for (std::size_t i = 0; i < 16; ++i) {
+          for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = queries[i][axis];
+          hints[i] = repetition % 2 == 0 ? NearestPoint::none : static_cast<std::uint32_t>(random() % size);
+        }
+        const float bound = repetition % 3 == 0 ? 100.0f : std::numeric_limits<float>::infinity();
+        NearestPoints found;
+        std::fill_n(found.squared, 16, bound);
+        std::fill_n(found.point, 16, NearestPoint::none);
+        std::fill_n(found.slot, 16, NearestPoint::none);
+        const float* const coordinates[3] = {planes[0], planes[1], planes[2]};
+        index.nearest_16(coordinates, hints, found);
+        for (std::size_t i = 0; i < 16; ++i) {
+          const NearestPoint alone = index.nearest(queries[i], {.squared = bound});
+          CHECK(found.point[i] == alone.point);
+          CHECK(found.squared[i] == alone.squared);
+          if (alone.point != NearestPoint::none) CHECK(index.position(found.slot[i]) == cloud[alone.point]);
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("projections and mode distances have the same bits everywhere") {
