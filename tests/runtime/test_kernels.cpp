@@ -64,7 +64,7 @@ TEST_CASE("sixteen queries at once find what each finds alone, whatever the hint
       CloudIndex index(bounding_grid(cloud, 2'048), static_cast<std::uint32_t>(size), *k);
       index.build(points, identity_transform);
       for (int repetition = 0; repetition < 40; ++repetition) {
-        const auto queries = test::random_positions(16, 90, random());
+        const auto queries = test::random_positions(16, 90, static_cast<std::uint32_t>(random()));
         float planes[3][16];
         std::uint32_t hints[16];
         for (std::size_t i = 0; i < 16; ++i) {
