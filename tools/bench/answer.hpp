@@ -1,0 +1,37 @@
+// What a pipeline found in one frame, and whether that is right.
+#pragma once
+
+#include "runtime/src/model_view.hpp"
+#include "runtime/src/nearest_samples.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea::bench {
+
+struct Answer {
+  std::uint32_t reference = 0;
+  std::vector<std::uint32_t> points;  // per vertex of the reference: place in the frame of the nearest point
+  std::vector<float> coefficients;    // modes x 3, mode-major
+  std::vector<RankedSample> ranked;   // nearest first
+};
+
+struct Question {
+  const ModelView& model;
+  Method method = Method::lbea;
+  RigidTransform T_reference_sensor = identity_transform;
+  std::size_t matches = 1;  // how many samples to rank
+};
+
+/// Holds an answer against a plain computation in double precision: the nearest point of every vertex by looking at
+/// every point, the projection, and eq. 3 or eq. 1 over every sample. Differences that rounding to float can explain,
+/// by bounds on its error, are none; so are points that lie on the envelope's boundary.
+/// The first disagreement as a sentence that names vertex, coefficient or sample; nothing when all agrees.
+[[nodiscard]] std::optional<std::string> disagreement(const Question& question, std::span<const Point> points, const Answer& answer);
+
+}  // namespace lbea::bench

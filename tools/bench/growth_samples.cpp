@@ -1,0 +1,122 @@
+// The search alone, over tables larger than the model's.
+#include "runtime/src/matcher_config.hpp"
+#include "runtime/src/stopwatch.hpp"
+#include "tools/bench/growth.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace lbea::bench {
+
+namespace {
+
+constexpr std::array<std::size_t, 10> sample_counts{100, 200, 500, 1'000, 2'000, 5'000, 10'000, 20'000, 50'000, 100'000};
+constexpr float coefficient_jitter = 0.02f;  // of a coefficient's standard deviation over the samples
+constexpr std::size_t searches = 100;
+constexpr std::size_t most_clouds = 8;
+
+struct Table {
+  std::size_t modes = 0, stride = 0;
+  std::vector<float> coefficients;  // samples x 3 x stride
+};
+
+std::vector<float> deviations(std::span<const float> table, std::size_t row) {
+  std::vector<double> sum(row), squares(row);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    sum[i % row] += table[i];
+    squares[i % row] += double{table[i]} * double{table[i]};
+  }
+  const double samples = static_cast<double>(table.size() / row);
+  std::vector<float> result(row);
+  for (std::size_t i = 0; i < row; ++i) {
+    const double mean = sum[i] / samples;
+    result[i] = static_cast<float>(std::sqrt(std::max(0.0, squares[i] / samples - mean * mean)));
+  }
+  return result;
+}
+
+// Samples in the model's order, over and over, as the ensemble of a larger campaign would have them.
+Table replicated(const ReferenceView& reference, std::size_t samples) {
+  Table table{reference.eigenvalues.size(), format::padded(reference.eigenvalues.size()), {}};
+  const std::size_t row = 3 * table.stride;
+  const std::vector<float> deviation = deviations(reference.coefficients, row);
+  std::minstd_rand random(1);
+  std::uniform_real_distribution<float> shift(-coefficient_jitter, coefficient_jitter);
+  table.coefficients.resize(samples * row);
+  for (std::size_t i = 0; i < table.coefficients.size(); ++i) {
+    const bool repeats = i >= reference.coefficients.size();
+    table.coefficients[i] = reference.coefficients[i % reference.coefficients.size()];
+    if (repeats) table.coefficients[i] += shift(random) * deviation[i % row];
+  }
+  return table;
+}
+
+void search_plainly(const Table& table, const Positions& e, BestSamples& best) {
+  best.clear();
+  for (std::size_t s = 0; s < table.coefficients.size() / (3 * table.stride); ++s) {
+    const float* sample = table.coefficients.data() + 3 * table.stride * s;
+    float sum = 0;
+    for (std::size_t j = 0; j < table.modes; ++j) {
+      const float x = e.planes[0][j] - sample[j], y = e.planes[1][j] - sample[table.stride + j],
+                  z = e.planes[2][j] - sample[2 * table.stride + j];
+      sum += std::sqrt(x * x + y * y + z * z);
+    }
+    best.offer(static_cast<std::uint32_t>(s), sum);
+  }
+}
+
+std::vector<Positions> coefficients_of(const Model& model, MatcherConfig config, std::span<const BenchCloud> clouds) {
+  config.max_points = most_points(clouds);
+  config.method = Method::lbea;
+  Matcher matcher(model, config);
+  std::vector<Positions> found;
+  for (std::size_t k = 0; k < std::min(most_clouds, clouds.size()); ++k) {
+    const std::size_t cloud = k * clouds.size() / std::min(most_clouds, clouds.size());
+    const MatchResult result = matcher.match(clouds[cloud].frame());
+    Positions positions(model.modes());
+    for (std::size_t j = 0; j < result.coefficients.size() / 3; ++j)
+      positions.set(j, {result.coefficients[3 * j], result.coefficients[3 * j + 1], result.coefficients[3 * j + 2]});
+    found.push_back(std::move(positions));
+  }
+  return found;
+}
+
+// The winners' distances must agree to what adding up in another order can change.
+void check(const BestSamples& product, const BestSamples& plain, std::size_t modes) {
+  const double a = product.ranked().front().distance, b = plain.ranked().front().distance;
+  if (std::abs(a - b) > 2 * static_cast<double>(modes + 16) * 0x1p-24 * b)
+    throw Error(Status::bad_input, "search over " + std::to_string(modes) + " modes: nearest sample at " + std::to_string(a) +
+                                       ", a plain loop finds one at " + std::to_string(b));
+}
+
+}  // namespace
+
+std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config, std::span<const BenchCloud> clouds,
+                                           const Announce& announce) {
+  const std::vector<Positions> e = coefficients_of(model, config, clouds);
+  BestSamples best(config.max_matches), plain_best(config.max_matches);
+  std::vector<GrowthRow> rows;
+  for (const std::size_t samples : sample_counts) {
+    announce(std::to_string(samples) + " samples");
+    const Table table = replicated(model.view().references.front(), samples);
+    ReferenceView reference = model.view().references.front();
+    reference.coefficients = table.coefficients;
+    std::vector<double> product_us, plain_us;
+    for (std::size_t i = 0; i < searches; ++i) {
+      const Positions& frame = e[i % e.size()];
+      Stopwatch watch;
+      search_lbea(reference, frame, best);
+      product_us.push_back(watch.lap() * 1e-3);
+      search_plainly(table, frame, plain_best);
+      plain_us.push_back(watch.lap() * 1e-3);
+      check(best, plain_best, table.modes);
+    }
+    rows.push_back({samples, "search_lbea", statistics_of(product_us)});
+    rows.push_back({samples, "plain loop", statistics_of(plain_us)});
+  }
+  return rows;
+}
+
+}  // namespace lbea::bench

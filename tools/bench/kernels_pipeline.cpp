@@ -1,0 +1,110 @@
+// Matcher::match() stage by stage, with the inner loops of a chosen instruction set.
+#include "runtime/src/cloud_index.hpp"
+#include "runtime/src/correspondence.hpp"
+#include "runtime/src/matcher_config.hpp"
+#include "runtime/src/stopwatch.hpp"
+#include "tools/bench/pipeline.hpp"
+
+#include <algorithm>
+
+namespace lbea::bench {
+
+namespace {
+
+class KernelsPipeline : public Pipeline {
+ public:
+  KernelsPipeline(const Model& model, const MatcherConfig& config, const Kernels& code)
+      : model_(model), view_(model_.view()), config_(config), code_(code),
+        index_(envelope_grid(view_.envelope), config.max_points, code), corresponding_(view_.info.vertices),
+        coefficients_(view_.info.modes), best_(std::min(config.max_matches, view_.info.samples)), surface_(view_.info.vertices) {}
+
+  [[nodiscard]] std::string name() const override { return "lbea, " + short_name(code_); }
+
+  StageTimes match(const Frame& frame) override { return match(frame, {}); }
+
+  [[nodiscard]] Answer answer(const Frame& frame) override {
+    Answer answer;
+    answer.points.resize(view_.info.vertices);
+    match(frame, answer.points);
+    answer.reference = reference_;
+    for (std::size_t j = 0; j < coefficients_.count; ++j)
+      for (const float value : coefficients_[j]) answer.coefficients.push_back(value);
+    answer.ranked.assign(best_.ranked().begin(), best_.ranked().end());
+    return answer;
+  }
+
+ private:
+  StageTimes match(const Frame& frame, std::span<std::uint32_t> points) {
+    StageTimes times;
+    Stopwatch watch;
+    reference_ = reference_at(view_, seconds_between(config_.trigger_ns, frame.stamp_ns));
+    const ReferenceView& reference = view_.references[reference_];
+    const PointTally tally = index_.build(frame.points, config_.T_reference_sensor);
+    times.index = watch.lap();
+    best_.clear();
+    if (tally.used == 0) return times;
+    correspond(index_, reference.vertex_positions, corresponding_, points);
+    times.correspondence = watch.lap();
+    project(reference);
+    times.projection = watch.lap();
+    search(reference);
+    times.matching = watch.lap();
+    last_coverage_ = coverage_of(best_.ranked().front().sample, reference);
+    times.coverage = watch.lap();
+    return times;
+  }
+
+  void project(const ReferenceView& reference) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      code_.project(reference.projection.data(), coefficients_.count, corresponding_.planes[axis].size(),
+                    corresponding_.planes[axis].data(), coefficients_.planes[axis].data());
+  }
+
+  void search(const ReferenceView& reference) {
+    if (config_.method == Method::vtp) return search_vtp(view_, reference, corresponding_, best_);
+    const std::size_t stride = coefficients_.planes[0].size();
+    const float* const e[3] = {coefficients_.planes[0].data(), coefficients_.planes[1].data(), coefficients_.planes[2].data()};
+    for (std::uint32_t s = 0; s < view_.info.samples; ++s)
+      best_.offer(s, code_.mode_distance(e, reference.coefficients.data() + 3 * stride * s, stride, best_.bound()));
+  }
+
+  float coverage_of(std::uint32_t sample, const ReferenceView& reference) {
+    const std::span<const float> nodes = model_.node_positions(sample);
+    for (std::size_t v = 0; v < surface_.size(); ++v)
+      for (std::size_t axis = 0; axis < 3; ++axis) surface_[v][axis] = nodes[std::size_t{3} * reference.vertex_nodes[v] + axis];
+    return coverage(index_, surface_, reference.mass, config_.trusted_distance);
+  }
+
+  Model model_;
+  const ModelView& view_;
+  MatcherConfig config_;
+  const Kernels& code_;
+  CloudIndex index_;
+  Positions corresponding_, coefficients_;
+  BestSamples best_;
+  std::vector<std::array<float, 3>> surface_;
+  std::uint32_t reference_ = 0;
+  float last_coverage_ = 0;  // kept, so that it is computed
+};
+
+}  // namespace
+
+std::unique_ptr<Pipeline> kernels_pipeline(const Model& model, const MatcherConfig& config, const Kernels& code) {
+  return std::make_unique<KernelsPipeline>(model, config, code);
+}
+
+std::string short_name(const Kernels& code) {
+  const std::string name = code.name, prefix = "kernels_";
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+const Kernels& kernels_named(const std::string& name) {
+  std::string names;
+  for (const Kernels* const* code = available_kernels(); *code != nullptr; ++code) {
+    if (short_name(**code) == name) return **code;
+    names += (names.empty() ? "" : ", ") + short_name(**code);
+  }
+  throw Error(Status::bad_config, "kernels \"" + name + "\": this processor runs " + names + "; name one of them");
+}
+
+}  // namespace lbea::bench

@@ -1,0 +1,111 @@
+#include "tools/bench/report.hpp"
+
+#include "adapters/file/atomic_file.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cstdio>
+
+namespace lbea::bench {
+
+namespace {
+
+template <typename... Values>
+std::string format(const char* pattern, Values... values) {
+  std::array<char, 512> line{};
+  std::snprintf(line.data(), line.size(), pattern, values...);
+  return line.data();
+}
+
+struct Patterns {
+  const char *fact, *head, *row, *after;
+};
+
+// Columns: pipeline, stage, p50, p90, p99, p99.9, max, mean.
+Patterns patterns_of(TableStyle style) {
+  if (style == TableStyle::markdown)
+    return {"- %s: %s\n", "\n| us | stage | p50 | p90 | p99 | p99.9 | max | mean |\n|---|---|--:|--:|--:|--:|--:|--:|\n",
+            "| %s | %s | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f |\n", "- %s: %s\n"};
+  return {"%-12s %s\n", "\nus               stage                p50       p90       p99     p99.9       max      mean\n",
+          "%-16s %-14s %9.1f %9.1f %9.1f %9.1f %9.1f %9.1f\n", "%s: %s\n"};
+}
+
+// Stages that a pipeline does not have take no time at all.
+bool is_absent(const Statistics& statistics) { return statistics.max <= 0; }
+
+std::string summary_of(const Measurement& m) {
+  return format("%.0f frames/s; %llu minor and %llu major page faults, %llu preemptions in %zu frames", m.frames_per_second(),
+                static_cast<unsigned long long>(m.disturbances.minor_faults), static_cast<unsigned long long>(m.disturbances.major_faults),
+                static_cast<unsigned long long>(m.disturbances.preemptions), m.frames.size());
+}
+
+nlohmann::ordered_json json_of(const Statistics& s) {
+  return {{"p50", s.p50}, {"p90", s.p90}, {"p99", s.p99}, {"p99_9", s.p99_9}, {"max", s.max}, {"mean", s.mean}};
+}
+
+nlohmann::ordered_json json_of(const Measurement& m) {
+  nlohmann::ordered_json stages;
+  for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
+    const Statistics statistics = m.stage_us(stage);
+    if (!is_absent(statistics)) stages[std::string(stage_names[stage])] = json_of(statistics);
+  }
+  return {{"pipeline", m.pipeline},
+          {"frames", m.frames.size()},
+          {"frames_per_second", m.frames_per_second()},
+          {"minor_faults", m.disturbances.minor_faults},
+          {"major_faults", m.disturbances.major_faults},
+          {"preemptions", m.disturbances.preemptions},
+          {"stages_us", stages}};
+}
+
+}  // namespace
+
+std::string to_text(const Report& report, TableStyle style) {
+  const Patterns patterns = patterns_of(style);
+  std::string text;
+  for (const auto& [name, value] : report.facts) text += format(patterns.fact, name.c_str(), value.c_str());
+  text += patterns.head;
+  for (const Measurement& m : report.measurements)
+    for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
+      const Statistics s = m.stage_us(stage);
+      if (is_absent(s)) continue;
+      text += format(patterns.row, m.pipeline.c_str(), stage_names[stage].data(), s.p50, s.p90, s.p99, s.p99_9, s.max, s.mean);
+    }
+  text += "\n";
+  for (const Measurement& m : report.measurements) text += format(patterns.after, m.pipeline.c_str(), summary_of(m).c_str());
+  for (std::size_t k = 1; k < report.measurements.size(); ++k) {
+    const std::string ratio_text = format("%.2f times the p50 of %s", ratio(report.measurements[k], report.measurements[0]),
+                                          report.measurements[0].pipeline.c_str());
+    text += format(patterns.after, report.measurements[k].pipeline.c_str(), ratio_text.c_str());
+  }
+  return text;
+}
+
+std::string to_json(const Report& report) {
+  nlohmann::ordered_json json;
+  for (const auto& [name, value] : report.facts) json["facts"][name] = value;
+  for (const Measurement& m : report.measurements) {
+    nlohmann::ordered_json entry = json_of(m);
+    entry["p50_over_product"] = ratio(m, report.measurements.front());
+    json["pipelines"].push_back(entry);
+  }
+  return json.dump(2);
+}
+
+void write_csv(const std::filesystem::path& path, const Report& report) {
+  AtomicFile file(path);
+  std::string header = "pipeline,frame,cloud,points";
+  for (const std::string_view stage : stage_names) header += "," + std::string(stage) + "_ns";
+  file.write(header + "\n");
+  for (const Measurement& m : report.measurements)
+    for (std::size_t i = 0; i < m.frames.size(); ++i) {
+      const BenchCloud& cloud = report.clouds[m.frames[i].cloud];
+      std::string row = "\"" + m.pipeline + "\"," + std::to_string(i) + ",\"" + cloud.name + "\"," + std::to_string(cloud.points.size());
+      for (const std::uint64_t ns : m.frames[i].ns) row += "," + std::to_string(ns);
+      file.write(row + "\n");
+    }
+  file.commit();
+}
+
+}  // namespace lbea::bench
