@@ -58,7 +58,7 @@ std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) n
 
 struct FrameSink::State {
   zmq::socket_t socket;
-  Tally tally;
+  Tally tally{};
   std::shared_ptr<std::atomic<std::uint64_t>> in_flight = std::make_shared<std::atomic<std::uint64_t>>(0);
 };
 
@@ -69,7 +69,7 @@ FrameSink::FrameSink(WireContext& context, const std::string& address) {
                                      .max_message_bytes = largest_control_message,
                                      .waits_for_connection = true});
   detail::connect(socket, endpoint);
-  state_ = std::make_unique<State>(std::move(socket));
+  state_.reset(new State{std::move(socket)});
 }
 
 FrameSink::~FrameSink() = default;

@@ -43,7 +43,7 @@ ResultSource::ResultSource(WireContext& context, const std::string& address) {
       detail::make_socket(context.state().context, zmq::socket_type::sub,
                           {.high_water_mark = result_high_water_mark, .max_message_bytes = largest_result});
   detail::connect(socket, endpoint);
-  state_ = std::make_unique<State>(std::move(socket), zmq::message_t());
+  state_.reset(new State{std::move(socket), {}});
 }
 
 ResultSource::~ResultSource() = default;
