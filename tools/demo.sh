@@ -70,5 +70,5 @@ pids=()
 tail -n 1 "$out/serve.out"
 
 step "picture"
-python3 "$project/tools/picture.py" "$out/evaluation" "$out/demo.png"
+/usr/bin/python3 "$project/tools/picture.py" "$out/evaluation" "$out/demo.png"
 printf '%s\n' "table:    $out/table.txt" "picture:  $out/demo.png" "ParaView: $out/evaluation/matched.pvd"

@@ -1,6 +1,5 @@
 #include "adapters/simulation/d3plot_encoding.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -11,10 +10,8 @@ namespace {
 std::int64_t integer_at(std::span<const std::byte> bytes, std::uint64_t word, Encoding encoding) {
   std::array<std::byte, 8> raw{};
   const auto from = bytes.subspan(word * encoding.word_bytes, encoding.word_bytes);
-  if (encoding.is_big_endian)
-    std::reverse_copy(from.begin(), from.end(), raw.begin());
-  else
-    std::copy(from.begin(), from.end(), raw.begin());
+  for (std::size_t i = 0; i < from.size() && i < raw.size(); ++i)
+    raw[i] = from[encoding.is_big_endian ? from.size() - 1 - i : i];
   if (encoding.word_bytes == 8) {
     std::int64_t value = 0;
     std::memcpy(&value, raw.data(), sizeof value);

@@ -13,16 +13,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_cloud(const fs::directory_entry& entry) {
-  constexpr std::array<std::string_view, 5> extensions{".ply", ".xyz", ".txt", ".csv", ".asc"};
-  return entry.is_regular_file() && std::find(extensions.begin(), extensions.end(),
-                                              entry.path().extension().string()) != extensions.end();
+// Text tables in a folder of PLY clouds say something about them; in a folder without any they are the clouds.
+bool is_text_cloud(const fs::path& file) {
+  constexpr std::array<std::string_view, 4> extensions{".xyz", ".txt", ".csv", ".asc"};
+  return std::find(extensions.begin(), extensions.end(), file.extension().string()) != extensions.end();
 }
 
 void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
-  std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (is_cloud(entry)) found.push_back(entry.path());
+  std::vector<fs::path> found, texts;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    if (entry.path().extension() == ".ply") found.push_back(entry.path());
+    if (is_text_cloud(entry.path())) texts.push_back(entry.path());
+  }
+  if (found.empty()) found = std::move(texts);
   if (found.empty())
     throw Error{Status::file_not_found,
                 folder.string() + ": no clouds in this folder (.ply .xyz .txt .csv .asc); give another one"};
