@@ -3,7 +3,7 @@
 namespace lbea {
 
 namespace {
-constexpr int result_high_water_mark = 1000;  // most of a second of small messages per subscriber
+constexpr int result_high_water_mark = 10'000;  // seconds of small messages; 6 MB per subscriber that stalls
 constexpr int result_linger_ms = 1000;
 constexpr std::int64_t largest_subscription = 1024;
 constexpr std::int64_t largest_result = 16 << 20;

@@ -28,7 +28,8 @@ class Bench {
     std::vector<std::string> arguments{LBEA_MODEL, "--frames", frames(), "--results", results(), "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     auto process = start(arguments, name);
-    REQUIRE(eventually([&] { return contains(text_of(file(name + ".err")), "ready: frames on " + frames()); }));
+    REQUIRE(
+        eventually([&] { return contains(text_of(file(name + ".err")), "ready: frames on " + frames()); }));
     return process;
   }
   [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
@@ -106,14 +107,16 @@ TEST_CASE("a sample sent as a frame is found, by either method") {
       REQUIRE(result.matches.size() == 3);
       // At time step 0 all runs look alike up to their imperfections; later ones are distinct.
       if (sample > 0) CHECK(result.matches[0].sample == camera.model().sample(sample));
-      CHECK(result.matches[0].simulation_name == camera.model().simulation_name(result.matches[0].sample.simulation));
+      CHECK(result.matches[0].simulation_name ==
+            camera.model().simulation_name(result.matches[0].sample.simulation));
       CHECK(result.matches[0].distance <= result.matches[1].distance);
       CHECK(result.counters.received == id);
       CHECK(result.model_checksum != 0);
     }
     server->signal(SIGINT);
     CHECK(server->wait() == 0);
-    CHECK(contains(text_of(bench.file("serve.out")), "\"received\":4,\"matched\":4,\"rejected\":0,\"dropped\":0"));
+    CHECK(contains(text_of(bench.file("serve.out")),
+                   "\"received\":4,\"matched\":4,\"rejected\":0,\"dropped\":0"));
   }
 }
 
@@ -127,7 +130,11 @@ TEST_CASE("SIGTERM with frames in flight: everything received is accounted for a
     wait_for_state(results);
     std::atomic<bool> stop = false;
     std::thread sender([&] {
-      for (std::uint64_t id = 0; !stop; ++id) camera.send(id, static_cast<std::uint32_t>(id % camera.model().samples()), 10ms);
+      for (std::uint64_t id = 0; !stop; ++id) {
+        camera.send(id, static_cast<std::uint32_t>(id % camera.model().samples()), 10ms);
+        std::this_thread::sleep_for(
+            500us);  // so that the results, of which none may be lost here, are kept up with
+      }
     });
     std::map<Fate, std::uint64_t> heard;
     const auto hear = [&](std::chrono::milliseconds timeout) {
@@ -142,7 +149,8 @@ TEST_CASE("SIGTERM with frames in flight: everything received is accounted for a
     const int code = server->wait();
     stop = true;
     sender.join();
-    while (hear(300ms)) {}
+    while (hear(300ms)) {
+    }
     const std::string tally = text_of(bench.file("serve.out"));
     CAPTURE(tally);
     CHECK(contains(tally, "\"adds_up\":true"));
@@ -163,8 +171,8 @@ TEST_CASE("a sender killed in mid-frame leaves the server alive and serving") {
   wait_for_state(results);
   std::ofstream(bench.file("cloud.xyz")) << "1 2 3\n4 5 6\n";
   for (int round = 0; round < 3; ++round) {
-    Process sender({LBEA_SEND, bench.file("cloud.xyz"), "--to", bench.frames(), "--loop", "0"}, bench.file("out"),
-                   bench.file("err"));
+    Process sender({LBEA_SEND, bench.file("cloud.xyz"), "--to", bench.frames(), "--loop", "0"},
+                   bench.file("out"), bench.file("err"));
     for (int i = 0; i < 100; ++i) static_cast<void>(next_result(results));
     sender.signal(SIGKILL);
     CHECK(sender.wait() == 128 + SIGKILL);
@@ -181,7 +189,8 @@ TEST_CASE("a sender killed in mid-frame leaves the server alive and serving") {
 TEST_CASE("a second instance refuses; after a kill -9 the next one starts") {
   Bench bench;
   const auto first = bench.serve();
-  const auto second = bench.start({LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results()}, "second");
+  const auto second =
+      bench.start({LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results()}, "second");
   CHECK(second->wait() == 1);
   CHECK(contains(text_of(bench.file("second.err")), "in use by another process"));
   CHECK(first->is_running());
@@ -215,7 +224,8 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({LBEA_MODEL, "--frames", frames, "--results", results, "--min-coverage", "1.5"}, 2, "--min-coverage");
   fails({"/no/such.lbea", "--frames", frames, "--results", results}, 1, "/no/such.lbea");
   fails({LBEA_SERVE, "--frames", frames, "--results", results}, 1, LBEA_SERVE);
-  fails({LBEA_MODEL, "--frames", "tcp://0.0.0.0:5555", "--results", results}, 1, "use 127.0.0.1 instead of 0.0.0.0");
+  fails({LBEA_MODEL, "--frames", "tcp://0.0.0.0:5555", "--results", results}, 1,
+        "use 127.0.0.1 instead of 0.0.0.0");
   fails({LBEA_MODEL, "--frames", frames, "--results", frames}, 1, "in use");
   CHECK(bench.start({"--help"})->wait() == 0);
   CHECK(contains(text_of(bench.file("serve.out")), "exit code is 1 when any"));
