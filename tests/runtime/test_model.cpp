@@ -80,7 +80,7 @@ TEST_CASE("what the model says of itself") {
   CHECK(model.simulation_name(1) == "plate_1");
   CHECK(model.parameters() == 1);
   CHECK(model.parameter_name(0) == "final_angle [rad]");
-  CHECK(model.parameter(1, 0) == doctest::Approx(1.2));
+  CHECK(model.parameter(1, 0) == doctest::Approx(1.17));
   CHECK(model.length_unit() == "mm");
   CHECK(model.sample(3) == Sample{1, 1});
   CHECK(model.sample_index({1, 0}) == 2);
