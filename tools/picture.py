@@ -52,7 +52,7 @@ def polygons(mesh):
 
 def prepare(axes, low, high):
     axes.view_init(**VIEW)
-    axes.set_box_aspect(high - low)
+    axes.set_box_aspect(high - low, zoom=1.3)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_axis_off()
 
@@ -66,10 +66,11 @@ def main(folder, picture):
     meshes = [read_vtu(folder / f"matched_{int(row['frame']):05d}.vtu") for row in chosen]
     low = np.min([m["Points"].min(0) for m in meshes], axis=0)
     high = np.max([m["Points"].max(0) for m in meshes], axis=0)
-    most = max(float(m[FIELD].max()) for m in meshes if FIELD in m) if any(FIELD in m for m in meshes) else 1.0
-    scale = plt.cm.ScalarMappable(plt.Normalize(0, most or 1.0), "turbo")
+    # A few elements in the sharpest folds would take the whole scale for themselves.
+    most = max((float(np.percentile(m[FIELD], 99.5)) for m in meshes if FIELD in m), default=1.0)
+    scale = plt.cm.ScalarMappable(plt.Normalize(0, most or 1.0), "viridis")
 
-    figure = plt.figure(figsize=(5 * len(chosen), 6.4), facecolor="white")
+    figure = plt.figure(figsize=(5 * len(chosen), 6), facecolor="white")
     for column, (row, mesh) in enumerate(zip(chosen, meshes)):
         upper = figure.add_subplot(2, len(chosen), column + 1, projection="3d")
         cloud_file = folder / f"frame_{int(row['frame']):05d}.ply"
@@ -77,18 +78,18 @@ def main(folder, picture):
             cloud = read_ply(cloud_file)
             cloud = cloud[:: max(1, len(cloud) // MOST_POINTS)]
             cloud = cloud[((cloud > low - 20) & (cloud < high + 20)).all(1)]
-            upper.scatter(*cloud.T, s=0.4, c=cloud[:, 2], cmap="cividis", linewidths=0)
-        upper.set_title(f"frame {row['frame']}", y=0.92)
+            upper.scatter(*cloud.T, s=0.8, c="#24507a", linewidths=0, clip_on=False)
+        upper.set_title(f"frame {row['frame']}: what the rig saw", y=0.95)
         prepare(upper, low, high)
         lower = figure.add_subplot(2, len(chosen), len(chosen) + column + 1, projection="3d")
         colours = scale.to_rgba(mesh[FIELD]) if FIELD in mesh else None
-        lower.add_collection3d(Poly3DCollection(polygons(mesh), facecolors=colours, edgecolors=(0, 0, 0, 0.15), linewidths=0.2))
-        error = f", EE {float(row['EE']):.1f}" if row["EE"] else ""
-        lower.set_title(f"{row['simulation']}, step {row['time_step']}{error}", y=0.92)
+        lower.add_collection3d(Poly3DCollection(polygons(mesh), facecolors=colours, edgecolors=(1, 1, 1, 0.25), linewidths=0.15, clip_on=False))
+        error = f" (EE {float(row['EE']):.1f} mm)" if row["EE"] else ""
+        lower.set_title(f"{row['simulation']}, step {row['time_step']}{error}", y=0.95)
         prepare(lower, low, high)
     figure.subplots_adjust(left=0, right=0.93, bottom=0, top=0.98, wspace=0, hspace=0)
     bar = figure.colorbar(scale, cax=figure.add_axes((0.945, 0.08, 0.012, 0.36)))
-    bar.set_label("plastic strain of the match")
+    bar.set_label("plastic strain, whole component")
     figure.savefig(picture, dpi=110)
 
 
