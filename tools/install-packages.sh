@@ -8,6 +8,7 @@ packages=(
   cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # wire
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libcli11-dev libspdlog-dev                       # programs
+  libnanoflann-dev libbenchmark-dev                # benchmark: a baseline, loops one by one
   doctest-dev python3-vtk9                         # tests: the runner, an oracle for VTU
   python3 python3-numpy python3-matplotlib         # pictures of the demo
 )

@@ -22,6 +22,7 @@ inline constexpr std::size_t total_stage = stage_names.size() - 1;
 struct FrameTimes {
   std::uint32_t cloud = 0;
   std::array<std::uint64_t, stage_names.size()> ns{};  // the last: wall time around the call
+  bool undisturbed = true;                             // no other program got the processor meanwhile
 };
 
 /// What the operating system counted for this thread while a pipeline was timed.
@@ -36,6 +37,8 @@ struct Measurement {
   Disturbances disturbances;
 
   [[nodiscard]] Statistics stage_us(std::size_t stage) const;
+  /// Totals of the undisturbed frames alone; of all when there is no such frame.
+  [[nodiscard]] Statistics undisturbed_us() const;
   [[nodiscard]] double frames_per_second() const;  // 1 / mean total
 };
 
@@ -50,7 +53,8 @@ using Pipelines = std::span<const std::unique_ptr<Pipeline>>;
 [[nodiscard]] std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud> clouds, const Schedule& schedule,
                                                const std::function<void(std::uint64_t)>& progress);
 
-/// p50 of the baseline's total over p50 of the product's.
+/// p50 of the baseline's total over p50 of the product's, both of their undisturbed frames: what the rest of the machine
+/// does is no part of the comparison.
 [[nodiscard]] double ratio(const Measurement& baseline, const Measurement& product);
 
 }  // namespace lbea::bench

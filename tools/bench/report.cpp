@@ -34,6 +34,10 @@ Patterns patterns_of(TableStyle style) {
 // Stages that a pipeline does not have take no time at all.
 bool is_absent(const Statistics& statistics) { return statistics.max <= 0; }
 
+std::string row(const Patterns& patterns, const std::string& pipeline, const char* stage, const Statistics& s) {
+  return is_absent(s) ? "" : format(patterns.row, pipeline.c_str(), stage, s.p50, s.p90, s.p99, s.p99_9, s.max, s.mean);
+}
+
 std::string summary_of(const Measurement& m) {
   return format("%.0f frames/s; %llu minor and %llu major page faults, %llu preemptions in %zu frames", m.frames_per_second(),
                 static_cast<unsigned long long>(m.disturbances.minor_faults), static_cast<unsigned long long>(m.disturbances.major_faults),
@@ -50,6 +54,7 @@ nlohmann::ordered_json json_of(const Measurement& m) {
     const Statistics statistics = m.stage_us(stage);
     if (!is_absent(statistics)) stages[std::string(stage_names[stage])] = json_of(statistics);
   }
+  stages["undisturbed"] = json_of(m.undisturbed_us());
   return {{"pipeline", m.pipeline},
           {"frames", m.frames.size()},
           {"frames_per_second", m.frames_per_second()},
@@ -66,12 +71,11 @@ std::string to_text(const Report& report, TableStyle style) {
   std::string text;
   for (const auto& [name, value] : report.facts) text += format(patterns.fact, name.c_str(), value.c_str());
   text += patterns.head;
-  for (const Measurement& m : report.measurements)
-    for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
-      const Statistics s = m.stage_us(stage);
-      if (is_absent(s)) continue;
-      text += format(patterns.row, m.pipeline.c_str(), stage_names[stage].data(), s.p50, s.p90, s.p99, s.p99_9, s.max, s.mean);
-    }
+  for (const Measurement& m : report.measurements) {
+    for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
+      text += row(patterns, m.pipeline, stage_names[stage].data(), m.stage_us(stage));
+    text += row(patterns, m.pipeline, "undisturbed", m.undisturbed_us());
+  }
   text += "\n";
   for (const Measurement& m : report.measurements) text += format(patterns.after, m.pipeline.c_str(), summary_of(m).c_str());
   for (std::size_t k = 1; k < report.measurements.size(); ++k) {
@@ -97,13 +101,13 @@ void write_csv(const std::filesystem::path& path, const Report& report) {
   AtomicFile file(path);
   std::string header = "pipeline,frame,cloud,points";
   for (const std::string_view stage : stage_names) header += "," + std::string(stage) + "_ns";
-  file.write(header + "\n");
+  file.write(header + ",undisturbed\n");
   for (const Measurement& m : report.measurements)
     for (std::size_t i = 0; i < m.frames.size(); ++i) {
       const BenchCloud& cloud = report.clouds[m.frames[i].cloud];
       std::string row = "\"" + m.pipeline + "\"," + std::to_string(i) + ",\"" + cloud.name + "\"," + std::to_string(cloud.points.size());
       for (const std::uint64_t ns : m.frames[i].ns) row += "," + std::to_string(ns);
-      file.write(row + "\n");
+      file.write(row + (m.frames[i].undisturbed ? ",1\n" : ",0\n"));
     }
   file.commit();
 }

@@ -1,0 +1,74 @@
+// Everything that is timed finds the same; measurements hold what they say.
+#include "tests/bench/plates.hpp"
+#include "tools/bench/measurement.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+using namespace lbea;
+using namespace lbea::bench;
+using lbea::test::Plates;
+
+TEST_CASE("the product and every baseline pass the same check, by both methods") {
+  Plates plates;
+  plates.points[5] = {1e9f, 0, 0};  // culled
+  plates.points[6].y = std::numeric_limits<float>::quiet_NaN();
+  for (const Method method : {Method::lbea, Method::vtp}) {
+    plates.config.method = method;
+    for (const auto& pipeline : plates.pipelines()) {
+      CAPTURE(pipeline->name());
+      CHECK(disagreement(plates.question(), plates.points, pipeline->answer(plates.frame)).value_or("right") == "right");
+    }
+  }
+}
+
+TEST_CASE("answers of one cloud do not pass for another") {
+  Plates plates;
+  const std::vector<Point> other = plates.measured(20, 4'000);
+  for (const auto& pipeline : plates.pipelines())
+    CHECK(disagreement(plates.question(), other, pipeline->answer(plates.frame)).has_value());
+}
+
+TEST_CASE("every pipeline is timed on every cloud in turn, and no stage is longer than the whole") {
+  const Plates plates;
+  const std::vector<BenchCloud> clouds{{"a", 0, plates.points}, {"b", 0, plates.measured(3, 500)}};
+  std::uint64_t last = 0;
+  const auto pipelines = plates.pipelines();
+  const auto measurements = measure(pipelines, clouds, {.frames = 5, .warm_up = 2}, [&](std::uint64_t done) { last = done; });
+  CHECK(last == 7);
+  REQUIRE(measurements.size() == pipelines.size());
+  for (const Measurement& m : measurements) {
+    CAPTURE(m.pipeline);
+    REQUIRE(m.frames.size() == 5);
+    for (std::size_t i = 0; i < 5; ++i) CHECK(m.frames[i].cloud == i % 2);
+    for (const FrameTimes& frame : m.frames) {
+      std::uint64_t stages = 0;
+      for (std::size_t stage = 0; stage < total_stage; ++stage) stages += frame.ns[stage];
+      CHECK(stages > 0);
+      CHECK(stages <= frame.ns[total_stage]);
+    }
+    CHECK(m.stage_us(total_stage).count == 5);
+    CHECK(m.frames_per_second() == doctest::Approx(1e6 / m.stage_us(total_stage).mean));
+  }
+}
+
+TEST_CASE("ratios compare the medians of undisturbed frames, of all when there are none") {
+  const auto measured = [](std::vector<std::uint64_t> totals, std::vector<bool> undisturbed) {
+    Measurement m;
+    for (std::size_t i = 0; i < totals.size(); ++i) {
+      m.frames.push_back({});
+      m.frames.back().ns[total_stage] = totals[i];
+      m.frames.back().undisturbed = undisturbed[i];
+    }
+    return m;
+  };
+  const Measurement product = measured({1'000, 9'000, 2'000, 8'000, 3'000}, {true, false, true, false, true});
+  CHECK(ratio(measured({8'000, 5'000}, {true, false}), product) == 4);
+  CHECK(ratio(measured({8'000, 6'000}, {false, false}), product) == 3);
+}
+
+TEST_CASE("kernels go by their short names; an unknown one is refused with the list") {
+  CHECK(short_name(kernels_named("baseline")) == "baseline");
+  CHECK_THROWS_WITH_AS(static_cast<void>(kernels_named("abacus")), doctest::Contains("baseline"), Error);
+}
