@@ -50,7 +50,7 @@ std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfi
     const auto pipelines = make(sized_config);
     check(model, sized_config, *pipelines.front(), sized.front());
     for (const Measurement& m : measure(pipelines, sized, schedule_for(points), [](std::uint64_t) {}))
-      rows.push_back({points, m.pipeline, m.undisturbed_us()});
+      rows.push_back({points, m.pipeline, m.stage_us(processor_stage)});
   }
   return rows;
 }

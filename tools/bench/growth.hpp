@@ -14,7 +14,7 @@ namespace lbea::bench {
 struct GrowthRow {
   std::uint64_t size = 0;  // points or samples
   std::string pipeline;
-  Statistics us;
+  Statistics us;  // processor time
 };
 
 /// Makes the pipelines to compare, the product first, for a configuration.

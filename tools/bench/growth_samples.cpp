@@ -1,6 +1,4 @@
 // The search alone, over tables larger than the model's.
-#include "runtime/src/matcher_config.hpp"
-#include "runtime/src/stopwatch.hpp"
 #include "tools/bench/growth.hpp"
 
 #include <algorithm>
@@ -83,6 +81,13 @@ std::vector<Positions> coefficients_of(const Model& model, MatcherConfig config,
   return found;
 }
 
+template <typename Work>
+double processor_us(const Work& work) {
+  const std::uint64_t begin = processor_time_ns();
+  work();
+  return static_cast<double>(processor_time_ns() - begin) * 1e-3;
+}
+
 // The winners' distances must agree to what adding up in another order can change.
 void check(const BestSamples& product, const BestSamples& plain, std::size_t modes) {
   const double a = product.ranked().front().distance, b = plain.ranked().front().distance;
@@ -106,11 +111,8 @@ std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConf
     std::vector<double> product_us, plain_us;
     for (std::size_t i = 0; i < searches; ++i) {
       const Positions& frame = e[i % e.size()];
-      Stopwatch watch;
-      search_lbea(reference, frame, best);
-      product_us.push_back(watch.lap() * 1e-3);
-      search_plainly(table, frame, plain_best);
-      plain_us.push_back(watch.lap() * 1e-3);
+      product_us.push_back(processor_us([&] { search_lbea(reference, frame, best); }));
+      plain_us.push_back(processor_us([&] { search_plainly(table, frame, plain_best); }));
       check(best, plain_best, table.modes);
     }
     rows.push_back({samples, "search_lbea", statistics_of(product_us)});

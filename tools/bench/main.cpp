@@ -25,7 +25,7 @@ constexpr auto description =
     "Times a model's matcher on clouds from files, stage by stage. Before that every cloud's answer is held against\n"
     "a plain computation in double precision: nearest points, coefficients, ranked samples. When one disagrees, its\n"
     "cloud and vertex are printed, nothing is timed, and the exit code is 1. Percentiles are\n"
-    "nearest-rank. \"undisturbed\" are the totals of the frames during which no other program got the processor.";
+    "nearest-rank. \"total\" is wall time; \"processor\" leaves out what other programs took of it.";
 
 const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}};
 

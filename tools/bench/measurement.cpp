@@ -1,6 +1,7 @@
 #include "tools/bench/measurement.hpp"
 
 #include <chrono>
+#include <ctime>
 
 #include <sys/resource.h>
 
@@ -15,39 +16,36 @@ Disturbances disturbances_so_far() {
           static_cast<std::uint64_t>(usage.ru_nivcsw)};
 }
 
-Disturbances operator-(const Disturbances& after, const Disturbances& before) {
-  return {after.minor_faults - before.minor_faults, after.major_faults - before.major_faults, after.preemptions - before.preemptions};
+void add(Disturbances& sum, const Disturbances& before, const Disturbances& after) {
+  sum.minor_faults += after.minor_faults - before.minor_faults;
+  sum.major_faults += after.major_faults - before.major_faults;
+  sum.preemptions += after.preemptions - before.preemptions;
 }
-
-void add(Disturbances& sum, const Disturbances& more) {
-  sum.minor_faults += more.minor_faults;
-  sum.major_faults += more.major_faults;
-  sum.preemptions += more.preemptions;
-}
-
-double microseconds(std::uint64_t ns) { return static_cast<double>(ns) * 1e-3; }
 
 FrameTimes timed(Pipeline& pipeline, const Frame& frame, std::uint32_t cloud) {
+  const std::uint64_t processor_begin = processor_time_ns();
   const auto begin = std::chrono::steady_clock::now();
   const StageTimes stages = pipeline.match(frame);
   const auto end = std::chrono::steady_clock::now();
+  const std::uint64_t processor = processor_time_ns() - processor_begin;
   const auto total = std::chrono::duration_cast<std::chrono::nanoseconds>(end - begin).count();
-  return {cloud, {stages.index, stages.correspondence, stages.projection, stages.matching, stages.coverage, static_cast<std::uint64_t>(total)}, true};
+  return {cloud,
+          {stages.index, stages.correspondence, stages.projection, stages.matching, stages.coverage, static_cast<std::uint64_t>(total),
+           processor}};
 }
 
 }  // namespace
 
-Statistics Measurement::stage_us(std::size_t stage) const {
-  std::vector<double> values;
-  for (const FrameTimes& frame : frames) values.push_back(microseconds(frame.ns[stage]));
-  return statistics_of(values);
+std::uint64_t processor_time_ns() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(time.tv_nsec);
 }
 
-Statistics Measurement::undisturbed_us() const {
+Statistics Measurement::stage_us(std::size_t stage) const {
   std::vector<double> values;
-  for (const FrameTimes& frame : frames)
-    if (frame.undisturbed) values.push_back(microseconds(frame.ns[total_stage]));
-  return values.empty() ? stage_us(total_stage) : statistics_of(values);
+  for (const FrameTimes& frame : frames) values.push_back(static_cast<double>(frame.ns[stage]) * 1e-3);
+  return statistics_of(values);
 }
 
 double Measurement::frames_per_second() const {
@@ -65,11 +63,10 @@ std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud
     const Frame frame = clouds[cloud].frame(i);
     for (std::size_t k = 0; k < pipelines.size(); ++k) {
       const Disturbances before = disturbances_so_far();
-      FrameTimes times = timed(*pipelines[k], frame, cloud);
-      const Disturbances during = disturbances_so_far() - before;
+      const FrameTimes times = timed(*pipelines[k], frame, cloud);
+      const Disturbances after = disturbances_so_far();
       if (i < schedule.warm_up) continue;
-      times.undisturbed = during.preemptions == 0;
-      add(measurements[k].disturbances, during);
+      add(measurements[k].disturbances, before, after);
       measurements[k].frames[i - schedule.warm_up] = times;
     }
     progress(i + 1);
@@ -77,8 +74,8 @@ std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud
   return measurements;
 }
 
-double ratio(const Measurement& baseline, const Measurement& product) {
-  return baseline.undisturbed_us().p50 / product.undisturbed_us().p50;
+double ratio(const Measurement& baseline, const Measurement& product, std::size_t stage) {
+  return baseline.stage_us(stage).p50 / product.stage_us(stage).p50;
 }
 
 }  // namespace lbea::bench

@@ -16,13 +16,18 @@
 
 namespace lbea::bench {
 
-inline constexpr std::array<std::string_view, 6> stage_names{"index", "correspondence", "projection", "matching", "coverage", "total"};
-inline constexpr std::size_t total_stage = stage_names.size() - 1;
+// The matcher's stages; then the wall time around the call; then the time that the thread was on a processor meanwhile.
+// They differ by what other programs took: on a busy machine the latter is the one to compare by.
+inline constexpr std::array<std::string_view, 7> stage_names{"index",    "correspondence", "projection", "matching",
+                                                             "coverage", "total",          "processor"};
+inline constexpr std::size_t total_stage = 5, processor_stage = 6;
+
+/// How long this thread has been on a processor so far.
+[[nodiscard]] std::uint64_t processor_time_ns();
 
 struct FrameTimes {
   std::uint32_t cloud = 0;
-  std::array<std::uint64_t, stage_names.size()> ns{};  // the last: wall time around the call
-  bool undisturbed = true;                             // no other program got the processor meanwhile
+  std::array<std::uint64_t, stage_names.size()> ns{};
 };
 
 /// What the operating system counted for this thread while a pipeline was timed.
@@ -37,8 +42,6 @@ struct Measurement {
   Disturbances disturbances;
 
   [[nodiscard]] Statistics stage_us(std::size_t stage) const;
-  /// Totals of the undisturbed frames alone; of all when there is no such frame.
-  [[nodiscard]] Statistics undisturbed_us() const;
   [[nodiscard]] double frames_per_second() const;  // 1 / mean total
 };
 
@@ -53,8 +56,7 @@ using Pipelines = std::span<const std::unique_ptr<Pipeline>>;
 [[nodiscard]] std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud> clouds, const Schedule& schedule,
                                                const std::function<void(std::uint64_t)>& progress);
 
-/// p50 of the baseline's total over p50 of the product's, both of their undisturbed frames: what the rest of the machine
-/// does is no part of the comparison.
-[[nodiscard]] double ratio(const Measurement& baseline, const Measurement& product);
+/// p50 of the baseline over p50 of the product.
+[[nodiscard]] double ratio(const Measurement& baseline, const Measurement& product, std::size_t stage);
 
 }  // namespace lbea::bench

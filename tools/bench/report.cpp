@@ -44,6 +44,11 @@ std::string summary_of(const Measurement& m) {
                 static_cast<unsigned long long>(m.disturbances.preemptions), m.frames.size());
 }
 
+std::string ratios_of(const Measurement& baseline, const Measurement& product) {
+  return format("p50 is %.2f times that of %s by wall time, %.2f times by processor time", ratio(baseline, product, total_stage),
+                product.pipeline.c_str(), ratio(baseline, product, processor_stage));
+}
+
 nlohmann::ordered_json json_of(const Statistics& s) {
   return {{"p50", s.p50}, {"p90", s.p90}, {"p99", s.p99}, {"p99_9", s.p99_9}, {"max", s.max}, {"mean", s.mean}};
 }
@@ -54,7 +59,6 @@ nlohmann::ordered_json json_of(const Measurement& m) {
     const Statistics statistics = m.stage_us(stage);
     if (!is_absent(statistics)) stages[std::string(stage_names[stage])] = json_of(statistics);
   }
-  stages["undisturbed"] = json_of(m.undisturbed_us());
   return {{"pipeline", m.pipeline},
           {"frames", m.frames.size()},
           {"frames_per_second", m.frames_per_second()},
@@ -71,17 +75,14 @@ std::string to_text(const Report& report, TableStyle style) {
   std::string text;
   for (const auto& [name, value] : report.facts) text += format(patterns.fact, name.c_str(), value.c_str());
   text += patterns.head;
-  for (const Measurement& m : report.measurements) {
+  for (const Measurement& m : report.measurements)
     for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
       text += row(patterns, m.pipeline, stage_names[stage].data(), m.stage_us(stage));
-    text += row(patterns, m.pipeline, "undisturbed", m.undisturbed_us());
-  }
   text += "\n";
   for (const Measurement& m : report.measurements) text += format(patterns.after, m.pipeline.c_str(), summary_of(m).c_str());
   for (std::size_t k = 1; k < report.measurements.size(); ++k) {
-    const std::string ratio_text = format("%.2f times the p50 of %s", ratio(report.measurements[k], report.measurements[0]),
-                                          report.measurements[0].pipeline.c_str());
-    text += format(patterns.after, report.measurements[k].pipeline.c_str(), ratio_text.c_str());
+    const Measurement &product = report.measurements[0], &baseline = report.measurements[k];
+    text += format(patterns.after, baseline.pipeline.c_str(), ratios_of(baseline, product).c_str());
   }
   return text;
 }
@@ -91,7 +92,8 @@ std::string to_json(const Report& report) {
   for (const auto& [name, value] : report.facts) json["facts"][name] = value;
   for (const Measurement& m : report.measurements) {
     nlohmann::ordered_json entry = json_of(m);
-    entry["p50_over_product"] = ratio(m, report.measurements.front());
+    entry["p50_over_product"] = {{"total", ratio(m, report.measurements.front(), total_stage)},
+                                 {"processor", ratio(m, report.measurements.front(), processor_stage)}};
     json["pipelines"].push_back(entry);
   }
   return json.dump(2);
@@ -101,13 +103,13 @@ void write_csv(const std::filesystem::path& path, const Report& report) {
   AtomicFile file(path);
   std::string header = "pipeline,frame,cloud,points";
   for (const std::string_view stage : stage_names) header += "," + std::string(stage) + "_ns";
-  file.write(header + ",undisturbed\n");
+  file.write(header + "\n");
   for (const Measurement& m : report.measurements)
     for (std::size_t i = 0; i < m.frames.size(); ++i) {
       const BenchCloud& cloud = report.clouds[m.frames[i].cloud];
       std::string row = "\"" + m.pipeline + "\"," + std::to_string(i) + ",\"" + cloud.name + "\"," + std::to_string(cloud.points.size());
       for (const std::uint64_t ns : m.frames[i].ns) row += "," + std::to_string(ns);
-      file.write(row + (m.frames[i].undisturbed ? ",1\n" : ",0\n"));
+      file.write(row + "\n");
     }
   file.commit();
 }
