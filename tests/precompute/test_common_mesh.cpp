@@ -100,6 +100,17 @@ TEST_CASE("another order of nodes and elements is the same mesh, found by ids") 
   }
 }
 
+TEST_CASE("an element eroded in a run of another order is found by its id") {
+  const SimulationMesh mesh = plate(), other = shuffled(mesh, 3);
+  CommonMeshBuilder builder(mesh, "a");
+  auto alive = all_alive(other);
+  alive[4] = 0;
+  builder.keep_common(other, alive, "b");
+  const CommonMesh common = builder.finish();
+  CHECK(common.elements.size() == 11);
+  CHECK(std::ranges::find(common.element_ids, other.element_ids[4]) == common.element_ids.end());
+}
+
 TEST_CASE("what one run lacks or joins differently is not common; the order of runs does not matter") {
   const SimulationMesh mesh = plate();
   SimulationMesh lacking = mesh, rewired = shuffled(mesh, 7);

@@ -151,6 +151,21 @@ TEST_CASE("a flat sample has an envelope") {
   CHECK_FALSE(grid.contains({NAN, 25, 0}));
 }
 
+TEST_CASE("a large slanting element does not fill its box") {
+  const std::array<float, 3> min{0, 0, 0}, max{200, 200, 10};
+  EnvelopeBuilder builder(min, max, 10);
+  builder.add(std::vector<float>{0, 0, 0, 200, 200, 0, 200, 200, 10, 0, 0, 10},
+              std::vector<Quad>{{0, 1, 2, 3}});
+  const EnvelopeGrid grid = builder.finish();
+  const double reach = 10 + 3.1 * std::sqrt(3.0) * static_cast<double>(grid.edge);
+  for (float x = 0; x <= 200; x += 5)
+    for (float y = 0; y <= 200; y += 5) {
+      const double distance = std::abs(static_cast<double>(x - y)) / std::sqrt(2.0);
+      if (distance < 9.99) CHECK(grid.contains({x, y, 5}));
+      if (distance > reach) CHECK_FALSE(grid.contains({x, y, 5}));
+    }
+}
+
 TEST_CASE("a margin that is none is refused") {
   const std::array<float, 3> min{0, 0, 0}, max{1, 1, 1}, nowhere{INFINITY, 1, 1};
   CHECK_THROWS_WITH_AS(EnvelopeBuilder(min, max, 0), doctest::Contains("margin must be positive"), Error);
