@@ -29,7 +29,8 @@ struct Plates {
     std::vector<Point> result;
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t from = 3 * (i % model.nodes());
-      const float x = nodes[from] + noise(random) - 30, y = nodes[from + 1] + noise(random) + 20, z = nodes[from + 2] + noise(random) - 5;
+      const float x = nodes[from] + noise(random) - 30, y = nodes[from + 1] + noise(random) + 20,
+                  z = nodes[from + 2] + noise(random) - 5;
       result.push_back({0.8f * x + 0.6f * y, -0.6f * x + 0.8f * y, z});
     }
     return result;
@@ -44,7 +45,7 @@ struct Plates {
     all.push_back(bench::matcher_pipeline(model, config));
     all.push_back(bench::nanoflann_pipeline(model, config));
     for (const Kernels* const* code = available_kernels(); *code != nullptr; ++code)
-      all.push_back(bench::kernels_pipeline(model, config, **code));
+      all.push_back(bench::kernels_pipeline(model, config, **code, (*code)->name));
     return all;
   }
 };

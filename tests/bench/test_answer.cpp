@@ -14,7 +14,7 @@ namespace {
 
 struct Judged : Plates {
   Answer answer = matcher_pipeline(model, config)->answer(frame);
-  [[nodiscard]] std::string judge() const { return disagreement(question(), points, answer).value_or("right"); }
+  [[nodiscard]] std::string judge() const { return Judge(question(), points).disagreement(answer).value_or("right"); }
 };
 
 bool begins(const std::string& text, const std::string& with) { return text.starts_with(with); }
@@ -68,7 +68,11 @@ TEST_CASE("a wrong ranking is found: distance, order, sample, twice the same, to
   };
   CHECK(begins(judged_with([](auto& ranked) { ranked[1].distance *= 1.0001f; }), "place 2: sample"));
   CHECK(begins(judged_with([](auto& ranked) { std::swap(ranked[0], ranked[4]); }), "place 1: sample"));
-  CHECK(begins(judged_with([](auto& ranked) { ranked.erase(ranked.begin()); ranked.push_back(ranked.back()); }), "place 1: sample"));
+  CHECK(begins(judged_with([](auto& ranked) {
+                 ranked.erase(ranked.begin());
+                 ranked.push_back(ranked.back());
+               }),
+               "place 1: sample"));
   CHECK(judged_with([](auto& ranked) { ranked[3] = ranked[2]; }).ends_with("is ranked twice"));
   CHECK(judged_with([](auto& ranked) { ranked[2].sample = 24; }) == "place 3: sample 24 is not in the model");
   CHECK(judged_with([](auto& ranked) { ranked.pop_back(); }) == "4 samples ranked, should be 5");

@@ -61,13 +61,17 @@ TEST_CASE("folders are taken by name, tables beside PLY clouds are left alone, s
   CHECK(clouds[1].points.size() == 4);
   CHECK(most_points(clouds) == 9);
   CHECK(load_clouds({folder.path().string()}, 4)[0].points.size() == 4);
-  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({folder.path().string()}, 5)), doctest::Contains("b.ply: has 4 points"), Error);
+  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({folder.path().string()}, 5)),
+                       doctest::Contains("b.ply: has 4 points"), Error);
 }
 
 TEST_CASE("missing paths, folders without clouds and clouds without points are refused") {
   const test::TemporaryFolder folder;
-  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({folder.path().string()}, {})), doctest::Contains("no clouds in this folder"), Error);
-  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({(folder / "none.ply").string()}, {})), doctest::Contains("no such file"), Error);
+  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({folder.path().string()}, {})),
+                       doctest::Contains("no clouds in this folder"), Error);
+  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({(folder / "none.ply").string()}, {})),
+                       doctest::Contains("no such file"), Error);
   write_ply(folder / "empty.ply", {}, {});
-  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({(folder / "empty.ply").string()}, {})), doctest::Contains("has no points"), Error);
+  CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({(folder / "empty.ply").string()}, {})),
+                       doctest::Contains("has no points"), Error);
 }

@@ -29,7 +29,8 @@ std::string text_of(const std::filesystem::path& file) { return std::string(as_t
 
 Outcome bench(const std::string& arguments) {
   const test::TemporaryFolder folder;
-  const std::string command = std::string(LBEA_BENCH) + " " + arguments + " >" + (folder / "out").string() + " 2>" + (folder / "err").string();
+  const std::string command =
+      std::string(LBEA_BENCH) + " " + arguments + " >" + (folder / "out").string() + " 2>" + (folder / "err").string();
   const int status = std::system(command.c_str());
   REQUIRE(WIFEXITED(status));
   return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
@@ -42,7 +43,8 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 TEST_CASE("the demo's frames: answers agree, product and baselines are timed, every frame is in the table") {
   const test::TemporaryFolder folder;
   const std::string csv = (folder / "times.csv").string();
-  const Outcome run = bench(model + " " + frames + pose + " --frames 50 --warm-up 5 --baseline nanoflann,portable --json --csv " + csv);
+  const Outcome run =
+      bench(model + " " + frames + pose + " --frames 50 --warm-up 5 --baseline nanoflann,portable --json --csv " + csv);
   REQUIRE(run.code == 0);
   const nlohmann::json report = nlohmann::json::parse(run.out);
   CHECK(contains(report["facts"]["checked"], "answers agree with double precision on all 21 clouds"));
@@ -60,7 +62,8 @@ TEST_CASE("the demo's frames: answers agree, product and baselines are timed, ev
 }
 
 TEST_CASE("thinned clouds, Markdown, another method") {
-  const Outcome run = bench(model + " " + frames + pose + " --frames 5 --points 1000 --method vtp --kernels baseline --markdown");
+  const Outcome run =
+      bench(model + " " + frames + pose + " --frames 5 --points 1000 --method vtp --kernels baseline --markdown");
   CHECK(run.code == 0);
   CHECK(contains(run.out, "- checked: the answers agree"));
   CHECK(contains(run.out, "| lbea, baseline | total |"));

@@ -16,9 +16,10 @@ TEST_CASE("the product and every baseline pass the same check, by both methods")
   plates.points[6].y = std::numeric_limits<float>::quiet_NaN();
   for (const Method method : {Method::lbea, Method::vtp}) {
     plates.config.method = method;
+    Judge judge(plates.question(), plates.points);
     for (const auto& pipeline : plates.pipelines()) {
       CAPTURE(pipeline->name());
-      CHECK(disagreement(plates.question(), plates.points, pipeline->answer(plates.frame)).value_or("right") == "right");
+      CHECK(judge.disagreement(pipeline->answer(plates.frame)).value_or("right") == "right");
     }
   }
 }
@@ -26,8 +27,9 @@ TEST_CASE("the product and every baseline pass the same check, by both methods")
 TEST_CASE("answers of one cloud do not pass for another") {
   Plates plates;
   const std::vector<Point> other = plates.measured(20, 4'000);
+  Judge judge(plates.question(), other);
   for (const auto& pipeline : plates.pipelines())
-    CHECK(disagreement(plates.question(), other, pipeline->answer(plates.frame)).has_value());
+    CHECK(judge.disagreement(pipeline->answer(plates.frame)).has_value());
 }
 
 TEST_CASE("every pipeline is timed on every cloud in turn, and no stage is longer than the whole") {
@@ -35,7 +37,8 @@ TEST_CASE("every pipeline is timed on every cloud in turn, and no stage is longe
   const std::vector<BenchCloud> clouds{{"a", 0, plates.points}, {"b", 0, plates.measured(3, 500)}};
   std::uint64_t last = 0;
   const auto pipelines = plates.pipelines();
-  const auto measurements = measure(pipelines, clouds, {.frames = 5, .warm_up = 2}, [&](std::uint64_t done) { last = done; });
+  const auto measurements =
+      measure(pipelines, clouds, {.frames = 5, .warm_up = 2}, [&](std::uint64_t done) { last = done; });
   CHECK(last == 7);
   REQUIRE(measurements.size() == pipelines.size());
   for (const Measurement& m : measurements) {

@@ -1,7 +1,5 @@
 #include "tools/bench/answer.hpp"
 
-#include "tools/bench/plain_cloud.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,26 +23,10 @@ Finding found(const char* pattern, Values... values) {
   return line.data();
 }
 
-Finding wrong_nearest(const ReferenceView& reference, const PlainCloud& cloud, const std::vector<std::uint32_t>& points) {
-  const std::size_t n = reference.vertex_positions.size();
-  if (points.size() != n) return found("%zu nearest points for %zu vertices", points.size(), n);
-  const std::vector<double> least = nearest_distances(cloud, reference.vertex_positions);
-  for (std::size_t v = 0; v < n; ++v) {
-    if (points[v] >= cloud.positions.size()) return found("vertex %zu: point %u is not in the frame", v, points[v]);
-    if (cloud.membership[points[v]] == Membership::outside)
-      return found("vertex %zu: point %u is outside the ensemble's envelope", v, points[v]);
-    const auto& [x, y, z] = reference.vertex_positions[v];
-    const double here = distance(cloud.positions[points[v]], {x, y, z});
-    // Both distances carry the error of a position, and of a difference, three squares, sums and a root.
-    if (here > least[v] + 2 * (root_3 * cloud.position_error + 4 * u * least[v]))
-      return found("vertex %zu: point %u lies at %.6g, the nearest at %.6g", v, points[v], here, least[v]);
-  }
-  return {};
-}
-
 Finding wrong_coefficient(const ReferenceView& reference, const PlainCloud& cloud, const Answer& answer) {
   const std::size_t n = answer.points.size(), p = reference.eigenvalues.size(), stride = format::padded(n);
-  if (answer.coefficients.size() != 3 * p) return found("%zu coefficients for %zu modes", answer.coefficients.size(), p);
+  if (answer.coefficients.size() != 3 * p)
+    return found("%zu coefficients for %zu modes", answer.coefficients.size(), p);
   const double roundings = static_cast<double>(n / summing_lanes + summing_lanes);
   for (std::size_t j = 0; j < p; ++j)
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -75,12 +57,14 @@ std::vector<double> lbea_distances(const ReferenceView& reference, const Answer&
 }
 
 // Eq. 1 over n, from the answer's own nearest points.
-std::vector<double> vtp_distances(const ModelView& model, const ReferenceView& reference, const PlainCloud& cloud, const Answer& answer) {
+std::vector<double> vtp_distances(const ModelView& model, const ReferenceView& reference, const PlainCloud& cloud,
+                                  const Answer& answer) {
   const std::size_t n = answer.points.size();
   std::vector<double> distances(model.info.samples);
   for (std::size_t s = 0; s < distances.size(); ++s) {
     for (std::size_t i = 0; i < n; ++i) {
-      const float* node = model.node_positions.data() + 3 * (s * model.info.nodes + reference.correspondence[s * n + i]);
+      const float* node =
+          model.node_positions.data() + 3 * (s * model.info.nodes + reference.correspondence[s * n + i]);
       distances[s] += distance(cloud.positions[answer.points[i]], {node[0], node[1], node[2]});
     }
     distances[s] /= static_cast<double>(n);
@@ -99,7 +83,8 @@ Tolerance tolerance_of(const Question& question, const PlainCloud& cloud) {
   return {question.method == Method::lbea ? 0 : root_3 * cloud.position_error, (terms + norm_and_mean) * u};
 }
 
-Finding wrong_ranking(const std::vector<RankedSample>& ranked, const std::vector<double>& distances, std::size_t matches, Tolerance tolerance) {
+Finding wrong_ranking(const std::vector<RankedSample>& ranked, const std::vector<double>& distances,
+                      std::size_t matches, Tolerance tolerance) {
   const std::size_t expected = std::min(matches, distances.size());
   if (ranked.size() != expected) return found("%zu samples ranked, should be %zu", ranked.size(), expected);
   std::vector<double> ascending = distances;
@@ -120,15 +105,45 @@ Finding wrong_ranking(const std::vector<RankedSample>& ranked, const std::vector
 
 }  // namespace
 
-Finding disagreement(const Question& question, std::span<const Point> points, const Answer& answer) {
-  if (answer.reference >= question.model.references.size()) return found("reference %u is not in the model", answer.reference);
-  const ReferenceView& reference = question.model.references[answer.reference];
-  const PlainCloud cloud(points, question.T_reference_sensor, question.model.envelope);
-  if (Finding wrong = wrong_nearest(reference, cloud, answer.points)) return wrong;
-  if (Finding wrong = wrong_coefficient(reference, cloud, answer)) return wrong;
-  const std::vector<double> distances =
-      question.method == Method::lbea ? lbea_distances(reference, answer) : vtp_distances(question.model, reference, cloud, answer);
-  return wrong_ranking(answer.ranked, distances, question.matches, tolerance_of(question, cloud));
+Judge::Judge(const Question& question, std::span<const Point> points)
+    : question_(question),
+      cloud_(points, question.T_reference_sensor, question.model.envelope),
+      least_(question.model.references.size()) {}
+
+const std::vector<double>& Judge::least_distances(std::uint32_t reference) {
+  if (least_[reference].empty())
+    least_[reference] = nearest_distances(cloud_, question_.model.references[reference].vertex_positions);
+  return least_[reference];
+}
+
+Finding Judge::wrong_nearest(const Answer& answer) {
+  const auto vertices = question_.model.references[answer.reference].vertex_positions;
+  if (answer.points.size() != vertices.size())
+    return found("%zu nearest points for %zu vertices", answer.points.size(), vertices.size());
+  const std::vector<double>& least = least_distances(answer.reference);
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const std::uint32_t point = answer.points[v];
+    if (point >= cloud_.positions.size()) return found("vertex %zu: point %u is not in the frame", v, point);
+    if (cloud_.membership[point] == Membership::outside)
+      return found("vertex %zu: point %u is outside the ensemble's envelope", v, point);
+    const auto& [x, y, z] = vertices[v];
+    const double here = distance(cloud_.positions[point], {x, y, z});
+    // Both distances carry the error of a position, and of a difference, three squares, sums and a root.
+    if (here > least[v] + 2 * (root_3 * cloud_.position_error + 4 * u * least[v]))
+      return found("vertex %zu: point %u lies at %.6g, the nearest at %.6g", v, point, here, least[v]);
+  }
+  return {};
+}
+
+Finding Judge::disagreement(const Answer& answer) {
+  if (answer.reference >= least_.size()) return found("reference %u is not in the model", answer.reference);
+  const ReferenceView& reference = question_.model.references[answer.reference];
+  if (Finding wrong = wrong_nearest(answer)) return wrong;
+  if (Finding wrong = wrong_coefficient(reference, cloud_, answer)) return wrong;
+  const std::vector<double> distances = question_.method == Method::lbea
+                                            ? lbea_distances(reference, answer)
+                                            : vtp_distances(question_.model, reference, cloud_, answer);
+  return wrong_ranking(answer.ranked, distances, question_.matches, tolerance_of(question_, cloud_));
 }
 
 }  // namespace lbea::bench

@@ -3,6 +3,7 @@
 
 #include "runtime/src/model_view.hpp"
 #include "runtime/src/nearest_samples.hpp"
+#include "tools/bench/plain_cloud.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -28,10 +29,23 @@ struct Question {
   std::size_t matches = 1;  // how many samples to rank
 };
 
-/// Holds an answer against a plain computation in double precision: the nearest point of every vertex by looking at
-/// every point, the projection, and eq. 3 or eq. 1 over every sample. Differences that rounding to float can explain,
-/// by bounds on its error, are none; so are points that lie on the envelope's boundary.
-/// The first disagreement as a sentence that names vertex, coefficient or sample; nothing when all agrees.
-[[nodiscard]] std::optional<std::string> disagreement(const Question& question, std::span<const Point> points, const Answer& answer);
+/// Holds answers to one frame against a plain computation in double precision: the nearest point of every vertex by
+/// looking at every point, the projection, and eq. 3 or eq. 1 over every sample. Differences that rounding to float can
+/// explain, by bounds on its error, are none; so are points that lie on the envelope's boundary.
+class Judge {
+ public:
+  Judge(const Question& question, std::span<const Point> points);
+
+  /// The first disagreement as a sentence that names vertex, coefficient or sample; nothing when all agrees.
+  [[nodiscard]] std::optional<std::string> disagreement(const Answer& answer);
+
+ private:
+  [[nodiscard]] std::optional<std::string> wrong_nearest(const Answer& answer);
+  [[nodiscard]] const std::vector<double>& least_distances(std::uint32_t reference);
+
+  Question question_;
+  PlainCloud cloud_;
+  std::vector<std::vector<double>> least_;  // per reference and vertex, once asked for: to the nearest point
+};
 
 }  // namespace lbea::bench

@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 
 bool is_cloud(const fs::directory_entry& entry) {
   constexpr std::array<std::string_view, 5> extensions{".ply", ".xyz", ".txt", ".csv", ".asc"};
-  return entry.is_regular_file() && std::ranges::find(extensions, entry.path().extension().string()) != extensions.end();
+  return entry.is_regular_file() &&
+         std::ranges::find(extensions, entry.path().extension().string()) != extensions.end();
 }
 
 std::vector<fs::path> clouds_in(const fs::path& folder) {
@@ -34,7 +35,8 @@ BenchCloud load(const fs::path& file, std::optional<std::uint32_t> points) {
   if (points && size < *points)
     throw Error(Status::bad_input, file.string() + ": has " + std::to_string(size) + " points, fewer than the " +
                                        std::to_string(*points) + " asked for; ask for fewer or leave it out");
-  return {file.filename().string(), cloud.stamp_ns.value_or(0), points ? resized(cloud.points, *points, 0) : std::move(cloud.points)};
+  return {file.filename().string(), cloud.stamp_ns.value_or(0),
+          points ? resized(cloud.points, *points, 0) : std::move(cloud.points)};
 }
 
 }  // namespace
@@ -43,12 +45,14 @@ BenchCloud load(const fs::path& file, std::optional<std::uint32_t> points) {
 std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths, std::optional<std::uint32_t> points) {
   std::vector<BenchCloud> clouds;
   for (const fs::path path : paths) {
-    if (!fs::exists(path)) throw Error(Status::file_not_found, path.string() + ": no such file or folder; check the path");
+    if (!fs::exists(path))
+      throw Error(Status::file_not_found, path.string() + ": no such file or folder; check the path");
     std::vector<fs::path> files = fs::is_directory(path) ? clouds_in(path) : std::vector{path};
     const auto is_ply = [](const fs::path& file) { return file.extension() == ".ply"; };
     if (files.size() > 1 && std::ranges::any_of(files, is_ply)) std::erase_if(files, std::not_fn(is_ply));
     if (files.empty())
-      throw Error(Status::file_not_found, path.string() + ": no clouds in this folder (.ply .xyz .txt .csv .asc); give another one");
+      throw Error(Status::file_not_found,
+                  path.string() + ": no clouds in this folder (.ply .xyz .txt .csv .asc); give another one");
     for (const fs::path& file : files) clouds.push_back(load(file, points));
   }
   return clouds;

@@ -23,7 +23,8 @@ struct BenchCloud {
 /// Files, and folders for the clouds in them by name. With `points`, each cloud is thinned to so many.
 /// Throws Error{file_not_found} for a missing path or a folder without clouds, Error{bad_input} for a cloud without
 /// points or with fewer than `points`, and what read_point_cloud throws.
-[[nodiscard]] std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths, std::optional<std::uint32_t> points);
+[[nodiscard]] std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths,
+                                                  std::optional<std::uint32_t> points);
 
 /// `count` points of a cloud: evenly spaced places of it, or, when it has fewer, its points over and over, each
 /// repetition moved by up to `jitter` along each axis. The same arguments give the same points.

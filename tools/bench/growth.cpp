@@ -10,8 +10,9 @@ namespace lbea::bench {
 
 namespace {
 
-constexpr std::array<std::size_t, 10> point_counts{1'000, 2'000, 5'000, 10'000, 20'000, 50'000, 100'000, 200'000, 500'000, 1'000'000};
-constexpr std::size_t most_clouds = 3;
+constexpr std::array<std::size_t, 10> point_counts{1'000,  2'000,   5'000,   10'000,  20'000,
+                                                   50'000, 100'000, 200'000, 500'000, 1'000'000};
+constexpr std::size_t most_clouds = 4;
 constexpr float point_jitter = 0.1f;  // length unit: what the sensor's noise would do
 
 // Fewer of the large ones, but enough for a median.
@@ -20,20 +21,19 @@ Schedule schedule_for(std::size_t points) {
   return {.frames = static_cast<std::uint32_t>(std::clamp<std::size_t>(points_in_all / points, 30, 300)), .warm_up = 6};
 }
 
-// First, middle and last: all stages of a crash, when the clouds are of one.
+// From the middle of the list, one after the other as a camera delivers them: a search may begin where the frame before
+// ended.
 std::vector<BenchCloud> chosen(std::span<const BenchCloud> clouds, std::size_t points) {
   const std::size_t count = std::min(most_clouds, clouds.size());
   std::vector<BenchCloud> result;
-  for (std::size_t k = 0; k < count; ++k) {
-    const BenchCloud& cloud = clouds[count == 1 ? 0 : k * (clouds.size() - 1) / (count - 1)];
+  for (const BenchCloud& cloud : clouds.subspan((clouds.size() - count) / 2, count))
     result.push_back({cloud.name, cloud.stamp_ns, resized(cloud.points, points, point_jitter)});
-  }
   return result;
 }
 
 void check(const Model& model, const MatcherConfig& config, Pipeline& product, const BenchCloud& cloud) {
   const Question question{model.view(), config.method, config.T_reference_sensor, config.max_matches};
-  if (const auto wrong = disagreement(question, cloud.points, product.answer(cloud.frame())))
+  if (const auto wrong = Judge(question, cloud.points).disagreement(product.answer(cloud.frame())))
     throw Error(Status::bad_input, cloud.name + " with " + std::to_string(cloud.points.size()) + " points: " + *wrong);
 }
 
@@ -60,7 +60,8 @@ void write_growth(const std::filesystem::path& path, std::string_view size_name,
   file.write(std::string(size_name) + ",pipeline,frames,p50_us,p90_us,p99_us,max_us\n");
   for (const GrowthRow& row : rows) {
     std::array<char, 128> numbers{};
-    std::snprintf(numbers.data(), numbers.size(), "%zu,%.3f,%.3f,%.3f,%.3f", row.us.count, row.us.p50, row.us.p90, row.us.p99, row.us.max);
+    std::snprintf(numbers.data(), numbers.size(), "%zu,%.3f,%.3f,%.3f,%.3f", row.us.count, row.us.p50, row.us.p90,
+                  row.us.p99, row.us.max);
     file.write(std::to_string(row.size) + ",\"" + row.pipeline + "\"," + numbers.data() + "\n");
   }
   file.commit();

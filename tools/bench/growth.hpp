@@ -24,8 +24,9 @@ using Announce = std::function<void(const std::string&)>;
 
 /// Whole frames of 1 k to 1 M points: clouds thinned, or repeated with jitter. Checks one answer per size and throws
 /// Error{bad_input} when it is wrong.
-[[nodiscard]] std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfig& config, const MakePipelines& make,
-                                                        std::span<const BenchCloud> clouds, const Announce& announce);
+[[nodiscard]] std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfig& config,
+                                                        const MakePipelines& make, std::span<const BenchCloud> clouds,
+                                                        const Announce& announce);
 
 /// search_lbea and a plain loop over 100 to 100 k samples: the model's own, repeated with jitter.
 [[nodiscard]] std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,

@@ -10,7 +10,8 @@ namespace lbea::bench {
 
 namespace {
 
-constexpr std::array<std::size_t, 10> sample_counts{100, 200, 500, 1'000, 2'000, 5'000, 10'000, 20'000, 50'000, 100'000};
+constexpr std::array<std::size_t, 10> sample_counts{100,   200,    500,    1'000,  2'000,
+                                                    5'000, 10'000, 20'000, 50'000, 100'000};
 constexpr float coefficient_jitter = 0.02f;  // of a coefficient's standard deviation over the samples
 constexpr std::size_t searches = 100;
 constexpr std::size_t most_clouds = 8;
@@ -92,14 +93,14 @@ double processor_us(const Work& work) {
 void check(const BestSamples& product, const BestSamples& plain, std::size_t modes) {
   const double a = product.ranked().front().distance, b = plain.ranked().front().distance;
   if (std::abs(a - b) > 2 * static_cast<double>(modes + 16) * 0x1p-24 * b)
-    throw Error(Status::bad_input, "search over " + std::to_string(modes) + " modes: nearest sample at " + std::to_string(a) +
-                                       ", a plain loop finds one at " + std::to_string(b));
+    throw Error(Status::bad_input, "search over " + std::to_string(modes) + " modes: nearest sample at " +
+                                       std::to_string(a) + ", a plain loop finds one at " + std::to_string(b));
 }
 
 }  // namespace
 
-std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config, std::span<const BenchCloud> clouds,
-                                           const Announce& announce) {
+std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,
+                                           std::span<const BenchCloud> clouds, const Announce& announce) {
   const std::vector<Positions> e = coefficients_of(model, config, clouds);
   BestSamples best(config.max_matches), plain_best(config.max_matches);
   std::vector<GrowthRow> rows;

@@ -6,6 +6,7 @@
 #include "tools/bench/pipeline.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace lbea::bench {
 
@@ -13,12 +14,13 @@ namespace {
 
 class KernelsPipeline : public Pipeline {
  public:
-  KernelsPipeline(const Model& model, const MatcherConfig& config, const Kernels& code)
-      : model_(model), view_(model_.view()), config_(config), code_(code),
+  KernelsPipeline(const Model& model, const MatcherConfig& config, const Kernels& code, std::string name)
+      : name_(std::move(name)), model_(model), view_(model_.view()), config_(config), code_(code),
         index_(envelope_grid(view_.envelope), config.max_points, code), corresponding_(view_.info.vertices),
-        coefficients_(view_.info.modes), best_(std::min(config.max_matches, view_.info.samples)), surface_(view_.info.vertices) {}
+        coefficients_(view_.info.modes), best_(std::min(config.max_matches, view_.info.samples)),
+        surface_(view_.info.vertices) {}
 
-  [[nodiscard]] std::string name() const override { return "lbea, " + short_name(code_); }
+  [[nodiscard]] std::string name() const override { return name_; }
 
   StageTimes match(const Frame& frame) override { return match(frame, {}); }
 
@@ -63,7 +65,8 @@ class KernelsPipeline : public Pipeline {
   void search(const ReferenceView& reference) {
     if (config_.method == Method::vtp) return search_vtp(view_, reference, corresponding_, best_);
     const std::size_t stride = coefficients_.planes[0].size();
-    const float* const e[3] = {coefficients_.planes[0].data(), coefficients_.planes[1].data(), coefficients_.planes[2].data()};
+    const float* const e[3] = {coefficients_.planes[0].data(), coefficients_.planes[1].data(),
+                               coefficients_.planes[2].data()};
     for (std::uint32_t s = 0; s < view_.info.samples; ++s)
       best_.offer(s, code_.mode_distance(e, reference.coefficients.data() + 3 * stride * s, stride, best_.bound()));
   }
@@ -71,10 +74,12 @@ class KernelsPipeline : public Pipeline {
   float coverage_of(std::uint32_t sample, const ReferenceView& reference) {
     const std::span<const float> nodes = model_.node_positions(sample);
     for (std::size_t v = 0; v < surface_.size(); ++v)
-      for (std::size_t axis = 0; axis < 3; ++axis) surface_[v][axis] = nodes[std::size_t{3} * reference.vertex_nodes[v] + axis];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        surface_[v][axis] = nodes[std::size_t{3} * reference.vertex_nodes[v] + axis];
     return coverage(index_, surface_, reference.mass, config_.trusted_distance);
   }
 
+  std::string name_;
   Model model_;
   const ModelView& view_;
   MatcherConfig config_;
@@ -89,8 +94,9 @@ class KernelsPipeline : public Pipeline {
 
 }  // namespace
 
-std::unique_ptr<Pipeline> kernels_pipeline(const Model& model, const MatcherConfig& config, const Kernels& code) {
-  return std::make_unique<KernelsPipeline>(model, config, code);
+std::unique_ptr<Pipeline> kernels_pipeline(const Model& model, const MatcherConfig& config, const Kernels& code,
+                                           std::string name) {
+  return std::make_unique<KernelsPipeline>(model, config, code, std::move(name));
 }
 
 std::string short_name(const Kernels& code) {

@@ -48,14 +48,10 @@ std::string all_kernels() {
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> circumstances() {
-  return {{"machine", processor()},
-          {"cores", std::to_string(std::thread::hardware_concurrency())},
-          {"load before", load()},
-          {"commit", build_commit},
-          {"compiler", build_compiler},
-          {"flags", build_flags},
-          {"kernels", all_kernels()},
-          {"date", date()}};
+  return {{"machine", processor()},     {"cores", std::to_string(std::thread::hardware_concurrency())},
+          {"load before", load()},      {"commit", build_commit},
+          {"compiler", build_compiler}, {"flags", build_flags},
+          {"kernels", all_kernels()},   {"date", date()}};
 }
 
 }  // namespace lbea::bench

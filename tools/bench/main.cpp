@@ -32,22 +32,26 @@ const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp",
 void add_options(Tool& tool, Options& options) {
   tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
   tool.add_option("clouds", options.cloud_paths, "point clouds, or folders of them")->required();
-  tool.add_option("--pose", options.pose_file, "sensor.json with T_reference_sensor; without it frames are taken as they are")
+  tool.add_option("--pose", options.pose_file,
+                  "sensor.json with T_reference_sensor; without it frames are taken as they are")
       ->check(CLI::ExistingFile);
   tool.add_option("--points", options.points, "thin every cloud to so many points; smaller clouds are refused")
       ->check(CLI::Range(1u, 16'777'216u));
-  tool.add_option("--frames", options.schedule.frames, "frames to time, the clouds in turn")->check(CLI::Range(1u, 10'000'000u));
-  tool.add_option("--warm-up", options.schedule.warm_up, "frames before those, not timed")->check(CLI::Range(0u, 10'000'000u));
+  tool.add_option("--frames", options.schedule.frames, "frames to time, the clouds in turn")
+      ->check(CLI::Range(1u, 10'000'000u));
+  tool.add_option("--warm-up", options.schedule.warm_up, "frames before those, not timed")
+      ->check(CLI::Range(0u, 10'000'000u));
   tool.add_option("--method", options.matcher.method, "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
       ->transform(CLI::CheckedTransformer(method_names))
       ->default_str("lbea");
   tool.add_option("--trigger-ns", options.matcher.trigger_ns, "the clouds' clock at impact");
   tool.add_option("--baseline", options.baselines,
-                  "to compare with, frame by frame: nanoflann (a tree per frame, plain loops), portable (the same "
-                  "code for any processor of this kind)")
+                  "to compare with, frame by frame: nanoflann (a tree per frame, plain loops), portable (the product "
+                  "with the loops that every processor of this kind runs)")
       ->delimiter(',')
       ->check(CLI::IsMember({"nanoflann", "portable"}));
-  tool.add_option("--kernels", options.kernels_name, "time the inner loops of this instruction set instead of the best one");
+  tool.add_option("--kernels", options.kernels_name,
+                  "time the inner loops of this instruction set instead of the best one");
   tool.add_option("--csv", options.csv_file, "write every timed frame there");
   auto* json = tool.add_flag("--json", options.json, "print as JSON");
   tool.add_flag("--markdown", options.markdown, "print as Markdown")->excludes(json);
@@ -55,13 +59,22 @@ void add_options(Tool& tool, Options& options) {
                   "instead: measure against numbers of points and samples, write the tables into this folder");
 }
 
-std::vector<std::unique_ptr<Pipeline>> make_pipelines(const Options& options, const Model& model, const MatcherConfig& config) {
+std::unique_ptr<Pipeline> make_product(const std::string& kernels_name, const Model& model,
+                                       const MatcherConfig& config) {
+  if (kernels_name.empty()) return matcher_pipeline(model, config);
+  return kernels_pipeline(model, config, kernels_named(kernels_name), "lbea, " + kernels_name);
+}
+
+std::unique_ptr<Pipeline> make_baseline(const std::string& name, const Model& model, const MatcherConfig& config) {
+  if (name == "nanoflann") return nanoflann_pipeline(model, config);
+  return kernels_pipeline(model, config, kernels_named("baseline"), name);
+}
+
+std::vector<std::unique_ptr<Pipeline>> make_pipelines(const Options& options, const Model& model,
+                                                      const MatcherConfig& config) {
   std::vector<std::unique_ptr<Pipeline>> pipelines;
-  pipelines.push_back(options.kernels_name.empty() ? matcher_pipeline(model, config)
-                                                   : kernels_pipeline(model, config, kernels_named(options.kernels_name)));
-  for (const std::string& name : options.baselines)
-    pipelines.push_back(name == "nanoflann" ? nanoflann_pipeline(model, config)
-                                            : kernels_pipeline(model, config, kernels_named("baseline")));
+  pipelines.push_back(make_product(options.kernels_name, model, config));
+  for (const std::string& name : options.baselines) pipelines.push_back(make_baseline(name, model, config));
   return pipelines;
 }
 
@@ -69,10 +82,12 @@ std::vector<std::unique_ptr<Pipeline>> make_pipelines(const Options& options, co
 bool answers_agree(Pipelines pipelines, const Question& question, std::span<const BenchCloud> clouds) {
   Progress progress("checking", clouds.size());
   for (std::size_t i = 0; i < clouds.size(); ++i) {
+    Judge judge(question, clouds[i].points);
     for (const auto& pipeline : pipelines) {
-      const auto wrong = disagreement(question, clouds[i].points, pipeline->answer(clouds[i].frame()));
+      const auto wrong = judge.disagreement(pipeline->answer(clouds[i].frame(i)));
       if (!wrong) continue;
-      std::fprintf(stderr, "lbea-bench: %s: %s: %s\n", clouds[i].name.c_str(), pipeline->name().c_str(), wrong->c_str());
+      std::fprintf(stderr, "lbea-bench: %s: %s: %s\n", clouds[i].name.c_str(), pipeline->name().c_str(),
+                   wrong->c_str());
       return false;
     }
     progress.advance_to(i + 1);
@@ -85,12 +100,15 @@ void require_matches(const Model& model, const MatcherConfig& config, std::span<
   Matcher matcher(model, config);
   for (const BenchCloud& cloud : clouds)
     if (matcher.match(cloud.frame()).status == Status::empty_frame)
-      throw Error(Status::bad_input, cloud.name + ": no point is inside the ensemble's envelope; give the pose of its sensor with --pose");
+      throw Error(Status::bad_input,
+                  cloud.name + ": no point is inside the ensemble's envelope; give the pose of its sensor with --pose");
 }
 
 std::string points_of(std::span<const BenchCloud> clouds) {
-  const auto [least, most] = std::ranges::minmax(clouds, {}, [](const BenchCloud& cloud) { return cloud.points.size(); });
-  return std::to_string(clouds.size()) + ", of " + std::to_string(least.points.size()) + " to " + std::to_string(most.points.size()) + " points";
+  const auto [least, most] =
+      std::ranges::minmax(clouds, {}, [](const BenchCloud& cloud) { return cloud.points.size(); });
+  return std::to_string(clouds.size()) + ", of " + std::to_string(least.points.size()) + " to " +
+         std::to_string(most.points.size()) + " points";
 }
 
 int grow(const Options& options, const Model& model, std::span<const BenchCloud> clouds) {
@@ -98,7 +116,8 @@ int grow(const Options& options, const Model& model, std::span<const BenchCloud>
   std::filesystem::create_directories(folder);
   const auto announce = [](const std::string& what) { std::fprintf(stderr, "lbea-bench: %s\n", what.c_str()); };
   const auto make = [&](const MatcherConfig& config) { return make_pipelines(options, model, config); };
-  write_growth(folder / "growth_points.csv", "points", growth_with_points(model, options.matcher, make, clouds, announce));
+  write_growth(folder / "growth_points.csv", "points",
+               growth_with_points(model, options.matcher, make, clouds, announce));
   write_growth(folder / "growth_samples.csv", "samples", growth_with_samples(model, options.matcher, clouds, announce));
   std::printf("%s\n%s\n", (folder / "growth_points.csv").c_str(), (folder / "growth_samples.csv").c_str());
   return exit_ok;
@@ -106,12 +125,15 @@ int grow(const Options& options, const Model& model, std::span<const BenchCloud>
 
 Report measured(const Options& options, const Model& model, Pipelines pipelines, std::vector<BenchCloud> clouds) {
   Report report{circumstances(), std::move(clouds), {}};
-  report.facts.emplace_back("model", "n = " + std::to_string(model.vertices()) + " vertices, p = " + std::to_string(model.modes()) +
+  report.facts.emplace_back("model", "n = " + std::to_string(model.vertices()) +
+                                         " vertices, p = " + std::to_string(model.modes()) +
                                          " modes, s = " + std::to_string(model.samples()) + " samples");
   report.facts.emplace_back("clouds", points_of(report.clouds));
-  report.facts.emplace_back("checked", "the answers agree with double precision on all " + std::to_string(report.clouds.size()) + " clouds");
+  report.facts.emplace_back(
+      "checked", "the answers agree with double precision on all " + std::to_string(report.clouds.size()) + " clouds");
   Progress progress("timing", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
-  report.measurements = measure(pipelines, report.clouds, options.schedule, [&](std::uint64_t done) { progress.advance_to(done); });
+  report.measurements =
+      measure(pipelines, report.clouds, options.schedule, [&](std::uint64_t done) { progress.advance_to(done); });
   return report;
 }
 
@@ -123,7 +145,8 @@ int bench(Options options) {
   require_matches(model, options.matcher, clouds);
   if (!options.growth_folder.empty()) return grow(options, model, clouds);
   const auto pipelines = make_pipelines(options, model, options.matcher);
-  const Question question{model.view(), options.matcher.method, options.matcher.T_reference_sensor, options.matcher.max_matches};
+  const Question question{model.view(), options.matcher.method, options.matcher.T_reference_sensor,
+                          options.matcher.max_matches};
   if (!answers_agree(pipelines, question, clouds)) return exit_failed;
   const Report report = measured(options, model, pipelines, std::move(clouds));
   if (!options.csv_file.empty()) write_csv(options.csv_file, report);

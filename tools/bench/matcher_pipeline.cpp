@@ -1,5 +1,7 @@
 #include "tools/bench/pipeline.hpp"
 
+#include <algorithm>
+
 namespace lbea::bench {
 
 namespace {
@@ -12,14 +14,17 @@ class MatcherPipeline : public Pipeline {
 
   StageTimes match(const Frame& frame) override { return matcher_.match(frame).elapsed_ns; }
 
-  // A result does not carry the nearest points: they come from the same stages in the open, and the check holds
-  // the matcher's coefficients against them.
+  // A result does not carry the nearest points: they come from the same stages in the open. That they are the
+  // matcher's own shows in the coefficients, which must have the same bits.
   [[nodiscard]] Answer answer(const Frame& frame) override {
-    Answer answer;
-    answer.points = kernels_pipeline(matcher_.model(), config_, kernels())->answer(frame).points;
+    if (!open_stages_) open_stages_ = kernels_pipeline(matcher_.model(), config_, kernels(), name());
+    Answer answer = open_stages_->answer(frame);
     const MatchResult result = matcher_.match(frame);
+    if (!std::ranges::equal(result.coefficients, answer.coefficients))
+      throw Error(Status::bad_input, "frame " + std::to_string(frame.id) +
+                                         ": the matcher's coefficients are not those of its stages run one by one");
     answer.reference = result.reference;
-    answer.coefficients.assign(result.coefficients.begin(), result.coefficients.end());
+    answer.ranked.clear();
     for (const Match& match : result.matches)
       answer.ranked.push_back({matcher_.model().sample_index(match.sample), match.distance});
     return answer;
@@ -28,6 +33,7 @@ class MatcherPipeline : public Pipeline {
  private:
   MatcherConfig config_;
   Matcher matcher_;
+  std::unique_ptr<Pipeline> open_stages_;  // made for the check
 };
 
 }  // namespace

@@ -30,8 +30,8 @@ FrameTimes timed(Pipeline& pipeline, const Frame& frame, std::uint32_t cloud) {
   const std::uint64_t processor = processor_time_ns() - processor_begin;
   const auto total = std::chrono::duration_cast<std::chrono::nanoseconds>(end - begin).count();
   return {cloud,
-          {stages.index, stages.correspondence, stages.projection, stages.matching, stages.coverage, static_cast<std::uint64_t>(total),
-           processor}};
+          {stages.index, stages.correspondence, stages.projection, stages.matching, stages.coverage,
+           static_cast<std::uint64_t>(total), processor}};
 }
 
 }  // namespace

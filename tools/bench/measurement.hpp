@@ -53,7 +53,8 @@ struct Schedule {
 using Pipelines = std::span<const std::unique_ptr<Pipeline>>;
 
 /// One measurement per pipeline; the clouds are taken in turn. `progress` is told the number of frames done.
-[[nodiscard]] std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud> clouds, const Schedule& schedule,
+[[nodiscard]] std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud> clouds,
+                                               const Schedule& schedule,
                                                const std::function<void(std::uint64_t)>& progress);
 
 /// p50 of the baseline over p50 of the product.

@@ -29,7 +29,8 @@ struct PlacedPoints {
   }
 };
 
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PlacedPoints>, PlacedPoints, 3, std::uint32_t>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PlacedPoints>, PlacedPoints, 3,
+                                                 std::uint32_t>;
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 class NanoflannPipeline : public Pipeline {
@@ -96,14 +97,17 @@ class NanoflannPipeline : public Pipeline {
       float squared = 0;
       tree.knnSearch(reference.vertex_positions[v].data(), 1, &nearest_[v], &squared);
       for (std::size_t axis = 0; axis < 3; ++axis)
-        corresponding_(static_cast<Eigen::Index>(v), static_cast<Eigen::Index>(axis)) = points_.positions[nearest_[v]][axis];
+        corresponding_(static_cast<Eigen::Index>(v), static_cast<Eigen::Index>(axis)) =
+            points_.positions[nearest_[v]][axis];
     }
   }
 
   void project(const ReferenceView& reference) {
-    const auto n = static_cast<Eigen::Index>(nearest_.size()), p = static_cast<Eigen::Index>(reference.eigenvalues.size());
+    const auto n = static_cast<Eigen::Index>(nearest_.size()),
+               p = static_cast<Eigen::Index>(reference.eigenvalues.size());
     const Eigen::OuterStride<> stride(static_cast<Eigen::Index>(format::padded(nearest_.size())));
-    coefficients_.noalias() = Eigen::Map<const RowMajor, 0, Eigen::OuterStride<>>(reference.projection.data(), p, n, stride) * corresponding_;
+    coefficients_.noalias() =
+        Eigen::Map<const RowMajor, 0, Eigen::OuterStride<>>(reference.projection.data(), p, n, stride) * corresponding_;
   }
 
   void measure_lbea(const ReferenceView& reference) {
@@ -125,7 +129,8 @@ class NanoflannPipeline : public Pipeline {
     for (std::size_t s = 0; s < distances_.size(); ++s) {
       float sum = 0;
       for (std::size_t i = 0; i < n; ++i) {
-        const float* node = view_.node_positions.data() + 3 * (s * view_.info.nodes + reference.correspondence[s * n + i]);
+        const float* node =
+            view_.node_positions.data() + 3 * (s * view_.info.nodes + reference.correspondence[s * n + i]);
         const auto [ex, ey, ez] = points_.positions[nearest_[i]];
         const float x = ex - node[0], y = ey - node[1], z = ez - node[2];
         sum += std::sqrt(x * x + y * y + z * z);

@@ -24,8 +24,9 @@ class Pipeline {
 /// The product: Matcher as applications use it.
 [[nodiscard]] std::unique_ptr<Pipeline> matcher_pipeline(const Model& model, const MatcherConfig& config);
 
-/// The same stages with the loops of one instruction set.
-[[nodiscard]] std::unique_ptr<Pipeline> kernels_pipeline(const Model& model, const MatcherConfig& config, const Kernels& code);
+/// The same stages with the loops of one instruction set, under the name it goes by in tables.
+[[nodiscard]] std::unique_ptr<Pipeline> kernels_pipeline(const Model& model, const MatcherConfig& config,
+                                                         const Kernels& code, std::string name);
 
 /// Plainly from libraries: a nanoflann tree per frame, Eigen's product, a loop over all samples. No coverage.
 [[nodiscard]] std::unique_ptr<Pipeline> nanoflann_pipeline(const Model& model, const MatcherConfig& config);

@@ -61,7 +61,8 @@ PlainCloud::PlainCloud(std::span<const Point> points, const RigidTransform& T, c
   position_error = roundings * float_rounding * largest_term_sum(T, extent);
   const double cell_error = 2 * position_error + 4 * float_rounding * extent;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) positions[i][axis] = row(std::span(T).subspan(4 * axis).first<4>(), points[i]);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      positions[i][axis] = row(std::span(T).subspan(4 * axis).first<4>(), points[i]);
     membership[i] = membership_of(positions[i], envelope, cell_error);
   }
 }

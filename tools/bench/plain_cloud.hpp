@@ -28,7 +28,8 @@ struct PlainCloud {
 };
 
 /// Distance from every vertex to the nearest point inside the envelope; infinity when there is none.
-[[nodiscard]] std::vector<double> nearest_distances(const PlainCloud& cloud, std::span<const std::array<float, 3>> vertices);
+[[nodiscard]] std::vector<double> nearest_distances(const PlainCloud& cloud,
+                                                    std::span<const std::array<float, 3>> vertices);
 
 [[nodiscard]] double distance(const Position& a, const Position& b) noexcept;
 

@@ -25,9 +25,11 @@ struct Patterns {
 // Columns: pipeline, stage, p50, p90, p99, p99.9, max, mean.
 Patterns patterns_of(TableStyle style) {
   if (style == TableStyle::markdown)
-    return {"- %s: %s\n", "\n| us | stage | p50 | p90 | p99 | p99.9 | max | mean |\n|---|---|--:|--:|--:|--:|--:|--:|\n",
+    return {"- %s: %s\n",
+            "\n| us | stage | p50 | p90 | p99 | p99.9 | max | mean |\n|---|---|--:|--:|--:|--:|--:|--:|\n",
             "| %s | %s | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f |\n", "- %s: %s\n"};
-  return {"%-12s %s\n", "\nus               stage                p50       p90       p99     p99.9       max      mean\n",
+  return {"%-12s %s\n",
+          "\nus               stage                p50       p90       p99     p99.9       max      mean\n",
           "%-16s %-14s %9.1f %9.1f %9.1f %9.1f %9.1f %9.1f\n", "%s: %s\n"};
 }
 
@@ -39,14 +41,16 @@ std::string row(const Patterns& patterns, const std::string& pipeline, const cha
 }
 
 std::string summary_of(const Measurement& m) {
-  return format("%.0f frames/s; %llu minor and %llu major page faults, %llu preemptions in %zu frames", m.frames_per_second(),
-                static_cast<unsigned long long>(m.disturbances.minor_faults), static_cast<unsigned long long>(m.disturbances.major_faults),
+  return format("%.0f frames/s; %llu minor and %llu major page faults, %llu preemptions in %zu frames",
+                m.frames_per_second(), static_cast<unsigned long long>(m.disturbances.minor_faults),
+                static_cast<unsigned long long>(m.disturbances.major_faults),
                 static_cast<unsigned long long>(m.disturbances.preemptions), m.frames.size());
 }
 
 std::string ratios_of(const Measurement& baseline, const Measurement& product) {
-  return format("p50 is %.2f times that of %s by wall time, %.2f times by processor time", ratio(baseline, product, total_stage),
-                product.pipeline.c_str(), ratio(baseline, product, processor_stage));
+  return format("p50 is %.2f times that of %s by wall time, %.2f times by processor time",
+                ratio(baseline, product, total_stage), product.pipeline.c_str(),
+                ratio(baseline, product, processor_stage));
 }
 
 nlohmann::ordered_json json_of(const Statistics& s) {
@@ -79,7 +83,8 @@ std::string to_text(const Report& report, TableStyle style) {
     for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
       text += row(patterns, m.pipeline, stage_names[stage].data(), m.stage_us(stage));
   text += "\n";
-  for (const Measurement& m : report.measurements) text += format(patterns.after, m.pipeline.c_str(), summary_of(m).c_str());
+  for (const Measurement& m : report.measurements)
+    text += format(patterns.after, m.pipeline.c_str(), summary_of(m).c_str());
   for (std::size_t k = 1; k < report.measurements.size(); ++k) {
     const Measurement &product = report.measurements[0], &baseline = report.measurements[k];
     text += format(patterns.after, baseline.pipeline.c_str(), ratios_of(baseline, product).c_str());
@@ -107,7 +112,8 @@ void write_csv(const std::filesystem::path& path, const Report& report) {
   for (const Measurement& m : report.measurements)
     for (std::size_t i = 0; i < m.frames.size(); ++i) {
       const BenchCloud& cloud = report.clouds[m.frames[i].cloud];
-      std::string row = "\"" + m.pipeline + "\"," + std::to_string(i) + ",\"" + cloud.name + "\"," + std::to_string(cloud.points.size());
+      std::string row = "\"" + m.pipeline + "\"," + std::to_string(i) + ",\"" + cloud.name + "\"," +
+                        std::to_string(cloud.points.size());
       for (const std::uint64_t ns : m.frames[i].ns) row += "," + std::to_string(ns);
       file.write(row + "\n");
     }
