@@ -6,6 +6,9 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
+#include <fstream>
+#include <cstring>
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <stdexcept>
@@ -61,8 +64,28 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
 
 }  // namespace
 
+namespace {
+
+/// The file behind a link. Only a model, an empty file or nothing may stand where a model is to be written: everything
+/// else, the ensemble's own inputs for instance, is somebody's and stays.
+std::filesystem::path replaceable(std::filesystem::path file) {
+  namespace fs = std::filesystem;
+  std::error_code missing;
+  if (!fs::exists(file, missing)) return file;
+  file = fs::canonical(file);
+  std::array<char, format::magic.size()> begin{};
+  const bool is_empty = fs::is_regular_file(file) && fs::file_size(file) == 0;
+  const bool is_model = fs::is_regular_file(file) && std::ifstream(file, std::ios::binary).read(begin.data(), begin.size()) &&
+                        std::memcmp(begin.data(), format::magic.data(), begin.size()) == 0;
+  if (!is_empty && !is_model)
+    throw Error(Status::write_failed, file.string() + ": exists and is not a model; nothing was overwritten, choose another name");
+  return file;
+}
+
+}  // namespace
+
 ModelWriter::ModelWriter(std::filesystem::path file, std::vector<PlannedSection> sections)
-    : file_(std::move(file)) {
+    : file_(replaceable(std::move(file))) {
   plan(std::move(sections));
   create();
   try {

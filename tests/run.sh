@@ -27,7 +27,7 @@ build_and_test() {  # preset, target to build, then arguments for ctest
   ctest --preset "$preset" "$@"
 }
 
-export ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
+export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
 if [ "$sanitizers" = yes ]; then
   build_and_test asan-ubsan all --label-exclude 'release-only'
   build_and_test tsan threaded_tests --label-regex 'threads'

@@ -46,6 +46,10 @@ struct Descriptor {
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   if (!path_.has_filename()) fail("create", EISDIR);
+  std::error_code missing;
+  if (std::filesystem::exists(path_, missing)) path_ = std::filesystem::canonical(path_);  // the file behind a link
+  if (std::filesystem::exists(path_, missing) && !std::filesystem::is_regular_file(path_))
+    throw Error(Status::write_failed, path_.string() + ": exists and is not an ordinary file; choose another name");
   buffer_.reserve(buffer_size);
   int error = EEXIST;
   for (int i = 0; i < temporary_names && error == EEXIST; ++i) {

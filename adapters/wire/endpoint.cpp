@@ -108,9 +108,17 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
                   "endpoint \"" + endpoint.address + "\" is in use by another process (it holds " +
                       file_.string() + "); stop that one or choose another path"};
     }
-    if (is_same_file(descriptor_, file_)) return;
+    if (is_same_file(descriptor_, file_)) break;
     ::close(std::exchange(descriptor_, -1));
   }
+  // ZeroMQ unlinks whatever stands at the path, and would do so to a file that is somebody's.
+  struct stat found;
+  if (::stat(endpoint.path.c_str(), &found) != 0 || S_ISSOCK(found.st_mode)) return;
+  ::unlink(file_.c_str());
+  ::close(std::exchange(descriptor_, -1));
+  throw Error{Status::endpoint_unavailable,
+              "endpoint \"" + endpoint.address + "\": " + endpoint.path.string() +
+                  " exists and is not a socket; choose another path"};
 }
 
 EndpointLock::~EndpointLock() {

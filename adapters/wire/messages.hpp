@@ -47,10 +47,12 @@ enum class Verdict : std::uint8_t { unknown = 0, matched, low_coverage, refused 
 /// What a peer may send before it is refused.
 struct WireLimits {
   std::uint32_t max_points = MatcherConfig{}.max_points;
-  /// Larger messages never leave the socket layer: the sender is disconnected. Leaves room for wide points,
-  /// and for frames with somewhat too many points to be refused in words.
+  /// Room for frames with far too many points, 20 million, so that they are counted and refused in words.
+  std::size_t least_message_bytes = std::size_t{1} << 28;
+  /// Larger messages never leave the socket layer: the sender is disconnected. Leaves room for wide points.
   [[nodiscard]] std::size_t max_message_bytes() const noexcept {
-    return std::size_t{max_points} * 64 + 65'536;
+    const std::size_t wide_points = std::size_t{max_points} * 64 + 65'536;
+    return wide_points > least_message_bytes ? wide_points : least_message_bytes;
   }
 };
 

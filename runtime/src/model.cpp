@@ -43,6 +43,7 @@ std::uint32_t Model::nodes() const noexcept { return view_->info.nodes; }
 std::uint32_t Model::elements() const noexcept { return view_->info.elements; }
 ReferenceMode Model::reference_mode() const noexcept { return static_cast<ReferenceMode>(view_->info.reference_mode); }
 std::string_view Model::length_unit() const noexcept { return view_->length_unit; }
+std::uint64_t Model::checksum() const noexcept { return view_->file_checksum; }
 std::string_view Model::provenance() const noexcept { return view_->provenance; }
 
 std::string_view Model::simulation_name(std::uint32_t simulation) const noexcept { return view_->simulation_names[simulation]; }

@@ -5,6 +5,8 @@
 
 #include <doctest/doctest.h>
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <csignal>
 #include <numeric>
@@ -116,12 +118,31 @@ TEST_CASE("the bytes do not depend on order or threads") {
 
 TEST_CASE("without commit nothing is left, and what stood there stays") {
   const TemporaryFolder folder;
-  std::ofstream(folder / "m.lbea") << "before";
+  write_small(folder / "m.lbea", 1, 1);
+  const auto before = bytes_of(folder / "m.lbea");
   { ModelWriter writer(folder / "m.lbea", small_plan()); }
   CHECK(files_in(folder) == 1);
-  CHECK(std::filesystem::file_size(folder / "m.lbea") == 6);
-  write_small(folder / "m.lbea", 1, 1);
-  CHECK(std::filesystem::file_size(folder / "m.lbea") > 6);
+  CHECK(bytes_of(folder / "m.lbea") == before);
+  write_small(folder / "m.lbea", 1, 1);  // a model may take the place of a model
+  std::ofstream(folder / "empty").flush();
+  write_small(folder / "empty", 1, 1);  // or of nothing
+  CHECK(bytes_of(folder / "empty") == before);
+}
+
+// "-o ensemble.toml" once replaced the ensemble's own description by the model, and "-o /dev/null" the device.
+TEST_CASE("what is not a model is never overwritten; a link leads to its file") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "ensemble.toml") << "runs = [\"runs/*\"]";
+  CHECK_THROWS_WITH_AS(write_small(folder / "ensemble.toml", 1, 1), doctest::Contains("is not a model"), Error);
+  CHECK(std::filesystem::file_size(folder / "ensemble.toml") == 17);
+  REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);  // stands for the device
+  CHECK_THROWS_WITH_AS(write_small(folder / "pipe", 1, 1), doctest::Contains("is not a model"), Error);
+  CHECK(std::filesystem::is_fifo(folder / "pipe"));
+  write_small(folder / "real.lbea", 1, 1);
+  std::filesystem::create_symlink(folder / "real.lbea", folder / "link.lbea");
+  write_small(folder / "link.lbea", 1, 1);
+  CHECK(std::filesystem::is_symlink(folder / "link.lbea"));
+  CHECK(files_in(folder) == 4);
 }
 
 TEST_CASE("a disk without room is noticed before the work, named, and left clean") {
@@ -158,7 +179,7 @@ TEST_CASE("a folder that is none, and a folder in the file's place, are refused"
                        doctest::Contains("cannot create"), Error);
   std::filesystem::create_directory(folder / "taken");
   CHECK_THROWS_WITH_AS(write_small(folder / "taken", 1, 1),
-                       doctest::Contains("cannot rename the finished file"), Error);
+                       doctest::Contains("is not a model"), Error);
   CHECK(files_in(folder) == 1);
 }
 

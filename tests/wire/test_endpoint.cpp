@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include <fstream>
+
 using namespace lbea;
 using lbea::test::error_of;
 
@@ -80,4 +82,14 @@ TEST_CASE("a folder that is not there") {
       error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
   CHECK(status == Status::endpoint_unavailable);
   CHECK(sentence.find("/no/such/folder/frames.lock") != std::string::npos);
+}
+
+// An ipc path that named somebody's file, a model for instance, was once unlinked to make room for the socket.
+TEST_CASE("a file that stands at an ipc path is left alone, and no lock file stays") {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "rail.lbea") << "precious";
+  const Endpoint endpoint = parse_bind_endpoint("ipc://" + (folder / "rail.lbea").string());
+  CHECK_THROWS_WITH_AS(EndpointLock{endpoint}, doctest::Contains("is not a socket"), Error);
+  CHECK(std::filesystem::file_size(folder / "rail.lbea") == 8);
+  CHECK_FALSE(std::filesystem::exists(folder / "rail.lbea.lock"));
 }

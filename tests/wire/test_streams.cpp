@@ -89,7 +89,7 @@ TEST_CASE("a receiver that does not read: sends end in refusals, and everything 
 TEST_CASE("a message beyond the limit is not delivered, and the next one is") {
   const test::TemporaryFolder folder;
   WireContext context;
-  const WireLimits limits{.max_points = 10};
+  const WireLimits limits{.max_points = 10, .least_message_bytes = 0};
   FrameSource source(context, "ipc://" + (folder / "limit").string(), limits);
   FrameSink sink(context, source.endpoint());
   REQUIRE(sink.wait_ready(30s));

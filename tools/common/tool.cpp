@@ -23,6 +23,8 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   } catch (const CLI::ParseError& error) {
     return exit(error) == 0 ? exit_ok : exit_usage;
   }
+  // A file-size limit is a failed write with a sentence, not a signal.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return body();
   } catch (const std::bad_alloc&) {

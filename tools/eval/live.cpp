@@ -76,6 +76,9 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
     if (message_kind(*message) != MessageKind::result) continue;
     if (const WireStatus status = decode_result(*message, result); status != WireStatus::ok)
       throw Error(Status::bad_input, options.results_endpoint + ": a result cannot be read: " + std::string(explain(status)));
+    if (result.model_checksum != model.checksum())
+      throw Error(Status::bad_input, options.results_endpoint + ": these results were matched with another model; give the one that "
+                                                                "the matcher uses");
     if (result.status == WireStatus::end_of_stream) {
       summary.complete = true;
       continue;

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <memory>
 
+#include <unistd.h>
+
 using namespace lbea;
 
 namespace {
@@ -31,11 +33,12 @@ void add_live(CLI::App& app, LiveArguments& arguments) {
   app.add_flag("--json", arguments.json, "Print the results as JSON instead of a table");
 }
 
-void write_out(const LiveArguments& arguments, const LiveSummary& summary, const Model& model, const Truth* truth) {
-  std::filesystem::create_directories(arguments.out);
-  write_csv(arguments.out / "results.csv", summary);
-  const RigidTransform pose = arguments.pose.empty() ? identity_transform : read_pose(arguments.pose);
-  write_meshes(arguments.out, summary, model, truth, pose);
+// Before the test, which happens once: a folder that cannot be written to is no news for afterwards.
+void prepare_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || access(folder.c_str(), W_OK) != 0)
+    throw Error(Status::write_failed, folder.string() + ": cannot write to this folder; choose another one with --out");
 }
 
 int live(const LiveArguments& arguments) {
@@ -43,6 +46,8 @@ int live(const LiveArguments& arguments) {
   const Model model = Model::open(arguments.model);
   std::unique_ptr<Truth> truth;
   if (!arguments.truth_table.empty()) truth = std::make_unique<Truth>(arguments.truth_table, open_simulation(arguments.run), model);
+  const RigidTransform pose = arguments.pose.empty() ? identity_transform : read_pose(arguments.pose);
+  if (!arguments.out.empty()) prepare_folder(arguments.out);
   const LiveOptions options{arguments.results, std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};
   const auto ready = [] { std::fprintf(stderr, "lbea-eval: ready\n"); };
   const auto print = [&](const LiveRow& row) {
@@ -51,8 +56,13 @@ int live(const LiveArguments& arguments) {
   if (!arguments.json) std::printf("%s\n", table_header(model).c_str());
   const LiveSummary summary = watch(options, model, truth.get(), ready, print, [] { return stop_requested != 0; });
   std::printf("%s\n", arguments.json ? to_json(summary).c_str() : table_summary(summary, model).c_str());
-  if (!arguments.out.empty()) write_out(arguments, summary, model, truth.get());
-  return summary.rows.empty() ? exit_failed : exit_ok;
+  if (!arguments.out.empty()) {
+    write_csv(arguments.out / "results.csv", summary);
+    write_meshes(arguments.out, summary, model, truth.get(), pose);
+  }
+  if (summary.rows.empty())
+    throw Error(Status::endpoint_unavailable, arguments.results + ": no result came; is lbea-serve publishing there, and was anything sent?");
+  return exit_ok;
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 
 #include <cstdio>
 
+#include <unistd.h>
+
 namespace lbea {
 
 namespace {
@@ -78,18 +80,31 @@ PipelineConfig pipeline_config(const Options& options, const Model& model) {
   return config;
 }
 
+/// Every waiting frame has a slot for max_points, allocated at the start.
+void check_memory(const Options& options) {
+  const auto pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGE_SIZE);
+  const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
+  const std::uint64_t needed = std::uint64_t{options.pipeline.queue_slots} * options.matcher.max_points * sizeof(Point);
+  if (needed > installed / 2)
+    throw Error(Status::bad_config, fmt::format("--queue {} frames of --max-points {} need {} MB, more than half of this machine's {} MB; "
+                                                "lower one of them",
+                                                options.pipeline.queue_slots, options.matcher.max_points, needed >> 20, installed >> 20));
+}
+
 int serve(Options options) {
   catch_stop_signals();
   if (!options.pose_file.empty()) options.matcher.T_reference_sensor = read_pose(options.pose_file);
   const Model model = Model::open(options.model_file);
+  check_memory(options);
   ModelEngine engine(model, options.matcher);
   WireContext context;
   const PipelineConfig config = pipeline_config(options, model);
   FrameSource frames(context, options.frames_endpoint, config.limits);
   ResultSink results(context, options.results_endpoint);
-  spdlog::info("ready: frames on {}, results on {}, {} samples of {} simulations", frames.endpoint(),
-               results.endpoint(), model.samples(), model.simulations());
+  const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations", frames.endpoint(),
+                                        results.endpoint(), model.samples(), model.simulations());
   Pipeline pipeline(config, engine, std::move(frames), std::move(results));
+  spdlog::info(ready);
   while (stop_requested == 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   pipeline.stop();
   const Counters counters = pipeline.counters();

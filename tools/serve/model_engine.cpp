@@ -1,12 +1,10 @@
 #include "tools/serve/model_engine.hpp"
 
-#include "runtime/src/model_view.hpp"
-
 namespace lbea {
 
 ModelSummary summarize(const Model& model, const std::string& file) {
   ModelSummary summary{file,
-                       model.view().file_checksum,
+                       model.checksum(),
                        model.vertices(),
                        model.modes(),
                        model.samples(),

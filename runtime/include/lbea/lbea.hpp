@@ -118,6 +118,7 @@ class Model {
   [[nodiscard]] std::uint32_t elements() const noexcept;
   [[nodiscard]] ReferenceMode reference_mode() const noexcept;
   [[nodiscard]] std::string_view length_unit() const noexcept;
+  [[nodiscard]] std::uint64_t checksum() const noexcept;  // of the directory, which covers every byte: names this model
   [[nodiscard]] std::string_view provenance() const noexcept;  // JSON: tool version, inputs and their hashes
 
   // the ensemble
