@@ -14,12 +14,12 @@ struct Block {
 
 // Three vectors of packed x y z, apart by coordinate: lanes 0-15 name the first vector, 16-31 the second.
 Block apart(Floats a, Floats b, Floats c) {
-  const Floats x = __builtin_shuffle(a, b, Ints{0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0});
-  const Floats y = __builtin_shuffle(a, b, Ints{1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0});
-  const Floats z = __builtin_shuffle(a, b, Ints{2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0});
-  return {__builtin_shuffle(x, c, Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29}),
-          __builtin_shuffle(y, c, Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30}),
-          __builtin_shuffle(z, c, Ints{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31})};
+  const Floats x = pick<0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0>(a, b);
+  const Floats y = pick<1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0>(a, b);
+  const Floats z = pick<2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0>(a, b);
+  return {pick<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29>(x, c),
+          pick<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30>(y, c),
+          pick<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31>(z, c)};
 }
 
 Block load_points(const float* points) { return apart(load(points), load(points + lanes), load(points + 2 * lanes)); }
@@ -65,28 +65,33 @@ struct Corners {
 };
 constexpr Corners inverted{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
 
+Floats halves_swapped(Floats v) { return pick<8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7>(v, v); }
+Floats quarters_swapped(Floats v) { return pick<4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11>(v, v); }
+
 // Four points in a vector, x y z and number each: lanes 0, 1, 2 of what is folded hold the box.
 Corners corners(Floats low, Floats high) {
-  constexpr Ints far = {8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7}, near = {4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11};
-  low = minimum(low, __builtin_shuffle(low, far));
-  low = minimum(low, __builtin_shuffle(low, near));
-  high = maximum(high, __builtin_shuffle(high, far));
-  high = maximum(high, __builtin_shuffle(high, near));
+  low = minimum(low, halves_swapped(low));
+  low = minimum(low, quarters_swapped(low));
+  high = maximum(high, halves_swapped(high));
+  high = maximum(high, quarters_swapped(high));
   return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
+
+// Of eight points x y z p: eight x and eight y, or eight z and eight p.
+Floats pick_xy(Floats a, Floats b) { return pick<0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29>(a, b); }
+Floats pick_zp(Floats a, Floats b) { return pick<2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31>(a, b); }
+Floats first_halves(Floats a, Floats b) { return pick<0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23>(a, b); }
+Floats second_halves(Floats a, Floats b) { return pick<8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31>(a, b); }
 
 Corners fill_whole_leaf(const PlacedPoint* points, Leaf& leaf) {
   const float* from = &points->x;
   const Floats a = load(from), b = load(from + lanes), c = load(from + 2 * lanes), d = load(from + 3 * lanes);
   // Pairs of coordinates of the first and the last eight points, then one coordinate of all sixteen.
-  constexpr Ints xy = {0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29}, zp = {2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31};
-  constexpr Ints first = {0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23}, second = {8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31};
-  const Floats xy_low = __builtin_shuffle(a, b, xy), xy_high = __builtin_shuffle(c, d, xy);
-  const Floats zp_low = __builtin_shuffle(a, b, zp), zp_high = __builtin_shuffle(c, d, zp);
-  store(leaf.x, __builtin_shuffle(xy_low, xy_high, first));
-  store(leaf.y, __builtin_shuffle(xy_low, xy_high, second));
-  store(leaf.z, __builtin_shuffle(zp_low, zp_high, first));
-  store(leaf.point, __builtin_shuffle(zp_low, zp_high, second));
+  const Floats xy_low = pick_xy(a, b), xy_high = pick_xy(c, d), zp_low = pick_zp(a, b), zp_high = pick_zp(c, d);
+  store(leaf.x, first_halves(xy_low, xy_high));
+  store(leaf.y, second_halves(xy_low, xy_high));
+  store(leaf.z, first_halves(zp_low, zp_high));
+  store(leaf.point, second_halves(zp_low, zp_high));
   return corners(minimum(minimum(a, b), minimum(c, d)), maximum(maximum(a, b), maximum(c, d)));
 }
 

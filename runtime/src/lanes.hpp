@@ -74,13 +74,19 @@ static inline std::uint32_t at_most(Floats a, Floats b) {
 #endif
 }
 
+/// Lanes of two vectors by number: 0-15 of the first, 16-31 of the second.
+template <int... Lane>
+static inline Floats pick(Floats a, Floats b) {
+  return __builtin_shufflevector(a, b, Lane...);
+}
+
 /// By halves: each step folds the upper lanes onto the lower ones.
 template <typename Fold>
 static inline float folded(Floats value, Fold fold) {
-  value = fold(value, __builtin_shuffle(value, Ints{8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7}));
-  value = fold(value, __builtin_shuffle(value, Ints{4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11}));
-  value = fold(value, __builtin_shuffle(value, Ints{2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13}));
-  value = fold(value, __builtin_shuffle(value, Ints{1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14}));
+  value = fold(value, pick<8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7>(value, value));
+  value = fold(value, pick<4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11>(value, value));
+  value = fold(value, pick<2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13>(value, value));
+  value = fold(value, pick<1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14>(value, value));
   return value[0];
 }
 static inline float greatest(Floats value) { return folded(value, maximum); }
