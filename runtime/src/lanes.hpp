@@ -18,15 +18,9 @@ namespace lbea::LBEA_KERNELS {
 inline constexpr std::size_t lanes = 16;
 using Floats = float __attribute__((vector_size(64)));
 using Ints = std::int32_t __attribute__((vector_size(64)));
-using Uints = std::uint32_t __attribute__((vector_size(64)));
 
 static inline Floats load(const float* from) {
   Floats value;
-  __builtin_memcpy(&value, from, sizeof(value));
-  return value;
-}
-static inline Uints load(const std::uint32_t* from) {
-  Uints value;
   __builtin_memcpy(&value, from, sizeof(value));
   return value;
 }
@@ -36,7 +30,6 @@ static inline void store(Scalar* to, Vector value) {
   __builtin_memcpy(to, &value, sizeof(value));
 }
 static inline Floats all(float value) { return Floats{} + value; }
-static inline Uints all(std::uint32_t value) { return Uints{} + value; }
 // A comparison with NaN is false, so the second operand wins: minimum(NaN, b) = b.
 static inline Floats minimum(Floats a, Floats b) { return a < b ? a : b; }
 static inline Floats maximum(Floats a, Floats b) { return a > b ? a : b; }
