@@ -64,6 +64,8 @@ struct Counters {
   std::uint64_t duplicates = 0;  // ids not above an earlier one of their session
   std::uint64_t sessions = 0;
   std::uint64_t unannounced = 0;  // refused or dropped frames of which no result could be published
+  std::uint64_t recorded = 0;     // frames that are in the recording's file
+  std::uint64_t unrecorded = 0;   // frames and results that a recording was to hold and does not
 
   [[nodiscard]] std::uint64_t of(WireStatus status) const noexcept {
     return by_status[static_cast<std::size_t>(status)];

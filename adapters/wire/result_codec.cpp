@@ -26,7 +26,8 @@ Offset<wire::Counters> build(FlatBufferBuilder& builder, const Counters& counter
   const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());
   return wire::CreateCounters(builder, counters.received, counters.sum(Fate::matched),
                               counters.sum(Fate::rejected), counters.sum(Fate::dropped), by_status,
-                              counters.missed, counters.duplicates, counters.sessions, counters.unannounced);
+                              counters.missed, counters.duplicates, counters.sessions, counters.unannounced,
+                              counters.recorded, counters.unrecorded);
 }
 
 Counters read(const wire::Counters* from) {
@@ -41,6 +42,8 @@ Counters read(const wire::Counters* from) {
   counters.duplicates = from->duplicates();
   counters.sessions = from->sessions();
   counters.unannounced = from->unannounced();
+  counters.recorded = from->recorded();
+  counters.unrecorded = from->unrecorded();
   return counters;
 }
 

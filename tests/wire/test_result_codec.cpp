@@ -27,6 +27,8 @@ WireResult some_result() {
   result.counters.duplicates = 17;
   result.counters.sessions = 18;
   result.counters.unannounced = 19;
+  result.counters.recorded = 20;
+  result.counters.unrecorded = 21;
   result.receive_ns = 20;
   result.publish_ns = 21;
   result.model_checksum = 0xffff'ffff'ffff'fff0;
