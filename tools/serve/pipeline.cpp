@@ -77,6 +77,15 @@ void Pipeline::stop() {
   }
 }
 
+Counters Pipeline::counters() const noexcept {
+  Counters counters = counters_.load();
+  if (config_.observer == nullptr) return counters;
+  const RunObserver::Counts counts = config_.observer->counts();
+  counters.recorded = counts.recorded;
+  counters.unrecorded = counts.unrecorded;
+  return counters;
+}
+
 void Pipeline::receive_frames() noexcept {
   while (!stopping_) {
     if (const auto message = source_.receive(receive_timeout)) take(*message, false);
@@ -107,6 +116,8 @@ void Pipeline::take(Message message, bool patient) noexcept {
   } else {
     refuse(WireStatus::queue_full, receive_ns);
   }
+  // After the matcher has its copy, so that it need not wait for this one.
+  if (config_.observer != nullptr) config_.observer->frame(message, decoder_.header(), receive_ns);
 }
 
 Pipeline::FrameSlot* Pipeline::claim_slot(bool patient) noexcept {
@@ -240,12 +251,14 @@ void Pipeline::publish(const WireResult& outcome, std::span<const Match> matches
     result.matches.push_back({match.sample, std::string(engine_.simulation_name(match.sample.simulation)),
                               engine_.time_s(match.sample), match.distance});
   result.verdict = verdict_of(result.status);
-  result.counters = counters_.load();
+  result.counters = counters();
   result.model_checksum = config_.description.model.checksum;
   result.sequence = sequence_++;
   result.publish_ns = wall_clock_ns();
   result.elapsed_ns.total = short_ns(result.publish_ns - result.receive_ns);
-  sink_.send(encoder_.result(result));
+  const Message message = encoder_.result(result);
+  sink_.send(message);
+  if (config_.observer != nullptr) config_.observer->result(message, result);
   log_.note(result);
 }
 
@@ -254,8 +267,10 @@ void Pipeline::publish_state() noexcept {
   state.sequence = sequence_++;
   state.publish_ns = wall_clock_ns();
   state.queue_used = static_cast<std::uint32_t>(frames_.used());
-  state.counters = counters_.load();
-  sink_.send(encoder_.state(state));
+  state.counters = counters();
+  const Message message = encoder_.state(state);
+  sink_.send(message);
+  if (config_.observer != nullptr) config_.observer->state(message, state);
 }
 
 }  // namespace lbea

@@ -8,6 +8,7 @@
 #include "adapters/wire/spsc_ring.hpp"
 #include "adapters/wire/streams.hpp"
 #include "tools/serve/frame_log.hpp"
+#include "tools/serve/run_observer.hpp"
 #include "tools/serve/shared_counters.hpp"
 
 #include <atomic>
@@ -30,6 +31,7 @@ struct PipelineConfig {
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
   WireState description;  // the unchanging part: version, method, model
+  RunObserver* observer = nullptr;  // may be absent; outlives the pipeline
 };
 
 class Pipeline {
@@ -38,7 +40,7 @@ class Pipeline {
   ~Pipeline();
   /// Stops receiving, takes in what has already arrived, finishes all of it and publishes the last results.
   void stop();
-  [[nodiscard]] Counters counters() const noexcept { return counters_.load(); }
+  [[nodiscard]] Counters counters() const noexcept;
 
  private:
   using Clock = std::chrono::steady_clock;

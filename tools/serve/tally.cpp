@@ -23,6 +23,11 @@ std::string reasons(const Counters& counters, Fate fate) {
   return std::to_string(counters.sum(fate)) + text + (text.empty() ? "" : ")");
 }
 
+std::string recording_text(const Counters& counters) {
+  if (counters.recorded == 0 && counters.unrecorded == 0) return {};
+  return "; recorded " + std::to_string(counters.recorded) + ", NOT recorded " + std::to_string(counters.unrecorded);
+}
+
 nlohmann::ordered_json by_reason(const Counters& counters, Fate fate) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for_each_status(fate,
@@ -37,7 +42,7 @@ std::string tally_line(const Counters& counters) {
          "matched " + reasons(counters, Fate::matched) + " + rejected " + reasons(counters, Fate::rejected) +
          " + dropped " + reasons(counters, Fate::dropped) + "; missed " + std::to_string(counters.missed) +
          ", duplicates " + std::to_string(counters.duplicates) + ", sessions " +
-         std::to_string(counters.sessions);
+         std::to_string(counters.sessions) + recording_text(counters);
 }
 
 std::string tally_json(const Counters& counters) {
@@ -54,12 +59,15 @@ std::string tally_json(const Counters& counters) {
   json["sessions"] = counters.sessions;
   json["ends_of_stream"] = counters.of(WireStatus::end_of_stream);
   json["unannounced"] = counters.unannounced;
+  json["recorded"] = counters.recorded;
+  json["unrecorded"] = counters.unrecorded;
   json["adds_up"] = counters.adds_up();
   return json.dump();
 }
 
 bool is_complete(const Counters& counters) {
-  return counters.adds_up() && counters.sum(Fate::dropped) == 0 && counters.missed == 0;
+  return counters.adds_up() && counters.sum(Fate::dropped) == 0 && counters.missed == 0 &&
+         counters.unrecorded == 0;
 }
 
 }  // namespace lbea

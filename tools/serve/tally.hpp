@@ -11,7 +11,8 @@ namespace lbea {
 [[nodiscard]] std::string tally_line(const Counters& counters);
 /// The same as one JSON object.
 [[nodiscard]] std::string tally_json(const Counters& counters);
-/// Every frame that was sent was answered: the account adds up, nothing was dropped and no id is missing.
+/// Every frame that was sent was answered: the account adds up, nothing was dropped, no id is missing, and what
+/// was to be recorded is.
 [[nodiscard]] bool is_complete(const Counters& counters);
 
 }  // namespace lbea
