@@ -24,6 +24,8 @@ struct FrameHeader {
   bool end_of_stream = false;
   bool identified = false;    // session and id could be read (also from some messages that are refused)
   std::string_view frame_id;  // names the coordinate system; valid until the decoder's next open()
+  // The nested foxglove.PointCloud as it came, for recordings; empty when it is none. As long valid.
+  std::span<const std::byte> cloud;
 };
 
 /// Reads frames one after another with one set of buffers. Messages may lie at any address.
@@ -69,6 +71,9 @@ class Encoder {
   /// Empty when the stamp is before 1970 or after 2106, or for more points than fit into a message (2 GB).
   std::span<const std::byte> frame(const Frame& frame, std::uint64_t session,
                                    std::string_view frame_id = "sensor");
+  /// A frame around a complete foxglove.PointCloud, which it holds byte for byte; empty when that is too large.
+  std::span<const std::byte> frame_of_cloud(std::span<const std::byte> cloud, std::uint64_t session,
+                                            std::uint64_t id);
   std::span<const std::byte> end_of_stream(std::uint64_t session, std::uint64_t next_id);
   std::span<const std::byte> result(const WireResult& result);
   std::span<const std::byte> state(const WireState& state);

@@ -15,6 +15,7 @@ namespace {
 constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr flatbuffers::uoffset_t max_frame_tables = 64;
 constexpr std::size_t float_bytes = sizeof(float);
+constexpr std::size_t room_for_the_rest = 65'536;  // of a message, beside its points
 constexpr std::array<std::string_view, 3> axis_names{"x", "y", "z"};
 
 bool is_identity(const foxglove::Pose* pose) {
@@ -100,6 +101,7 @@ WireStatus FrameDecoder::open_cloud(std::span<const std::byte> bytes) {
   const auto* cloud =
       detail::verified_root<foxglove::PointCloud>(detail::aligned(bytes, cloud_), max_frame_tables);
   if (cloud == nullptr) return WireStatus::bad_cloud;
+  header_.cloud = bytes;
   if (!to_stamp(cloud->timestamp(), header_.stamp_ns)) return WireStatus::bad_stamp;
   if (cloud->frame_id() != nullptr) header_.frame_id = cloud->frame_id()->string_view();
   if (!is_identity(cloud->pose())) return WireStatus::unsupported_pose;
@@ -135,6 +137,7 @@ WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into, 
   into.header = decoder.header();
   into.coordinate_system = into.header.frame_id;
   into.header.frame_id = {};
+  into.header.cloud = {};
   into.points.resize(status == WireStatus::ok ? into.header.points : 0);
   decoder.read_points(into.points);
   return status;
@@ -142,19 +145,26 @@ WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into, 
 
 std::span<const std::byte> Encoder::frame(const Frame& frame, std::uint64_t session,
                                           std::string_view frame_id) {
-  constexpr std::size_t room_for_the_rest = 65'536;
   const std::size_t most_points = (detail::max_flatbuffer_bytes - 2 * room_for_the_rest) / sizeof(Point);
   if (!is_sendable_stamp(frame.stamp_ns) || frame.points.size() > most_points ||
       frame_id.size() > room_for_the_rest)
     return {};
-  auto& [cloud, message] = *buffers_;
+  auto& cloud = buffers_->cloud;
   cloud.Clear();
   build_cloud(cloud, frame, frame_id);
+  return frame_of_cloud(detail::finished(cloud), session, frame.id);
+}
+
+std::span<const std::byte> Encoder::frame_of_cloud(std::span<const std::byte> cloud, std::uint64_t session,
+                                                   std::uint64_t id) {
+  if (cloud.size() > detail::max_flatbuffer_bytes - room_for_the_rest) return {};
+  auto& message = buffers_->message;
   message.Clear();
   message.ForceDefaults(true);  // so that relabel_frame finds an id of 0 too
-  message.ForceVectorAlignment(cloud.GetSize(), 1, detail::flatbuffer_alignment);
-  const auto nested = message.CreateVector(cloud.GetBufferPointer(), cloud.GetSize());
-  wire::FinishFrameBuffer(message, wire::CreateFrame(message, session, frame.id, nested));
+  message.ForceVectorAlignment(cloud.size(), 1, detail::flatbuffer_alignment);
+  const auto nested =
+      message.CreateVector(reinterpret_cast<const std::uint8_t*>(cloud.data()), cloud.size());
+  wire::FinishFrameBuffer(message, wire::CreateFrame(message, session, id, nested));
   return detail::finished(message);
 }
 

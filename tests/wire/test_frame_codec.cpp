@@ -51,6 +51,30 @@ TEST_CASE("a frame comes back as it was, for every size") {
   }
 }
 
+TEST_CASE("a recorded cloud goes out again byte for byte, under the session and id it is given") {
+  for (const std::size_t count : {0u, 1u, 1000u}) {
+    const auto points = some_points(count);
+    const auto message = encode({0, 77, points}, 5);
+    FrameDecoder decoder;
+    REQUIRE(decoder.open(message) == WireStatus::ok);
+    const std::vector<std::byte> cloud(decoder.header().cloud.begin(), decoder.header().cloud.end());
+    CHECK(cloud.size() > count * sizeof(Point));
+    Encoder encoder;
+    const auto again = encoder.frame_of_cloud(cloud, 5, 0);
+    CHECK(std::vector<std::byte>(again.begin(), again.end()) == message);
+    REQUIRE(decoder.open(encoder.frame_of_cloud(cloud, 8, 1ull << 60)) == WireStatus::ok);
+    CHECK(decoder.header().session == 8);
+    CHECK(decoder.header().id == 1ull << 60);
+    CHECK(decoder.header().stamp_ns == 77);
+    const auto same = decoder.header().cloud;
+    CHECK(std::vector<std::byte>(same.begin(), same.end()) == cloud);
+  }
+  FrameDecoder decoder;
+  Encoder encoder;
+  CHECK(decoder.open(encoder.frame_of_cloud({}, 1, 2)) == WireStatus::bad_cloud);
+  CHECK(decoder.header().cloud.empty());
+}
+
 TEST_CASE("points that are not finite pass unchanged: the matcher counts them") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();

@@ -132,6 +132,7 @@ Pipeline::FrameSlot* Pipeline::claim_slot(bool patient) noexcept {
 void Pipeline::accept(FrameSlot& slot, Clock::time_point begin, std::int64_t receive_ns) noexcept {
   slot.header = decoder_.header();
   slot.header.frame_id = {};
+  slot.header.cloud = {};
   decoder_.read_points(slot.points);
   slot.receive_ns = receive_ns;
   slot.queued = Clock::now();
