@@ -6,6 +6,7 @@ packages=(
   libxxhash-dev                                    # runtime: checksums, header-only
   libeigen3-dev libspectra-dev libembree-dev       # bake: matrices, eigen-solver, ray casting
   cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # wire
+  libisal-dev liblz4-dev libzstd-dev zlib1g-dev    # recordings: checksums, compressed chunks
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libcli11-dev libspdlog-dev                       # programs
   libnanoflann-dev libbenchmark-dev                # benchmark: a baseline, loops one by one
