@@ -44,7 +44,7 @@ std::optional<Record> FileWalk::peek(std::size_t most) {
   if (!found) return std::nullopt;
   buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(found->length, most)));
   source_.read(position_ + record_prefix_bytes, buffer_);
-  return Record{found->opcode, position_, buffer_};
+  return Record{found->opcode, position_, found->length, buffer_};
 }
 
 void FileWalk::skip() {
@@ -56,7 +56,7 @@ std::optional<Record> next_record(Bytes& rest, std::uint64_t& offset) {
   const auto opcode = static_cast<Opcode>(cursor.number<std::uint8_t>());
   const Bytes content = cursor.long_block();
   if (!cursor.intact() || opcode == Opcode{}) return std::nullopt;
-  const Record record{opcode, offset, content};
+  const Record record{opcode, offset, content.size(), content};
   rest = rest.subspan(record_prefix_bytes + content.size());
   offset = record.end();
   return record;

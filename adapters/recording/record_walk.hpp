@@ -9,8 +9,9 @@ namespace lbea::mcap {
 struct Record {
   Opcode opcode{};
   std::uint64_t offset = 0;  // of its prefix
+  std::uint64_t length = 0;  // of its content
   Bytes content;
-  [[nodiscard]] std::uint64_t end() const noexcept { return offset + record_prefix_bytes + content.size(); }
+  [[nodiscard]] std::uint64_t end() const noexcept { return offset + record_prefix_bytes + length; }
 };
 
 /// Through a file. Reads one record at a time into one buffer.
