@@ -1,5 +1,6 @@
 #include "precompute/bake.hpp"
 
+#include "precompute/branches.hpp"
 #include "precompute/envelope.hpp"
 #include "precompute/model_sections.hpp"
 #include "precompute/observed_region.hpp"
@@ -7,12 +8,14 @@
 #include "precompute/provenance.hpp"
 #include "precompute/reference_basis.hpp"
 #include "precompute/sample_projection.hpp"
+#include "precompute/sample_views.hpp"
 #include "precompute/stage.hpp"
 #include "precompute/survey.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -127,6 +130,12 @@ std::vector<ReferenceBasis> reference_bases(const ObservedRegion& region,
   return bases;
 }
 
+std::vector<std::uint32_t> simulation_of_samples(const Survey& survey) {
+  std::vector<std::uint32_t> simulations;
+  for (std::uint32_t run = 0; run < survey.runs.size(); ++run) simulations.insert(simulations.end(), survey.runs[run].steps.size(), run);
+  return simulations;
+}
+
 BakeSummary summarise(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
   BakeSummary summary;
   summary.vertices = info.vertices;
@@ -176,14 +185,26 @@ BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& descriptio
   const std::size_t provenance_size = provenance_json(description, ensemble, survey, bases, 0).size() + 32;
   std::vector<PlannedSection> plan;
   small.plan(plan);
-  plan_large_sections(plan, info, description.correspondence, provenance_size);
+  const auto renderer = options.views ? options.views(survey.mesh, survey.min, survey.max) : nullptr;
+  std::optional<SampleViews> views;
+  if (renderer) views.emplace(*renderer, info.samples);
+  plan_large_sections(plan, info, description.correspondence, provenance_size, views ? &*views : nullptr);
   ModelWriter writer(output, std::move(plan));
   small.write(writer);
   Stage projecting(options, "samples", info.samples);
-  const ProjectionTask task{ensemble, survey, bases, description.correspondence};
-  const double kept = project_samples(task, writer, envelope, options.threads, projecting);
+  const ProjectionTask task{ensemble, survey, bases, description.correspondence, views ? &*views : nullptr};
+  const ProjectedSamples projected = project_samples(task, writer, envelope, options.threads, projecting);
+  const double kept = projected.kept_variance;
   seconds.samples = watch.lap();
 
+  // What was learned on the way: the view's axes, the branches, how well simulations explain one another.
+  for (std::uint32_t part = 0; part < info.references; ++part)
+    writer.write<std::uint32_t>(SectionId::leading_axes, part, 0, projected.leading_axes[part]);
+  writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, deformation_branches(projected.last_states));
+  if (views) {
+    views->calibrate(simulation_of_samples(survey), options.threads);
+    write_views(writer, *views);
+  }
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, envelope.finish().bits);
   std::string provenance = provenance_json(description, ensemble, survey, bases, kept);
   provenance.resize(provenance_size, ' ');  // its length was planned before its content was known

@@ -2,10 +2,13 @@
 #pragma once
 
 #include "precompute/common_mesh.hpp"
+#include "precompute/view_renderer.hpp"
 
+#include <array>
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -21,6 +24,8 @@ struct BakeOptions {
   unsigned threads = 0;  // 0: all processors; the model does not depend on it
   /// One per node of the common mesh, 0 = hidden from the rig; positions: N x 3 at impact. Not set: all visible.
   std::function<std::vector<std::uint8_t>(const CommonMesh&, std::span<const float> positions)> visible_nodes;
+  /// What renders the samples' depth images; low, high: box of all their positions. Not set: a model without them.
+  std::function<std::unique_ptr<ViewRenderer>(const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>& high)> views;
   std::function<void(const BakeProgress&)> progress;  // called from any thread, one call at a time
   std::function<bool()> cancelled;  // asked after every state; true ends the bake with BakeCancelled
 };

@@ -1,6 +1,7 @@
 #include "precompute/kept_variance.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace lbea {
 
@@ -26,6 +27,7 @@ void Moments::add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions,
   squared_coefficients += coefficients.squaredNorm();
   add_to(sum_positions, positions);
   add_to(sum_coefficients, coefficients);
+  add_to(sum_squares, coefficients.cwiseAbs2());
 }
 
 void Moments::add(const Moments& other) {
@@ -34,6 +36,7 @@ void Moments::add(const Moments& other) {
   squared_coefficients += other.squared_coefficients;
   add_to(sum_positions, other.sum_positions);
   add_to(sum_coefficients, other.sum_coefficients);
+  add_to(sum_squares, other.sum_squares);
 }
 
 double Moments::total(const Eigen::VectorXd& mass) const {
@@ -42,6 +45,15 @@ double Moments::total(const Eigen::VectorXd& mass) const {
 
 double Moments::kept() const {
   return std::max(squared_coefficients - sum_coefficients.squaredNorm() / samples, 0.0);
+}
+
+std::array<std::uint32_t, 3> Moments::leading_axes() const {
+  const Eigen::MatrixXd variance = sum_squares - sum_coefficients.cwiseAbs2() / samples;
+  std::vector<std::uint32_t> places(static_cast<std::size_t>(variance.size()));
+  std::iota(places.begin(), places.end(), 0u);
+  const auto at = [&](std::uint32_t place) { return variance(place / 3, place % 3); };
+  std::ranges::stable_sort(places, std::ranges::greater{}, at);
+  return {places[0], places[std::min<std::size_t>(1, places.size() - 1)], places[std::min<std::size_t>(2, places.size() - 1)]};
 }
 
 void MomentsInOrder::add(std::size_t run, std::vector<Moments> of_run) {

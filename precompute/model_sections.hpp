@@ -6,6 +6,7 @@
 #include "precompute/envelope.hpp"
 #include "precompute/model_writer.hpp"
 #include "precompute/reference_basis.hpp"
+#include "precompute/sample_views.hpp"
 #include "precompute/survey.hpp"
 
 #include <cstddef>
@@ -60,8 +61,12 @@ class SmallSections {
                                            const std::vector<ReferenceBasis>& references,
                                            const EnvelopeGrid& envelope);
 
-/// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes.
+/// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes,
+/// branches, leading axes and, unless `views` is null, depth images.
 void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
-                         bool with_correspondence, std::size_t provenance_size);
+                         bool with_correspondence, std::size_t provenance_size, const SampleViews* views);
+
+/// Sections 64 to 67.
+void write_views(ModelWriter& writer, const SampleViews& views);
 
 }  // namespace lbea

@@ -80,10 +80,20 @@ class Projector {
         throw Error(Status::bad_input, "run " + ensemble_run.name + " changed while it was read; bake again");
       for (std::uint32_t reference = 0; reference < moments.size(); ++reference)
         project(reference, sample, moments[reference]);
+      if (plan_.task.views != nullptr) plan_.task.views->render(sample, positions_);
       ++sample;
       stage.step();
     }
     return moments;
+  }
+
+  /// Of the state read last: some hundred nodes, x 3.
+  [[nodiscard]] std::vector<float> landmarks() const {
+    constexpr std::size_t most = 512;
+    std::vector<float> chosen;
+    const std::size_t every = (points_.size() + most - 1) / most;
+    for (std::size_t i = 0; i < points_.size(); i += every) chosen.insert(chosen.end(), {points_[i].x, points_[i].y, points_[i].z});
+    return chosen;
   }
 
  private:
@@ -154,17 +164,23 @@ double kept_share(const std::vector<ReferenceBasis>& references, const std::vect
 
 }  // namespace
 
-double project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope,
+ProjectedSamples project_samples(const ProjectionTask& task, ModelWriter& writer, EnvelopeBuilder& envelope,
                        unsigned threads, Stage& stage) {
   const Plan plan = make_plan(task);
   MomentsInOrder moments(task.references.size());
   const std::size_t runs = task.ensemble.runs.size();
+  ProjectedSamples projected;
+  projected.last_states.resize(runs);
   work_in_parallel(runs, threads, [&](const auto& next) {
     Projector projector(plan, writer, envelope);
-    for (std::size_t run = next(); run < runs; run = next())
+    for (std::size_t run = next(); run < runs; run = next()) {
       moments.add(run, projector.project_run(run, stage));
+      projected.last_states[run] = projector.landmarks();
+    }
   });
-  return kept_share(task.references, moments.sum());
+  projected.kept_variance = kept_share(task.references, moments.sum());
+  for (const Moments& of_reference : moments.sum()) projected.leading_axes.push_back(of_reference.leading_axes());
+  return projected;
 }
 
 }  // namespace lbea

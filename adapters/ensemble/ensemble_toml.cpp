@@ -150,6 +150,8 @@ EnsembleDescription read_description(TomlTable table) {
   table.read("envelope_margin", description.envelope_margin);
   if (description.envelope_margin < 0) table.fail("envelope_margin", "must not be negative");
   table.read("correspondence", description.correspondence);
+  table.read_path("views", description.views);
+  if (description.views.empty()) description.views = description.region.sensor;
   table.read_path("output", description.output);
   table.refuse_unknown_keys();
   return description;

@@ -47,12 +47,12 @@ std::string_view to_string(WireStatus status) noexcept { return text_of(status).
 std::string_view explain(WireStatus status) noexcept { return text_of(status).sentence; }
 Fate fate_of(WireStatus status) noexcept { return text_of(status).fate; }
 
-std::string_view to_string(Verdict verdict) noexcept {
+std::string_view to_string(WireVerdict verdict) noexcept {
   switch (verdict) {
-    case Verdict::unknown: return "unknown";
-    case Verdict::matched: return "matched";
-    case Verdict::low_coverage: return "low_coverage";
-    case Verdict::refused: return "refused";
+    case WireVerdict::unknown: return "unknown";
+    case WireVerdict::matched: return "matched";
+    case WireVerdict::low_coverage: return "low_coverage";
+    case WireVerdict::refused: return "refused";
   }
   return "unknown_verdict";
 }

@@ -41,8 +41,8 @@ inline constexpr std::size_t wire_status_count = 14;
 enum class Fate : std::uint8_t { matched, rejected, dropped, not_a_capture };
 [[nodiscard]] Fate fate_of(WireStatus status) noexcept;
 
-enum class Verdict : std::uint8_t { unknown = 0, matched, low_coverage, refused };
-[[nodiscard]] std::string_view to_string(Verdict verdict) noexcept;
+enum class WireVerdict : std::uint8_t { unknown = 0, matched, low_coverage, refused };
+[[nodiscard]] std::string_view to_string(WireVerdict verdict) noexcept;
 
 /// What a peer may send before it is refused.
 struct WireLimits {
@@ -99,7 +99,7 @@ struct WireResult {
   std::uint64_t frame_id = 0;
   std::int64_t stamp_ns = 0;
   WireStatus status = WireStatus::ok;
-  Verdict verdict = Verdict::unknown;
+  WireVerdict verdict = WireVerdict::unknown;
   std::uint32_t reference = 0;
   float coverage = 0;
   PointTally points;

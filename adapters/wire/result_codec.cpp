@@ -152,7 +152,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.frame_id = from->frame_id();
   into.stamp_ns = from->stamp_ns();
   into.status = static_cast<WireStatus>(from->status());
-  into.verdict = static_cast<Verdict>(from->verdict());
+  into.verdict = static_cast<WireVerdict>(from->verdict());
   into.reference = from->reference();
   into.coverage = from->coverage();
   into.points = read(from->points());

@@ -1,4 +1,5 @@
 // Compiled once per instruction set, each time into a namespace of its own (LBEA_KERNELS).
+#include "runtime/src/kernel_views.hpp"
 #include "runtime/src/kernels.hpp"
 #include "runtime/src/lanes.hpp"
 
@@ -307,6 +308,7 @@ float mode_distance(const float* const e[3], const float* sample, std::size_t st
 extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
-const Kernels table{LBEA_NAME(LBEA_KERNELS), place, fill_leaves, enclose, nearest, nearest_16, project, mode_distance};
+const Kernels table{LBEA_NAME(LBEA_KERNELS), place, fill_leaves, enclose, nearest, nearest_16, project, mode_distance,
+                    add_depths,             compare_views, subtract_views};
 
 }  // namespace lbea::LBEA_KERNELS

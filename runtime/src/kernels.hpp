@@ -55,6 +55,23 @@ struct alignas(64) NearestPoints {
   std::uint32_t slot[16];   // where the point lies: leaf * 16 + place in the leaf
 };
 
+/// A camera whose pixels are taken together in cells; depths are counted in steps from an origin.
+struct CellRaster {
+  float focal, centre_column, centre_row;  // in cells
+  float depth_origin, steps_per_depth;
+  std::uint32_t columns, rows;
+};
+
+/// What a cell costs at most, and what one costs that only one of two images fills; in depth steps.
+struct CellPrices {
+  float cap, one_sided;
+};
+
+struct CellSums {
+  float squares;  // of the cells' costs
+  float filled;   // cells that at least one image fills
+};
+
 struct Kernels {
   const char* name;
 
@@ -77,6 +94,13 @@ struct Kernels {
   /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Stops early, with what it has, as
   /// soon as that is not below `bound`.
   float (*mode_distance)(const float* const e[3], const float* sample, std::size_t stride, float bound);
+  /// Adds every point of the leaves, seen from a camera at T (camera coordinates from the leaves'), to its cell: depth
+  /// and number. What lies outside is added to cell columns * rows.
+  void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, float* sum, float* points);
+  /// A frame's depth image (negative: empty) against a sample's (0: empty); `cells` is a multiple of 16.
+  CellSums (*compare_views)(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices);
+  /// The same cell by cell, with its sign: sample less frame.
+  void (*subtract_views)(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices, float* residual);
 };
 
 /// The best that this processor runs; every one gives the same bits.

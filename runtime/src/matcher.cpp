@@ -6,23 +6,30 @@
 #include "runtime/src/nearest_samples.hpp"
 #include "runtime/src/projection.hpp"
 #include "runtime/src/stopwatch.hpp"
+#include "runtime/src/surface_fit.hpp"
 
 #include <lbea/lbea.hpp>
 
+#include <optional>
 #include <utility>
 #include <vector>
 
 namespace lbea {
 
 struct Matcher::State {
-  State(Model m, const MatcherConfig& c)
+  State(Model m, const MatcherConfig& c, SensorViews views)
       : model(std::move(m)), config(c), view(model.view()), index(envelope_grid(view.envelope), config.max_points),
         corresponding(view.info.vertices), coefficients(view.info.modes), public_coefficients(std::size_t{3} * view.info.modes),
-        best(std::min(config.max_matches, view.info.samples)), matches(best.capacity()), surface(view.info.vertices) {}
+        best(std::min(config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches, view.info.samples)),
+        matches(std::min(config.max_matches, view.info.samples)), surface(view.info.vertices) {
+    if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
+  }
 
   void search(const ReferenceView& reference) noexcept;
+  void fit(MatchResult& result) noexcept;
+  [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return fitter ? fitter->matches() : best.ranked(); }
   float coverage_of(const RankedSample& sample, const ReferenceView& reference) noexcept;
-  void publish(MatchResult& result) noexcept;
+  void publish(MatchResult& result, const ReferenceView& reference) noexcept;
 
   Model model;
   MatcherConfig config;
@@ -32,13 +39,15 @@ struct Matcher::State {
   Positions coefficients;   // e_j, eq. 3
   std::vector<float> public_coefficients;
   BestSamples best;
+  std::optional<SurfaceFitter> fitter;
   std::vector<Match> matches;
   std::vector<std::array<float, 3>> surface;  // the best sample's vertices
 };
 
-Matcher::Matcher(Model model, const MatcherConfig& config) {
-  check(config, model.view());
-  state_ = std::make_unique<State>(std::move(model), config);
+Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {
+  if (views.empty()) views = SensorViews::baked_into(model);
+  check(config, model.view(), views);
+  state_ = std::make_unique<State>(std::move(model), config, std::move(views));
 }
 Matcher::~Matcher() = default;
 Matcher::Matcher(Matcher&&) noexcept = default;
@@ -63,16 +72,22 @@ MatchResult Matcher::match(const Frame& frame) noexcept {
   result.elapsed_ns.projection = watch.lap();
   s.search(reference);                                                                    // eq. 1 or eq. 3
   result.elapsed_ns.matching = watch.lap();
-  result.coverage = s.coverage_of(s.best.ranked().front(), reference);
+  s.fit(result);                                                                          // what the sensor would see decides
+  result.elapsed_ns.fit = watch.lap();
+  result.coverage = s.coverage_of(s.ranked().front(), reference);
   result.elapsed_ns.coverage = watch.lap();
   result.status = result.coverage < s.config.min_coverage ? Status::low_coverage : Status::ok;
-  s.publish(result);
+  s.publish(result, reference);
   return result;
 }
 
 void Matcher::State::search(const ReferenceView& reference) noexcept {
   if (config.method == Method::vtp) return search_vtp(view, reference, corresponding, best);
   search_lbea(reference, coefficients, best);
+}
+
+void Matcher::State::fit(MatchResult& result) noexcept {
+  if (fitter) result.fit = fitter->fit(index, best.ranked());
 }
 
 float Matcher::State::coverage_of(const RankedSample& sample, const ReferenceView& reference) noexcept {
@@ -84,13 +99,15 @@ float Matcher::State::coverage_of(const RankedSample& sample, const ReferenceVie
   return coverage(index, surface, reference.mass, config.trusted_distance);
 }
 
-void Matcher::State::publish(MatchResult& result) noexcept {
+void Matcher::State::publish(MatchResult& result, const ReferenceView& reference) noexcept {
   for (std::size_t j = 0; j < coefficients.count; ++j)
     for (std::size_t axis = 0; axis < 3; ++axis) public_coefficients[3 * j + axis] = coefficients.planes[axis][j];
-  const auto ranked = best.ranked();
-  for (std::size_t k = 0; k < ranked.size(); ++k) matches[k] = {model.sample(ranked[k].sample), ranked[k].distance};
+  const auto nearest = ranked().first(std::min(ranked().size(), matches.size()));
+  for (std::size_t k = 0; k < nearest.size(); ++k) matches[k] = {model.sample(nearest[k].sample), nearest[k].distance};
   result.coefficients = public_coefficients;
-  result.matches = std::span(matches).first(ranked.size());
+  result.matches = std::span(matches).first(nearest.size());
+  for (std::size_t axis = 0; axis < 3; ++axis) result.leading_coordinates[axis] = public_coefficients[reference.leading_axes[axis]];
+  if (fitter && result.status == Status::ok) result.verdict = fitter->verdict();
 }
 
 }  // namespace lbea

@@ -33,7 +33,7 @@ bool is_rigid(const RigidTransform& T) noexcept {
 
 }  // namespace
 
-void check(const MatcherConfig& config, const ModelView& model) {
+void check(const MatcherConfig& config, const ModelView& model, const SensorViews& views) {
   require(config.max_points >= 1 && config.max_points <= most_points,
           "max_points is " + std::to_string(config.max_points) + "; give 1 to " + std::to_string(most_points));
   require(config.max_matches >= 1, "max_matches is 0; give at least 1");
@@ -41,7 +41,12 @@ void check(const MatcherConfig& config, const ModelView& model) {
           "trusted_distance is " + std::to_string(config.trusted_distance) + "; give a positive length");
   require(config.min_coverage >= 0 && config.min_coverage <= 1,
           "min_coverage is " + std::to_string(config.min_coverage) + "; give a share from 0 to 1");
-  require(config.method == Method::lbea || config.method == Method::vtp, "unknown method; give lbea or vtp");
+  require(config.method == Method::lbea || config.method == Method::vtp || config.method == Method::fit,
+          "unknown method; give lbea, vtp or fit");
+  require(config.method != Method::fit || !views.empty(),
+          "the model was baked without a sensor, so there are no depth images to compare with; bake it with one, render "
+          "them for the sensor's pose, or match by lbea");
+  require(views.empty() || views.data()->expected.size() == model.info.samples, "the depth images are those of another model");
   require(config.method != Method::vtp ||
               std::ranges::none_of(model.references, [](const ReferenceView& r) { return r.correspondence.empty(); }),
           "the model was baked without the samples' correspondences; bake it with them or match by lbea");

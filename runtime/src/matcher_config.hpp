@@ -10,7 +10,7 @@
 namespace lbea {
 
 /// Throws Error{bad_config} with the name of the field, its value and what would be right.
-void check(const MatcherConfig& config, const ModelView& model);
+void check(const MatcherConfig& config, const ModelView& model, const SensorViews& views);
 
 /// Method step 2: the reference whose time is nearest to `since_trigger_s`; ties to the earlier one.
 [[nodiscard]] std::uint32_t reference_at(const ModelView& model, double since_trigger_s) noexcept;

@@ -83,6 +83,19 @@ std::span<const float> Model::vertex_positions(std::uint32_t reference) const no
 std::span<const double> Model::eigenvalues(std::uint32_t reference) const noexcept {
   return view_->references[reference].eigenvalues;
 }
+std::array<std::uint32_t, 3> Model::leading_axes(std::uint32_t reference) const noexcept { return view_->references[reference].leading_axes; }
+std::array<float, 3> Model::leading_coordinates(std::uint32_t reference, std::uint32_t sample) const noexcept {
+  const ReferenceView& ref = view_->references[reference];
+  const std::size_t plane = format::padded(view_->info.modes);
+  std::array<float, 3> coordinates{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t mode = ref.leading_axes[k] / 3, axis = ref.leading_axes[k] % 3;
+    coordinates[k] = ref.coefficients[(std::size_t{3} * sample + axis) * plane + mode];
+  }
+  return coordinates;
+}
+std::uint32_t Model::branches() const noexcept { return view_->branches; }
+std::uint32_t Model::branch_of(std::uint32_t simulation) const noexcept { return view_->simulation_branches[simulation]; }
 double Model::reference_time_s(std::uint32_t reference) const noexcept { return view_->reference_times[reference]; }
 
 }  // namespace lbea

@@ -33,10 +33,11 @@ struct Header {
 };
 static_assert(sizeof(Header) == 64 && std::is_trivially_copyable_v<Header>);
 
-enum class ElementType : std::uint32_t { u8 = 1, u32 = 2, u64 = 3, f32 = 4, f64 = 5 };
+enum class ElementType : std::uint32_t { u8 = 1, u32 = 2, u64 = 3, f32 = 4, f64 = 5, u16 = 6 };
 inline constexpr std::size_t size_of(ElementType type) noexcept {
   switch (type) {
     case ElementType::u8: return 1;
+    case ElementType::u16: return 2;
     case ElementType::u32:
     case ElementType::f32: return 4;
     case ElementType::u64:
@@ -64,6 +65,7 @@ enum class SectionId : std::uint32_t {
   field_values = 16,  // part: field
   envelope_grid = 17,
   envelope_bits = 18,
+  simulation_branches = 19,
   reference_times = 32,
   vertex_nodes = 33,  // from here on, part: reference
   vertex_positions = 34,
@@ -74,6 +76,11 @@ enum class SectionId : std::uint32_t {
   tree_ranges = 39,
   coefficients = 40,
   correspondence = 41,
+  leading_axes = 42,
+  view_camera = 64,  // 64 to 67: all or none
+  view_size = 65,
+  view_depths = 66,
+  view_expected = 67,
 };
 
 struct SectionEntry {
@@ -95,6 +102,15 @@ struct Info {
   std::uint32_t reserved;
 };
 static_assert(sizeof(Info) == 14 * sizeof(std::uint32_t) && std::is_trivially_copyable_v<Info>);
+
+/// Section `view_camera`, all f64: what the camera of the depth images is, and when a residual is a misfit.
+struct ViewCameraWords {
+  std::array<double, 12> T_reference_sensor;
+  double focal, centre_column, centre_row;
+  double depth_origin, depth_step;
+  double misfit_limit;
+};
+static_assert(sizeof(ViewCameraWords) == 18 * sizeof(double) && std::is_trivially_copyable_v<ViewCameraWords>);
 
 /// Rows of `projection` and planes of `coefficients` are padded with zeros to whole 64-byte lines.
 inline constexpr std::size_t padded(std::size_t floats) noexcept { return (floats + 15) / 16 * 16; }

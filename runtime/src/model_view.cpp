@@ -1,5 +1,6 @@
 #include "runtime/src/model_view.hpp"
 
+#include "runtime/src/read_views.hpp"
 #include "runtime/src/section_reader.hpp"
 
 #include <algorithm>
@@ -25,6 +26,7 @@ class ModelReader {
     read_fields();
     read_envelope();
     for (std::uint32_t r = 0; r < view_.info.references; ++r) read_reference(r);
+    view_.views = read_views(sections_, view_.info);
     view_.file_checksum = sections_.directory_checksum();
     return std::move(view_);
   }
@@ -81,6 +83,9 @@ class ModelReader {
             "not strictly ascending");
     require(view_.samples.back()[0] < info.simulations, SectionId::samples, 0, "an index is out of range");
     require_finite(view_.sample_times, SectionId::sample_times);
+    view_.simulation_branches = sections_.required<std::uint32_t>(SectionId::simulation_branches, {info.simulations, 1, 1});
+    require_below(view_.simulation_branches, info.simulations, SectionId::simulation_branches, 0);
+    view_.branches = *std::ranges::max_element(view_.simulation_branches) + 1;
   }
 
   void read_component() {
@@ -116,6 +121,7 @@ class ModelReader {
     require(std::ranges::all_of(cells, [](std::uint32_t c) { return c > 0 && c <= most_cells_along_an_axis; }), SectionId::info, 0,
             "an impossible number of envelope cells");
     const std::uint64_t count = std::uint64_t{cells[0]} * cells[1] * cells[2];
+    require(count < std::uint64_t{1} << 31, SectionId::info, 0, "an impossible number of envelope cells");  // numbered in 32 bits
     view_.envelope = {{grid[0], grid[1], grid[2]}, grid[3], cells,
                       sections_.required<std::uint64_t>(SectionId::envelope_bits, {(count + 63) / 64, 1, 1})};
   }
@@ -136,6 +142,9 @@ class ModelReader {
     ref.projection = sections_.required<float>(SectionId::projection, {p, format::padded(n), 1}, r);
     ref.coefficients = sections_.required<float>(SectionId::coefficients, {s, 3, format::padded(p)}, r);
     ref.correspondence = sections_.optional<std::uint32_t>(SectionId::correspondence, {s, n, 1}, r);
+    const auto axes = sections_.required<std::uint32_t>(SectionId::leading_axes, {3, 1, 1}, r);
+    require_below(axes, 3 * info.modes, SectionId::leading_axes, r);
+    std::ranges::copy(axes, ref.leading_axes.begin());
     require_below(ref.vertex_nodes, info.nodes, SectionId::vertex_nodes, r);
     require_below(ref.correspondence, info.nodes, SectionId::correspondence, r);
     require_finite(flat(ref.vertex_positions), SectionId::vertex_positions, r);

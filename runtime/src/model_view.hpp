@@ -3,6 +3,7 @@
 
 #include "runtime/src/model_format.hpp"
 #include "runtime/src/vertex_tree.hpp"
+#include "runtime/src/view_data.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -24,6 +25,7 @@ struct ReferenceView {
   VertexTree tree;
   std::span<const float> coefficients;            // s x 3 x padded(p)
   std::span<const std::uint32_t> correspondence;  // s x n, empty when baked without VtP
+  std::array<std::uint32_t, 3> leading_axes{};    // places in a mode-major p x 3 array
 };
 
 struct FieldView {
@@ -43,6 +45,8 @@ struct ModelView {
   std::string_view provenance, length_unit;
   std::vector<std::string_view> simulation_names, parameter_names;
   std::span<const double> parameters;  // simulations x parameters
+  std::span<const std::uint32_t> simulation_branches;
+  std::uint32_t branches = 0;
   std::span<const std::array<std::uint32_t, 2>> samples;
   std::span<const double> sample_times;
   std::span<const std::uint32_t> node_ids, element_ids, element_parts;
@@ -52,6 +56,7 @@ struct ModelView {
   EnvelopeView envelope;
   std::span<const double> reference_times;
   std::vector<ReferenceView> references;
+  std::shared_ptr<const ViewData> views;  // null when baked without a sensor
   std::uint64_t file_checksum = 0;  // of the directory, which covers every section: names this model
   std::shared_ptr<const void> owner;  // the mapping, when the model owns one
 };

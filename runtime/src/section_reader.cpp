@@ -34,6 +34,7 @@ constexpr std::pair<SectionId, const char*> titles[] = {
     {SectionId::field_values, "field_values"},
     {SectionId::envelope_grid, "envelope_grid"},
     {SectionId::envelope_bits, "envelope_bits"},
+    {SectionId::simulation_branches, "simulation_branches"},
     {SectionId::reference_times, "reference_times"},
     {SectionId::vertex_nodes, "vertex_nodes"},
     {SectionId::vertex_positions, "vertex_positions"},
@@ -44,6 +45,11 @@ constexpr std::pair<SectionId, const char*> titles[] = {
     {SectionId::tree_ranges, "tree_ranges"},
     {SectionId::coefficients, "coefficients"},
     {SectionId::correspondence, "correspondence"},
+    {SectionId::leading_axes, "leading_axes"},
+    {SectionId::view_camera, "view_camera"},
+    {SectionId::view_size, "view_size"},
+    {SectionId::view_depths, "view_depths"},
+    {SectionId::view_expected, "view_expected"},
 };
 
 // a * b, or false when that does not fit.

@@ -21,4 +21,14 @@ std::string_view to_string(Status status) noexcept {
   return "unknown_status";
 }
 
+std::string_view to_string(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::unknown: return "unknown";
+    case Verdict::matched: return "matched";
+    case Verdict::ambiguous: return "ambiguous";
+    case Verdict::no_simulation_fits: return "no_simulation_fits";
+  }
+  return "unknown";
+}
+
 }  // namespace lbea

@@ -171,7 +171,7 @@ TEST_CASE("every frame is answered, in order, with names, times and counters") {
       CHECK(result.session == 1);
       CHECK(result.stamp_ns == 77);
       CHECK(result.status == WireStatus::ok);
-      CHECK(result.verdict == Verdict::matched);
+      CHECK(result.verdict == WireVerdict::matched);
       CHECK(result.coverage == 0.5f);
       CHECK(result.points.received == 10);
       REQUIRE(result.matches.size() == 1);
@@ -241,7 +241,7 @@ TEST_CASE("refused frames are answered too, and do not disturb the others") {
   check_published_as_counted(bench, counters);
   for (const WireResult& result : bench.results) {
     const bool refused = fate_of(result.status) == Fate::rejected;
-    CHECK((result.verdict == Verdict::refused) == refused);
+    CHECK((result.verdict == WireVerdict::refused) == refused);
     CHECK(result.matches.empty() == refused);
   }
 }

@@ -15,7 +15,7 @@ WireResult some_result() {
   result.frame_id = 13;
   result.stamp_ns = -14;
   result.status = WireStatus::low_coverage;
-  result.verdict = Verdict::low_coverage;
+  result.verdict = WireVerdict::low_coverage;
   result.reference = 15;
   result.coverage = 0.25f;
   result.points = {100, 1, 20, 79};

@@ -126,6 +126,8 @@ void declare(Tool& tool, BakeCommand& command) {
       with_default("points farther than this from all samples are background", defaults.envelope_margin));
   tool.add_option("--correspondence", command.correspondence,
                   "store what VtP matching needs: true or false (default: true)");
+  tool.add_option("--views", command.views,
+                  "sensor.json: render every sample as this rig would see it, for matching by fit (default: --sensor)");
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   tool.add_flag("--json", command.json, "print the summary as JSON");
 }
@@ -165,6 +167,8 @@ EnsembleDescription described(const BakeCommand& command) {
   replace(description.time_factor, command.time_factor);
   replace(description.envelope_margin, command.envelope_margin);
   replace(description.correspondence, command.correspondence);
+  if (command.sensor && description.views.empty()) description.views = *command.sensor;
+  replace(description.views, command.views);
   if (!command.output.empty()) description.output = command.output;
   if (description.output.empty()) description.output = command.toml.stem().concat(".lbea");
   return description;

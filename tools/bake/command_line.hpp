@@ -22,7 +22,7 @@ struct BakeCommand {
   std::optional<std::uint32_t> impact_step, modes;
   std::vector<std::uint32_t> region_parts;
   std::vector<double> region_box;
-  std::optional<std::filesystem::path> region_nodes, sensor, parameters;
+  std::optional<std::filesystem::path> region_nodes, sensor, views, parameters;
   std::vector<std::string> fields;
   std::optional<double> time_factor, envelope_margin;
   std::optional<bool> correspondence;

@@ -3,6 +3,7 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/sensor/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
+#include "precompute/sensor/depth_views.hpp"
 #include "precompute/sensor/virtual_sensor.hpp"
 
 #include <algorithm>
@@ -69,6 +70,14 @@ decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region,
   return [description, threads](const CommonMesh& mesh, std::span<const float> positions) {
     const VirtualSensor sensor(description.sensor, mesh.node_ids.size(), mesh.elements, threads);
     return sensor.visible_nodes({positions}, description.noise.min_cos_incidence);
+  };
+}
+
+decltype(BakeOptions::views) view_rendering(const std::filesystem::path& sensor) {
+  if (sensor.empty()) return {};
+  const SensorDescription description = read_sensor_json(sensor);
+  return [description](const CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+    return depth_views(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
   };
 }
 

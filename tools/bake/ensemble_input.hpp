@@ -27,4 +27,7 @@ void read_region_nodes(RegionDescription& region);
 [[nodiscard]] decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region,
                                                               unsigned threads);
 
+/// BakeOptions::views for the rig that `sensor` describes; empty when that is.
+[[nodiscard]] decltype(BakeOptions::views) view_rendering(const std::filesystem::path& sensor);
+
 }  // namespace lbea

@@ -35,6 +35,7 @@ int run(const BakeCommand& command) {
   BakeOptions options;
   options.threads = command.threads;
   options.visible_nodes = visibility(description.region, command.threads);
+  options.views = view_rendering(description.views);
   options.progress = [&](const BakeProgress& stage) { progress.show(stage); };
   options.cancelled = [] { return stop_requested != 0; };
   const BakeSummary summary = bake(open_ensemble(description), description, description.output, options);

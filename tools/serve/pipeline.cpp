@@ -41,10 +41,10 @@ WireStatus to_wire(Status status) noexcept {
   }
 }
 
-Verdict verdict_of(WireStatus status) noexcept {
-  if (status == WireStatus::ok) return Verdict::matched;
-  if (status == WireStatus::low_coverage) return Verdict::low_coverage;
-  return fate_of(status) == Fate::rejected ? Verdict::refused : Verdict::unknown;
+WireVerdict verdict_of(WireStatus status) noexcept {
+  if (status == WireStatus::ok) return WireVerdict::matched;
+  if (status == WireStatus::low_coverage) return WireVerdict::low_coverage;
+  return fate_of(status) == Fate::rejected ? WireVerdict::refused : WireVerdict::unknown;
 }
 
 }  // namespace

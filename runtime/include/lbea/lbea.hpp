@@ -11,12 +11,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
+#include <lbea/api.h>
 #include <lbea/version.hpp>
 
 namespace lbea {
@@ -40,7 +44,17 @@ struct Frame {
 enum class Method : std::int32_t {
   lbea,  // eq. 3: distance of coefficients in the Laplace-Beltrami eigenbasis
   vtp,   // eq. 1: distance of corresponding positions
+  fit,   // LBEA proposes, the depth images of what the sensor would see decide; needs SensorViews
 };
+
+/// What a frame says of the ensemble as a whole.
+enum class Verdict : std::int32_t {
+  unknown = 0,         // not asked (lbea, vtp), or the frame showed too little
+  matched,             // one shape explains the frame as well as the ensemble's own runs explain each other
+  ambiguous,           // several simulations with clearly different shapes do
+  no_simulation_fits,  // none does: the residual is beyond what leaving one simulation out ever left
+};
+[[nodiscard]] LBEA_API std::string_view to_string(Verdict verdict) noexcept;
 
 /// How the reference mesh `sim_ref` is chosen (method step 2).
 enum class ReferenceMode : std::uint32_t {
@@ -58,6 +72,7 @@ struct Sample {
 /// A sample with its distance to the frame.
 /// LBEA: eq. 3 as it stands, sum over modes of |e_j - s_j| (length unit squared, because psi' M psi = I).
 /// VtP: eq. 1 divided by the number of vertices, the mean distance per vertex (length unit).
+/// Fit: mean distance of the sample's nodes from the estimate's, an estimate of the EE (eq. 4, length unit).
 struct Match {
   Sample sample;
   float distance = 0;
@@ -82,10 +97,10 @@ enum class Status : std::int32_t {
 };
 inline constexpr std::int32_t status_count = 13;
 /// Stable lower-case name, e.g. "low_coverage"; "unknown_status" for a value that is none of the above.
-[[nodiscard]] std::string_view to_string(Status status) noexcept;
+[[nodiscard]] LBEA_API std::string_view to_string(Status status) noexcept;
 
 /// The one exception of set-up. what() is a sentence that names file, section, byte and what to do.
-struct Error : std::runtime_error {
+struct LBEA_API Error : std::runtime_error {
   Error(Status s, const std::string& sentence) : std::runtime_error(sentence), status(s) {}
   Status status;
 };
@@ -97,10 +112,17 @@ struct FieldInfo {
   Location location = Location::element;
 };
 
-struct ModelView;  // the validated sections of a model file, runtime-internal
+/// A share of a sample in a convex combination.
+struct WeightedSample {
+  Sample sample;
+  float weight = 0;  // shares are positive and add up to 1
+};
+
+struct ModelView;   // the validated sections of a model file, runtime-internal
+struct ViewData;    // the depth images and their camera, runtime-internal
 
 /// The baked file, immutable. Copies share one mapping; share it freely between threads.
-class Model {
+class LBEA_API Model {
  public:
   /// Maps `file` read-only and checks every byte that is later trusted.
   /// Throws Error{file_not_found | not_a_model | unsupported_version | corrupt_model}.
@@ -146,12 +168,48 @@ class Model {
   [[nodiscard]] std::span<const float> vertex_positions(std::uint32_t reference) const noexcept;      // n x 3
   [[nodiscard]] std::span<const double> eigenvalues(std::uint32_t reference) const noexcept;          // p, ascending
   [[nodiscard]] double reference_time_s(std::uint32_t reference) const noexcept;
+  /// The three (mode, coordinate) pairs with the highest variance over the samples, as places in a mode-major
+  /// p x 3 array of coefficients: the axes of the joint low-dimensional view (method step 8).
+  [[nodiscard]] std::array<std::uint32_t, 3> leading_axes(std::uint32_t reference) const noexcept;
+  /// The sample's coefficients there.
+  [[nodiscard]] std::array<float, 3> leading_coordinates(std::uint32_t reference, std::uint32_t sample) const noexcept;
+
+  // deformation branches: groups of simulations whose last states look alike
+  [[nodiscard]] std::uint32_t branches() const noexcept;
+  [[nodiscard]] std::uint32_t branch_of(std::uint32_t simulation) const noexcept;
 
   [[nodiscard]] const ModelView& view() const noexcept { return *view_; }
 
  private:
   explicit Model(std::shared_ptr<const ModelView> view) : view_(std::move(view)) {}
   std::shared_ptr<const ModelView> view_;
+};
+
+/// What the sensor would see of every sample: one coarse depth image each, and how well the simulations explain one
+/// another in them. Immutable; copies share the images.
+class LBEA_API SensorViews {
+ public:
+  SensorViews() = default;  // none
+  explicit SensorViews(std::shared_ptr<const ViewData> data) : data_(std::move(data)) {}
+  /// Those baked into the model, from the pose it was baked for; empty when it was baked without a sensor.
+  [[nodiscard]] static SensorViews baked_into(const Model& model);
+
+  [[nodiscard]] bool empty() const noexcept { return data_ == nullptr; }
+  [[nodiscard]] std::uint32_t columns() const noexcept;
+  [[nodiscard]] std::uint32_t rows() const noexcept;
+  /// The pose they were rendered for. Frames may come from one that differs by a few degrees.
+  [[nodiscard]] const RigidTransform& T_reference_sensor() const noexcept;
+  /// rows() x columns(), along the optical axis in the length unit; NaN where the sensor sees nothing.
+  [[nodiscard]] std::vector<float> depth_image(std::uint32_t sample) const;
+  /// Residual of the sample's own image against the best sample of the other simulations, length unit.
+  [[nodiscard]] float expected_residual(std::uint32_t sample) const noexcept;
+  /// A residual of more than this many times the expected one means that no simulation fits.
+  [[nodiscard]] float misfit_limit() const noexcept;
+
+  [[nodiscard]] const ViewData* data() const noexcept { return data_.get(); }
+
+ private:
+  std::shared_ptr<const ViewData> data_;
 };
 
 struct MatcherConfig {
@@ -179,6 +237,18 @@ struct StageTimes {
   std::uint32_t projection = 0;
   std::uint32_t matching = 0;  // search of the samples
   std::uint32_t coverage = 0;
+  std::uint32_t fit = 0;  // depth image, its comparison with the candidates', estimate
+};
+
+/// Method::fit: what the depth images say. Empty and NaN with the other methods.
+struct SurfaceFit {
+  std::span<const Match> candidates{};         // the samples that look most like the frame; distance: residual, below
+  std::span<const WeightedSample> estimate{};  // the shape between the samples that explains the frame best
+  float residual = std::numeric_limits<float>::quiet_NaN();  // root mean square depth difference of the best candidate,
+                                                             // cell by cell, capped, length unit
+  float estimate_residual = std::numeric_limits<float>::quiet_NaN();  // the same of the estimate
+  float misfit = std::numeric_limits<float>::quiet_NaN();  // residual over the one expected of an unseen run
+  float spread = std::numeric_limits<float>::quiet_NaN();  // mean distance of the plausible samples from the estimate
 };
 
 /// Spans are valid until the next match() on the same Matcher.
@@ -191,14 +261,18 @@ struct MatchResult {
   float coverage = 0;                       // share of the best sample's observed surface that the frame shows
   std::span<const float> coefficients{};    // the frame's positions in the basis, modes() x 3, mode-major
   std::span<const Match> matches{};         // nearest first
+  std::array<float, 3> leading_coordinates{};  // the coefficients that vary most over the samples, Model::leading_axes()
+  SurfaceFit fit{};
+  Verdict verdict = Verdict::unknown;
   StageTimes elapsed_ns{};
 };
 
 /// One per thread: owns all scratch memory, allocated here.
-class Matcher {
+class LBEA_API Matcher {
  public:
   /// Throws Error{bad_config} with the offending value.
-  explicit Matcher(Model model, const MatcherConfig& config = {});
+  /// `views`: what Method::fit compares with; when empty, those baked into the model.
+  explicit Matcher(Model model, const MatcherConfig& config = {}, SensorViews views = {});
   ~Matcher();
   Matcher(Matcher&&) noexcept;
   Matcher& operator=(Matcher&&) noexcept;
@@ -210,7 +284,7 @@ class Matcher {
   [[nodiscard]] const MatcherConfig& config() const noexcept;
 
  private:
-  struct State;
+  struct LBEA_HIDDEN State;
   std::unique_ptr<State> state_;
 };
 

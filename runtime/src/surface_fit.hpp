@@ -1,0 +1,75 @@
+// Method::fit: LBEA's proposals are compared with the frame as depth images, and a shape between the best of them is
+// fitted to it.
+#pragma once
+
+#include "runtime/src/convex_estimate.hpp"
+#include "runtime/src/frame_view.hpp"
+#include "runtime/src/model_view.hpp"
+#include "runtime/src/nearest_samples.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace lbea {
+
+struct FitSettings {
+  std::uint32_t proposals = 256;   // samples by eq. 3 whose depth images are compared
+  std::uint32_t candidates = 24;   // the best of them, which the estimate combines
+  ViewMetric metric;
+  // What a share of a sample costs in the estimate, beside the squared residual of the combination:
+  float residual_price = 0.2f;     // its own squared residual
+  float distance_price = 0.05f;    // its squared mean distance from the best candidate: a blend of two branches is no shape
+  float sharpness = 8;             // plausibility = exp(-sharpness * excess of the squared residual over the best one's)
+  std::uint32_t most_landmarks = 512;  // nodes by which meshes are compared
+};
+
+class SurfaceFitter {
+ public:
+  /// All memory is allocated here.
+  SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings = {});
+
+  /// `proposed`: samples worth a look, any order. Needs an index with at least one point. No allocation.
+  /// The answer's spans, and matches(), are valid until the next call.
+  SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
+  /// The candidates nearest to the estimate, nearest first.
+  [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return matches_.ranked(); }
+  [[nodiscard]] Verdict verdict() const noexcept { return verdict_; }
+  [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
+
+ private:
+  void choose_candidates(std::span<const RankedSample> proposed) noexcept;
+  void combine_candidates() noexcept;
+  void weigh(SurfaceFit& result) noexcept;
+  void judge(SurfaceFit& result) noexcept;
+  void take_landmarks(std::uint32_t sample, std::span<float> into) const noexcept;
+  [[nodiscard]] float mean_distance(std::span<const float> a, std::span<const float> b) const noexcept;
+  [[nodiscard]] CellPrices prices() const noexcept;
+  [[nodiscard]] std::size_t count() const noexcept { return best_.ranked().size(); }
+  [[nodiscard]] std::span<float> landmarks(std::size_t candidate) noexcept {
+    return std::span(landmarks_).subspan(candidate * landmark_floats_, landmark_floats_);
+  }
+
+  const ModelView& model_;
+  SensorViews views_;
+  FitSettings settings_;
+  const Kernels& code_;
+  FrameView frame_;
+  BestSamples best_, matches_;          // by residual; by distance from the estimate
+  std::vector<float> residuals_;        // candidates x cells, depth steps
+  std::vector<float> gram_, products_, linear_;
+  SimplexProblem simplex_;
+  std::vector<std::uint32_t> landmark_nodes_;
+  std::size_t landmark_floats_;
+  std::vector<float> landmarks_, estimate_landmarks_;  // candidates x 3 x landmarks
+  std::vector<float> from_best_, plausibility_, shares_;
+  std::vector<Match> candidates_;
+  std::vector<WeightedSample> estimate_;
+  float filled_ = 1;  // cells that the frame or the best candidate fills
+  Verdict verdict_ = Verdict::unknown;
+};
+
+}  // namespace lbea
