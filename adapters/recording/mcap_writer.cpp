@@ -71,6 +71,7 @@ Writer::Contents Writer::survey(std::span<const Bytes> pieces) {
       MessageIndex& index = contents.index[message->channel_id];
       index.channel_id = message->channel_id;
       index.entries.push_back({message->log_time, record->offset});
+      ++contents.messages_by_channel[message->channel_id];
       const bool first = contents.messages++ == 0;
       contents.start_time = first ? message->log_time : std::min(contents.start_time, message->log_time);
       contents.end_time = std::max(contents.end_time, message->log_time);
@@ -80,7 +81,7 @@ Writer::Contents Writer::survey(std::span<const Bytes> pieces) {
 }
 
 int Writer::chunk(std::span<const Bytes> pieces) {
-  const Contents contents = survey(pieces);
+  Contents contents = survey(pieces);
   Chunk chunk{contents.start_time, contents.end_time, total(pieces), 0, std::string(name_of(compression_)), {}};
   for (const Bytes piece : pieces) chunk.uncompressed_crc = crc32(piece, chunk.uncompressed_crc);
   Stored stored{{}, pieces, chunk.uncompressed_size, chunk.uncompressed_crc};
@@ -98,13 +99,13 @@ int Writer::chunk(std::span<const Bytes> pieces) {
 }
 
 int Writer::chunk_as_is(const Chunk& chunk, Bytes records) {
-  const Contents contents = survey({&records, 1});
+  Contents contents = survey({&records, 1});
   head_.clear();
   append_chunk_head(head_, chunk, chunk.records.size());
   return append_chunk({head_, {&chunk.records, 1}, chunk.records.size(), crc32(chunk.records)}, chunk, contents);
 }
 
-int Writer::append_chunk(const Stored& stored, const Chunk& chunk, const Contents& contents) {
+int Writer::append_chunk(const Stored& stored, const Chunk& chunk, Contents& contents) {
   ChunkIndex entry{contents.start_time, contents.end_time,    size_, stored.head.size() + stored.records_bytes, {}, 0,
                    chunk.compression,   stored.records_bytes, chunk.uncompressed_size};
   index_.clear();
@@ -124,16 +125,19 @@ int Writer::append_chunk(const Stored& stored, const Chunk& chunk, const Content
     chunks_.pop_back();
     return error;
   }
-  ++statistics_.chunks;
   remember(contents);
   return 0;
 }
 
-void Writer::remember(const Contents& contents) {
-  for (const auto& [id, schema] : contents.defined.schemas) definitions_.schemas.try_emplace(id, schema);
-  for (const auto& [id, channel] : contents.defined.channels) definitions_.channels.try_emplace(id, channel);
-  for (const auto& [channel, index] : contents.index)
-    statistics_.messages_by_channel[channel] += index.entries.size();
+// The chunk is in the file: nothing may fail any more. merge() moves what survey() allocated.
+void Writer::remember(Contents& contents) noexcept {
+  ++statistics_.chunks;
+  definitions_.schemas.merge(contents.defined.schemas);
+  definitions_.channels.merge(contents.defined.channels);
+  auto& counts = statistics_.messages_by_channel;
+  for (const auto& [channel, messages] : contents.messages_by_channel)
+    if (const auto known = counts.find(channel); known != counts.end()) known->second += messages;
+  counts.merge(contents.messages_by_channel);
   if (contents.messages == 0) return;
   const bool first = statistics_.messages == 0;
   statistics_.start_time = first ? contents.start_time : std::min(statistics_.start_time, contents.start_time);

@@ -12,7 +12,8 @@ class Writer {
  public:
   explicit Writer(Sink& sink, Compression compression = Compression::none);
 
-  // Each returns 0 or the sink's error number. After an error the next call may succeed: the file stays sound.
+  // Each returns 0 or the sink's error number, and throws std::bad_alloc before anything is written. After either
+  // the next call may succeed: the file stays sound.
   [[nodiscard]] int begin(const Header& header);
   /// Records that make up one chunk together, one piece after the other: schemas, channels and messages, each
   /// whole within its piece.
@@ -35,6 +36,7 @@ class Writer {
   struct Contents {
     std::map<std::uint16_t, MessageIndex> index;
     Definitions defined;
+    std::map<std::uint16_t, std::uint64_t> messages_by_channel;
     std::uint64_t start_time = 0, end_time = 0, messages = 0;
   };
   static Contents survey(std::span<const Bytes> pieces);
@@ -45,10 +47,10 @@ class Writer {
     std::uint64_t records_bytes = 0;
     std::uint32_t records_crc = 0;
   };
-  int append_chunk(const Stored& stored, const Chunk& chunk, const Contents& contents);
+  int append_chunk(const Stored& stored, const Chunk& chunk, Contents& contents);
   int append(std::span<const Bytes> pieces, std::uint32_t crc);
   int append_buffer();
-  void remember(const Contents& contents);
+  void remember(Contents& contents) noexcept;
 
   Sink& sink_;
   Compression compression_;
