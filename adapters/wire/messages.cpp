@@ -53,6 +53,8 @@ std::string_view to_string(WireVerdict verdict) noexcept {
     case WireVerdict::matched: return "matched";
     case WireVerdict::low_coverage: return "low_coverage";
     case WireVerdict::refused: return "refused";
+    case WireVerdict::ambiguous: return "ambiguous";
+    case WireVerdict::no_simulation_fits: return "no_simulation_fits";
   }
   return "unknown_verdict";
 }

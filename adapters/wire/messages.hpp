@@ -41,7 +41,7 @@ inline constexpr std::size_t wire_status_count = 14;
 enum class Fate : std::uint8_t { matched, rejected, dropped, not_a_capture };
 [[nodiscard]] Fate fate_of(WireStatus status) noexcept;
 
-enum class WireVerdict : std::uint8_t { unknown = 0, matched, low_coverage, refused };
+enum class WireVerdict : std::uint8_t { unknown = 0, matched, low_coverage, refused, ambiguous, no_simulation_fits };
 [[nodiscard]] std::string_view to_string(WireVerdict verdict) noexcept;
 
 /// What a peer may send before it is refused.
@@ -93,6 +93,28 @@ struct WireTimes {
   std::uint32_t total = 0;  // receive_ns to publish_ns
 };
 
+/// What the depth images say: see SurfaceFit. Without candidates: not asked.
+struct WireFit {
+  float residual = 0, estimate_residual = 0, misfit = 0, spread = 0;
+  std::vector<Match> candidates;         // best first; distance: residual
+  std::vector<WeightedSample> estimate;  // shares add up to 1
+};
+
+struct SimulationChance {
+  std::uint32_t simulation = 0;
+  float probability = 0;
+};
+
+/// What the test so far says: see TestState. Without frames: not asked.
+struct WireTestState {
+  std::uint64_t frames = 0;
+  std::uint32_t simulation = 0;
+  Sample sample;
+  float sample_probability = 0;
+  std::vector<SimulationChance> simulations;  // the likeliest ones, best first
+  std::vector<float> branches;
+};
+
 struct WireResult {
   std::uint64_t sequence = 0;  // rises by one per message on the results socket
   std::uint64_t session = 0;
@@ -104,6 +126,9 @@ struct WireResult {
   float coverage = 0;
   PointTally points;
   std::vector<WireMatch> matches;  // nearest first
+  std::array<float, 3> leading_coordinates{};
+  WireFit fit;
+  WireTestState test;
   WireTimes elapsed_ns;
   Counters counters;
   std::int64_t receive_ns = 0;

@@ -60,20 +60,62 @@ WireMatch read(const wire::Match& from) {
 
 wire::StageTimes build(const WireTimes& times) {
   return {times.decode,           times.queue,          times.match.index,    times.match.correspondence,
-          times.match.projection, times.match.matching, times.match.coverage, times.total};
+          times.match.projection, times.match.matching, times.match.coverage, times.match.fit, times.total};
 }
 
 WireTimes read(const wire::StageTimes* from) {
   if (from == nullptr) return {};
   return {from->decode(),
           from->queue(),
-          {from->index(), from->correspondence(), from->projection(), from->matching(), from->coverage()},
+          {from->index(), from->correspondence(), from->projection(), from->matching(), from->coverage(), from->fit()},
           from->total()};
 }
 
 PointTally read(const wire::PointTally* from) {
   if (from == nullptr) return {};
   return {from->received(), from->invalid(), from->culled(), from->used()};
+}
+
+Offset<wire::Fit> build(FlatBufferBuilder& builder, const WireFit& fit) {
+  if (fit.candidates.empty()) return 0;
+  std::vector<wire::Candidate> candidates;
+  for (const Match& c : fit.candidates) candidates.emplace_back(c.sample.simulation, c.sample.time_step, c.distance);
+  std::vector<wire::Share> estimate;
+  for (const WeightedSample& s : fit.estimate) estimate.emplace_back(s.sample.simulation, s.sample.time_step, s.weight);
+  const auto candidate_vector = builder.CreateVectorOfStructs(candidates);
+  const auto share_vector = builder.CreateVectorOfStructs(estimate);
+  return wire::CreateFit(builder, fit.residual, fit.estimate_residual, fit.misfit, fit.spread, candidate_vector, share_vector);
+}
+
+WireFit read(const wire::Fit* from) {
+  WireFit fit;
+  if (from == nullptr) return fit;
+  fit = {from->residual(), from->estimate_residual(), from->misfit(), from->spread(), {}, {}};
+  if (from->candidates() != nullptr)
+    for (const auto* c : *from->candidates()) fit.candidates.push_back({{c->simulation(), c->time_step()}, c->residual()});
+  if (from->estimate() != nullptr)
+    for (const auto* s : *from->estimate()) fit.estimate.push_back({{s->simulation(), s->time_step()}, s->weight()});
+  return fit;
+}
+
+Offset<wire::TestState> build(FlatBufferBuilder& builder, const WireTestState& test) {
+  if (test.frames == 0) return 0;
+  std::vector<wire::Chance> chances;
+  for (const SimulationChance& c : test.simulations) chances.emplace_back(c.simulation, c.probability);
+  const auto chance_vector = builder.CreateVectorOfStructs(chances);
+  const auto branches = builder.CreateVector(test.branches);
+  return wire::CreateTestState(builder, test.frames, test.simulation, test.sample.simulation, test.sample.time_step,
+                               test.sample_probability, chance_vector, branches);
+}
+
+WireTestState read(const wire::TestState* from) {
+  WireTestState test;
+  if (from == nullptr) return test;
+  test = {from->frames(), from->simulation(), {from->sample_simulation(), from->sample_time_step()}, from->sample_probability(), {}, {}};
+  if (from->simulations() != nullptr)
+    for (const auto* c : *from->simulations()) test.simulations.push_back({c->simulation(), c->probability()});
+  if (from->branches() != nullptr) test.branches.assign(from->branches()->begin(), from->branches()->end());
+  return test;
 }
 
 Offset<wire::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummary& model) {
@@ -129,6 +171,9 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   for (const WireMatch& match : result.matches) matches.push_back(build(builder, match));
   const auto match_vector = builder.CreateVector(matches);
   const auto counters = build(builder, result.counters);
+  const auto coordinates = builder.CreateVector(result.leading_coordinates.data(), result.matches.empty() ? 0 : result.leading_coordinates.size());
+  const auto fit = build(builder, result.fit);
+  const auto test = build(builder, result.test);
   const wire::PointTally points(result.points.received, result.points.invalid, result.points.culled,
                                 result.points.used);
   const wire::StageTimes times = build(result.elapsed_ns);
@@ -137,7 +182,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
                                   static_cast<wire::WireStatus>(result.status),
                                   static_cast<wire::Verdict>(result.verdict), result.reference,
                                   result.coverage, &points, match_vector, &times, counters, result.receive_ns,
-                                  result.publish_ns, result.model_checksum));
+                                  result.publish_ns, result.model_checksum, coordinates, fit, test));
   return detail::finished(builder);
 }
 
@@ -164,6 +209,10 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.receive_ns = from->receive_ns();
   into.publish_ns = from->publish_ns();
   into.model_checksum = from->model_checksum();
+  if (from->leading_coordinates() != nullptr && from->leading_coordinates()->size() == into.leading_coordinates.size())
+    std::copy(from->leading_coordinates()->begin(), from->leading_coordinates()->end(), into.leading_coordinates.begin());
+  into.fit = read(from->fit());
+  into.test = read(from->test());
   return WireStatus::ok;
 }
 

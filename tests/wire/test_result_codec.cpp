@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstring>
 
 using namespace lbea;
@@ -20,7 +21,10 @@ WireResult some_result() {
   result.coverage = 0.25f;
   result.points = {100, 1, 20, 79};
   result.matches = {{{3, 4}, "run_003", 0.0125, 1.5f}, {{0, 7}, "", -1, 2.5f}, {{5, 6}, "run_003", 0, 3.5f}};
-  result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7}, 8};
+  result.leading_coordinates = {1.5f, -2.5f, 3.5f};
+  result.fit = {1, 0.5f, 0.75f, 2, {{{1, 2}, 1}, {{3, 4}, 1.5f}}, {{{1, 2}, 0.25f}, {{3, 4}, 0.75f}}};
+  result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}};
+  result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
   result.counters.received = 1000;
   for (std::size_t i = 0; i < wire_status_count; ++i) result.counters.by_status[i] = 100 + i;
   result.counters.missed = 16;
@@ -50,6 +54,17 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.receive_ns == b.receive_ns);
   CHECK(a.publish_ns == b.publish_ns);
   CHECK(a.model_checksum == b.model_checksum);
+  CHECK(a.leading_coordinates == b.leading_coordinates);
+  CHECK(std::pair(a.fit.residual, a.fit.estimate_residual) == std::pair(b.fit.residual, b.fit.estimate_residual));
+  CHECK(std::pair(a.fit.misfit, a.fit.spread) == std::pair(b.fit.misfit, b.fit.spread));
+  CHECK(std::ranges::equal(a.fit.candidates, b.fit.candidates, [](const Match& p, const Match& q) { return p.sample == q.sample && p.distance == q.distance; }));
+  CHECK(std::ranges::equal(a.fit.estimate, b.fit.estimate, [](const WeightedSample& p, const WeightedSample& q) { return p.sample == q.sample && p.weight == q.weight; }));
+  CHECK(a.test.frames == b.test.frames);
+  CHECK(a.test.simulation == b.test.simulation);
+  CHECK(a.test.sample == b.test.sample);
+  CHECK(a.test.sample_probability == b.test.sample_probability);
+  CHECK(std::ranges::equal(a.test.simulations, b.test.simulations, [](const SimulationChance& p, const SimulationChance& q) { return p.simulation == q.simulation && p.probability == q.probability; }));
+  CHECK(a.test.branches == b.test.branches);
   REQUIRE(a.matches.size() == b.matches.size());
   for (std::size_t i = 0; i < a.matches.size(); ++i) {
     CHECK(a.matches[i].sample == b.matches[i].sample);

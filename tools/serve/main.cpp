@@ -3,6 +3,7 @@
 #include "tools/common/tool.hpp"
 #include "tools/serve/model_engine.hpp"
 #include "tools/serve/tally.hpp"
+#include "tools/serve/views.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -27,15 +28,17 @@ constexpr auto description =
     "Frames that find no free slot are dropped, counted, and reported as results. The exit code is 1 when any\n"
     "frame was dropped, when ids are missing between those received, or when the tally does not add up.";
 
-const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}};
+const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
 
 void add_matching_options(Tool& tool, Options& options) {
   MatcherConfig& matcher = options.matcher;
-  tool.add_option("--method", matcher.method, "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
+  tool.add_option("--method", matcher.method, "fit: by what the sensor would see, with a verdict, an estimate between the samples and the test's history; "
+                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
       ->transform(CLI::CheckedTransformer(method_names))
       ->default_str("lbea");
   tool.add_option("--pose", options.pose_file,
-                  "sensor.json with T_reference_sensor; without it frames are taken as they are")
+                  "sensor.json with T_reference_sensor; without it frames are taken as they are. With fit, the whole rig: when "
+                  "the model was not baked for this pose, its samples are rendered anew at the start")
       ->check(CLI::ExistingFile);
   tool.add_option("--trigger-ns", matcher.trigger_ns, "the sender's clock at impact");
   tool.add_option("--max-points", matcher.max_points, "larger frames are refused")
@@ -96,7 +99,7 @@ int serve(Options options) {
   if (!options.pose_file.empty()) options.matcher.T_reference_sensor = read_pose(options.pose_file);
   const Model model = Model::open(options.model_file);
   check_memory(options);
-  ModelEngine engine(model, options.matcher);
+  ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.pose_file));
   WireContext context;
   const PipelineConfig config = pipeline_config(options, model);
   FrameSource frames(context, options.frames_endpoint, config.limits);

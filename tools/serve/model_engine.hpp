@@ -3,12 +3,21 @@
 
 #include "tools/serve/pipeline.hpp"
 
+#include <optional>
+#include <utility>
+
 namespace lbea {
 
 class ModelEngine final : public MatchEngine {
  public:
-  ModelEngine(const Model& model, const MatcherConfig& config) : matcher_(model, config) {}
+  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {}) : matcher_(model, config, std::move(views)) {
+    if (config.method == Method::fit) tracker_.emplace(model);
+  }
   MatchResult match(const Frame& frame) noexcept override { return matcher_.match(frame); }
+  const TestState* track(const MatchResult& result) noexcept override { return tracker_ ? &tracker_->update(result) : nullptr; }
+  void begin_test() noexcept override {
+    if (tracker_) tracker_->reset();
+  }
   [[nodiscard]] std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
     return matcher_.model().simulation_name(simulation);
   }
@@ -20,6 +29,7 @@ class ModelEngine final : public MatchEngine {
 
  private:
   Matcher matcher_;
+  std::optional<Tracker> tracker_;
 };
 
 /// What subscribers are told about the model.

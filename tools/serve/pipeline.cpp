@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace lbea {
 
@@ -13,6 +14,7 @@ constexpr std::size_t outcome_slots = 64;
 constexpr std::size_t refusal_slots = 4096;
 constexpr auto longest_drain = 500ms;  // taking in after stop() what had arrived, from a sender that goes on
 constexpr auto drained = 10ms;         // nothing for so long: that was all
+constexpr std::size_t published_chances = 8, most_candidates = 64, most_branches = 64;
 constexpr auto patience = 100us;   // between looks for a free slot; only when a queue is full
 constexpr auto receive_timeout = 50ms;
 constexpr auto idle = 100ms;  // a bell that was missed costs at most this
@@ -47,6 +49,29 @@ WireVerdict verdict_of(WireStatus status) noexcept {
   return fate_of(status) == Fate::rejected ? WireVerdict::refused : WireVerdict::unknown;
 }
 
+WireVerdict to_wire(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::ambiguous: return WireVerdict::ambiguous;
+    case Verdict::no_simulation_fits: return WireVerdict::no_simulation_fits;
+    default: return WireVerdict::matched;  // what a method without a verdict of its own says of a frame it matched
+  }
+}
+
+// The likeliest simulations, best first, in memory that is there.
+void rank(std::span<const float> probabilities, std::vector<SimulationChance>& chances) noexcept {
+  chances.clear();
+  for (std::uint32_t i = 0; i < probabilities.size(); ++i) {
+    const auto place = std::ranges::find_if(chances, [&](const SimulationChance& c) { return c.probability < probabilities[i]; });
+    if (chances.size() == published_chances) {
+      if (place == chances.end()) continue;
+      std::copy_backward(place, chances.end() - 1, chances.end());
+      *place = {i, probabilities[i]};
+    } else {
+      chances.insert(place, {i, probabilities[i]});
+    }
+  }
+}
+
 }  // namespace
 
 Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frames, ResultSink results)
@@ -59,7 +84,7 @@ Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frame
       refusals_(refusal_slots),
       decoder_(config_.limits) {
   for (FrameSlot& slot : frames_.slots()) slot.points.resize(config_.limits.max_points);
-  for (Outcome& outcome : outcomes_.slots()) outcome.matches.reserve(config_.max_matches);
+  for (Outcome& outcome : outcomes_.slots()) reserve(outcome);
   config_.description.start_ns = wall_clock_ns();
   config_.description.max_points = config_.limits.max_points;
   config_.description.queue_slots = config_.queue_slots;
@@ -84,6 +109,14 @@ Counters Pipeline::counters() const noexcept {
   counters.recorded = counts.recorded;
   counters.unrecorded = counts.unrecorded;
   return counters;
+}
+
+void Pipeline::reserve(Outcome& outcome) const {
+  outcome.matches.reserve(config_.max_matches);
+  outcome.fit.candidates.reserve(most_candidates);
+  outcome.fit.estimate.reserve(most_candidates);
+  outcome.test.simulations.reserve(published_chances);
+  outcome.test.branches.reserve(most_branches);
 }
 
 void Pipeline::receive_frames() noexcept {
@@ -192,6 +225,9 @@ void Pipeline::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   WireResult& result = outcome.result;
   result = {};
   outcome.matches.clear();
+  outcome.fit.candidates.clear();
+  outcome.test.frames = 0;
+  if (slot.header.session != std::exchange(matched_session_, slot.header.session)) engine_.begin_test();
   result.session = slot.header.session;
   result.frame_id = slot.header.id;
   result.stamp_ns = slot.header.stamp_ns;
@@ -207,7 +243,29 @@ void Pipeline::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   result.coverage = match.coverage;
   result.points = match.points;
   result.elapsed_ns.match = match.elapsed_ns;
+  result.leading_coordinates = match.leading_coordinates;
+  result.verdict = result.status == WireStatus::ok ? to_wire(match.verdict) : verdict_of(result.status);
   outcome.matches.assign(match.matches.begin(), match.matches.end());
+  fill(outcome.fit, match.fit);
+  if (const TestState* test = engine_.track(match)) fill(outcome.test, *test);
+}
+
+void Pipeline::fill(WireFit& fit, const SurfaceFit& from) noexcept {
+  fit.residual = from.residual;
+  fit.estimate_residual = from.estimate_residual;
+  fit.misfit = from.misfit;
+  fit.spread = from.spread;
+  fit.candidates.assign(from.candidates.begin(), from.candidates.end());
+  fit.estimate.assign(from.estimate.begin(), from.estimate.end());
+}
+
+void Pipeline::fill(WireTestState& test, const TestState& from) noexcept {
+  test.frames = from.frames;
+  test.simulation = from.simulation;
+  test.sample = from.sample;
+  test.sample_probability = from.sample_probability;
+  rank(from.simulation_probabilities, test.simulations);
+  test.branches.assign(from.branch_probabilities.begin(), from.branch_probabilities.end());
 }
 
 void Pipeline::publish_results() noexcept {
@@ -231,7 +289,7 @@ bool Pipeline::publish_waiting() noexcept {
   // An end of stream comes after everything said about the frames before it.
   const bool refused = publish_refusals();
   if (outcome == nullptr) return refused;
-  publish(outcome->result, outcome->matches);
+  publish(*outcome);
   outcomes_.release();
   return true;
 }
@@ -239,19 +297,30 @@ bool Pipeline::publish_waiting() noexcept {
 bool Pipeline::publish_refusals() noexcept {
   const std::size_t waiting = refusals_.used();
   for (std::size_t i = 0; i < waiting; ++i) {
-    publish(*refusals_.front(), {});
+    publish(*refusals_.front());
     refusals_.release();
   }
   return waiting > 0;
 }
 
-void Pipeline::publish(const WireResult& outcome, std::span<const Match> matches) noexcept {
+void Pipeline::publish(const Outcome& outcome) noexcept {
+  published_ = outcome.result;
+  for (const Match& match : outcome.matches)
+    published_.matches.push_back({match.sample, std::string(engine_.simulation_name(match.sample.simulation)),
+                                  engine_.time_s(match.sample), match.distance});
+  if (!outcome.fit.candidates.empty()) published_.fit = outcome.fit;
+  if (outcome.test.frames > 0) published_.test = outcome.test;
+  send_published();
+}
+
+void Pipeline::publish(const WireResult& refusal) noexcept {
+  published_ = refusal;
+  send_published();
+}
+
+void Pipeline::send_published() noexcept {
   WireResult& result = published_;
-  result = outcome;
-  for (const Match& match : matches)
-    result.matches.push_back({match.sample, std::string(engine_.simulation_name(match.sample.simulation)),
-                              engine_.time_s(match.sample), match.distance});
-  result.verdict = verdict_of(result.status);
+  if (result.verdict == WireVerdict::unknown) result.verdict = verdict_of(result.status);
   result.counters = counters();
   result.model_checksum = config_.description.model.checksum;
   result.sequence = sequence_++;

@@ -11,6 +11,8 @@
 #include "tools/serve/run_observer.hpp"
 #include "tools/serve/shared_counters.hpp"
 
+#include <lbea/tracker.hpp>
+
 #include <atomic>
 #include <thread>
 
@@ -21,6 +23,10 @@ class MatchEngine {
  public:
   virtual ~MatchEngine() = default;
   virtual MatchResult match(const Frame& frame) noexcept = 0;
+  /// What the test so far says, this frame included; null when nobody adds it up.
+  virtual const TestState* track(const MatchResult&) noexcept { return nullptr; }
+  /// The next frame comes from a sender that was started anew.
+  virtual void begin_test() noexcept {}
   [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
   [[nodiscard]] virtual double time_s(Sample sample) const noexcept = 0;
 };
@@ -55,8 +61,11 @@ class Pipeline {
   struct Outcome {
     WireResult result;           // without matches
     std::vector<Match> matches;  // max_matches reserved; the publisher names them
+    WireFit fit;                 // room for what the engine can find
+    WireTestState test;
   };
 
+  void reserve(Outcome& outcome) const;
   // receiving thread
   void receive_frames() noexcept;
   void take(Message message, bool patient) noexcept;
@@ -67,11 +76,15 @@ class Pipeline {
   void match_frames() noexcept;
   void match(FrameSlot& slot) noexcept;
   void fill(Outcome& outcome, FrameSlot& slot) noexcept;
+  static void fill(WireFit& fit, const SurfaceFit& from) noexcept;
+  static void fill(WireTestState& test, const TestState& from) noexcept;
   // publishing thread
   void publish_results() noexcept;
   bool publish_waiting() noexcept;
   bool publish_refusals() noexcept;
-  void publish(const WireResult& outcome, std::span<const Match> matches) noexcept;
+  void publish(const Outcome& outcome) noexcept;
+  void publish(const WireResult& refusal) noexcept;
+  void send_published() noexcept;
   void publish_state() noexcept;
 
   PipelineConfig config_;
@@ -86,6 +99,7 @@ class Pipeline {
   SharedCounters counters_;
   std::atomic<bool> stopping_{false}, receiver_done_{false}, matcher_done_{false};
 
+  std::uint64_t matched_session_ = 0;  // matcher's
   FrameDecoder decoder_;  // receiver's
   IdTracker ids_;         // receiver's
   Encoder encoder_;       // publisher's
