@@ -98,8 +98,10 @@ int Writer::chunk(std::span<const Bytes> pieces) {
   return append_chunk(stored, chunk, contents);
 }
 
-int Writer::chunk_as_is(const Chunk& chunk, Bytes records) {
+int Writer::chunk_as_is(Chunk chunk, Bytes records) {
   Contents contents = survey({&records, 1});
+  chunk.start_time = contents.start_time;  // the checksum does not cover what the old file says
+  chunk.end_time = contents.end_time;
   head_.clear();
   append_chunk_head(head_, chunk, chunk.records.size());
   return append_chunk({head_, {&chunk.records, 1}, chunk.records.size(), crc32(chunk.records)}, chunk, contents);

@@ -19,7 +19,7 @@ class Writer {
   /// whole within its piece.
   [[nodiscard]] int chunk(std::span<const Bytes> pieces);
   /// A chunk from another file, compressed as it is there; `records` are what it holds.
-  [[nodiscard]] int chunk_as_is(const Chunk& chunk, Bytes records);
+  [[nodiscard]] int chunk_as_is(Chunk chunk, Bytes records);
   [[nodiscard]] int define(const Schema& schema);
   [[nodiscard]] int define(const Channel& channel);
   [[nodiscard]] int metadata(const Metadata& metadata);

@@ -7,6 +7,7 @@ namespace lbea::mcap {
 namespace {
 
 constexpr std::size_t window_bytes = std::size_t{1} << 20;
+constexpr std::uint64_t fixed_chunk_bytes = 4 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t);
 
 bool has_magic(const ByteSource& source) {
   if (source.size() < magic.size()) return false;
@@ -14,8 +15,6 @@ bool has_magic(const ByteSource& source) {
   source.read(0, bytes);
   return std::ranges::equal(bytes, std::as_bytes(std::span(magic)));
 }
-
-constexpr std::uint64_t fixed_chunk_bytes = 4 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t);
 
 /// Sorts out nearly all positions before anything is read there.
 bool may_be_anchor(Bytes here, std::uint64_t left) {
@@ -40,13 +39,36 @@ bool is_plausible_chunk(Bytes front, std::uint64_t length) {
 
 bool is_private(Opcode opcode) { return static_cast<std::uint8_t>(opcode) >= 0x80; }
 
-/// Metadata whose texts fill the record to its last byte.
-bool is_exact_metadata(Bytes content) {
-  const auto metadata = parse<Metadata>(content);
-  if (!metadata || metadata->name.empty()) return false;
+template <class RecordType>
+std::optional<std::uint64_t> size_as(const Record& record) {
+  const auto parsed = parse<RecordType>(record.content);
+  if (!parsed) return std::nullopt;
   Buffer again;
-  append(again, *metadata);
-  return std::ranges::equal(Bytes(again).subspan(record_prefix_bytes), content);
+  append(again, *parsed);
+  return again.size() - record_prefix_bytes;
+}
+
+/// How long the content would be without surplus bytes; nothing for what cannot be read or does not belong into
+/// the data.
+std::optional<std::uint64_t> sound_size(const Record& record) {
+  switch (record.opcode) {
+    case Opcode::header: return size_as<Header>(record);
+    case Opcode::schema: return size_as<Schema>(record);
+    case Opcode::channel: return size_as<Channel>(record);
+    case Opcode::message: return size_as<Message>(record);
+    case Opcode::message_index: return size_as<MessageIndex>(record);
+    case Opcode::attachment: return size_as<Attachment>(record);
+    case Opcode::metadata: return size_as<Metadata>(record);
+    case Opcode::data_end: return size_as<DataEnd>(record);
+    case Opcode::chunk: {
+      const auto chunk = parse<Chunk>(record.content);
+      if (!chunk) return std::nullopt;
+      return fixed_chunk_bytes + chunk->compression.size() + chunk->records.size();
+    }
+    default:
+      if (!is_private(record.opcode)) return std::nullopt;
+      return record.length;
+  }
 }
 
 }  // namespace
@@ -74,25 +96,25 @@ std::optional<Record> SalvageWalk::next() {
   return std::nullopt;
 }
 
+/// Empty for a sound record. One with surplus bytes at its end is sound if another record follows: its length may
+/// be what is damaged, and others lie in those bytes.
 std::string SalvageWalk::flaw_of(const Record& record) {
-  const Bytes content = record.content;
-  const auto unless = [](bool good, const char* what) { return std::string(good ? "" : what); };
-  switch (record.opcode) {
-    case Opcode::header: return unless(parse<Header>(content).has_value(), "damaged header");
-    case Opcode::schema: return unless(parse<Schema>(content).has_value(), "damaged schema");
-    case Opcode::channel: return unless(parse<Channel>(content).has_value(), "damaged channel");
-    case Opcode::message: return unless(parse<Message>(content).has_value(), "damaged message");
-    case Opcode::message_index: return unless(parse<MessageIndex>(content).has_value(), "damaged message index");
-    case Opcode::attachment: return unless(parse<Attachment>(content).has_value(), "damaged attachment");
-    case Opcode::metadata: return unless(parse<Metadata>(content).has_value(), "damaged metadata");
-    case Opcode::data_end: return unless(is_data_end(record), "damaged end of data");
-    case Opcode::chunk: {
-      const ChunkDamage damage = chunk_.open(content);
-      if (damage != ChunkDamage::none) return "damaged chunk: " + std::string(to_string(damage));
-      return unless(are_whole(chunk_.records()), "damaged chunk: bad_contents");
-    }
-    default: return unless(is_private(record.opcode), "record of an unknown kind");
+  const auto size = sound_size(record);
+  if (!size) return "damaged record of kind " + std::to_string(static_cast<unsigned>(record.opcode));
+  if (record.opcode == Opcode::chunk) {
+    const ChunkDamage damage = chunk_.open(record.content);
+    if (damage != ChunkDamage::none) return "damaged chunk: " + std::string(to_string(damage));
+    if (!are_whole(chunk_.records())) return "damaged chunk: " + std::string(to_string(ChunkDamage::bad_contents));
   }
+  if (record.opcode == Opcode::data_end && !is_data_end(record)) return "damaged end of the data";
+  if (*size != record.length && !may_begin_record(record.end())) return "a record of the wrong length";
+  return {};
+}
+
+bool SalvageWalk::may_begin_record(std::uint64_t at) const {
+  if (at == source_.size()) return true;
+  const auto next = FileWalk(source_, at, source_.size()).peek(0);
+  return next && (next->opcode <= Opcode::data_end || is_private(next->opcode));
 }
 
 /// A summary or the footer follows. A damaged opcode may look like the end of the data.
@@ -130,7 +152,7 @@ bool SalvageWalk::is_anchor(std::uint64_t at) {
   if (front->opcode == Opcode::chunk && !is_plausible_chunk(front->content, front->length)) return false;
   const auto record = walk.next();
   if (!record) return false;
-  if (record->opcode == Opcode::metadata) return is_exact_metadata(record->content);
+  if (record->opcode == Opcode::metadata) return record->length > 0 && size_as<Metadata>(*record) == record->length;
   return chunk_.open(record->content) == ChunkDamage::none && are_whole(chunk_.records()) &&
          chunk_.chunk().uncompressed_crc != 0;
 }

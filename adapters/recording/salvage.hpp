@@ -30,7 +30,8 @@ class SalvageWalk {
 
  private:
   std::string flaw_of(const Record& record);
-  bool is_data_end(const Record& record) const;
+  [[nodiscard]] bool is_data_end(const Record& record) const;
+  [[nodiscard]] bool may_begin_record(std::uint64_t at) const;
   void resume_after(std::uint64_t begin, std::string what);
   std::uint64_t find_anchor(std::uint64_t from);
   bool is_anchor(std::uint64_t at);

@@ -122,4 +122,6 @@ int PartialFile::commit() noexcept {
   return closed;
 }
 
+void PartialFile::discard() noexcept { static_cast<void>(::unlink(partial_.c_str())); }
+
 }  // namespace lbea::mcap

@@ -31,6 +31,8 @@ class PartialFile final : public Sink {
   [[nodiscard]] int append(std::span<const Bytes> pieces) noexcept override;
   [[nodiscard]] int sync() noexcept override;
   [[nodiscard]] int commit() noexcept override;
+  /// Nobody wants it: removes FILE.partial. Only the destructor may follow.
+  void discard() noexcept;
 
  private:
   void cut_back() noexcept;
