@@ -1,7 +1,42 @@
+# Three components, which become three Debian packages: runtime (liblbea.so.N alone), dev (what it takes to build against
+# it), tools (the programs).
 include(CMakePackageConfigHelpers)
 
-install(TARGETS lbea EXPORT lbea-targets FILE_SET HEADERS)
-install(EXPORT lbea-targets NAMESPACE lbea:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/lbea)
+set(lbea_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lbea)
+install(TARGETS lbea lbea_shared EXPORT lbea-targets
+        LIBRARY COMPONENT runtime NAMELINK_COMPONENT dev
+        ARCHIVE COMPONENT dev
+        FILE_SET HEADERS COMPONENT dev)
+install(EXPORT lbea-targets NAMESPACE lbea:: DESTINATION ${lbea_cmake_dir} COMPONENT dev)
+configure_package_config_file(cmake/lbea-config.cmake.in ${PROJECT_BINARY_DIR}/lbea-config.cmake
+        INSTALL_DESTINATION ${lbea_cmake_dir} PATH_VARS CMAKE_INSTALL_LIBDIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/lbea-config-version.cmake COMPATIBILITY SameMinorVersion)
-install(FILES cmake/lbea-config.cmake ${PROJECT_BINARY_DIR}/lbea-config-version.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/lbea)
+install(FILES ${PROJECT_BINARY_DIR}/lbea-config.cmake ${PROJECT_BINARY_DIR}/lbea-config-version.cmake
+        DESTINATION ${lbea_cmake_dir} COMPONENT dev)
+
+# pkg-config finds the prefix from where its file lies.
+file(RELATIVE_PATH lbea_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+set(lbea_pc_files lbea.pc)
+if(TARGET lbea_wire)
+  list(APPEND lbea_pc_files lbea-wire.pc)
+endif()
+foreach(file ${lbea_pc_files})
+  configure_file(cmake/${file}.in ${PROJECT_BINARY_DIR}/${file} @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${file} DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
+endforeach()
+
+# Frames and results over ZeroMQ, for those who send or receive them: apart from the runtime, which knows no ZeroMQ.
+# Headers include each other by their place in this project; installed, by <lbea/wire/...>.
+if(TARGET lbea_wire)
+  install(FILES $<TARGET_FILE:lbea_wire> DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+  foreach(header messages codec streams)
+    set(source ${PROJECT_SOURCE_DIR}/adapters/wire/${header}.hpp)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
+    file(READ ${source} text)
+    string(REGEX REPLACE "#include \"adapters/wire/([a-z_]+\\.hpp)\"" "#include <lbea/wire/\\1>" text "${text}")
+    file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/wire-headers/${header}.hpp CONTENT "${text}" @ONLY)
+    install(FILES ${PROJECT_BINARY_DIR}/wire-headers/${header}.hpp
+            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lbea/wire COMPONENT dev)
+  endforeach()
+  install(DIRECTORY adapters/wire/schema DESTINATION ${CMAKE_INSTALL_DATADIR}/lbea COMPONENT dev)
+endif()

@@ -1,12 +1,62 @@
 #!/usr/bin/env bash
-# Installs the build into a clean prefix and builds a project that only knows find_package(lbea).
+# Installs the build into a clean prefix and builds projects that know only what is installed: by CMake, by pkg-config,
+# in C++, in C alone, and the examples with the one line their first comment gives.
 #   run.sh BUILD_DIR MODEL
 set -euo pipefail
 build=$1 model=$2
 here=$(cd "$(dirname "$0")" && pwd)
+examples=$here/../../docs/examples
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cmake --install "$build" --prefix "$work/prefix" >/dev/null
-cmake -S "$here" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Release >/dev/null
-cmake --build "$work/build" >/dev/null
-"$work/build/consumer" "$model"
+server=
+trap '[ -z "$server" ] || kill "$server" 2>/dev/null || true; rm -rf "$work"' EXIT
+fail() { printf '%s\n' "$@" >&2; exit 1; }
+
+cmake --install "$build" --prefix "$work/installed" >/dev/null
+mv "$work/installed" "$work/prefix"  # nothing may remember where it was installed to
+prefix=$work/prefix
+libdir=$(dirname "$(find "$prefix" -name 'liblbea.so.0')")
+export LD_LIBRARY_PATH=$libdir PKG_CONFIG_PATH=$libdir/pkgconfig
+
+for project in . only_c; do
+  cmake -S "$here/$project" -B "$work/build/$project" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release \
+        -DEXAMPLES="$examples" >/dev/null
+  cmake --build "$work/build/$project" >/dev/null
+done
+for consumer in consumer consumer_static; do
+  "$work/build/$consumer" "$model" || fail "$consumer does not find a sample of the model"
+  code=0
+  "$work/build/$consumer" /no/such/model >/dev/null || code=$?
+  [ "$code" -eq 3 ] || fail "$consumer does not catch what the library throws"
+done
+[ -n "$(ldd "$work/build/consumer" | grep "$libdir/liblbea.so.0")" ] || fail "consumer does not use the shared library"
+ldd "$work/build/consumer_static" | grep -q liblbea && fail "consumer_static uses the shared library"
+
+compile() {  # compiler, example, pkg-config's name for it, flags
+  local compiler=$1 example=$2 package=$3
+  shift 3
+  # shellcheck disable=SC2046
+  "$compiler" -O1 -Wall -Wextra -Wpedantic -Werror "$@" "$examples/$example" $(pkg-config --cflags --libs "$package") -o "$work/$example.out"
+}
+compile "${CC:-cc}" match.c lbea -std=c11
+compile "${CXX:-c++}" match.cpp lbea -std=c++20
+compile "${CXX:-c++}" publish.cpp lbea-wire -std=c++20
+
+"$work/build/consumer" "$model" --points >"$work/cloud.xyz"
+for example in "$work/match.c.out" "$work/match.cpp.out" "$work/build/match_c" "$work/build/only_c/match_only_c"; do
+  "$example" "$model" <"$work/cloud.xyz" >"$work/said" || fail "$example failed:" "$(cat "$work/said")"
+  grep -q '^ok, 100 % of the surface seen' "$work/said" || fail "$example said:" "$(cat "$work/said")"
+done
+cmp <("$work/match.c.out" "$model" <"$work/cloud.xyz" | sed -n 1,4p) <("$work/match.cpp.out" "$model" <"$work/cloud.xyz") ||
+  fail "C and C++ do not agree"
+
+"$prefix/bin/lbea-serve" "$model" --frames "ipc://$work/frames" --results "ipc://$work/results" >"$work/tally" 2>/dev/null &
+server=$!
+for publish in "$work/publish.cpp.out" "$work/build/publish"; do
+  [ "$("$publish" "ipc://$work/frames" <"$work/cloud.xyz")" = "sent 10, refused 0" ] || fail "$publish could not send"
+done
+sleep 0.3
+kill -INT "$server"
+wait "$server" || fail "lbea-serve lost frames:" "$(cat "$work/tally")"
+server=
+grep -q 'matched 20' "$work/tally" || fail "lbea-serve did not match all:" "$(cat "$work/tally")"
+echo "installed library and examples: built and run by CMake and pkg-config, in C and C++"

@@ -15,9 +15,9 @@ includes() { grep -rnE '^ *# *include *["<]' "$@" --include='*.hpp' --include='*
 sources() { grep -rnE "$1" "${@:2}" --include='*.hpp' --include='*.cpp' --include='*.h'; }
 
 report "runtime includes only the standard library, POSIX, itself, xxHash and the compiler's vector types:" \
-  "$(includes runtime | grep -vE '[<"](runtime/|lbea/|xxhash\.h|fcntl\.h|unistd\.h|sys/(mman|stat)\.h|immintrin\.h)|<[a-z_]+>')"
+  "$(includes runtime | grep -vE '[<"](runtime/|lbea/|xxhash\.h|fcntl\.h|unistd\.h|sys/(mman|stat)\.h|immintrin\.h)|<[a-z_]+>|<std(def|int)\.h>')"
 report "the public headers include only the standard library and each other:" \
-  "$(includes runtime/include | grep -vE '<lbea/|<[a-z_]+>')"
+  "$(includes runtime/include | grep -vE '<lbea/|<[a-z_]+>|<std(def|int)\.h>')"
 report "precompute does not know adapters, tools or tests:" "$(includes precompute | grep -E '["<](adapters|tools|tests)/')"
 report "adapters do not know tools or tests:" "$(includes adapters | grep -E '["<](tools|tests)/')"
 report "runtime and precompute do not know the wire, the files and the programs' libraries:" \

@@ -1,0 +1,37 @@
+/* match.c - which simulation does a cloud look like? In C, inside your program, without ZeroMQ.
+ *   cc match.c $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea < cloud.xyz */
+#include <lbea/lbea.h>
+
+#include <stdio.h>
+
+enum { room = 131072 };
+static lbea_point points[room];
+
+static size_t grab(void) { /* your camera; here lines of x y z */
+  size_t count = 0;
+  lbea_point* p = points;
+  while (count < room && scanf("%f %f %f", &p->x, &p->y, &p->z) == 3) p = &points[++count];
+  return count;
+}
+
+int main(int argc, char** argv) {
+  lbea_model* model;
+  lbea_matcher* matcher;
+  lbea_config config;
+  lbea_result result = {.struct_size = sizeof result};
+  lbea_config_init(&config, sizeof config);
+  config.max_points = room;
+  if (lbea_model_open(argc > 1 ? argv[1] : "rail.lbea", &model) || lbea_matcher_create(model, &config, &matcher))
+    return fprintf(stderr, "%s\n", lbea_last_error()), 1;
+
+  lbea_frame frame = {.struct_size = sizeof frame, .id = 1, .points = points, .point_count = grab()};
+  const lbea_status status = lbea_matcher_match(matcher, &frame, &result); /* no allocation, no lock, no system call */
+  printf("%s, %.0f %% of the surface seen\n", lbea_status_string(status), 100 * (double)result.coverage);
+  for (uint32_t i = 0; i < result.match_count; ++i)
+    printf("%s at %g s, distance %g\n", lbea_model_simulation_name(model, result.matches[i].simulation),
+           result.matches[i].time_s, (double)result.matches[i].distance);
+
+  lbea_matcher_destroy(matcher);
+  lbea_model_close(model);
+  return status != LBEA_OK;
+}

@@ -1,0 +1,28 @@
+// match.cpp - which simulation does a cloud look like? In C++, inside your program, without ZeroMQ.
+//   c++ -std=c++20 match.cpp $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea < cloud.xyz
+#include <lbea/lbea.hpp>
+
+#include <iostream>
+#include <vector>
+
+void grab(std::vector<lbea::Point>& points) {  // your camera; here lines of x y z
+  points.clear();
+  for (lbea::Point p; std::cin >> p.x >> p.y >> p.z;) points.push_back(p);
+}
+
+int main(int argc, char** argv) try {
+  const lbea::Model model = lbea::Model::open(argc > 1 ? argv[1] : "rail.lbea");
+  lbea::Matcher matcher{model, {.max_matches = 3}};
+  std::vector<lbea::Point> points;
+
+  grab(points);
+  const lbea::MatchResult result = matcher.match({.id = 1, .points = points});  // no allocation, no lock, no exception
+  std::cout << to_string(result.status) << ", " << 100 * result.coverage << " % of the surface seen\n";
+  for (const lbea::Match& match : result.matches)
+    std::cout << model.simulation_name(match.sample.simulation) << " at "
+              << model.sample_time_s(model.sample_index(match.sample)) << " s, distance " << match.distance << '\n';
+  return result.status == lbea::Status::ok ? 0 : 1;
+} catch (const lbea::Error& error) {
+  std::cerr << error.what() << '\n';
+  return 1;
+}

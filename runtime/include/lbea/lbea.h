@@ -1,0 +1,162 @@
+/* lbea.h - find the simulations that look like the point-cloud frame just captured, from C.
+ *
+ * Opaque handles, status codes, no globals. Set-up may allocate and read the disk; lbea_matcher_match, given valid
+ * arguments, neither allocates nor locks nor calls the system. Every function may be given NULL: it then returns
+ * LBEA_BAD_ARGUMENT, 0 or NULL, or does nothing. Threads: share a model freely; a matcher belongs to one at a time.
+ *
+ * Units: lengths in the model's length unit (mm unless the ensemble says otherwise), times in s in the model and ns on
+ * frames. Indices start at 0. Text is UTF-8 and ends with a zero byte.
+ *
+ * Structs that may grow begin with struct_size: set it to sizeof(the struct). Fields a caller was not compiled with are
+ * left alone; fields the library does not know are set to 0 on the way out and must be 0 on the way in. */
+#ifndef LBEA_H
+#define LBEA_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <lbea/api.h>
+#include <lbea/version.hpp>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** 0xMMmmpp of this header; lbea_version() has the loaded library's. */
+#define LBEA_VERSION ((LBEA_VERSION_MAJOR << 16) | (LBEA_VERSION_MINOR << 8) | LBEA_VERSION_PATCH)
+
+typedef struct lbea_model lbea_model;     /**< The baked file, immutable. */
+typedef struct lbea_matcher lbea_matcher; /**< Matches frames; owns all scratch memory. */
+
+typedef enum lbea_status {
+  LBEA_OK = 0,
+  /* per frame */
+  LBEA_EMPTY_FRAME = 1,     /**< no finite point inside the ensemble's envelope */
+  LBEA_TOO_MANY_POINTS = 2, /**< more than max_points: refused, never cut short */
+  LBEA_LOW_COVERAGE = 3,    /**< matched, but too little of the surface was seen to trust it */
+  /* at set-up */
+  LBEA_FILE_NOT_FOUND = 16,
+  LBEA_NOT_A_MODEL = 17,
+  LBEA_UNSUPPORTED_VERSION = 18,
+  LBEA_CORRUPT_MODEL = 19,
+  LBEA_BAD_CONFIG = 20,
+  /* of this interface */
+  LBEA_BAD_ARGUMENT = 32, /**< NULL, an index out of range, a struct_size that cannot be */
+  LBEA_OUT_OF_MEMORY = 33,
+  LBEA_INTERNAL_ERROR = 34,
+  LBEA_STATUS_MAX_ = 0x7fffffff /* keeps the enum four bytes wide */
+} lbea_status;
+
+typedef enum lbea_method {
+  LBEA_METHOD_LBEA = 0, /**< eq. 3: distance of coefficients in the Laplace-Beltrami eigenbasis */
+  LBEA_METHOD_VTP = 1,  /**< eq. 1: distance of corresponding positions */
+  LBEA_METHOD_MAX_ = 0x7fffffff
+} lbea_method;
+
+/** A measured position in sensor coordinates. */
+typedef struct lbea_point {
+  float x, y, z;
+} lbea_point;
+
+/** One captured cloud. The caller keeps the points alive during lbea_matcher_match. */
+typedef struct lbea_frame {
+  uint32_t struct_size;
+  uint64_t id;              /**< rises by one per frame */
+  int64_t stamp_ns;         /**< capture time on the sender's clock */
+  const lbea_point* points; /**< may be NULL when point_count is 0 */
+  size_t point_count;
+} lbea_frame;
+
+/** A sample of the ensemble with its distance to the frame. */
+typedef struct lbea_match {
+  uint32_t simulation;
+  uint32_t time_step;
+  uint32_t sample; /**< the row of both in the ensemble, for lbea_model_* */
+  float distance;  /**< LBEA: eq. 3; VtP: eq. 1 divided by the number of vertices */
+  double time_s;
+} lbea_match;
+
+/** Fill with lbea_config_init, then change what you need. */
+typedef struct lbea_config {
+  uint32_t struct_size;
+  uint32_t max_points;  /**< a larger frame is refused, never cut short */
+  uint32_t max_matches; /**< how many samples to return, nearest first */
+  int32_t method;       /**< lbea_method */
+  float trusted_distance; /**< length unit; a vertex counts as seen when a point lies this near */
+  float min_coverage;     /**< below this share seen, the status is LBEA_LOW_COVERAGE */
+  int64_t trigger_ns;     /**< the sender's clock at impact: picks the reference mesh over time */
+  float T_reference_sensor[12]; /**< row-major 3x4: reference = R * sensor + t */
+} lbea_config;
+
+/** Pointers are valid until the next lbea_matcher_match on the same matcher. */
+typedef struct lbea_result {
+  uint32_t struct_size;
+  lbea_status status;
+  uint64_t frame_id;
+  int64_t stamp_ns;
+  uint32_t reference; /**< which reference mesh was used */
+  float coverage;     /**< share of the best sample's observed surface that the frame shows */
+  const lbea_match* matches; /**< match_count, nearest first */
+  const float* coefficients; /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
+  uint32_t match_count, coefficient_count;
+  uint32_t points_received, points_invalid, points_culled, points_used; /**< received = used + invalid + culled */
+  uint32_t index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns; /**< wall time of each stage */
+} lbea_result;
+
+/** What a model holds. */
+typedef struct lbea_model_info {
+  uint32_t struct_size;
+  uint32_t vertices, modes;      /**< n and p, of the observed region and its basis */
+  uint32_t samples, simulations; /**< of the ensemble */
+  uint32_t references;           /**< 1 at impact; time steps over time */
+  uint32_t nodes, elements;      /**< of the whole component */
+  uint32_t fields;               /**< carried along with every sample, e.g. plastic strain */
+  uint64_t checksum;             /**< names this model */
+  const char* length_unit;       /**< lives as long as the model */
+} lbea_model_info;
+
+/** A quantity of every element or node of every sample. Text lives as long as the model. */
+typedef struct lbea_field_info {
+  uint32_t struct_size;
+  uint32_t values_per_sample; /**< elements, or nodes */
+  const char* name;
+  const char* unit;
+} lbea_field_info;
+
+/* About the library. */
+LBEA_API uint32_t lbea_version(void);                        /**< LBEA_VERSION of the loaded library */
+LBEA_API const char* lbea_build_info(void);                  /**< version, commit, compiler, flags: for bug reports */
+LBEA_API const char* lbea_status_string(lbea_status status); /**< stable lower-case name, never NULL */
+/** The sentence about this thread's last failure, which says what to do; "" when there was none. Never NULL; valid until
+ *  this thread's next failure. */
+LBEA_API const char* lbea_last_error(void);
+
+/* Models. */
+/** Maps the file read-only and checks every byte that is later trusted. *model is NULL unless LBEA_OK is returned. */
+LBEA_API lbea_status lbea_model_open(const char* path, lbea_model** model);
+/** The same for an image in memory, 64-byte aligned, which the caller keeps alive and unchanged. */
+LBEA_API lbea_status lbea_model_open_memory(const void* image, size_t size, lbea_model** model);
+/** Matchers keep what they need of their model alive. */
+LBEA_API void lbea_model_close(lbea_model* model);
+LBEA_API lbea_status lbea_model_get_info(const lbea_model* model, lbea_model_info* info);
+LBEA_API lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_field_info* info);
+/** NULL for an index out of range, as with the next two. Lives as long as the model. */
+LBEA_API const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation);
+/** nodes x 3: the sample's whole deformed mesh, also what no camera sees. */
+LBEA_API const float* lbea_model_node_positions(const lbea_model* model, uint32_t sample);
+/** values_per_sample of the field. */
+LBEA_API const float* lbea_model_field_values(const lbea_model* model, uint32_t field, uint32_t sample);
+
+/* Matching. */
+/** The defaults. struct_size is sizeof(lbea_config). */
+LBEA_API lbea_status lbea_config_init(lbea_config* config, size_t struct_size);
+/** config may be NULL: the defaults. *matcher is NULL unless LBEA_OK is returned. */
+LBEA_API lbea_status lbea_matcher_create(const lbea_model* model, const lbea_config* config, lbea_matcher** matcher);
+LBEA_API void lbea_matcher_destroy(lbea_matcher* matcher);
+/** Returns result->status, or LBEA_BAD_ARGUMENT. Set result->struct_size once. */
+LBEA_API lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, lbea_result* result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# What the shared library shows, needs and weighs.
+#   check.sh LIBRARY            compare with symbols.txt
+#   check.sh LIBRARY --update   write symbols.txt anew; a lost or changed line asks for a higher SOVERSION
+set -euo pipefail
+library=$1
+known=$(dirname "$0")/symbols.txt
+most_bytes=400000 # stripped; 211672 when this was written
+
+# Weak functions are inline ones, which differ with the level of optimisation.
+shown() { nm -DC --defined-only --without-symbol-versions "$library" | grep -vE '^[0-9a-f]+ [AW] ' | cut -d' ' -f2- | LC_ALL=C sort -u; }
+
+if [ "${2:-}" = --update ]; then shown >"$known"; exit; fi
+shown | diff -u "$known" - || { echo "the library's symbols changed; if that is meant: $0 $library --update" >&2; exit 1; }
+
+needed=$(readelf -d "$library" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p')
+extra=$(grep -vE '^(libstdc\+\+\.so\.6|libgcc_s\.so\.1|libm\.so\.6|libc\.so\.6|ld-linux-.*)$' <<<"$needed" || true)
+[ -z "$extra" ] || { echo "the library needs $extra; only the compiler's libraries and libc are allowed" >&2; exit 1; }
+readelf -d "$library" | grep -q 'SONAME.*\[liblbea\.so\.0\]' || { echo "soname is not liblbea.so.0" >&2; exit 1; }
+
+stripped=$(mktemp)
+trap 'rm -f "$stripped"' EXIT
+strip --strip-unneeded -o "$stripped" "$library"
+bytes=$(stat -c %s "$stripped")
+[ "$bytes" -le "$most_bytes" ] || { echo "the library has $bytes bytes, more than $most_bytes" >&2; exit 1; }
+echo "liblbea.so: $(wc -l <"$known") symbols, $bytes bytes, needs $(echo $needed)"
