@@ -130,10 +130,11 @@ std::vector<ReferenceBasis> reference_bases(const ObservedRegion& region,
   return bases;
 }
 
-std::vector<std::uint32_t> simulation_of_samples(const Survey& survey) {
-  std::vector<std::uint32_t> simulations;
-  for (std::uint32_t run = 0; run < survey.runs.size(); ++run) simulations.insert(simulations.end(), survey.runs[run].steps.size(), run);
-  return simulations;
+std::vector<Sample> samples_of(const Survey& survey) {
+  std::vector<Sample> samples;
+  for (std::uint32_t run = 0; run < survey.runs.size(); ++run)
+    for (const std::uint32_t step : survey.runs[run].steps) samples.push_back({run, step});
+  return samples;
 }
 
 BakeSummary summarise(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
@@ -202,7 +203,7 @@ BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& descriptio
     writer.write<std::uint32_t>(SectionId::leading_axes, part, 0, projected.leading_axes[part]);
   writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, deformation_branches(projected.last_states));
   if (views) {
-    views->calibrate(simulation_of_samples(survey), options.threads);
+    views->calibrate(samples_of(survey), options.threads);
     write_views(writer, *views);
   }
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, envelope.finish().bits);

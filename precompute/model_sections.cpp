@@ -173,7 +173,7 @@ void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& 
 void write_views(ModelWriter& writer, const SampleViews& views) {
   const ViewCamera& camera = views.camera();
   format::ViewCameraWords words{{}, double{camera.focal}, double{camera.centre_column}, double{camera.centre_row},
-                                double{camera.depth_origin}, double{camera.depth_step}, double{views.misfit_limit()}};
+                                double{camera.depth_origin}, double{camera.depth_step}, double{views.misfit_limit()}, double{views.test_misfit_limit()}};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});

@@ -108,9 +108,9 @@ struct ViewCameraWords {
   std::array<double, 12> T_reference_sensor;
   double focal, centre_column, centre_row;
   double depth_origin, depth_step;
-  double misfit_limit;
+  double misfit_limit, test_misfit_limit;
 };
-static_assert(sizeof(ViewCameraWords) == 18 * sizeof(double) && std::is_trivially_copyable_v<ViewCameraWords>);
+static_assert(sizeof(ViewCameraWords) == 19 * sizeof(double) && std::is_trivially_copyable_v<ViewCameraWords>);
 
 /// Rows of `projection` and planes of `coefficients` are padded with zeros to whole 64-byte lines.
 inline constexpr std::size_t padded(std::size_t floats) noexcept { return (floats + 15) / 16 * 16; }

@@ -24,8 +24,8 @@ void check(const TrackerConfig& config) {
 }  // namespace
 
 struct Tracker::State {
-  State(Model m, const TrackerConfig& c)
-      : model(std::move(m)), config(c), probability(model.samples()), likelihood(model.samples()), first(model.simulations() + 1),
+  State(Model m, const TrackerConfig& c, const SensorViews& views)
+      : model(std::move(m)), config(c), misfit_limit(views.test_misfit_limit()), probability(model.samples()), likelihood(model.samples()), first(model.simulations() + 1),
         simulations(model.simulations()), branches(model.branches()) {
     for (std::uint32_t s = 0; s < model.samples(); ++s) ++first[model.sample(s).simulation + 1];
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
@@ -36,9 +36,13 @@ struct Tracker::State {
   void predict() noexcept;
   void weigh(std::span<const Match> evidence) noexcept;
   void publish() noexcept;
+  void judge(float misfit) noexcept;
 
   Model model;
   TrackerConfig config;
+  float misfit_limit;  // 0: no views, no verdict
+  double log_misfits = 0;
+  std::uint64_t judged = 0;  // frames
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
   std::vector<float> simulations, branches;
@@ -48,6 +52,8 @@ struct Tracker::State {
 void Tracker::State::reset() noexcept {
   std::ranges::fill(probability, 1.0 / static_cast<double>(probability.size()));
   state = {};
+  log_misfits = 0;
+  judged = 0;
   publish();
 }
 
@@ -95,9 +101,22 @@ void Tracker::State::publish() noexcept {
   state.branch_probabilities = branches;
 }
 
-Tracker::Tracker(Model model, const TrackerConfig& config) {
+// Misfits scatter from frame to frame; over a test their mean tells an unknown branch from an unseen run.
+void Tracker::State::judge(float misfit) noexcept {
+  if (!(misfit > 0) || !(misfit_limit > 0)) return;
+  constexpr std::uint64_t least_frames = 4;
+  constexpr float sure = 0.9f;
+  log_misfits += std::log(double{misfit});
+  state.misfit = static_cast<float>(std::exp(log_misfits / static_cast<double>(++judged)));
+  if (judged < least_frames) return;
+  const bool one_branch = *std::ranges::max_element(branches) >= sure;
+  state.verdict = state.misfit > misfit_limit ? Verdict::no_simulation_fits : one_branch ? Verdict::matched : Verdict::ambiguous;
+}
+
+Tracker::Tracker(Model model, const TrackerConfig& config, SensorViews views) {
   check(config);
-  state_ = std::make_unique<State>(std::move(model), config);
+  if (views.empty()) views = SensorViews::baked_into(model);
+  state_ = std::make_unique<State>(std::move(model), config, views);
 }
 Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
@@ -111,6 +130,7 @@ const TestState& Tracker::update(const MatchResult& result) noexcept {
   if (state_->state.frames++ > 0) state_->predict();
   state_->weigh(evidence);
   state_->publish();
+  state_->judge(result.fit.misfit);
   return state_->state;
 }
 

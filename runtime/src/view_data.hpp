@@ -31,8 +31,9 @@ inline constexpr std::uint16_t empty_cell = 0;
 struct ViewData {
   ViewCamera camera;
   std::span<const std::uint16_t> depths;  // s x padded_cells
-  std::span<const float> expected;        // s: residual against the best sample of the other simulations
-  float misfit_limit = 0;
+  std::span<const float> expected;        // s: residual that an unseen run leaves at this time step, median
+  float misfit_limit = 0;                 // of one frame
+  float test_misfit_limit = 0;            // of the geometric mean over a test
   std::shared_ptr<const void> owner;      // of the memory behind the spans
 
   [[nodiscard]] std::span<const std::uint16_t> of_sample(std::size_t sample) const noexcept {

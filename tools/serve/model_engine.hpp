@@ -10,8 +10,8 @@ namespace lbea {
 
 class ModelEngine final : public MatchEngine {
  public:
-  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {}) : matcher_(model, config, std::move(views)) {
-    if (config.method == Method::fit) tracker_.emplace(model);
+  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {}) : matcher_(model, config, views) {
+    if (config.method == Method::fit) tracker_.emplace(model, TrackerConfig{}, std::move(views));
   }
   MatchResult match(const Frame& frame) noexcept override { return matcher_.match(frame); }
   const TestState* track(const MatchResult& result) noexcept override { return tracker_ ? &tracker_->update(result) : nullptr; }

@@ -52,7 +52,7 @@ enum class Verdict : std::int32_t {
   unknown = 0,         // not asked (lbea, vtp), or the frame showed too little
   matched,             // one shape explains the frame as well as the ensemble's own runs explain each other
   ambiguous,           // several simulations with clearly different shapes do
-  no_simulation_fits,  // none does: the residual is beyond what leaving one simulation out ever left
+  no_simulation_fits,  // none does: the residual is beyond what a simulation that is left out leaves
 };
 [[nodiscard]] LBEA_API std::string_view to_string(Verdict verdict) noexcept;
 
@@ -201,10 +201,13 @@ class LBEA_API SensorViews {
   [[nodiscard]] const RigidTransform& T_reference_sensor() const noexcept;
   /// rows() x columns(), along the optical axis in the length unit; NaN where the sensor sees nothing.
   [[nodiscard]] std::vector<float> depth_image(std::uint32_t sample) const;
-  /// Residual of the sample's own image against the best sample of the other simulations, length unit.
+  /// Residual that an unseen run leaves at the sample's time step against the best sample of the others: the median
+  /// over the simulations, each left out once. Length unit.
   [[nodiscard]] float expected_residual(std::uint32_t sample) const noexcept;
-  /// A residual of more than this many times the expected one means that no simulation fits.
+  /// A residual of more than this many times the expected one means that no simulation fits the frame.
   [[nodiscard]] float misfit_limit() const noexcept;
+  /// The same of the geometric mean over a test, which is much surer.
+  [[nodiscard]] float test_misfit_limit() const noexcept;
 
   [[nodiscard]] const ViewData* data() const noexcept { return data_.get(); }
 

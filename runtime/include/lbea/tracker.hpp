@@ -28,13 +28,16 @@ struct TestState {
   std::uint32_t simulation = 0;                      // the likeliest of the whole test so far
   std::span<const float> simulation_probabilities{}; // simulations(), of the whole test so far
   std::span<const float> branch_probabilities{};     // branches()
+  float misfit = 0;                                  // geometric mean of the frames' misfits; 0: none told
+  Verdict verdict = Verdict::unknown;                // of the whole test so far; a few frames have to come first
 };
 
 /// One per test; frames in their order. update() neither allocates nor locks nor throws; its cost is linear in samples().
 class Tracker {
  public:
   /// Throws Error{bad_config} with the offending value.
-  explicit Tracker(Model model, const TrackerConfig& config = {});
+  /// `views`: as the matcher's; when empty, those baked into the model.
+  explicit Tracker(Model model, const TrackerConfig& config = {}, SensorViews views = {});
   ~Tracker();
   Tracker(Tracker&&) noexcept;
   Tracker& operator=(Tracker&&) noexcept;
