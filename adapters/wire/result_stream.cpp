@@ -3,7 +3,6 @@
 namespace lbea {
 
 namespace {
-constexpr int result_high_water_mark = 10'000;  // seconds of small messages; 6 MB per subscriber that stalls
 constexpr int result_linger_ms = 1000;
 constexpr std::int64_t largest_subscription = 1024;
 constexpr std::int64_t largest_result = 16 << 20;
@@ -13,8 +12,8 @@ struct ResultSink::State {
   detail::BoundSocket bound;
 };
 
-ResultSink::ResultSink(WireContext& context, const std::string& address) {
-  const detail::SocketOptions options{.high_water_mark = result_high_water_mark,
+ResultSink::ResultSink(WireContext& context, const std::string& address, int held) {
+  const detail::SocketOptions options{.high_water_mark = held,
                                       .max_message_bytes = largest_subscription,
                                       .linger_ms = result_linger_ms};
   state_.reset(
@@ -37,11 +36,11 @@ struct ResultSource::State {
   zmq::message_t message;
 };
 
-ResultSource::ResultSource(WireContext& context, const std::string& address) {
+ResultSource::ResultSource(WireContext& context, const std::string& address, int held) {
   const Endpoint endpoint = parse_endpoint(address);
   auto socket =
       detail::make_socket(context.state().context, zmq::socket_type::sub,
-                          {.high_water_mark = result_high_water_mark, .max_message_bytes = largest_result});
+                          {.high_water_mark = held, .max_message_bytes = largest_result});
   detail::connect(socket, endpoint);
   state_.reset(new State{std::move(socket), {}});
 }

@@ -77,10 +77,13 @@ class FrameSink {
   std::unique_ptr<State> state_;
 };
 
-/// Where the matcher puts results: binds. Never waits for subscribers.
+/// Messages that wait for a subscriber who reads slowly: seconds of results, 6 MB for one that stalls.
+inline constexpr int results_held = 10'000;
+
+/// Where the matcher puts results: binds. Never waits for subscribers; what exceeds `held` is discarded.
 class ResultSink {
  public:
-  ResultSink(WireContext& context, const std::string& endpoint);
+  ResultSink(WireContext& context, const std::string& endpoint, int held = results_held);
   ~ResultSink();
   ResultSink(ResultSink&&) noexcept;
   ResultSink& operator=(ResultSink&&) noexcept;
@@ -95,7 +98,7 @@ class ResultSink {
 /// Where anyone reads results and states: connects.
 class ResultSource {
  public:
-  ResultSource(WireContext& context, const std::string& endpoint);
+  ResultSource(WireContext& context, const std::string& endpoint, int held = results_held);
   ~ResultSource();
   ResultSource(ResultSource&&) noexcept;
   ResultSource& operator=(ResultSource&&) noexcept;
