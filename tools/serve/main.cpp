@@ -1,6 +1,8 @@
 // lbea-serve: takes frames from a socket, matches each one, publishes the results.
 #include "adapters/sensor/sensor_json.hpp"
+#include "adapters/file/atomic_file.hpp"
 #include "tools/common/tool.hpp"
+#include "tools/recording/recording_options.hpp"
 #include "tools/serve/model_engine.hpp"
 #include "tools/serve/tally.hpp"
 #include "tools/serve/views.hpp"
@@ -20,13 +22,15 @@ struct Options {
   std::string model_file, frames_endpoint, results_endpoint, pose_file;
   MatcherConfig matcher;
   PipelineConfig pipeline;
+  RecordingOptions recording;
   bool json = false;
 };
 
 constexpr auto description =
     "Matches frames as they come in and publishes a result for each.\n"
     "Frames that find no free slot are dropped, counted, and reported as results. The exit code is 1 when any\n"
-    "frame was dropped, when ids are missing between those received, or when the tally does not add up.";
+    "frame was dropped, when ids are missing between those received, when something could not be recorded, or\n"
+    "when the tally does not add up.";
 
 const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
 
@@ -64,6 +68,8 @@ void add_options(Tool& tool, Options& options) {
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
       ->check(CLI::Range(1u, 4096u));
+  tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP)");
+  add_recording_options(tool, options.recording);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
 }
 
@@ -81,6 +87,14 @@ PipelineConfig pipeline_config(const Options& options, const Model& model) {
   config.description.method = name_of(options.matcher.method);
   config.description.model = summarize(model, options.model_file);
   return config;
+}
+
+/// For whoever replays the recording.
+RunSettings run_settings(const Options& options, const Model& model) {
+  RunSettings settings{"lbea-serve " LBEA_VERSION_STRING, options.model_file, model.checksum(), name_of(options.matcher.method), options.matcher, "", 0};
+  if (!options.pose_file.empty()) settings.sensor_json = as_text(read_file(options.pose_file));
+  settings.start_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return settings;
 }
 
 /// Every waiting frame has a slot for max_points, allocated at the start.
@@ -101,18 +115,25 @@ int serve(Options options) {
   check_memory(options);
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.pose_file));
   WireContext context;
-  const PipelineConfig config = pipeline_config(options, model);
+  PipelineConfig config = pipeline_config(options, model);
   FrameSource frames(context, options.frames_endpoint, config.limits);
   ResultSink results(context, options.results_endpoint);
   const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations", frames.endpoint(),
                                         results.endpoint(), model.samples(), model.simulations());
+  const auto recorder = begin_recording(options.recording, run_settings(options, model));
+  RecordingWatch recording(recorder.get(), options.recording.file);
+  config.observer = recorder.get();
   Pipeline pipeline(config, engine, std::move(frames), std::move(results));
   spdlog::info(ready);
-  while (stop_requested == 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  while (stop_requested == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    recording.look();
+  }
   pipeline.stop();
+  const bool all_recorded = recording.finish();
   const Counters counters = pipeline.counters();
   std::printf("%s\n", (options.json ? tally_json(counters) : tally_line(counters)).c_str());
-  return is_complete(counters) ? exit_ok : exit_failed;
+  return is_complete(counters) && all_recorded ? exit_ok : exit_failed;
 }
 
 }  // namespace
