@@ -51,12 +51,9 @@ std::string reason(int error) { return error == 0 ? "" : ": " + std::generic_cat
 }  // namespace
 
 void add_recording_options(Tool& tool, RecordingOptions& options) {
-  RecorderConfig& config = options.config;
-  tool.add_option("--record-memory", config.frame_ring_bytes, "memory for frames that wait for the disk, MB")
-      ->transform([](const std::string& text) { return std::to_string(std::stoull(text) * megabyte); })
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 24))
-      ->default_str(std::to_string(config.frame_ring_bytes / megabyte));
-  tool.add_option("--record-compression", config.compression, "none: as fast as the disk; lz4, zstd: smaller, and slower")
+  tool.add_option("--record-memory", options.memory_mb, "memory for frames that wait for the disk, MB")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 24));
+  tool.add_option("--record-compression", options.config.compression, "none: as fast as the disk; lz4, zstd: smaller, and slower")
       ->transform(CLI::CheckedTransformer(compression_names))
       ->default_str("none");
   tool.add_option("--record-window", options.window,
@@ -67,6 +64,7 @@ void add_recording_options(Tool& tool, RecordingOptions& options) {
 std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, const RunSettings& settings) {
   if (options.file.empty()) return nullptr;
   RecorderConfig config = options.config;
+  config.frame_ring_bytes = options.memory_mb * megabyte;
   check_memory(config.frame_ring_bytes);
   if (!options.window.empty()) config.window = parse_window(options.window);
   auto recorder = std::make_unique<RunRecorder>(options.file, config, settings);

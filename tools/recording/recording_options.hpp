@@ -9,7 +9,8 @@ namespace lbea {
 struct RecordingOptions {
   std::string file;    // empty: nothing is recorded
   std::string window;  // BEFORE:AFTER in seconds; empty: all is recorded
-  RecorderConfig config;
+  std::size_t memory_mb = RecorderConfig{}.frame_ring_bytes >> 20;
+  RecorderConfig config;  // the rest
 };
 
 /// All but the file's name, which is an option of one program and an argument of another.
