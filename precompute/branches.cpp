@@ -21,12 +21,18 @@ struct Join {
   double height;
 };
 
-// Average linkage; the groups' distances are updated as weighted means (Lance and Williams).
-std::vector<Join> joins(std::span<const std::vector<float>> rows) {
-  const std::size_t n = rows.size();
-  std::vector<std::vector<double>> distance(n, std::vector<double>(n));
-  for (std::size_t i = 0; i < n; ++i)
+using Distances = std::vector<std::vector<double>>;
+
+Distances distances_between(std::span<const std::vector<float>> rows) {
+  Distances distance(rows.size(), std::vector<double>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) distance[i][j] = distance[j][i] = mean_distance(rows[i], rows[j]);
+  return distance;
+}
+
+// Average linkage; the groups' distances are updated as weighted means (Lance and Williams).
+std::vector<Join> joins(Distances distance) {
+  const std::size_t n = distance.size();
   std::vector<double> size(n, 1);
   std::vector<Join> order;
   for (std::size_t left = n; left > 1; --left) {
@@ -34,7 +40,6 @@ std::vector<Join> joins(std::span<const std::vector<float>> rows) {
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t j = i + 1; j < n && size[i] > 0; ++j)
         if (size[j] > 0 && distance[i][j] < best.height) best = {i, j, distance[i][j]};
-    if (!(best.height < std::numeric_limits<double>::infinity())) break;  // positions that are not finite join nothing
     order.push_back(best);
     for (std::size_t k = 0; k < n; ++k)
       distance[best.into][k] = distance[k][best.into] =
@@ -45,29 +50,57 @@ std::vector<Join> joins(std::span<const std::vector<float>> rows) {
   return order;
 }
 
-// How many joins stand below the cut. Heights of average linkage ascend.
-std::size_t joins_within_branches(const std::vector<Join>& order) {
-  constexpr double clear_gap = 1.4;
+std::vector<std::size_t> groups_after(const std::vector<Join>& order, std::size_t count, std::size_t n) {
+  std::vector<std::size_t> group(n);
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  for (std::size_t i = 0; i < count; ++i) std::ranges::replace(group, order[i].from, order[i].into);
+  return group;
+}
+
+// Rousseeuw's silhouette of one row: how much nearer its own group is than the nearest other one; 0 for a group of one.
+double silhouette(const Distances& distance, const std::vector<std::size_t>& group, std::size_t i) {
+  std::vector<double> sum(group.size(), 0), count(group.size(), 0);
+  for (std::size_t j = 0; j < group.size(); ++j) {
+    if (j == i) continue;
+    sum[group[j]] += distance[i][j];
+    count[group[j]] += 1;
+  }
+  if (count[group[i]] == 0) return 0;
+  const double own = sum[group[i]] / count[group[i]];
+  double other = std::numeric_limits<double>::infinity();
+  for (std::size_t g = 0; g < group.size(); ++g)
+    if (g != group[i] && count[g] > 0) other = std::min(other, sum[g] / count[g]);
+  return std::max(own, other) > 0 ? (other - own) / std::max(own, other) : 0;
+}
+
+double mean_silhouette(const Distances& distance, const std::vector<std::size_t>& group) {
+  double sum = 0;
+  for (std::size_t i = 0; i < group.size(); ++i) sum += silhouette(distance, group, i);
+  return sum / static_cast<double>(group.size());
+}
+
+std::vector<std::size_t> best_groups(std::span<const std::vector<float>> rows) {
+  constexpr double clear = 0.55;
   constexpr std::size_t most_branches = 8;
-  std::size_t kept = order.size();
-  double widest = clear_gap;
-  for (std::size_t i = order.size() > most_branches ? order.size() - most_branches : 1; i < order.size(); ++i) {
-    const double gap = order[i].height / std::max(order[i - 1].height, 1e-12);
-    if (gap >= widest) {
-      widest = gap;
-      kept = i;
+  const Distances distance = distances_between(rows);
+  const std::vector<Join> order = joins(distance);
+  std::vector<std::size_t> best(rows.size(), 0);
+  double highest = clear;
+  for (std::size_t branches = 2; branches <= most_branches && branches < rows.size(); ++branches) {
+    auto group = groups_after(order, rows.size() - branches, rows.size());
+    const double score = mean_silhouette(distance, group);
+    if (score > highest) {
+      highest = score;
+      best = std::move(group);
     }
   }
-  return kept;
+  return best;
 }
 
 }  // namespace
 
 std::vector<std::uint32_t> deformation_branches(std::span<const std::vector<float>> last_states) {
-  const std::vector<Join> order = joins(last_states);
-  std::vector<std::size_t> group(last_states.size());
-  std::iota(group.begin(), group.end(), std::size_t{0});
-  for (std::size_t i = 0; i < joins_within_branches(order); ++i) std::ranges::replace(group, order[i].from, order[i].into);
+  const std::vector<std::size_t> group = best_groups(last_states);
   std::vector<std::uint32_t> branch(group.size());
   std::vector<std::size_t> seen;
   for (std::size_t i = 0; i < group.size(); ++i) {

@@ -8,8 +8,8 @@
 namespace lbea {
 
 /// One branch number per simulation, counted from 0 in the order in which they first appear.
-/// last_states: one row per simulation, of positions x 3, the same length each. Average linkage; cut where joining two
-/// groups costs clearly more than any join before it, or nowhere: then all simulations are one branch.
+/// last_states: one row per simulation, of positions x 3, the same length each. Average linkage, cut into the
+/// two to eight groups with the greatest mean silhouette; when even that is not clear, all simulations are one branch.
 [[nodiscard]] std::vector<std::uint32_t> deformation_branches(std::span<const std::vector<float>> last_states);
 
 }  // namespace lbea

@@ -80,7 +80,10 @@ void Tracker::State::predict() noexcept {
 void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
   const auto square = [](float v) { return double{v} * double{v}; };
   const double best = square(evidence.front().distance), scale = best + square(config.noise);
-  const auto plausibility = [&](float distance) { return std::exp(-double{config.sharpness} * (square(distance) - best) / scale); };
+  constexpr double doubt = 1e-9;  // a single frame may lie: it never rules out what all before it said
+  const auto plausibility = [&](float distance) {
+    return std::max(std::exp(-double{config.sharpness} * (square(distance) - best) / scale), doubt);
+  };
   std::ranges::fill(likelihood, plausibility(evidence.back().distance));
   for (const Match& candidate : evidence) likelihood[model.sample_index(candidate.sample)] = plausibility(candidate.distance);
   double all = 0;

@@ -1,6 +1,8 @@
 // match() promises: no allocation. Every way to the heap is counted here, over 10,000 frames, malformed ones included.
 #include "tests/runtime/frames.hpp"
-#include "tests/support/synthetic_model.hpp"
+#include "tests/runtime/seen_plates.hpp"
+
+#include <lbea/tracker.hpp>
 
 #include <doctest/doctest.h>
 
@@ -29,19 +31,27 @@ using namespace lbea;
 using namespace lbea::test;
 
 TEST_CASE("10,000 frames, malformed ones included, without one call to the heap") {
-  const AlignedBytes bytes = bent_plates_model(ReferenceMode::over_time);
+  const TemporaryFolder folder;
+  bake(bent_plates(), bent_plates_description(ReferenceMode::over_time), folder / "plates.lbea", with_views());
+  const AlignedBytes bytes(folder / "plates.lbea");
   const Model model = Model::view(bytes.span());
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<std::vector<Point>> frames{{}, std::vector<Point>(100, Point{nan, 0, 0}), std::vector<Point>(5'000, Point{1, 1, 1}),
                                          std::vector<Point>(300, Point{1e30f, 0, 0}), {{5, 5, 5}}};
   for (const std::uint32_t s : {0u, 5u, 11u, 23u}) frames.push_back(points_of(model, s));
-  for (const Method method : {Method::lbea, Method::vtp}) {
-    Matcher matcher(model, {.max_points = 1'000, .method = method});
+  for (const Method method : {Method::lbea, Method::vtp, Method::fit}) {
+    MatcherConfig config = fit_config();  // the plates' frames are in reference coordinates
+    config.T_reference_sensor = identity_transform;
+    config.max_points = 1'000;
+    config.method = method;
+    Matcher matcher(model, config);
+    Tracker tracker(model);
     std::uint64_t matched = 0, refused = 0;
     const std::uint64_t before = heap_calls;
     for (std::uint64_t id = 0; id < 10'000; ++id) {
       const MatchResult result = matcher.match(
           {.id = id, .stamp_ns = static_cast<std::int64_t>(id * 1'000'003), .points = frames[id % frames.size()]});
+      tracker.update(result);
       (result.matches.empty() ? refused : matched) += 1;
     }
     CHECK(heap_calls == before);

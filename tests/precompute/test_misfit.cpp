@@ -1,0 +1,52 @@
+#include "precompute/branches.hpp"
+#include "precompute/misfit.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+using namespace lbea;
+
+TEST_CASE("what an unseen run leaves is the median of its time step: a few that nothing explains do not move it") {
+  std::vector<LeftOut> answers;
+  for (std::uint32_t simulation = 0; simulation < 11; ++simulation)
+    for (std::uint32_t step = 0; step < 6; ++step) {
+      const float usual = static_cast<float>(step + 1) + 0.01f * static_cast<float>(simulation);
+      answers.push_back({{simulation, step}, simulation < 2 ? 1e4f : usual * usual});
+    }
+  const ExpectedResiduals expected(answers);
+  for (std::uint32_t step = 0; step < 6; ++step) CHECK(expected.at(step) == doctest::Approx(step + 1).epsilon(0.11));
+  CHECK(expected.at(100) == expected.at(5));
+}
+
+TEST_CASE("the limit lets log-normal misfits pass but for one in a thousand") {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::vector<LeftOut> answers;
+  constexpr double sigma = 0.2, usual = 30;  // far above the noise
+  for (std::uint32_t simulation = 0; simulation < 200; ++simulation)
+    for (std::uint32_t step = 0; step < 20; ++step)
+      answers.push_back({{simulation, step}, static_cast<float>(usual * usual * std::exp(2 * sigma * normal(random)))});
+  const MisfitLimits limits = misfit_limits(answers, ExpectedResiduals(answers));
+  CHECK(std::log(static_cast<double>(limits.frame)) == doctest::Approx(3 * sigma).epsilon(0.1));
+  CHECK(limits.test < limits.frame);  // means scatter less
+}
+
+TEST_CASE("with nothing to learn from, limits are those written down") {
+  CHECK(misfit_limits({}, ExpectedResiduals({})).frame == MisfitLimits{}.frame);
+  CHECK(ExpectedResiduals({}).at(3) == 0);
+}
+
+TEST_CASE("groups of like shapes are branches, numbered as they come; one group is one branch") {
+  const auto shape = [](float x) { return std::vector<float>{x, 0, 0, 0, x, 0}; };
+  const std::vector<std::vector<float>> two{shape(100), shape(0), shape(1), shape(101), shape(2)};
+  CHECK(deformation_branches(two) == std::vector<std::uint32_t>{0, 1, 1, 0, 1});
+  const std::vector<std::vector<float>> one{shape(0), shape(1), shape(2), shape(3)};
+  CHECK(deformation_branches(one) == std::vector<std::uint32_t>{0, 0, 0, 0});
+  CHECK(deformation_branches({}).empty());
+  CHECK(deformation_branches(std::vector<std::vector<float>>{shape(3)}) == std::vector<std::uint32_t>{0});
+  const std::vector<std::vector<float>> same(3, shape(7));
+  CHECK(deformation_branches(same) == std::vector<std::uint32_t>{0, 0, 0});
+}

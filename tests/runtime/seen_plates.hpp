@@ -1,0 +1,59 @@
+// Bending plates under a stereo rig that looks down on them.
+#pragma once
+
+#include "precompute/sensor/depth_views.hpp"
+#include "precompute/sensor/virtual_sensor.hpp"
+#include "tests/support/synthetic_model.hpp"
+
+namespace lbea::test {
+
+inline StereoSensor rig_above() {
+  StereoSensor rig;
+  rig.T_reference_sensor = {1, 0, 0, 95, 0, -1, 0, 45, 0, 0, -1, 600};
+  rig.T_reference_right = {1, 0, 0, 135, 0, -1, 0, 45, 0, 0, -1, 600};
+  rig.focal_px = 800;
+  rig.width_px = 360;
+  rig.height_px = 180;
+  return rig;
+}
+
+inline BakeOptions with_views(unsigned threads = 0) {
+  BakeOptions options;
+  options.threads = threads;
+  options.views = [](const CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+    return depth_views(rig_above(), mesh.node_ids.size(), mesh.elements, low, high);
+  };
+  return options;
+}
+
+/// Runs plate_0 ... bend to 0.5, 0.6, ... radians.
+inline Ensemble similar_plates(std::uint32_t runs, std::uint32_t steps) {
+  Ensemble ensemble;
+  for (std::uint32_t run = 0; run < runs; ++run)
+    ensemble.runs.push_back({"plate_" + std::to_string(run), {}, [run, steps] {
+                               return std::make_unique<SyntheticSimulation>(bending_plate(0.5 + 0.1 * run, steps));
+                             }});
+  return ensemble;
+}
+
+inline AlignedBytes seen_plates_model(std::uint32_t runs = 6, std::uint32_t steps = 8, unsigned threads = 0) {
+  const TemporaryFolder folder;
+  bake(similar_plates(runs, steps), bent_plates_description(), folder / "plates.lbea", with_views(threads));
+  return AlignedBytes(folder / "plates.lbea");
+}
+
+/// What the rig sees of a plate bent by `angle`, or of any other state of its mesh.
+inline std::vector<Point> seen(const std::vector<float>& positions, const SensingNoise& noise = {}, std::uint64_t seed = 1) {
+  const SimulationMesh mesh = plate_mesh();
+  return VirtualSensor(rig_above(), mesh.nodes(), mesh.elements).sense({positions}, noise, seed);
+}
+inline std::vector<float> bent(double angle) { return bent_state(plate_mesh(), 0, angle, 190).positions; }
+
+inline MatcherConfig fit_config() {
+  MatcherConfig config;
+  config.method = Method::fit;
+  config.T_reference_sensor = rig_above().T_reference_sensor;
+  return config;
+}
+
+}  // namespace lbea::test

@@ -1,0 +1,54 @@
+#include "runtime/src/convex_estimate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <random>
+#include <vector>
+
+using namespace lbea;
+
+TEST_CASE("the answer meets the optimality conditions: on the simplex, no share worth moving") {
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal;
+  SimplexProblem problem(24);
+  for (const std::size_t k : {1u, 2u, 3u, 24u})
+    for (int trial = 0; trial < 20; ++trial) {
+      const std::size_t rows = k + 3;
+      std::vector<float> factors(rows * k), gram(k * k, 0.0f), linear(k);
+      for (float& f : factors) f = normal(random);
+      for (float& c : linear) c = std::abs(normal(random)) * 0.1f;
+      for (std::size_t i = 0; i < k; ++i)
+        for (std::size_t j = 0; j < k; ++j)
+          for (std::size_t r = 0; r < rows; ++r) gram[i * k + j] += factors[r * k + i] * factors[r * k + j];
+      const auto w = problem.solve(gram, k, linear);
+      REQUIRE(w.size() == k);
+      CHECK(std::accumulate(w.begin(), w.end(), 0.0f) == doctest::Approx(1).epsilon(1e-5));
+      std::vector<float> gradient(linear);
+      for (std::size_t i = 0; i < k; ++i)
+        for (std::size_t j = 0; j < k; ++j) gradient[i] += 2 * gram[i * k + j] * w[j];
+      const float least = *std::ranges::min_element(gradient), largest = *std::ranges::max_element(gram);
+      for (std::size_t i = 0; i < k; ++i) {
+        CHECK(w[i] >= 0);
+        if (w[i] > 1e-3f) CHECK(gradient[i] - least < 0.02f * largest);  // KKT, to the step length at which it stops
+      }
+    }
+}
+
+TEST_CASE("a frame that is the mean of two samples gets half of each") {
+  // Residuals +r and -r cancel in halves.
+  const std::vector<float> gram{4, -4, -4, 4}, linear{0, 0};
+  SimplexProblem problem(2);
+  const auto w = problem.solve(gram, 2, linear);
+  CHECK(w[0] == doctest::Approx(0.5f).epsilon(1e-3));
+  CHECK(w[1] == doctest::Approx(0.5f).epsilon(1e-3));
+}
+
+TEST_CASE("without residuals the first candidate keeps everything") {
+  const std::vector<float> gram(9, 0.0f), linear(3, 0.0f);
+  SimplexProblem problem(3);
+  const auto w = problem.solve(gram, 3, linear);
+  CHECK(w[0] == 1.0f);
+  CHECK(w[1] + w[2] == 0.0f);
+}

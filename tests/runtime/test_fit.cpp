@@ -1,0 +1,160 @@
+// Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
+#include "precompute/sample_views.hpp"
+#include "tests/runtime/seen_plates.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+double mean_distance(std::span<const float> a, std::span<const float> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); i += 3)
+    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]}, double{a[i + 2]} - double{b[i + 2]});
+  return sum / static_cast<double>(a.size() / 3);
+}
+
+std::vector<float> mesh_of(const Model& model, std::span<const WeightedSample> estimate) {
+  std::vector<float> mesh(std::size_t{3} * model.nodes(), 0.0f);
+  for (const auto& [sample, weight] : estimate) {
+    const auto positions = model.node_positions(model.sample_index(sample));
+    for (std::size_t i = 0; i < mesh.size(); ++i) mesh[i] += weight * positions[i];
+  }
+  return mesh;
+}
+
+double nearest_sample(const Model& model, std::span<const float> mesh) {
+  double least = 1e9;
+  for (std::uint32_t s = 0; s < model.samples(); ++s) least = std::min(least, mean_distance(mesh, model.node_positions(s)));
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("every sample that the rig sees is found again, noise or not") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  for (const float sigma : {0.0f, 0.5f})
+    for (std::uint32_t s = 0; s < model.samples(); ++s) {
+      CAPTURE(s);
+      const auto positions = model.node_positions(s);
+      const auto points = seen({positions.begin(), positions.end()}, {.sigma = sigma}, s);
+      const MatchResult result = matcher.match({.id = s, .points = points});
+      REQUIRE(result.status == Status::ok);
+      const auto found = model.node_positions(model.sample_index(result.matches[0].sample));
+      CHECK(mean_distance(found, positions) < 1e-3);  // the first states of all runs are one shape
+      CHECK(result.verdict == Verdict::matched);
+      CHECK(std::ranges::is_sorted(result.matches, {}, &Match::distance));
+      CHECK(std::ranges::is_sorted(result.fit.candidates, {}, &Match::distance));
+      CHECK(result.fit.residual == result.fit.candidates[0].distance);
+      float shares = 0;
+      for (const auto& [sample, weight] : result.fit.estimate) shares += weight;
+      CHECK(shares == doctest::Approx(1).epsilon(1e-4));
+    }
+}
+
+TEST_CASE("a shape between the samples is estimated nearer than any sample is") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  int between = 0;
+  for (double angle = 0.3; angle < 0.97; angle += 0.02) {
+    CAPTURE(angle);
+    const auto truth = bent(angle);
+    if (nearest_sample(model, truth) < 0.5) continue;  // as good as a sample
+    ++between;
+    const MatchResult result = matcher.match({.points = seen(truth)});
+    REQUIRE(result.status == Status::ok);
+    const double estimated = mean_distance(mesh_of(model, result.fit.estimate), truth);
+    CHECK(estimated < 0.85 * nearest_sample(model, truth));
+    CHECK(result.fit.estimate_residual <= result.fit.residual + 1e-3f);
+    CHECK(result.verdict == Verdict::matched);
+  }
+  CHECK(between >= 3);
+}
+
+TEST_CASE("a plate that bends the other way, or folds, fits no simulation") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  MatcherConfig config = fit_config();
+  config.min_coverage = 0;
+  Matcher matcher(model, config);
+  auto folded = bent(0.6);
+  for (std::size_t i = 0; i < folded.size(); i += 3) folded[i + 2] += 12.0f * std::sin(folded[i] * 0.1f);
+  auto sideways = plate_mesh().positions;
+  for (std::size_t i = 0; i < sideways.size(); i += 3) sideways[i + 2] = 0.004f * (sideways[i] - 95) * (sideways[i] - 95);
+  for (const auto& stranger : {folded, sideways}) {
+    const MatchResult result = matcher.match({.points = seen(stranger)});
+    CHECK(result.fit.misfit > SensorViews::baked_into(model).misfit_limit());
+    CHECK(result.verdict == Verdict::no_simulation_fits);
+  }
+}
+
+TEST_CASE("points that belong to nothing, and half of them gone, change no match") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  const std::uint32_t s = 8 * 3 + 5;
+  const auto positions = model.node_positions(s);
+  const MatchResult result = matcher.match({.points = seen({positions.begin(), positions.end()}, {.outliers = 0.02f, .dropout = 0.6f, .background = 0.3f})});
+  CHECK(result.points.culled > 0);
+  CHECK(result.matches[0].sample == model.sample(s));
+}
+
+TEST_CASE("images rendered from the model are those that the bake rendered, on any number of threads") {
+  const AlignedBytes one = seen_plates_model(3, 4, 1), many = seen_plates_model(3, 4, 3);
+  CHECK(std::ranges::equal(one.span(), many.span()));
+  const Model model = Model::view(one.span());
+  const SensorViews baked = SensorViews::baked_into(model);
+  REQUIRE_FALSE(baked.empty());
+  std::array<float, 3> low{1e9f, 1e9f, 1e9f}, high{-1e9f, -1e9f, -1e9f};
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    for (std::size_t i = 0; i < model.node_positions(s).size(); ++i) {
+      low[i % 3] = std::min(low[i % 3], model.node_positions(s)[i]);
+      high[i % 3] = std::max(high[i % 3], model.node_positions(s)[i]);
+    }
+  const SimulationMesh mesh = plate_mesh();
+  const SensorViews rendered = render_views(model, *depth_views(rig_above(), mesh.nodes(), mesh.elements, low, high), 2);
+  CHECK(std::ranges::equal(rendered.data()->depths, baked.data()->depths));
+  CHECK(std::ranges::equal(rendered.data()->expected, baked.data()->expected));
+  CHECK(rendered.misfit_limit() == baked.misfit_limit());
+  CHECK(rendered.test_misfit_limit() == baked.test_misfit_limit());
+}
+
+TEST_CASE("a flat plate's depth image is the distance of its plane, and empty beside it") {
+  const AlignedBytes bytes = seen_plates_model(2, 3);
+  const Model model = Model::view(bytes.span());
+  const SensorViews views = SensorViews::baked_into(model);
+  const auto image = views.depth_image(0);
+  REQUIRE(image.size() == std::size_t{views.columns()} * views.rows());
+  std::size_t filled = 0;
+  for (const float depth : image) {
+    if (std::isnan(depth)) continue;
+    ++filled;
+    CHECK(depth == doctest::Approx(600).epsilon(1e-4));
+  }
+  // 190 x 90 mm at 600 mm and 800 px, in cells of 4 px: 63 x 30 cells, less those the right camera does not see.
+  CHECK(filled > 0.9 * 63 * 30);
+  CHECK(filled < 1.1 * 64 * 31);
+}
+
+TEST_CASE("without depth images there is nothing to fit, and the error says what to do") {
+  const AlignedBytes bytes = bent_plates_model();
+  const Model model = Model::view(bytes.span());
+  CHECK(SensorViews::baked_into(model).empty());
+  try {
+    Matcher(model, fit_config());
+    FAIL("a matcher without images was made");
+  } catch (const Error& error) {
+    CHECK(error.status == Status::bad_config);
+    CHECK(std::string(error.what()).find("baked without a sensor") != std::string::npos);
+  }
+}

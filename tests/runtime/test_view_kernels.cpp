@@ -1,0 +1,92 @@
+// The depth images' inner loops against plain ones in double precision, and against each other bit by bit.
+#include "runtime/src/frame_view.hpp"
+#include "runtime/src/kernels.hpp"
+#include "tests/runtime/brute_force.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+using namespace lbea;
+
+namespace {
+
+std::vector<const Kernels*> all_kernels() {
+  std::vector<const Kernels*> found;
+  for (const Kernels* const* k = available_kernels(); *k != nullptr; ++k) found.push_back(*k);
+  return found;
+}
+
+struct Images {
+  std::vector<float> observed;
+  std::vector<std::uint16_t> sample;
+};
+
+Images random_images(std::size_t cells, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<int> depth(1, 65'535), coin(0, 3);
+  Images images;
+  for (std::size_t i = 0; i < cells; ++i) {
+    images.observed.push_back(coin(random) == 0 ? -1e9f : static_cast<float>(depth(random)) + 0.25f);
+    images.sample.push_back(coin(random) == 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(depth(random)));
+  }
+  return images;
+}
+
+}  // namespace
+
+TEST_CASE("cells cost their capped difference, or the price of the silhouette") {
+  const CellPrices prices{4'000, 2'500};
+  for (const std::size_t cells : {32u, 64u, 3'072u}) {
+    const Images images = random_images(cells, static_cast<unsigned>(cells));
+    double squares = 0, filled = 0;
+    std::vector<double> residuals;
+    for (std::size_t i = 0; i < cells; ++i) {
+      const bool in_frame = images.observed[i] >= 0, in_sample = images.sample[i] > 0;
+      const double difference = static_cast<double>(images.sample[i]) - static_cast<double>(images.observed[i]);
+      const double residual = in_frame && in_sample ? std::clamp(difference, -4'000.0, 4'000.0) : in_frame ? -2'500.0 : in_sample ? 2'500.0 : 0.0;
+      residuals.push_back(residual);
+      squares += residual * residual;
+      filled += in_frame || in_sample ? 1 : 0;
+    }
+    const CellSums first = all_kernels().front()->compare_views(images.observed.data(), images.sample.data(), cells, prices);
+    for (const Kernels* code : all_kernels()) {
+      const CellSums sums = code->compare_views(images.observed.data(), images.sample.data(), cells, prices);
+      CHECK(std::memcmp(&sums, &first, sizeof(sums)) == 0);
+      CHECK(static_cast<double>(sums.squares) == doctest::Approx(squares).epsilon(1e-5));
+      CHECK(static_cast<double>(sums.filled) == filled);
+      std::vector<float> got(cells);
+      code->subtract_views(images.observed.data(), images.sample.data(), cells, prices, got.data());
+      for (std::size_t i = 0; i < cells; ++i) CHECK(std::abs(static_cast<double>(got[i]) - residuals[i]) < 0.01);
+    }
+  }
+}
+
+TEST_CASE("a frame's image is the mean depth of the points in each cell; single points and those beside it count for nothing") {
+  // A camera at the origin that looks along z; the plane z = 500 in cells of 5 mm.
+  ViewCamera camera{.focal = 100, .centre_column = 16, .centre_row = 16, .depth_origin = 400, .depth_step = 0.01f, .columns = 32, .rows = 32};
+  std::vector<Point> points;
+  for (int row = 4; row < 20; ++row)
+    for (int column = 4; column < 20; ++column)
+      for (int i = 0; i < 8; ++i)
+        points.push_back({5.0f * (static_cast<float>(column - 16) + 0.5f), 5.0f * (static_cast<float>(row - 16) + 0.5f), 500 + 0.1f * static_cast<float>(i - 4)});
+  points.push_back({5.0f * 10.5f, 5.0f * 10.5f, 500});  // alone in its cell: an outlier
+  points.push_back({200, 0, 500});                      // beside the image
+  points.push_back({0, 0, -500});                       // behind the camera
+  const std::array<std::array<float, 3>, 2> box{{{-300, -300, -600}, {300, 300, 600}}};
+  CloudIndex index(bounding_grid(box, 4'096), 4'096);
+  REQUIRE(index.build(points, identity_transform).used == points.size());
+  FrameView view(camera);
+  view.build(index);
+  for (std::uint32_t row = 0; row < 32; ++row)
+    for (std::uint32_t column = 0; column < 32; ++column) {
+      const float cell = view.cells()[row * 32 + column];
+      const bool on_plane = row >= 4 && row < 20 && column >= 4 && column < 20;
+      CHECK((cell >= 0) == on_plane);
+      if (on_plane) CHECK(400 + 0.01f * cell == doctest::Approx(499.95f).epsilon(1e-5));
+    }
+}
