@@ -295,7 +295,12 @@ void Recorder::end_file() noexcept {
   if (sync_thread_.joinable()) sync_thread_.join();
   int error = 0;
   try {
-    error = writer_.metadata(closing_metadata(status()));
+    account_due_ = {};
+    front_.clear();
+    add_account();  // the last one
+    const mcap::Bytes piece = front_;
+    if (!front_.empty()) error = writer_.chunk({&piece, 1});
+    if (error == 0) error = writer_.metadata(closing_metadata(status()));
     if (error == 0) error = writer_.finish();
     if (error == 0) error = sink_->commit();
   } catch (...) {
