@@ -4,6 +4,8 @@
 #include "tools/common/tool.hpp"
 #include "tools/recording/recording_options.hpp"
 #include "tools/serve/model_engine.hpp"
+#include "tools/serve/preview.hpp"
+#include "tools/serve/run_observers.hpp"
 #include "tools/serve/tally.hpp"
 #include "tools/serve/views.hpp"
 
@@ -19,7 +21,7 @@ namespace lbea {
 namespace {
 
 struct Options {
-  std::string model_file, frames_endpoint, results_endpoint, pose_file;
+  std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, pose_file;
   MatcherConfig matcher;
   PipelineConfig pipeline;
   RecordingOptions recording;
@@ -65,6 +67,8 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--results", options.results_endpoint,
                   "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
       ->required();
+  tool.add_option("--preview", options.preview_endpoint,
+                  "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. ipc:///tmp/preview.ipc");
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
       ->check(CLI::Range(1u, 4096u));
@@ -122,7 +126,12 @@ int serve(Options options) {
                                         results.endpoint(), model.samples(), model.simulations());
   const auto recorder = begin_recording(options.recording, run_settings(options, model));
   RecordingWatch recording(recorder.get(), options.recording.file);
-  config.observer = recorder.get();
+  RunObservers observers;
+  observers.add(recorder.get());
+  std::optional<Preview> preview;
+  if (!options.preview_endpoint.empty())
+    observers.add(&preview.emplace(context, options.preview_endpoint, PreviewConfig{config.limits, options.matcher.T_reference_sensor}));
+  config.observer = &observers;
   Pipeline pipeline(config, engine, std::move(frames), std::move(results));
   spdlog::info(ready);
   while (stop_requested == 0) {

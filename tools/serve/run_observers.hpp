@@ -1,0 +1,38 @@
+// Several observers where the pipeline knows one.
+#pragma once
+
+#include "tools/serve/run_observer.hpp"
+
+#include <vector>
+
+namespace lbea {
+
+class RunObservers final : public RunObserver {
+ public:
+  /// Before the pipeline starts; null is left out.
+  void add(RunObserver* observer) {
+    if (observer != nullptr) observers_.push_back(observer);
+  }
+  void frame(Message message, const FrameHeader& header, std::int64_t receive_ns) noexcept override {
+    for (RunObserver* observer : observers_) observer->frame(message, header, receive_ns);
+  }
+  void result(Message message, const WireResult& result) noexcept override {
+    for (RunObserver* observer : observers_) observer->result(message, result);
+  }
+  void state(Message message, const WireState& state) noexcept override {
+    for (RunObserver* observer : observers_) observer->state(message, state);
+  }
+  [[nodiscard]] Counts counts() const noexcept override {
+    Counts sum;
+    for (const RunObserver* observer : observers_) {
+      sum.recorded += observer->counts().recorded;
+      sum.unrecorded += observer->counts().unrecorded;
+    }
+    return sum;
+  }
+
+ private:
+  std::vector<RunObserver*> observers_;
+};
+
+}  // namespace lbea
