@@ -113,6 +113,8 @@ struct WireTestState {
   float sample_probability = 0;
   std::vector<SimulationChance> simulations;  // the likeliest ones, best first
   std::vector<float> branches;
+  float misfit = 0;
+  WireVerdict verdict = WireVerdict::unknown;
 };
 
 struct WireResult {

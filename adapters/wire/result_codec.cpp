@@ -105,13 +105,15 @@ Offset<wire::TestState> build(FlatBufferBuilder& builder, const WireTestState& t
   const auto chance_vector = builder.CreateVectorOfStructs(chances);
   const auto branches = builder.CreateVector(test.branches);
   return wire::CreateTestState(builder, test.frames, test.simulation, test.sample.simulation, test.sample.time_step,
-                               test.sample_probability, chance_vector, branches);
+                               test.sample_probability, chance_vector, branches, test.misfit,
+                               static_cast<wire::Verdict>(test.verdict));
 }
 
 WireTestState read(const wire::TestState* from) {
   WireTestState test;
   if (from == nullptr) return test;
-  test = {from->frames(), from->simulation(), {from->sample_simulation(), from->sample_time_step()}, from->sample_probability(), {}, {}};
+  test = {from->frames(), from->simulation(), {from->sample_simulation(), from->sample_time_step()}, from->sample_probability(), {}, {}, from->misfit(),
+          static_cast<WireVerdict>(from->verdict())};
   if (from->simulations() != nullptr)
     for (const auto* c : *from->simulations()) test.simulations.push_back({c->simulation(), c->probability()});
   if (from->branches() != nullptr) test.branches.assign(from->branches()->begin(), from->branches()->end());

@@ -23,7 +23,7 @@ WireResult some_result() {
   result.matches = {{{3, 4}, "run_003", 0.0125, 1.5f}, {{0, 7}, "", -1, 2.5f}, {{5, 6}, "run_003", 0, 3.5f}};
   result.leading_coordinates = {1.5f, -2.5f, 3.5f};
   result.fit = {1, 0.5f, 0.75f, 2, {{{1, 2}, 1}, {{3, 4}, 1.5f}}, {{{1, 2}, 0.25f}, {{3, 4}, 0.75f}}};
-  result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}};
+  result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}, 1.25f, WireVerdict::ambiguous};
   result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
   result.counters.received = 1000;
   for (std::size_t i = 0; i < wire_status_count; ++i) result.counters.by_status[i] = 100 + i;
@@ -65,6 +65,8 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.test.sample_probability == b.test.sample_probability);
   CHECK(std::ranges::equal(a.test.simulations, b.test.simulations, [](const SimulationChance& p, const SimulationChance& q) { return p.simulation == q.simulation && p.probability == q.probability; }));
   CHECK(a.test.branches == b.test.branches);
+  CHECK(a.test.misfit == b.test.misfit);
+  CHECK(a.test.verdict == b.test.verdict);
   REQUIRE(a.matches.size() == b.matches.size());
   for (std::size_t i = 0; i < a.matches.size(); ++i) {
     CHECK(a.matches[i].sample == b.matches[i].sample);

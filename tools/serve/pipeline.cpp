@@ -51,10 +51,12 @@ WireVerdict verdict_of(WireStatus status) noexcept {
 
 WireVerdict to_wire(Verdict verdict) noexcept {
   switch (verdict) {
+    case Verdict::matched: return WireVerdict::matched;
     case Verdict::ambiguous: return WireVerdict::ambiguous;
     case Verdict::no_simulation_fits: return WireVerdict::no_simulation_fits;
-    default: return WireVerdict::matched;  // what a method without a verdict of its own says of a frame it matched
+    case Verdict::unknown: break;
   }
+  return WireVerdict::unknown;
 }
 
 // The likeliest simulations, best first, in memory that is there.
@@ -244,7 +246,7 @@ void Pipeline::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   result.points = match.points;
   result.elapsed_ns.match = match.elapsed_ns;
   result.leading_coordinates = match.leading_coordinates;
-  result.verdict = result.status == WireStatus::ok ? to_wire(match.verdict) : verdict_of(result.status);
+  result.verdict = to_wire(match.verdict);  // unknown: the status decides
   outcome.matches.assign(match.matches.begin(), match.matches.end());
   fill(outcome.fit, match.fit);
   if (const TestState* test = engine_.track(match)) fill(outcome.test, *test);
@@ -264,6 +266,8 @@ void Pipeline::fill(WireTestState& test, const TestState& from) noexcept {
   test.simulation = from.simulation;
   test.sample = from.sample;
   test.sample_probability = from.sample_probability;
+  test.misfit = from.misfit;
+  test.verdict = to_wire(from.verdict);
   rank(from.simulation_probabilities, test.simulations);
   test.branches.assign(from.branch_probabilities.begin(), from.branch_probabilities.end());
 }
