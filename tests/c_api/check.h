@@ -14,7 +14,7 @@ extern int failures;
     }                                                                           \
   } while (0)
 
-/* Of test_c_structs.c. */
-void structs_grow(const char* model_file);
+void structs_grow(const char* model_file);                                /* test_c_structs.c */
+void depth_images_decide(const char* model_file, const char* sensor_json); /* test_c_fit.c */
 
 #endif

@@ -1,4 +1,4 @@
-/* The C interface from C, against the shared library: test_c_api MODEL */
+/* The C interface from C, against the shared library: test_c_api PLATES DEMO SENSOR_JSON */
 #include "tests/c_api/check.h"
 
 #include <lbea/lbea.h>
@@ -70,10 +70,17 @@ static void null_is_refused_everywhere(const lbea_model* model) {
   CHECK(matcher == NULL);
   CHECK(lbea_matcher_create(model, NULL, NULL) == LBEA_BAD_ARGUMENT);
   CHECK(lbea_matcher_match(NULL, &frame, &result) == LBEA_BAD_ARGUMENT);
+  lbea_tracker* tracker = (lbea_tracker*)&failures;
+  lbea_test_state state = {.struct_size = sizeof state};
+  CHECK(lbea_tracker_create(NULL, &tracker) == LBEA_BAD_ARGUMENT);
+  CHECK(tracker == NULL);
+  CHECK(lbea_tracker_create(model, NULL) == LBEA_BAD_ARGUMENT);
+  CHECK(lbea_tracker_update(NULL, NULL, &state) == LBEA_BAD_ARGUMENT);
   CHECK(result.status == LBEA_BAD_ARGUMENT);
   CHECK(strstr(lbea_last_error(), "NULL") != NULL);
   lbea_model_close(NULL);
   lbea_matcher_destroy(NULL);
+  lbea_tracker_destroy(NULL);
 }
 
 static void* error_of_another_thread(void* text) {
@@ -169,8 +176,40 @@ static void every_sample_finds_itself(lbea_model* model, lbea_method method) {
     CHECK(result.matches[0].sample == 6 * result.matches[0].simulation + result.matches[0].time_step);
     CHECK(result.matches[0].distance <= result.matches[1].distance);
     CHECK(result.matches[0].time_s >= 0);
+    CHECK(isfinite(result.leading_coordinates[0]) && isfinite(result.leading_coordinates[2]));
+    CHECK(result.verdict == LBEA_VERDICT_UNKNOWN && result.candidate_count == 0 && isnan(result.residual));
     CHECK(result.coverage > 0.99f && result.points_used == info.nodes && result.points_received == info.nodes);
   }
+  lbea_matcher_destroy(matcher);
+}
+
+static void a_test_is_followed(lbea_model* model, const char* other_file) {
+  const lbea_model_info info = info_of(model);
+  const uint32_t run = 2, steps = info.samples / info.simulations;
+  lbea_matcher* matcher = NULL;
+  lbea_tracker* tracker = NULL;
+  CHECK(lbea_matcher_create(model, NULL, &matcher) == LBEA_OK && lbea_tracker_create(model, &tracker) == LBEA_OK);
+  lbea_test_state state = {.struct_size = sizeof state};
+  CHECK(lbea_tracker_update(tracker, matcher, &state) == LBEA_OK);
+  CHECK(state.frames == 0);
+  lbea_result result = {.struct_size = sizeof result};
+  for (uint32_t step = 0; step < steps; ++step) {
+    const lbea_frame frame = frame_of(model, run * steps + step);
+    CHECK(lbea_matcher_match(matcher, &frame, &result) == LBEA_OK);
+    CHECK(lbea_tracker_update(tracker, matcher, &state) == LBEA_OK);
+  }
+  float sum = 0;
+  for (uint32_t s = 0; s < state.simulation_count; ++s) sum += state.simulation_probabilities[s];
+  CHECK(state.frames == steps && state.simulation_count == info.simulations);
+  CHECK(state.simulation == run && state.sample == run * steps + steps - 1);
+  CHECK(fabsf(sum - 1) < 1e-3f && state.sample_probability > 0.5f);
+  lbea_model* other = opened(other_file);
+  lbea_matcher* stranger = NULL;
+  CHECK(lbea_matcher_create(other, NULL, &stranger) == LBEA_OK);
+  CHECK(lbea_tracker_update(tracker, stranger, &state) == LBEA_BAD_ARGUMENT);
+  lbea_matcher_destroy(stranger);
+  lbea_model_close(other);
+  lbea_tracker_destroy(tracker);
   lbea_matcher_destroy(matcher);
 }
 
@@ -212,7 +251,7 @@ static void matchers_outlive_their_model(const char* file) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 2) return 2;
+  if (argc != 4) return 2;
   lbea_model* model = opened(argv[1]);
   library_introduces_itself();
   every_status_has_a_name_of_its_own();
@@ -223,6 +262,8 @@ int main(int argc, char** argv) {
   every_sample_finds_itself(model, LBEA_METHOD_LBEA);
   every_sample_finds_itself(model, LBEA_METHOD_VTP);
   frames_are_refused_in_words(model);
+  a_test_is_followed(model, argv[2]);
+  depth_images_decide(argv[2], argv[3]);
   lbea_model_close(model);
   matchers_outlive_their_model(argv[1]);
   structs_grow(argv[1]);

@@ -27,6 +27,7 @@ extern "C" {
 
 typedef struct lbea_model lbea_model;     /**< The baked file, immutable. */
 typedef struct lbea_matcher lbea_matcher; /**< Matches frames; owns all scratch memory. */
+typedef struct lbea_tracker lbea_tracker; /**< Adds up a whole test. */
 
 typedef enum lbea_status {
   LBEA_OK = 0,
@@ -50,8 +51,18 @@ typedef enum lbea_status {
 typedef enum lbea_method {
   LBEA_METHOD_LBEA = 0, /**< eq. 3: distance of coefficients in the Laplace-Beltrami eigenbasis */
   LBEA_METHOD_VTP = 1,  /**< eq. 1: distance of corresponding positions */
+  LBEA_METHOD_FIT = 2,  /**< LBEA proposes, depth images decide; needs a model baked with a sensor */
   LBEA_METHOD_MAX_ = 0x7fffffff
 } lbea_method;
+
+/** What a frame, or a whole test, says of the ensemble. */
+typedef enum lbea_verdict {
+  LBEA_VERDICT_UNKNOWN = 0,            /**< not asked (other methods than fit), or too little was shown */
+  LBEA_VERDICT_MATCHED = 1,            /**< one shape explains what was seen as well as the runs explain each other */
+  LBEA_VERDICT_AMBIGUOUS = 2,          /**< several simulations with clearly different shapes do */
+  LBEA_VERDICT_NO_SIMULATION_FITS = 3, /**< none does */
+  LBEA_VERDICT_MAX_ = 0x7fffffff
+} lbea_verdict;
 
 /** A measured position in sensor coordinates. */
 typedef struct lbea_point {
@@ -72,9 +83,15 @@ typedef struct lbea_match {
   uint32_t simulation;
   uint32_t time_step;
   uint32_t sample; /**< the row of both in the ensemble, for lbea_model_* */
-  float distance;  /**< LBEA: eq. 3; VtP: eq. 1 divided by the number of vertices */
+  float distance;  /**< LBEA: eq. 3; VtP: eq. 1 divided by the number of vertices; fit: estimated EE (eq. 4) */
   double time_s;
 } lbea_match;
+
+/** A share of a sample in a convex combination; shares are positive and add up to 1. */
+typedef struct lbea_weighted_sample {
+  uint32_t sample;
+  float weight;
+} lbea_weighted_sample;
 
 /** Fill with lbea_config_init, then change what you need. */
 typedef struct lbea_config {
@@ -92,16 +109,38 @@ typedef struct lbea_config {
 typedef struct lbea_result {
   uint32_t struct_size;
   lbea_status status;
+  lbea_verdict verdict; /**< of this frame */
+  uint32_t reference;   /**< which reference mesh was used */
   uint64_t frame_id;
   int64_t stamp_ns;
-  uint32_t reference; /**< which reference mesh was used */
-  float coverage;     /**< share of the best sample's observed surface that the frame shows */
-  const lbea_match* matches; /**< match_count, nearest first */
-  const float* coefficients; /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
-  uint32_t match_count, coefficient_count;
+  float coverage; /**< share of the best sample's observed surface that the frame shows */
+  float leading_coordinates[3]; /**< the coefficients that vary most over the samples */
+  const lbea_match* matches;    /**< match_count, nearest first */
+  const float* coefficients;    /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
+  const lbea_match* candidates; /**< fit: the samples that look most like the frame; distance: residual, below */
+  const lbea_weighted_sample* estimate; /**< fit: the shape between the samples that explains the frame best */
+  uint32_t match_count, coefficient_count, candidate_count, estimate_count;
+  /* fit, else NaN; length unit */
+  float residual;          /**< root mean square depth difference of the best candidate */
+  float estimate_residual; /**< the same of the estimate */
+  float misfit;            /**< residual over the one expected of an unseen run */
+  float spread;            /**< mean distance of the plausible samples from the estimate */
   uint32_t points_received, points_invalid, points_culled, points_used; /**< received = used + invalid + culled */
-  uint32_t index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns; /**< wall time of each stage */
+  uint32_t index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns, fit_ns; /**< wall time of each stage */
 } lbea_result;
+
+/** What a whole test says so far. Pointers are valid until the next lbea_tracker_update. */
+typedef struct lbea_test_state {
+  uint32_t struct_size;
+  uint32_t sample;                       /**< the likeliest now, given all frames so far */
+  uint64_t frames;                       /**< that told something */
+  const float* simulation_probabilities; /**< simulation_count, of the whole test so far */
+  uint32_t simulation_count;
+  uint32_t simulation;      /**< the likeliest of the whole test so far */
+  float sample_probability; /**< of `sample` */
+  float misfit;             /**< geometric mean of the frames' misfits; 0: none told */
+  lbea_verdict verdict;
+} lbea_test_state;
 
 /** What a model holds. */
 typedef struct lbea_model_info {
@@ -155,6 +194,15 @@ LBEA_API lbea_status lbea_matcher_create(const lbea_model* model, const lbea_con
 LBEA_API void lbea_matcher_destroy(lbea_matcher* matcher);
 /** Returns result->status, or LBEA_BAD_ARGUMENT. Set result->struct_size once. */
 LBEA_API lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, lbea_result* result);
+
+
+/* Over time. */
+/** One per test. *tracker is NULL unless LBEA_OK is returned. */
+LBEA_API lbea_status lbea_tracker_create(const lbea_model* model, lbea_tracker** tracker);
+LBEA_API void lbea_tracker_destroy(lbea_tracker* tracker);
+/** Takes in what the matcher, of the same model, last matched: call it once per frame, in order. As real-time safe as
+ *  matching; linear in the samples. Set state->struct_size once. */
+LBEA_API lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state);
 
 #ifdef __cplusplus
 }

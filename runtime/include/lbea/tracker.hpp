@@ -33,7 +33,7 @@ struct TestState {
 };
 
 /// One per test; frames in their order. update() neither allocates nor locks nor throws; its cost is linear in samples().
-class Tracker {
+class LBEA_API Tracker {
  public:
   /// Throws Error{bad_config} with the offending value.
   /// `views`: as the matcher's; when empty, those baked into the model.
@@ -49,7 +49,7 @@ class Tracker {
   void reset() noexcept;
 
  private:
-  struct State;
+  struct LBEA_HIDDEN State;
   std::unique_ptr<State> state_;
 };
 

@@ -1,0 +1,53 @@
+# Debian packages, by `cpack` in a build folder (presets: package). Dependencies come from dpkg-shlibdeps.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_CONTACT "The lbea project <lbea@localhost>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(version_needed "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
+
+# lbea_package(<component> <package> <section> <summary> <sentence>...): and the file that says what may be done with it.
+set(CPACK_COMPONENTS_ALL)
+macro(lbea_package component package section summary)
+  string(TOUPPER ${component} upper)
+  list(APPEND CPACK_COMPONENTS_ALL ${component})
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
+  set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${section})
+  list(JOIN ARGN "\n" sentences)
+  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${summary}\n${sentences}")
+  install(FILES ${PROJECT_SOURCE_DIR}/cmake/debian/copyright
+          DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${package} COMPONENT ${component})
+endmacro()
+
+lbea_package(runtime liblbea0 libs "matches point clouds with crash simulations, runtime library"
+  "Tells which finite-element simulation of an ensemble, and which time step"
+  "of it, looks like the point-cloud frame that a 3D camera rig has just"
+  "captured. For C and C++; needs nothing but the C++ runtime.")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
+lbea_package(dev liblbea-dev libdevel "matches point clouds with crash simulations, development files"
+  "Headers, CMake and pkg-config files and static libraries of lbea: the"
+  "matcher, and the messages it exchanges over ZeroMQ.")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "liblbea0 ${version_needed}")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libzmq3-dev, pkg-config")
+if(LBEA_BUILD_TOOLS)
+  lbea_package(tools lbea-tools science "matches point clouds with crash simulations, programs"
+    "Bakes an ensemble of simulations into one model, matches frames over ZeroMQ"
+    "as they come in, sends and records them, and evaluates the results.")
+endif()
+if(LBEA_PYTHON)
+  lbea_package(python python3-lbea python "matches point clouds with crash simulations, Python"
+    "The matcher on numpy arrays, and a client for the frames and results it"
+    "exchanges over ZeroMQ.")
+  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}~), \
+python3 (<< ${Python_VERSION_MAJOR}.${next_minor}), python3-numpy, python3-zmq, python3-flatbuffers")
+endif()
+include(CPack)

@@ -1,0 +1,62 @@
+/* Matching by fit: a model baked with a rig's views, and frames as points in that rig's coordinates. */
+#include "tests/c_api/check.h"
+
+#include <lbea/lbea.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The twelve numbers after "T_reference_sensor", whatever the brackets. */
+static void read_pose(const char* sensor_json, float pose[12]) {
+  static char text[20000];
+  FILE* in = fopen(sensor_json, "r");
+  text[fread(text, 1, sizeof text - 1, in)] = 0;
+  fclose(in);
+  char* at = strstr(text, "T_reference_sensor");
+  for (int i = 0; i < 12 && at != NULL; ++i) {
+    at += strcspn(at, "-0123456789");
+    pose[i] = strtof(at, &at);
+  }
+}
+
+/* sensor = R' (reference - t) */
+static lbea_point in_sensor(const float T[12], const float p[3]) {
+  float out[3];
+  for (int k = 0; k < 3; ++k)
+    out[k] = T[k] * (p[0] - T[3]) + T[4 + k] * (p[1] - T[7]) + T[8 + k] * (p[2] - T[11]);
+  return (lbea_point){out[0], out[1], out[2]};
+}
+
+void depth_images_decide(const char* model_file, const char* sensor_json) {
+  lbea_model* model = NULL;
+  if (lbea_model_open(model_file, &model) != LBEA_OK) exit(1);
+  lbea_model_info info = {.struct_size = sizeof info};
+  lbea_model_get_info(model, &info);
+  lbea_config config;
+  lbea_config_init(&config, sizeof config);
+  config.method = LBEA_METHOD_FIT;
+  read_pose(sensor_json, config.T_reference_sensor);
+  lbea_matcher* matcher = NULL;
+  CHECK(lbea_matcher_create(model, &config, &matcher) == LBEA_OK);
+  if (matcher == NULL) printf("%s\n", lbea_last_error());
+
+  const uint32_t sample = info.samples - 1;
+  const float* positions = lbea_model_node_positions(model, sample);
+  lbea_point* points = malloc(info.nodes * sizeof *points);
+  for (uint32_t i = 0; i < info.nodes; ++i) points[i] = in_sensor(config.T_reference_sensor, positions + 3 * i);
+  const lbea_frame frame = {.struct_size = sizeof frame, .points = points, .point_count = info.nodes};
+  lbea_result result = {.struct_size = sizeof result};
+  CHECK(lbea_matcher_match(matcher, &frame, &result) == LBEA_OK);
+  CHECK(result.candidate_count > 1 && result.estimate_count > 0 && result.match_count > 0);
+  CHECK(result.candidates[0].distance == result.residual && result.residual <= result.candidates[1].distance);
+  CHECK(isfinite(result.misfit) && isfinite(result.spread) && isfinite(result.estimate_residual));
+  CHECK(result.fit_ns > 0);
+  float sum = 0;
+  for (uint32_t i = 0; i < result.estimate_count; ++i) sum += result.estimate[i].weight;
+  CHECK(fabsf(sum - 1) < 1e-4f);
+  free(points);
+  lbea_matcher_destroy(matcher);
+  lbea_model_close(model);
+}
