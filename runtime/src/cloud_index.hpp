@@ -45,8 +45,8 @@ class CloudIndex {
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
 
   /// Kernels::add_depths for the indexed points, seen from a camera at T_sensor_reference.
-  void add_depths(const RigidTransform& T_sensor_reference, const CellRaster& raster, float* sum, float* points) const noexcept {
-    kernels_.add_depths(leaves_.data(), (size_ + fanout - 1) / fanout, T_sensor_reference.data(), raster, sum, points);
+  void add_depths(const RigidTransform& T_sensor_reference, const CellRaster& raster, CellTally* tallies) const noexcept {
+    kernels_.add_depths(leaves_.data(), (size_ + fanout - 1) / fanout, T_sensor_reference.data(), raster, tallies);
   }
 
  private:

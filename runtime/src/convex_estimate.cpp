@@ -32,11 +32,10 @@ std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::s
   if (!(bound > 0)) return w;
   float momentum = 1;
   for (int step = 0; step < most_steps; ++step) {
-    for (std::size_t i = 0; i < k; ++i) {
-      float gradient = linear[i];
-      for (std::size_t j = 0; j < k; ++j) gradient += 2 * gram[i * stride + j] * ahead[j];
-      next[i] = ahead[i] - gradient / bound;
-    }
+    for (std::size_t i = 0; i < k; ++i) next[i] = linear[i];  // the gradient, column by column: whole vectors at once
+    for (std::size_t j = 0; j < k; ++j)
+      for (std::size_t i = 0; i < k; ++i) next[i] += 2 * ahead[j] * gram[j * stride + i];
+    for (std::size_t i = 0; i < k; ++i) next[i] = ahead[i] - next[i] / bound;
     project(next);
     const float faster = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
     float change = 0;

@@ -23,7 +23,8 @@ class FrameView {
  private:
   CellRaster raster_;
   RigidTransform T_sensor_reference_;
-  std::vector<float> sum_, points_, cells_;
+  std::vector<CellTally> tallies_;  // one more than there are cells: for what lies outside
+  std::vector<float> points_, cells_;
 };
 
 }  // namespace lbea

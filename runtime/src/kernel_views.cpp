@@ -37,7 +37,7 @@ Cells compare(Floats observed, Floats sample, const CellPrices& prices) {
 
 }  // namespace
 
-void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, float* sum, float* points) {
+void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies) {
   const auto columns = static_cast<std::int32_t>(raster.columns), rows = static_cast<std::int32_t>(raster.rows);
   for (std::size_t leaf = 0; leaf < count; ++leaf) {
     const Floats x = load(leaves[leaf].x), y = load(leaves[leaf].y), z = load(leaves[leaf].z);
@@ -52,8 +52,9 @@ void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const 
     store(cell, cells);
     store(value, (depth - raster.depth_origin) * raster.steps_per_depth);
     for (std::size_t i = 0; i < lanes; ++i) {
-      sum[cell[i]] += value[i];
-      points[cell[i]] += 1.0f;
+      CellTally& tally = tallies[cell[i]];
+      tally.depth[i % 4] += value[i];
+      tally.points[i % 4] += 1.0f;
     }
   }
 }

@@ -67,6 +67,12 @@ struct CellPrices {
   float cap, one_sided;
 };
 
+/// What has fallen into a cell, four sums side by side: points that follow each other fall into the same cell, and four
+/// sums do not wait for one another.
+struct alignas(32) CellTally {
+  float depth[4], points[4];
+};
+
 struct CellSums {
   float squares;  // of the cells' costs
   float filled;   // cells that at least one image fills
@@ -96,7 +102,7 @@ struct Kernels {
   float (*mode_distance)(const float* const e[3], const float* sample, std::size_t stride, float bound);
   /// Adds every point of the leaves, seen from a camera at T (camera coordinates from the leaves'), to its cell: depth
   /// and number. What lies outside is added to cell columns * rows.
-  void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, float* sum, float* points);
+  void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies);
   /// A frame's depth image (negative: empty) against a sample's (0: empty); `cells` is a multiple of 16.
   CellSums (*compare_views)(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices);
   /// The same cell by cell, with its sign: sample less frame.
