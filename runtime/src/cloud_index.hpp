@@ -36,6 +36,10 @@ class CloudIndex {
   void nearest_16(const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) const noexcept {
     if (size_ > 0) kernels_.nearest_16(tree_, queries, hints, best);
   }
+  /// Whether there is any point within the bound: best.point says, and is not the nearest.
+  void any_16(const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) const noexcept {
+    if (size_ > 0) kernels_.any_16(tree_, queries, hints, best);
+  }
   /// Reference coordinates of the point in a slot that a search has named.
   [[nodiscard]] std::array<float, 3> position(std::uint32_t slot) const noexcept {
     const Leaf& leaf = leaves_[slot / fanout];

@@ -26,8 +26,10 @@ NearestPoints within(float squared) {
   return bound;
 }
 
+using Search = void (CloudIndex::*)(const float* const[3], const std::uint32_t*, NearestPoints&) const noexcept;
+
 // Calls each(first vertex, answers) for the positions 16 by 16. `guess(i)`: where the answer for i may be.
-template <typename Guess, typename Each>
+template <Search search_16, typename Guess, typename Each>
 void search(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float squared, Guess guess, Each each) {
   for (std::size_t begin = 0; begin < positions.size(); begin += group) {
     const Group queries(positions, begin);
@@ -35,7 +37,7 @@ void search(const CloudIndex& index, std::span<const std::array<float, 3>> posit
     std::uint32_t hints[group];
     for (std::size_t i = 0; i < group; ++i) hints[i] = index.hint(guess(std::min(begin + i, positions.size() - 1)));
     NearestPoints nearest = within(squared);
-    index.nearest_16(planes, hints, nearest);
+    (index.*search_16)(planes, hints, nearest);
     each(begin, nearest);
   }
 }
@@ -46,7 +48,7 @@ void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> v
                 std::span<std::uint32_t> points) noexcept {
   constexpr float anywhere = std::numeric_limits<float>::infinity();
   const auto guess = [&](std::size_t v) { return corresponding[v]; };
-  search(index, vertices, anywhere, guess, [&](std::size_t begin, const NearestPoints& nearest) {
+  search<&CloudIndex::nearest_16>(index, vertices, anywhere, guess, [&](std::size_t begin, const NearestPoints& nearest) {
     for (std::size_t i = 0; i < std::min(group, vertices.size() - begin); ++i) {
       corresponding.set(begin + i, index.position(nearest.slot[i]));
       if (!points.empty()) points[begin + i] = nearest.point[i];
@@ -58,7 +60,7 @@ float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> po
                float trusted_distance) noexcept {
   double seen = 0, all = 0;
   const auto guess = [&](std::size_t v) { return positions[v]; };
-  search(index, positions, trusted_distance * trusted_distance, guess, [&](std::size_t begin, const NearestPoints& nearest) {
+  search<&CloudIndex::any_16>(index, positions, trusted_distance * trusted_distance, guess, [&](std::size_t begin, const NearestPoints& nearest) {
     for (std::size_t i = 0; i < std::min(group, positions.size() - begin); ++i) {
       all += mass[begin + i];
       if (nearest.point[i] != NearestPoint::none) seen += mass[begin + i];

@@ -190,6 +190,16 @@ struct Queries {
   Corners box;
   Floats squared;  // as in `best`, kept at hand
   NearestPoints& best;
+  bool any = false;  // the first point within the bound is as good as the nearest
+
+  // Below 0: nothing can be nearer, this query is through.
+  void look() {
+    squared = load(best.squared);
+    if (!any) return;
+    Ints points;
+    __builtin_memcpy(&points, best.point, sizeof(points));
+    squared = points != static_cast<std::int32_t>(NearestPoint::none) ? all(-1.0f) : squared;
+  }
 };
 
 Floats squared_distances(const Leaf& leaf, std::size_t i, const Queries& q) {
@@ -224,7 +234,7 @@ void take_in_leaf(const Leaf& leaf, std::size_t number, Queries& q) {
   std::uint32_t finding = at_most(minimum(even, odd), q.squared);
   if (finding == 0) return;
   for (; finding != 0; finding &= finding - 1) take_in_for(static_cast<std::size_t>(__builtin_ctz(finding)), leaf, number, q);
-  q.squared = load(q.best.squared);
+  q.look();
 }
 
 // Whether any query may find something in this box; the sixteen distances bound better than that of their common box.
@@ -264,8 +274,8 @@ void search_group_16(const CloudTree& tree, std::size_t level, std::size_t group
     }
 }
 
-void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) {
-  Queries q{queries, load(queries[0]), load(queries[1]), load(queries[2]), {}, {}, best};
+void search_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best, bool any) {
+  Queries q{queries, load(queries[0]), load(queries[1]), load(queries[2]), {}, {}, best, any};
   const Floats* const coordinates[3] = {&q.x, &q.y, &q.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     q.box.low[axis] = -greatest(-*coordinates[axis]);
@@ -273,8 +283,16 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
   }
   for (std::size_t i = 0; i < lanes; ++i)
     if (hints[i] != NearestPoint::none) take_in_for(i, tree.leaves[hints[i] / lanes], hints[i] / lanes, q);
-  q.squared = load(best.squared);
+  q.look();
   search_group_16(tree, tree.top, 0, q);
+}
+
+void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) {
+  search_16(tree, queries, hints, best, false);
+}
+
+void any_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) {
+  search_16(tree, queries, hints, best, true);
 }
 
 void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {
@@ -308,7 +326,7 @@ float mode_distance(const float* const e[3], const float* sample, std::size_t st
 extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
-const Kernels table{LBEA_NAME(LBEA_KERNELS), place, fill_leaves, enclose, nearest, nearest_16, project, mode_distance,
+const Kernels table{LBEA_NAME(LBEA_KERNELS), place, fill_leaves, enclose, nearest, nearest_16, any_16, project, mode_distance,
                     add_depths,             compare_views, subtract_views};
 
 }  // namespace lbea::LBEA_KERNELS

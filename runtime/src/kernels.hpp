@@ -95,6 +95,8 @@ struct Kernels {
   /// The same for 16 queries that lie near each other: x, y, z of each. hints[i]: a slot whose leaf query i looks at
   /// first, or none; a good one bounds the search, no one changes its answer.
   void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
+  /// The same, but a query stops at the first point within its bound: which one is not said to be the nearest.
+  void (*any_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
   void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
   /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Stops early, with what it has, as

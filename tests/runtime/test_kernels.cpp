@@ -110,3 +110,35 @@ TEST_CASE("projections and mode distances have the same bits everywhere") {
     }
   }
 }
+
+TEST_CASE("asked for any point within a bound, sixteen queries say yes exactly where the nearest lies within it") {
+  for (const std::size_t size : {1u, 17u, 3'000u}) {
+    const auto cloud = test::random_positions(size, 60, 41);
+    std::vector<Point> points;
+    for (const auto& [x, y, z] : cloud) points.push_back({x, y, z});
+    const auto queries = test::random_positions(16 * 20, 70, 42);
+    for (const Kernels* code : all_kernels()) {
+      CloudIndex index(bounding_grid(test::random_positions(100, 90, 43), 512), 4'096, *code);
+      index.build(points, identity_transform);
+      for (std::size_t begin = 0; begin < queries.size(); begin += 16)
+        for (const float bound : {4.0f, 100.0f}) {
+          float planes[3][16];
+          std::uint32_t hints[16];
+          for (std::size_t i = 0; i < 16; ++i) {
+            for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = queries[begin + i][axis];
+            hints[i] = index.hint(queries[begin + i]);
+          }
+          const float* const rows[3] = {planes[0], planes[1], planes[2]};
+          NearestPoints any;
+          std::fill_n(any.squared, 16, bound);
+          std::fill_n(any.point, 16, NearestPoint::none);
+          std::fill_n(any.slot, 16, NearestPoint::none);
+          index.any_16(rows, hints, any);
+          for (std::size_t i = 0; i < 16; ++i) {
+            const bool within = index.nearest(queries[begin + i], {.squared = bound}).point != NearestPoint::none;
+            CHECK((any.point[i] != NearestPoint::none) == within);
+          }
+        }
+    }
+  }
+}
