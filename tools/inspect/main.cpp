@@ -1,19 +1,46 @@
-// lbea-inspect: verifies a model and prints what is inside.
+// lbea-inspect: verifies a model or a recording and prints what is inside.
 #include "tools/common/tool.hpp"
 #include "tools/inspect/model_report.hpp"
+#include "tools/inspect/recording_report.hpp"
 
 #include <filesystem>
 
+namespace lbea {
+
+namespace {
+
+struct Options {
+  std::filesystem::path file, output;
+  bool json = false, recovers = false;
+};
+
+constexpr auto description =
+    "Verifies a model or a recording, every byte of it, and prints what is inside.\n"
+    "The exit code is 1 when a model is damaged and when a recording is not complete: damaged, cut off, or with frames\n"
+    "or results missing. --recover makes a whole recording of what can be read of a cut or damaged one.";
+
+int inspect(const Options& options) {
+  if (options.recovers) {
+    recover_recording(options.file, options.output, options.json);
+    return exit_ok;
+  }
+  if (is_recording(options.file)) return print_recording(options.file, options.json) ? exit_ok : exit_failed;
+  options.json ? print_model_json(options.file) : print_model(options.file);
+  return exit_ok;
+}
+
+}  // namespace
+
+}  // namespace lbea
+
 int main(int argc, char** argv) {
-  using namespace lbea;
-  Tool tool("lbea-inspect", "Verifies a model file, every byte of it, and prints what is inside.",
-            "lbea-inspect rail.lbea");
-  std::filesystem::path file;
-  bool json = false;
-  tool.add_option("MODEL", file, "the model file")->required();
-  tool.add_flag("--json", json, "print as JSON");
-  return tool.run(argc, argv, [&] {
-    json ? print_model_json(file) : print_model(file);
-    return int{exit_ok};
-  });
+  lbea::Options options;
+  lbea::Tool tool("lbea-inspect", lbea::description, "lbea-inspect rail.lbea\n  lbea-inspect --recover cut.mcap.partial -o whole.mcap");
+  tool.add_option("FILE", options.file, "the model or recording")->required();
+  auto* output = tool.add_option("-o,--output", options.output, "with --recover: the new file");
+  auto* recover = tool.add_flag("--recover", options.recovers, "write what can be read of FILE to a new, indexed recording");
+  recover->needs(output);
+  output->needs(recover);
+  tool.add_flag("--json", options.json, "print as JSON");
+  return tool.run(argc, argv, [&] { return lbea::inspect(options); });
 }

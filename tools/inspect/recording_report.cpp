@@ -1,0 +1,165 @@
+#include "tools/inspect/recording_report.hpp"
+
+#include "adapters/recording/recovery.hpp"
+#include "tools/recording/run_audit.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+namespace lbea {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string hexadecimal(std::uint64_t number) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
+  return text.data();
+}
+
+Json sessions_json(const RunAudit& audit) {
+  Json sessions = Json::array();
+  for (const auto& [id, session] : audit.sessions)
+    sessions.push_back({{"session", hexadecimal(id)},
+                        {"frames", session.frames},
+                        {"first_id", session.first_id},
+                        {"last_id", session.last_id},
+                        {"missing", session.missing},
+                        {"duplicates", session.duplicates},
+                        {"ended", session.ended}});
+  return sessions;
+}
+
+Json settings_json(const RunSettings& settings) {
+  return {{"program", settings.program},
+          {"model_file", settings.model_file},
+          {"model_checksum", hexadecimal(settings.model_checksum)},
+          {"method", settings.method},
+          {"start_ns", settings.start_ns},
+          {"trigger_ns", settings.matcher.trigger_ns},
+          {"T_reference_sensor", settings.matcher.T_reference_sensor}};
+}
+
+Json channels_json(const mcap::Audit& file) {
+  Json channels = Json::array();
+  for (const auto& [id, channel] : file.definitions.channels) {
+    const auto schema = file.definitions.schemas.find(channel.schema_id);
+    const auto count = file.counted.messages_by_channel.find(id);
+    channels.push_back({{"topic", channel.topic},
+                        {"schema", schema == file.definitions.schemas.end() ? "" : schema->second.name},
+                        {"messages", count == file.counted.messages_by_channel.end() ? 0 : count->second}});
+  }
+  return channels;
+}
+
+Json gaps_json(const std::vector<mcap::Gap>& gaps) {
+  Json list = Json::array();
+  for (const mcap::Gap& gap : gaps) list.push_back({{"begin", gap.begin}, {"end", gap.end}, {"what", gap.what}});
+  return list;
+}
+
+Json report(const std::filesystem::path& file, const RunAudit& audit) {
+  return {{"file", file.string()},
+          {"complete", audit.is_complete()},
+          {"flaws", audit.flaws()},
+          {"intact", audit.file.is_intact()},
+          {"closed", audit.file.is_closed},
+          {"indexed", audit.file.has_summary},
+          {"bytes", audit.file.bytes},
+          {"chunks", audit.file.counted.chunks},
+          {"messages", audit.file.counted.messages},
+          {"frames", audit.frames},
+          {"results", audit.results},
+          {"states", audit.states},
+          {"missing", audit.missing()},
+          {"duplicates", audit.duplicates()},
+          {"unanswered", audit.unanswered},
+          {"lost_while_recording", audit.lost},
+          {"seconds", static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9},
+          {"results_by_status", audit.results_by_status},
+          {"sessions", sessions_json(audit)},
+          {"channels", channels_json(audit.file)},
+          {"gaps", gaps_json(audit.file.gaps)},
+          {"settings", settings_json(audit.settings)}};
+}
+
+void print_text(const std::filesystem::path& file, const RunAudit& audit) {
+  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+  std::printf("%s: %s, %llu bytes\n", file.c_str(), audit.is_complete() ? "complete" : "NOT COMPLETE", number(audit.file.bytes));
+  for (const std::string& flaw : audit.flaws()) std::printf("  %s\n", flaw.c_str());
+  std::printf("\n  frames           %llu in %.3f s\n  results          %llu\n  duplicates       %llu\n", number(audit.frames),
+              static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9, number(audit.results), number(audit.duplicates()));
+  for (const auto& [status, count] : audit.results_by_status) std::printf("    %-14s %llu\n", status.c_str(), number(count));
+  std::printf("\nsessions\n");
+  for (const auto& [id, session] : audit.sessions)
+    std::printf("  %s  frames %llu to %llu: %llu, missing %llu%s\n", hexadecimal(id).c_str(), number(session.first_id),
+                number(session.last_id), number(session.frames), number(session.missing), session.ended ? ", ended by the sender" : "");
+  std::printf("\nchannels\n");
+  const Json channels = channels_json(audit.file);
+  for (const Json& channel : channels)
+    std::printf("  %-12s %-20s %llu messages\n", channel["topic"].get<std::string>().c_str(), channel["schema"].get<std::string>().c_str(),
+                number(channel["messages"].get<std::uint64_t>()));
+  std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", audit.settings.program.c_str(), audit.settings.model_file.c_str(),
+              hexadecimal(audit.settings.model_checksum).c_str(), audit.settings.method.c_str());
+}
+
+std::string text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
+
+void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& done, bool as_json) {
+  if (as_json) {
+    std::printf("%s\n", text(Json{{"file", fixed.string()},
+                                  {"chunks", done.chunks},
+                                  {"messages", done.messages},
+                                  {"undefined_messages", done.undefined_messages},
+                                  {"was_closed", done.was_closed},
+                                  {"lost_bytes", done.lost_bytes()},
+                                  {"gaps", gaps_json(done.gaps)}})
+                            .c_str());
+    return;
+  }
+  std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(), static_cast<unsigned long long>(done.messages),
+              static_cast<unsigned long long>(done.chunks));
+  for (const mcap::Gap& gap : done.gaps)
+    std::printf("  bytes %llu to %llu could not be read: %s\n", static_cast<unsigned long long>(gap.begin),
+                static_cast<unsigned long long>(gap.end), gap.what.c_str());
+  if (done.undefined_messages > 0)
+    std::printf("  %llu messages left out: what their channel carries is not known\n", static_cast<unsigned long long>(done.undefined_messages));
+}
+
+}  // namespace
+
+bool is_recording(const std::filesystem::path& file) {
+  if (file.extension() == ".mcap" || file.extension() == ".partial") return true;
+  std::array<char, mcap::magic.size()> front{};
+  std::ifstream(file, std::ios::binary).read(front.data(), front.size());
+  return std::ranges::equal(std::as_bytes(std::span(front)), std::as_bytes(std::span(mcap::magic)));
+}
+
+bool print_recording(const std::filesystem::path& file, bool as_json) {
+  const RunAudit audit = audit_run(file);
+  if (as_json)
+    std::printf("%s\n", text(report(file, audit)).c_str());
+  else
+    print_text(file, audit);
+  return audit.is_complete();
+}
+
+void recover_recording(const std::filesystem::path& damaged, const std::filesystem::path& fixed, bool as_json) {
+  const mcap::FileSource source(damaged);
+  mcap::PartialFile sink(fixed);
+  mcap::Recovery done;
+  try {
+    done = mcap::recover(source, sink);
+  } catch (...) {
+    sink.discard();
+    throw;
+  }
+  print_recovery(fixed, done, as_json);
+}
+
+}  // namespace lbea
