@@ -1,0 +1,257 @@
+// The page in a real browser, fed by the real programs with the demo's test.
+//   node browser.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON OUT_DIR
+// Exit code 77: skipped, because there is no chromium.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+const [build, model, frames, sensor, out] = process.argv.slice(2);
+const chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
+if (!chromium) {
+  console.log("skipped: chromium is not installed; tools/install-packages.sh installs it");
+  process.exit(77);
+}
+const require = createRequire(join(process.env.LBEA_NODE_MODULES ?? import.meta.dirname, "browser.mjs"));
+const playwright = require("playwright-core");
+mkdirSync(out, { recursive: true });
+
+const sockets = mkdtempSync(join(tmpdir(), "lbea-monitor-test-"));
+const endpoint = (name) => `ipc://${join(sockets, name)}`;
+const running = new Set();
+
+/// Starts a program and waits until it says `ready` on stderr.
+function start(program, ...parameters) {
+  const child = spawn(join(build, "tools", program.slice(5), program), parameters, { stdio: ["ignore", "ignore", "pipe"] });
+  running.add(child);
+  child.ended = new Promise((done) => child.on("exit", (code) => (running.delete(child), done(code))));
+  child.said = "";
+  child.stderr.on("data", (text) => (child.said += text));
+  child.ready = () => until(() => /ready/.test(child.said), () => `${program} is not ready: ${child.said}`);
+  return child;
+}
+
+async function until(holds, complaint, patience = 30_000) {
+  const deadline = Date.now() + patience;
+  while (!(await holds())) {
+    if (Date.now() > deadline) assert.fail(typeof complaint === "function" ? complaint() : complaint);
+    await new Promise((done) => setTimeout(done, 30));
+  }
+}
+
+const serve = async () => {
+  const server = start("lbea-serve", model, "--frames", endpoint("frames"), "--results", endpoint("results"), "--preview", endpoint("preview"),
+    "--pose", sensor, "--method", "fit");
+  await server.ready();
+  return server;
+};
+const send = (...more) => start("lbea-send", frames, "--to", endpoint("frames"), ...more);
+const stop = async (child) => {
+  child.kill("SIGINT");
+  await child.ended;
+};
+
+/// What of the 3D view is drawn: pixels that differ from the background, and how many are cloud and mesh coloured.
+const look = (page) =>
+  page.evaluate(async () => {
+    const canvas = document.getElementById("canvas"), copy = document.createElement("canvas");
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    [copy.width, copy.height] = [canvas.width, canvas.height];
+    const context = copy.getContext("2d");
+    context.drawImage(canvas, 0, 0);
+    const { data } = context.getImageData(0, 0, copy.width, copy.height);
+    const seen = { drawn: 0, cloud: 0, hash: 0, pixels: copy.width * copy.height };
+    const colours = new Set();
+    for (let i = 0; i < data.length; i += 4) {
+      const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
+      if (Math.abs(r - data[0]) + Math.abs(g - data[1]) + Math.abs(b - data[2]) < 24) continue;
+      ++seen.drawn;
+      if (r > 150 && g < 110 && b > 70 && b < 170) ++seen.cloud;
+      colours.add((r >> 3) * 1024 + (g >> 3) * 32 + (b >> 3));
+      seen.hash = (seen.hash * 31 + i + r * 7 + g * 3 + b) | 0;
+    }
+    return { ...seen, colours: colours.size };
+  });
+
+const set = (page, id, on) => page.locator(`#${id}`).setChecked(on);
+const words = (page, id) => page.locator(`#${id}`).textContent();
+const count = async (page, name) => {
+  const text = await page.locator("#counters > div", { has: page.getByText(name, { exact: true }) }).locator("dd").textContent();
+  return Number(text.replaceAll(",", "").replace(" !", ""));
+};
+/// After `action`, until the view has changed: drawing takes a while in software.
+const shows = async (page, holds, complaint) => {
+  let seen;
+  await until(async () => holds((seen = await look(page))), () => `${complaint}: ${JSON.stringify(seen)}`);
+  return seen;
+};
+
+async function checkLoading(page, url) {
+  const begin = Date.now();
+  await page.goto(url);
+  await page.locator("#verdict-word").waitFor();
+  await until(() => page.evaluate(() => document.getElementById("counters").children.length > 0), "nothing arrived over the WebSocket");
+  const loaded = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
+  console.log(`page loaded in ${loaded.toFixed(0)} ms, first data after ${Date.now() - begin} ms`);
+  return loaded;
+}
+
+async function checkPixels(page) {
+  const both = await shows(page, (seen) => seen.drawn > 0.03 * seen.pixels, "the view is blank");
+  await set(page, "show-mesh", false);
+  const cloudAlone = await shows(page, (seen) => seen.cloud > 500 && seen.drawn < both.drawn, "there is no cloud");
+  await set(page, "show-mesh", true);
+  await set(page, "show-cloud", false);
+  const meshAlone = await shows(page, (seen) => seen.cloud < cloudAlone.cloud / 20 && seen.drawn > 0.03 * seen.pixels, "there is no mesh");
+  await set(page, "show-cloud", true);
+  await shows(page, (seen) => seen.cloud > 100, "the cloud does not come back");
+  return meshAlone;
+}
+
+async function checkColours(page) {
+  const before = await look(page);
+  await page.locator("#colour").selectOption("distance");
+  await shows(page, (seen) => seen.hash !== before.hash && seen.colours > 40, "the distance is not shown in colours");
+  assert.match(await words(page, "legend-title"), /distance.*mm/);
+  await page.screenshot({ path: join(out, "distance.png") });
+  await page.locator("#colour").selectOption("field0");
+}
+
+async function checkAxe(page, name) {
+  await page.addScriptTag({ path: require.resolve("axe-core/axe.min.js") }).catch(() => page.evaluate(readFileSync(require.resolve("axe-core/axe.min.js"), "utf8")));
+  const { violations } = await page.evaluate(() => globalThis.axe.run());
+  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+  assert.deepEqual(serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`), [], `accessibility, ${name}`);
+}
+
+async function checkNoOverflow(page, name) {
+  const cut = await page.evaluate(() => {
+    const wide = document.documentElement.scrollWidth > innerWidth || document.documentElement.scrollHeight > innerHeight;
+    const small = [...document.querySelectorAll(".chart, .plane, #stage")].filter((e) => e.clientHeight < 60).map((e) => e.id || e.className);
+    return { wide, small };
+  });
+  assert.deepEqual(cut, { wide: false, small: [] }, `layout at ${name}`);
+}
+
+async function checkSizes(page) {
+  for (const [width, height] of [[1280, 720], [1920, 1080], [3840, 2160]]) {
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(300);
+    await checkNoOverflow(page, `${width}x${height}`);
+    await page.screenshot({ path: join(out, `page-${width}x${height}.png`) });
+  }
+  await page.setViewportSize({ width: 1280, height: 720 });
+}
+
+async function checkExports(page, url) {
+  const csv = await page.request.get(new URL("/export/curves.csv", url).href);
+  const lines = (await csv.text()).trim().split("\n");
+  assert.ok(lines.length >= 22 && lines[0].startsWith("time_s,frame,verdict"), `CSV has ${lines.length} lines`);
+  const vtu = await page.request.get(new URL(await page.locator("#save-vtu").getAttribute("href"), url).href);
+  assert.ok(vtu.ok() && (await vtu.body()).subarray(0, 300).toString().includes("UnstructuredGrid"), "VTU");
+  const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#save-png").click()]);
+  const png = readFileSync(await download.path());
+  assert.ok(png.subarray(1, 4).toString() === "PNG" && png.length > 5000, "PNG");
+}
+
+async function checkKeyboard(page) {
+  const before = await look(page);
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("ArrowLeft");
+  await page.keyboard.press("+");
+  await shows(page, (seen) => seen.hash !== before.hash, "the arrow keys do not turn the view");
+  await page.keyboard.press("f");
+}
+
+/// Time from a key's press to its handling while the page is busy.
+async function checkResponse(page) {
+  const delay = await page.evaluate(async () => {
+    let worst = 0;
+    for (let i = 0; i < 40; ++i) {
+      const begin = performance.now();
+      await new Promise((done) => setTimeout(done, 25));
+      worst = Math.max(worst, performance.now() - begin - 25);
+    }
+    return worst;
+  });
+  console.log(`longest wait for the page's thread ${delay.toFixed(0)} ms`);
+  return delay;
+}
+
+async function main() {
+  let server = await serve();
+  const monitor = start("lbea-monitor", "--results", endpoint("results"), "--frames", endpoint("preview"), "--model", model, "--http", "127.0.0.1:0");
+  await monitor.ready();
+  const url = monitor.said.match(/http:\/\/\S+/)[0];
+  const browser = await playwright.chromium.launch({ executablePath: chromium, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"] });
+  try {
+    const page = await browser.newPage({ viewport: { width: 1280, height: 720 }, acceptDownloads: true, bypassCSP: false });
+    const complaints = [], outside = [];
+    page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
+    page.on("pageerror", (error) => complaints.push(String(error)));
+    page.on("request", (request) => new URL(request.url()).origin !== new URL(url).origin && !request.url().startsWith("blob:") && outside.push(request.url()));
+    const loaded = await checkLoading(page, url);
+    const camera = send("--rate", "4");
+    await until(() => page.evaluate(() => document.documentElement.dataset.frame === "0"), "the first frame is not shown");
+    const first = await shows(page, (seen) => seen.drawn > 0.02 * seen.pixels, "the first frame is blank");
+    await page.screenshot({ path: join(out, "first-frame.png") });
+    await until(async () => /complete/.test(await words(page, "verdict-why")), "the end of the test is not told");
+    await until(() => page.evaluate(() => document.documentElement.dataset.frame === "20"), "the last frame is not shown");
+    await camera.ended;
+    const last = await shows(page, (seen) => seen.hash !== first.hash && seen.colours > first.colours, "colours do not change with the deformation");
+    await page.screenshot({ path: join(out, "last-frame.png") });
+    assert.equal(await count(page, "Matched"), 21);
+    assert.notEqual(await words(page, "verdict-word"), "No frames yet");
+    assert.match(await words(page, "best-name"), /run_/);
+    await checkPixels(page);
+    await checkColours(page);
+    await checkExports(page, url);
+    await checkKeyboard(page);
+    await checkSizes(page);
+    for (const theme of ["light", "dark"]) {
+      if ((await page.evaluate(() => document.documentElement.dataset.theme)) !== theme) await page.locator("#theme").click();
+      await checkAxe(page, theme);
+      await page.screenshot({ path: join(out, `page-${theme}.png`) });
+    }
+    // The matcher is started anew: the page goes on by itself.
+    await stop(server);
+    await until(async () => /Nothing from lbea-serve/.test(await words(page, "connection")), "the page does not say that lbea-serve is gone");
+    await page.evaluate(() => (globalThis.sameDocument = true));
+    server = await serve();
+    const again = send("--rate", "100", "--loop", "0");
+    await until(async () => (await words(page, "connection")) === "Live" && (await count(page, "Matched")) > 21, "a new lbea-serve is not followed");
+    const delay = await checkResponse(page);
+    // A browser that comes late gets the test so far.
+    const late = await browser.newPage();
+    await late.goto(url);
+    await until(() => late.evaluate(() => document.querySelectorAll("#probability-list li").length > 0), "a late browser has no curves");
+    // The connection drops: the page comes back without a reload.
+    await stop(monitor);
+    await until(async () => /trying again/.test(await words(page, "connection")), "the page does not say that lbea-monitor is gone");
+    const complaintsBefore = complaints.length;
+    const second = start("lbea-monitor", "--results", endpoint("results"), "--frames", endpoint("preview"), "--model", model, "--http", new URL(url).host);
+    await second.ready();
+    await until(async () => (await words(page, "connection")) === "Live", "the page does not connect again");
+    assert.equal(await page.evaluate(() => globalThis.sameDocument), true, "the page was loaded anew");
+    await stop(again);
+    const refused = complaints.filter((text) => /WebSocket connection.*failed/.test(text));
+    assert.deepEqual(complaints.filter((text) => !refused.includes(text)), [], "console");
+    assert.ok(complaintsBefore >= 0 && outside.length === 0, `requests to elsewhere: ${outside}`);
+    writeFileSync(join(out, "measured.json"), JSON.stringify({ loaded_ms: loaded, longest_wait_ms: delay, last }, null, 1));
+  } finally {
+    await browser.close();
+  }
+}
+
+main()
+  .then(() => console.log(`ok; screenshots in ${out}`))
+  .catch((error) => {
+    console.error(error);
+    process.exitCode = 1;
+  })
+  .finally(async () => {
+    for (const child of running) child.kill("SIGKILL");
+    rmSync(sockets, { recursive: true, force: true });
+  });

@@ -1,0 +1,170 @@
+// The page: takes in what the server sends, shows the latest of it.
+import { map, paint } from "./colours.js";
+import { DistanceChart, ProbabilityChart } from "./charts.js";
+import { connect } from "./connection.js";
+import { HealthBar, ParameterTable, VerdictPanel } from "./panels.js";
+import { Plane } from "./plane.js";
+import { readPacket } from "./packet.js";
+import { Rows } from "./rows.js";
+import { Scene3d } from "./scene3d.js";
+import { Timeline } from "./timeline.js";
+
+const chartInterval = 200, farFromServer = 3000;  // ms
+const byId = (id) => document.getElementById(id);
+const isChecked = (id) => byId(id).checked;
+
+class Page {
+  constructor(model) {
+    this.model = model;
+    this.rows = new Rows();
+    this.snapshot = null;
+    this.isStale = { scene: false, charts: false };
+    this.scene = new Scene3d(byId("canvas"), model);
+    const nameOf = (simulation) => model.simulations[simulation]?.name ?? `#${simulation}`;
+    this.probability = new ProbabilityChart(byId("probability-chart"), byId("probability-list"), nameOf);
+    this.distance = new DistanceChart(byId("distance-chart"), byId("distance-title"), model.unit);
+    this.plane = new Plane(byId("plane"), model.curves, model.axes);
+    this.verdict = new VerdictPanel(model);
+    this.parameters = new ParameterTable(model);
+    this.health = new HealthBar();
+    this.addColours();
+    this.addControls();
+    setInterval(() => this.drawCharts(), chartInterval);
+    const loop = () => {
+      requestAnimationFrame(loop);
+      if (this.isStale.scene) this.drawScene();
+    };
+    loop();
+  }
+  addColours() {
+    const options = this.model.fields.map((field, i) => [`field${i}`, field.name.replaceAll("_", " ")]);
+    options.push(["distance", "distance cloud to mesh"], ["none", "plain"]);
+    byId("colour").replaceChildren(...options.map(([value, textContent]) => Object.assign(document.createElement("option"), { value, textContent })));
+  }
+  addControls() {
+    for (const id of ["show-cloud", "show-mesh", "show-edges", "show-ghost", "side-by-side", "mesh-kind", "colour"])
+      byId(id).addEventListener("change", () => (this.isStale.scene = true));
+    byId("fit-view").addEventListener("click", () => this.scene.fit());
+    byId("save-png").addEventListener("click", () => this.savePicture());
+  }
+  take(packet) {
+    if (packet.head.type === "rows") {
+      this.rows.take(packet);
+      this.isStale.charts = true;
+    } else if (packet.head.type === "snapshot") {
+      this.snapshot = packet;
+      this.isStale.scene = true;
+    }
+  }
+  drawScene() {
+    this.isStale.scene = false;
+    if (this.snapshot === null) return this.showLegend("none");
+    const { head, arrays } = this.snapshot, colour = byId("colour").value;
+    const kind = byId("mesh-kind").value, mesh = arrays[kind];
+    if (mesh) this.placeMesh(mesh, arrays, kind, colour);
+    if (arrays.ghost && isChecked("show-ghost")) this.scene.ghost.place(arrays.ghost);
+    if (arrays.cloud) this.scene.setCloud(arrays.cloud, head.scene.lo, head.scene.hi, colour === "distance");
+    this.scene.show({ cloud: isChecked("show-cloud") && Boolean(arrays.cloud), mesh: isChecked("show-mesh") && Boolean(mesh),
+      edges: isChecked("show-edges"), ghost: isChecked("show-ghost") && Boolean(arrays.ghost), split: isChecked("side-by-side") });
+    byId("side-labels").hidden = !isChecked("side-by-side");
+    this.showLegend(colour);
+    this.showWords(head, kind);
+    document.documentElement.dataset.frame = head.scene.frame;
+  }
+  placeMesh(mesh, arrays, kind, colour) {
+    this.scene.mesh.place(mesh);
+    const values = arrays[(kind === "match" ? "match_" : "") + colour];
+    if (!values) return this.scene.mesh.paintPlain(this.scene.plain);
+    const field = this.model.fields[Number(colour.slice(5))], colours = new Uint8Array(values.length * 3);
+    paint(values, field.lo, field.hi, colours);
+    if (field.location === "node") this.scene.mesh.paintNodes(colours);
+    else this.scene.mesh.paintElements(colours);
+  }
+  showLegend(colour) {
+    byId("legend").hidden = colour === "none";
+    if (colour === "none") return;
+    const field = this.model.fields[Number(colour.slice(5))];
+    const limit = this.snapshot?.head.scene.distance_limit ?? 0;
+    const [title, unit, lo, hi] = field && colour !== "distance" ? [field.name.replaceAll("_", " "), field.unit, field.lo, field.hi] : ["distance cloud to mesh", this.model.unit, 0, limit];
+    byId("legend-title").textContent = unit ? `${title} [${unit}]` : title;
+    byId("legend-lo").textContent = String(+lo.toPrecision(3));
+    byId("legend-hi").textContent = `${colour === "distance" ? "\u2265 " : ""}${+hi.toPrecision(3)}`;
+    const context = byId("legend-bar").getContext("2d"), image = context.createImageData(256, 1);
+    for (let i = 0; i < 256; ++i) image.data.set([map[i * 3], map[i * 3 + 1], map[i * 3 + 2], 255], i * 4);
+    context.putImageData(image, 0, 0);
+  }
+  showWords(head, kind) {
+    this.verdict.update(head.result, head.test);
+    this.parameters.update(head.result);
+    if (head.health) this.health.update(head.health, head.test);
+    const note = byId("view-note"), text = this.noteOn(head);
+    note.hidden = text === "";
+    if (note.textContent !== text) note.textContent = text;
+    const shape = head.scene.meshes[kind]?.shape;
+    byId("save-vtu").setAttribute("aria-disabled", String(!shape));
+    if (shape) byId("save-vtu").href = `/export/mesh.vtu?shape=${shape.map((share) => share.join(":")).join(",")}`;
+    if (head.test.results > 0) byId("test-title").textContent = `frame ${head.result.frame}, ${(head.test.seconds * 1000).toFixed(2)} ms`;
+    if (head.health) this.showSource(head.health);
+  }
+  noteOn(head) {
+    if (head.model_differs) return "These results belong to another model than the one this page was given: no mesh can be shown.";
+    if (head.test.results === 0) return "Waiting for the first frame.";
+    if (!this.snapshot.arrays.cloud) return head.has_preview ? "No measured cloud has come yet." : "Without a cloud: lbea-monitor was started without --frames.";
+    return "";
+  }
+  showSource({ heard_ms }) {
+    if (heard_ms === null) this.state("waiting", "Waiting for lbea-serve");
+    else if (heard_ms > farFromServer) this.state("lost", `Nothing from lbea-serve for ${Math.floor(heard_ms / 1000)} s`);
+    else this.state("live", "Live");
+  }
+  state(state, text) {
+    const element = byId("connection");
+    element.dataset.state = state;
+    if (element.textContent !== text) element.textContent = text;
+  }
+  drawCharts() {
+    if (!this.isStale.charts || document.hidden) return;
+    this.isStale.charts = false;
+    this.probability.update(this.rows);
+    this.distance.update(this.rows);
+    const matches = this.snapshot?.head.result.matches ?? [];
+    this.plane.update(this.rows, matches[0]?.simulation ?? -1);
+  }
+  recolour() {
+    this.scene.recolour();
+    this.plane.recolour();
+    this.isStale.scene = this.isStale.charts = true;
+  }
+  async savePicture() {
+    const url = URL.createObjectURL(await this.scene.picture());
+    Object.assign(document.createElement("a"), { href: url, download: "view.png" }).click();
+    setTimeout(() => URL.revokeObjectURL(url), 10_000);
+  }
+}
+
+function chooseTheme(dark) {
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  byId("theme").setAttribute("aria-pressed", String(dark));
+}
+
+async function start() {
+  chooseTheme(matchMedia("(prefers-color-scheme: dark)").matches);
+  const { head, arrays } = readPacket(await (await fetch("/api/model")).arrayBuffer());
+  const page = new Page({ ...head, elements: arrays.elements, curves: arrays.curves });
+  byId("theme").addEventListener("click", () => {
+    chooseTheme(document.documentElement.dataset.theme !== "dark");
+    page.recolour();
+  });
+  if (head.recording) return new Timeline(page, head.recording);
+  connect({
+    packet: (packet) => page.take(packet),
+    opened: () => page.state("waiting", "Connected"),
+    lost: () => page.state("lost", "No connection to lbea-monitor; trying again"),
+  });
+}
+
+start().catch((error) => {
+  const element = byId("connection");
+  element.dataset.state = "lost";
+  element.textContent = `The page cannot be shown: ${error.message}`;
+});

@@ -1,0 +1,115 @@
+// Curves over the test's time.
+import uPlot from "uplot";
+import { colourOf, style } from "./colours.js";
+
+const shownSimulations = 6;
+
+function rem() {
+  return parseFloat(getComputedStyle(document.documentElement).fontSize);
+}
+
+class Chart {
+  constructor(element) {
+    this.element = element;
+    this.plot = null;
+    this.key = "";
+    new ResizeObserver(() => this.plot?.setSize(this.size())).observe(element);
+  }
+  size() {
+    return { width: Math.max(80, this.element.clientWidth), height: Math.max(60, this.element.clientHeight) };
+  }
+  axis(more) {
+    const size = rem();
+    return { stroke: style("--ink"), font: `${0.85 * size}px sans-serif`, size: 3.1 * size, gap: 0.2 * size,
+      grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, ...more };
+  }
+  timeAxis() {
+    return this.axis({ size: 1.6 * rem(), values: (_, splits) => splits.map((t) => `${+(t * 1000).toPrecision(6)} ms`) });
+  }
+  /// Makes the plot anew when what it consists of has changed.
+  set(key, options, data) {
+    key += `${style("--ink")}${rem()}`;
+    if (key !== this.key) {
+      this.plot?.destroy();
+      this.key = key;
+      this.plot = new uPlot({ ...this.size(), cursor: { show: false }, legend: { show: false }, ...options() }, data, this.element);
+    } else this.plot.setData(data);
+  }
+}
+
+export class ProbabilityChart extends Chart {
+  constructor(element, list, nameOf) {
+    super(element);
+    Object.assign(this, { list, nameOf });
+  }
+  /// The simulations worth a colour: those with the largest area, the current leader first of all.
+  leaders(rows) {
+    const weight = new Map(), step = Math.max(1, Math.floor(rows.count / 512));
+    for (let r = rows.count - 1; r >= 0; r -= step)
+      for (let k = 0; k < 8; ++k) {
+        const at = r * rows.width + 16 + 2 * k, simulation = rows.values[at];
+        if (!Number.isNaN(simulation)) weight.set(simulation, (weight.get(simulation) ?? 0) + rows.values[at + 1]);
+      }
+    return [...weight].sort((a, b) => b[1] - a[1]).slice(0, shownSimulations).map(([simulation]) => simulation).sort((a, b) => a - b);
+  }
+  update(rows) {
+    const simulations = this.leaders(rows);
+    const data = [[], ...simulations.map(() => [])];
+    for (let r = 0; r < rows.count; ++r) {
+      if (!rows.hasChances(r)) continue;
+      data[0].push(rows.at(r, "time_s"));
+      let sum = 0;
+      simulations.forEach((simulation, i) => data[i + 1].push((sum += rows.chance(r, simulation) ?? 0)));
+    }
+    const options = () => ({
+      scales: { x: { time: false }, y: { range: [0, 1] } },
+      axes: [this.timeAxis(), this.axis({ values: (_, splits) => splits.map((p) => `${Math.round(p * 100)} %`) })],
+      series: [{}, ...simulations.map((simulation) => ({ stroke: colourOf(simulation), fill: colourOf(simulation), width: 1, points: { show: false } }))],
+    });
+    // Drawn from the highest sum down, so that every band stays visible.
+    const reversed = [data[0], ...data.slice(1).reverse()];
+    this.set(simulations.join(), () => {
+      const made = options();
+      return { ...made, series: [made.series[0], ...made.series.slice(1).reverse()] };
+    }, reversed);
+    this.note(simulations, rows);
+  }
+  note(simulations, rows) {
+    const last = rows.count - 1;
+    const html = simulations.map((simulation) => [colourOf(simulation), this.nameOf(simulation), last >= 0 ? (rows.chance(last, simulation) ?? 0) : 0]);
+    this.list.replaceChildren(...html.sort((a, b) => b[2] - a[2]).map(([colour, name, p]) => {
+      const item = document.createElement("li");
+      const key = document.createElement("span");
+      key.textContent = "\u25A0 ";
+      key.style.color = colour;
+      item.append(key, `${name} ${(p * 100).toFixed(0)} %`);
+      return item;
+    }));
+    if (rows.count > 0 && simulations.length === 0) this.list.replaceChildren(Object.assign(document.createElement("li"), { textContent: "Only method fit gives probabilities." }));
+  }
+}
+
+export class DistanceChart extends Chart {
+  constructor(element, title, unit) {
+    super(element);
+    Object.assign(this, { title, unit });
+  }
+  update(rows) {
+    const data = [[], [], []];
+    let byFit = false;
+    for (let r = 0; r < rows.count; ++r) byFit ||= !Number.isNaN(rows.at(r, "residual"));
+    for (let r = 0; r < rows.count; ++r) {
+      const distance = rows.at(r, byFit ? "residual" : "distance"), coverage = rows.at(r, "coverage");
+      data[0].push(rows.at(r, "time_s"));
+      data[1].push(Number.isNaN(distance) ? null : distance);
+      data[2].push(Number.isNaN(coverage) ? null : coverage * 100);
+    }
+    this.title.textContent = byFit ? `Residual (${this.unit}) and coverage (%)` : "Distance and coverage (%)";
+    this.set(`${byFit}`, () => ({
+      scales: { x: { time: false }, d: { range: (_, lo, hi) => [0, Math.max(hi * 1.05, 1e-6)] }, c: { range: [0, 105] } },
+      axes: [this.timeAxis(), this.axis({ scale: "d", stroke: style("--accent") }), this.axis({ scale: "c", side: 1, stroke: style("--good"), grid: { show: false } })],
+      series: [{}, { scale: "d", stroke: style("--accent"), width: 2.5, points: { show: rows.count < 60 } },
+        { scale: "c", stroke: style("--good"), width: 2.5, dash: [8, 5], points: { show: false } }],
+    }), data);
+  }
+}

@@ -1,0 +1,221 @@
+// The 3D view: measured cloud, matched mesh, ghost of the second-best. Draws only when something changed.
+import * as THREE from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { paint, style } from "./colours.js";
+
+const turnStep = 0.12, zoomStep = 1.15;
+const plainMesh = { light: 0x9fb2c4, dark: 0x5f7387 };
+
+class Mesh {
+  constructor(elements, nodes, ghost) {
+    this.elements = elements;
+    const faces = elements.length / 4;
+    this.corners = new Uint32Array(faces * 6);
+    for (let e = 0; e < faces; ++e) [0, 1, 2, 0, 2, 3].forEach((k, i) => (this.corners[e * 6 + i] = elements[e * 4 + k]));
+    this.geometry = new THREE.BufferGeometry();
+    this.positions = new THREE.BufferAttribute(new Float32Array(faces * 18), 3);
+    this.colours = new THREE.BufferAttribute(new Uint8Array(faces * 18), 3, true);
+    this.geometry.setAttribute("position", this.positions);
+    this.geometry.setAttribute("color", this.colours);
+    this.material = ghost
+      ? new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.22, depthWrite: false, side: THREE.DoubleSide })
+      : new THREE.MeshLambertMaterial({ vertexColors: true, flatShading: true, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    this.surface = new THREE.Mesh(this.geometry, this.material);
+    this.edgeGeometry = new THREE.BufferGeometry();
+    this.nodes = new THREE.BufferAttribute(new Float32Array(nodes * 3), 3);
+    this.edgeGeometry.setAttribute("position", this.nodes);
+    this.edgeGeometry.setIndex(new THREE.BufferAttribute(edgesOf(elements, nodes), 1));
+    this.edges = new THREE.LineSegments(this.edgeGeometry, new THREE.LineBasicMaterial({ transparent: true, opacity: ghost ? 0.6 : 0.35 }));
+    this.group = new THREE.Group().add(this.surface, this.edges);
+    this.group.visible = false;
+    for (const part of [this.surface, this.edges]) part.frustumCulled = false;
+  }
+  place(nodes) {
+    const to = this.positions.array;
+    for (let i = 0; i < this.corners.length; ++i) {
+      const from = this.corners[i] * 3;
+      to[i * 3] = nodes[from];
+      to[i * 3 + 1] = nodes[from + 1];
+      to[i * 3 + 2] = nodes[from + 2];
+    }
+    this.nodes.array.set(nodes);
+    this.positions.needsUpdate = this.nodes.needsUpdate = true;
+  }
+  paintElements(colours) {
+    const to = this.colours.array;
+    for (let i = 0; i < this.corners.length; ++i) to.set(colours.subarray(Math.floor(i / 6) * 3, Math.floor(i / 6) * 3 + 3), i * 3);
+    this.colours.needsUpdate = true;
+  }
+  paintNodes(colours) {
+    const to = this.colours.array;
+    for (let i = 0; i < this.corners.length; ++i) to.set(colours.subarray(this.corners[i] * 3, this.corners[i] * 3 + 3), i * 3);
+    this.colours.needsUpdate = true;
+  }
+  paintPlain(colour) {
+    const rgb = new THREE.Color(colour).toArray().map((c) => Math.round(c * 255));
+    for (let i = 0; i < this.colours.array.length; ++i) this.colours.array[i] = rgb[i % 3];
+    this.colours.needsUpdate = true;
+  }
+}
+
+function edgesOf(elements, nodes) {
+  const seen = new Set(), edges = [];
+  for (let e = 0; e < elements.length; e += 4)
+    for (let k = 0; k < 4; ++k) {
+      const a = elements[e + k], b = elements[e + ((k + 1) % 4)];
+      const key = Math.min(a, b) * nodes + Math.max(a, b);
+      if (a === b || seen.has(key)) continue;
+      seen.add(key);
+      edges.push(a, b);
+    }
+  return new Uint32Array(edges);
+}
+
+export class Scene3d {
+  constructor(canvas, model) {
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    // Colours are to be those of the legend: no conversion behind our back.
+    THREE.ColorManagement.enabled = false;
+    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(35, 1, 1, 100000);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    const headlight = new THREE.DirectionalLight(0xffffff, 1.3);
+    this.camera.add(headlight);
+    this.scene.add(new THREE.AmbientLight(0xffffff, 2.1), this.camera);
+    this.mesh = new Mesh(model.elements, model.nodes, false);
+    this.ghost = new Mesh(model.elements, model.nodes, true);
+    this.makeCloud();
+    this.scene.add(this.mesh.group, this.ghost.group, this.points);
+    this.lo = new THREE.Vector3(...model.lo);
+    this.hi = new THREE.Vector3(...model.hi);
+    this.isSplit = false;
+    this.dirty = true;
+    canvas.addEventListener("keydown", (event) => this.key(event));
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    this.resize();
+    this.recolour();
+    this.fit();
+    const loop = () => {
+      requestAnimationFrame(loop);
+      if (this.dirty) this.render();
+    };
+    loop();
+  }
+  makeCloud() {
+    this.cloudGeometry = new THREE.BufferGeometry();
+    this.points = new THREE.Points(this.cloudGeometry, new THREE.PointsMaterial({ size: 2, sizeAttenuation: false, vertexColors: true }));
+    this.points.frustumCulled = false;
+    this.points.visible = false;
+    this.reserveCloud(20000);
+  }
+  reserveCloud(count) {
+    this.capacity = count;
+    this.cloudPositions = new THREE.BufferAttribute(new Float32Array(count * 3), 3);
+    this.cloudColours = new THREE.BufferAttribute(new Uint8Array(count * 3), 3, true);
+    this.cloudGeometry.setAttribute("position", this.cloudPositions);
+    this.cloudGeometry.setAttribute("color", this.cloudColours);
+  }
+  /// values: x, y, z in the box lo..hi and the distance, as shares of 65535. byDistance: colours tell the distance.
+  setCloud(values, lo, hi, byDistance) {
+    const count = values.length / 4;
+    if (count > this.capacity) this.reserveCloud(count * 2);
+    const to = this.cloudPositions.array;
+    for (let i = 0; i < count; ++i)
+      for (let k = 0; k < 3; ++k) to[i * 3 + k] = lo[k] + (values[i * 4 + k] / 65535) * (hi[k] - lo[k]);
+    if (byDistance) {
+      const distances = new Uint16Array(count);
+      for (let i = 0; i < count; ++i) distances[i] = values[i * 4 + 3];
+      paint(distances, 0, 65535, this.cloudColours.array);
+    } else {
+      const rgb = new THREE.Color(style("--mark")).toArray().map((c) => Math.round(c * 255));
+      for (let i = 0; i < count * 3; ++i) this.cloudColours.array[i] = rgb[i % 3];
+    }
+    this.cloudGeometry.setDrawRange(0, count);
+    this.cloudPositions.needsUpdate = this.cloudColours.needsUpdate = true;
+    this.draw();
+  }
+  show({ cloud, mesh, edges, ghost, split }) {
+    this.points.visible = cloud;
+    this.mesh.group.visible = mesh;
+    this.mesh.edges.visible = edges;
+    this.ghost.group.visible = ghost;
+    this.isSplit = split;
+    this.draw();
+  }
+  recolour() {
+    const dark = document.documentElement.dataset.theme === "dark";
+    this.renderer.setClearColor(style("--stage"));
+    this.mesh.edges.material.color.set(dark ? "#dfe7ef" : "#10161c");
+    for (const part of [this.ghost.surface, this.ghost.edges]) part.material.color.set(style("--ghost"));
+    this.plain = dark ? plainMesh.dark : plainMesh.light;
+    this.draw();
+  }
+  fit() {
+    const centre = this.lo.clone().add(this.hi).multiplyScalar(0.5), radius = this.hi.distanceTo(this.lo) / 2;
+    const vertical = THREE.MathUtils.degToRad(this.camera.fov / 2), horizontal = Math.atan(Math.tan(vertical) * this.camera.aspect);
+    const away = (radius * 0.82) / Math.sin(Math.min(vertical, horizontal));
+    this.controls.target.copy(centre);
+    this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(0.55, -0.9, 0.5).normalize(), away);
+    this.camera.near = away / 100;
+    this.camera.far = away * 20;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.draw();
+  }
+  key(event) {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const turns = { ArrowLeft: [-turnStep, 0], ArrowRight: [turnStep, 0], ArrowUp: [0, -turnStep], ArrowDown: [0, turnStep] };
+    const zooms = { "+": 1 / zoomStep, "=": 1 / zoomStep, "-": zoomStep };
+    if (event.key in turns) {
+      const [along, up] = turns[event.key];
+      offset.applyAxisAngle(this.camera.up, along);
+      const side = new THREE.Vector3().crossVectors(this.camera.up, offset).normalize();
+      const turned = offset.clone().applyAxisAngle(side, up);
+      if (turned.clone().cross(this.camera.up).length() > 0.05 * turned.length()) offset.copy(turned);
+    } else if (event.key in zooms) offset.multiplyScalar(zooms[event.key]);
+    else if (event.key === "f" || event.key === "F") return this.fit();
+    else return;
+    event.preventDefault();
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
+    this.draw();
+  }
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    if (width === 0 || height === 0) return;
+    // On a 4K wall a picture of 2 million pixels is enough.
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2, Math.max(0.5, Math.sqrt(2.2e6 / (width * height)))));
+    this.renderer.setSize(width, height, false);
+    this.points.material.size = Math.max(1.5, height / 420) * this.renderer.getPixelRatio();
+    this.draw();
+  }
+  draw() {
+    this.dirty = true;
+  }
+  render() {
+    this.dirty = false;
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    this.renderer.setScissorTest(this.isSplit);
+    if (!this.isSplit) return this.renderPart(0, width, height, this.points.visible, this.mesh.group.visible);
+    this.renderPart(0, width / 2, height, this.points.visible, false);
+    this.renderPart(width / 2, width / 2, height, false, this.mesh.group.visible);
+  }
+  renderPart(left, width, height, cloud, mesh) {
+    const shown = [this.points.visible, this.mesh.group.visible];
+    [this.points.visible, this.mesh.group.visible] = [cloud, mesh];
+    this.renderer.setViewport(left, 0, width, height);
+    this.renderer.setScissor(left, 0, width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.renderer.render(this.scene, this.camera);
+    [this.points.visible, this.mesh.group.visible] = shown;
+  }
+  picture() {
+    this.render();
+    return new Promise((done) => this.canvas.toBlob(done, "image/png"));
+  }
+}

@@ -1,0 +1,54 @@
+// A recording instead of a running test: a slider over its frames.
+import { readPacket } from "./packet.js";
+
+const byId = (id) => document.getElementById(id);
+const playInterval = 100;  // ms
+
+export class Timeline {
+  constructor(page, recording) {
+    this.page = page;
+    this.slider = byId("scrub");
+    this.slider.max = Math.max(0, recording.frames - 1);
+    byId("timeline").hidden = false;
+    this.slider.addEventListener("input", () => this.show());
+    byId("play").addEventListener("click", () => this.play(byId("play").getAttribute("aria-pressed") !== "true"));
+    this.page.state("live", `Recording ${recording.file}: ${recording.words}`);
+    this.start();
+  }
+  async start() {
+    for (let first = 0; ; ) {
+      const packet = await this.get(`/api/recording/rows?first=${first}`);
+      if (packet.arrays.rows.length === 0) break;
+      this.page.take(packet);
+      first = this.page.rows.count;
+    }
+    this.show();
+  }
+  async get(address) {
+    return readPacket(await (await fetch(address)).arrayBuffer());
+  }
+  /// One request at a time, for where the slider is when the last one is done.
+  async show() {
+    const wanted = this.slider.value;
+    if (this.isBusy) return;
+    this.isBusy = true;
+    try {
+      const packet = await this.get(`/api/recording/frame?number=${wanted}`);
+      this.page.take(packet);
+      byId("scrub-at").textContent = `${Number(wanted) + 1} of ${Number(this.slider.max) + 1}`;
+    } finally {
+      this.isBusy = false;
+    }
+    if (this.slider.value !== wanted) this.show();
+  }
+  play(on) {
+    byId("play").setAttribute("aria-pressed", String(on));
+    clearInterval(this.timer);
+    if (!on) return;
+    this.timer = setInterval(() => {
+      if (this.isBusy) return;
+      this.slider.value = Number(this.slider.value) < Number(this.slider.max) ? Number(this.slider.value) + 1 : 0;
+      this.show();
+    }, playInterval);
+  }
+}

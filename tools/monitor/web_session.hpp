@@ -1,0 +1,100 @@
+// One connection. Only the web server's own files include this: Beast is large.
+#pragma once
+
+#include "tools/monitor/access.hpp"
+#include "tools/monitor/assets.hpp"
+#include "tools/monitor/feed.hpp"
+#include "tools/monitor/web_server.hpp"
+
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <atomic>
+#include <mutex>
+#include <optional>
+#include <set>
+
+namespace lbea::web {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = boost::asio::ip::tcp;
+
+class Watcher;
+
+/// What all connections share. Its thread's, but for the atomics and what the mutex guards.
+struct Shared {
+  AccessRules rules;
+  Assets assets;
+  Feed& feed;
+  WebLimits limits;
+  std::atomic<std::size_t> connections{0}, watching{0};
+  std::set<Watcher*> watchers;
+  Snapshot latest;
+};
+
+/// Counts a connection for as long as it lives.
+class Seat {
+ public:
+  explicit Seat(std::atomic<std::size_t>& count) : count_(&count) { ++count; }
+  Seat(Seat&& other) noexcept : count_(std::exchange(other.count_, nullptr)) {}
+  Seat& operator=(Seat&&) = delete;
+  ~Seat() {
+    if (count_ != nullptr) --*count_;
+  }
+
+ private:
+  std::atomic<std::size_t>* count_;
+};
+
+using Request = http::request<http::empty_body>;
+using Response = http::response<http::string_body>;
+
+[[nodiscard]] RequestHead head_of(const Request& request);
+/// The answer to anything that is not a WebSocket.
+[[nodiscard]] Response respond(Shared& shared, const Request& request);
+/// Why this WebSocket is not accepted; nothing when it is.
+[[nodiscard]] std::optional<Response> refuse_watcher(Shared& shared, const Request& request);
+
+/// Reads requests from a connection until it closes or becomes a WebSocket.
+class Conversation : public std::enable_shared_from_this<Conversation> {
+ public:
+  Conversation(tcp::socket socket, Shared& shared);
+  void read();
+
+ private:
+  void answer();
+  void send(Response response);
+  beast::tcp_stream stream_;
+  Shared& shared_;
+  Seat seat_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  std::optional<Response> response_;
+};
+
+/// A browser that watches: gets the latest snapshot whenever it has taken the one before, and the curves' new rows.
+class Watcher : public std::enable_shared_from_this<Watcher> {
+ public:
+  Watcher(beast::tcp_stream stream, Shared& shared, Seat seat);
+  ~Watcher();
+  void accept(const Request& request);
+  /// There is something new.
+  void wake();
+
+ private:
+  void read();
+  void write_next();
+  void write(Snapshot message);
+  websocket::stream<beast::tcp_stream> stream_;
+  Shared& shared_;
+  Seat connection_, watching_;
+  beast::flat_buffer buffer_;
+  Snapshot sent_, in_flight_;
+  LogCursor cursor_;
+  bool open_ = false, writing_ = false, rows_turn_ = false;
+};
+
+}  // namespace lbea::web
