@@ -2,6 +2,7 @@
 #include "adapters/sensor/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
 #include "tools/common/tool.hpp"
+#include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
 #include "tools/eval/report.hpp"
 
@@ -69,11 +70,16 @@ int live(const LiveArguments& arguments) {
 
 int main(int argc, char** argv) {
   Tool tool("lbea-eval", "Holds results against the truth of sensed experiments.",
-            "lbea-eval live rail.lbea --results ipc:///tmp/results --truth frames/truth.csv --run runs/run_043 --out evaluation");
+            "lbea-eval live rail.lbea --results ipc:///tmp/results --truth frames/truth.csv --run runs/run_043 --out evaluation\n"
+            "  lbea-eval ensemble ensemble.toml --sensor sensor.json --split 0.2 --robustness --out evaluation");
   LiveArguments arguments;
   tool.require_subcommand(1);
   CLI::App* live_command = tool.add_subcommand("live", "Watch a running test and print a row per frame");
   live_command->option_defaults()->always_capture_default();
   add_live(*live_command, arguments);
-  return tool.run(argc, argv, [&] { return live(arguments); });
+  EnsembleArguments ensemble;
+  CLI::App* ensemble_command = tool.add_subcommand("ensemble", "Film runs of an ensemble, match them with the others, and tell how far off every method is");
+  ensemble_command->option_defaults()->always_capture_default();
+  declare(*ensemble_command, ensemble);
+  return tool.run(argc, argv, [&] { return ensemble_command->parsed() ? evaluate_ensemble(ensemble) : live(arguments); });
 }

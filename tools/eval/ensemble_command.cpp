@@ -1,0 +1,140 @@
+#include "tools/eval/ensemble_command.hpp"
+
+#include "adapters/ensemble/ensemble_toml.hpp"
+#include "adapters/simulation/open.hpp"
+#include "tools/bake/ensemble_input.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/eval/evaluation.hpp"
+#include "tools/eval/evaluation_report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+
+namespace lbea {
+
+namespace {
+
+/// One progress line per round or stage.
+class Rounds {
+ public:
+  void show(std::string_view what, std::uint64_t done, std::uint64_t total) {
+    if (!line_ || what != what_) line_.emplace(std::string(what), total);
+    what_ = what;
+    line_->advance_to(done);
+  }
+
+ private:
+  std::string what_;
+  std::optional<Progress> line_;
+};
+
+// Each alone, at the strength the method is judged by.
+std::vector<Disturbance> robustness_rows() {
+  std::vector<Disturbance> rows(6);
+  rows[0] = {.name = "30 % of the surface hidden", .hidden = 0.3};
+  rows[1] = {.name = "2 % outliers", .outliers = 0.02f};
+  rows[2] = {.name = "0.5 noise", .noise = 0.5f};
+  rows[3] = {.name = "a third of the points", .kept = 1.0 / 3};
+  rows[4] = {.name = "3 degrees of pose error", .pose_error_deg = 3};
+  rows[5] = {.name = "all of these", .noise = 0.5f, .outliers = 0.02f, .hidden = 0.3, .kept = 1.0 / 3, .pose_error_deg = 3};
+  return rows;
+}
+
+std::vector<Disturbance> chosen_disturbances(const EnsembleArguments& arguments) {
+  std::vector<Disturbance> rows;
+  if (arguments.robustness) rows = robustness_rows();
+  Disturbance own{.name = "as asked for", .hidden = arguments.hidden, .kept = arguments.thinned, .pose_error_deg = arguments.pose_error_deg};
+  if (arguments.noise >= 0) own.noise = static_cast<float>(arguments.noise);
+  if (arguments.outliers >= 0) own.outliers = static_cast<float>(arguments.outliers);
+  if (own.hidden > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers) rows.push_back(own);
+  return rows;
+}
+
+void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan) {
+  const auto& runs = plan.ensemble.runs;
+  if (arguments.leave_one_out) {
+    plan.splits = leave_one_out(runs.size());
+    return;
+  }
+  if (arguments.experiments.empty()) {
+    plan.splits = {random_split(runs.size(), arguments.share, arguments.seed)};
+    return;
+  }
+  std::vector<std::string> inside;
+  for (const std::string& name : arguments.experiments) {
+    if (std::ranges::find(runs, name, &EnsembleRun::name) != runs.end() || !std::filesystem::exists(name))
+      inside.push_back(name);
+    else
+      plan.more_experiments.push_back({run_name(name), [name] { return open_simulation(name); }});
+  }
+  plan.splits = {named_split(runs, inside)};
+}
+
+EvaluationPlan planned(const EnsembleArguments& arguments) {
+  EvaluationPlan plan;
+  plan.description = read_ensemble_toml(arguments.toml);
+  read_region_nodes(plan.description.region);
+  plan.description.views = arguments.sensor;
+  plan.ensemble = open_ensemble(plan.description);
+  choose_experiments(arguments, plan);
+  if (arguments.mode == "over-time") plan.modes = {ReferenceMode::over_time};
+  if (arguments.mode == "both") plan.modes = {ReferenceMode::impact, ReferenceMode::over_time};
+  plan.disturbances = chosen_disturbances(arguments);
+  plan.removed_branches = arguments.removed_branches;
+  plan.contained = arguments.contained;
+  plan.strangers = arguments.strangers;
+  plan.icp = arguments.icp;
+  plan.trial = {.sensor = read_sensor_json(arguments.sensor), .first_step = arguments.first_step, .every = arguments.every,
+                .impact_step = plan.description.impact_step, .time_factor = plan.description.time_factor, .seed = arguments.seed};
+  plan.scratch = arguments.out;
+  plan.threads = arguments.threads;
+  return plan;
+}
+
+}  // namespace
+
+void declare(CLI::App& app, EnsembleArguments& arguments) {
+  app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments alike")->required();
+  app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that films the experiments, and its noise")->required();
+  app.add_option("-o,--out", arguments.out, "folder for tables.md, summary.json, frames.csv, view.csv")->required();
+  auto* share = app.add_option("--split", arguments.share, "share of the runs that play experiments, drawn by --seed");
+  auto* named = app.add_option("--experiments", arguments.experiments, "the runs that do: names, or paths of runs outside the ensemble")
+                    ->delimiter(',')->excludes(share)->default_str("");
+  app.add_flag("--leave-one-out", arguments.leave_one_out, "every run once, with all others as simulations")->excludes(share)->excludes(named);
+  app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")->check(CLI::IsMember({"impact", "over-time", "both"}));
+  app.add_option("--first-step", arguments.first_step, "first state of an experiment that is sensed");
+  app.add_option("--every", arguments.every, "then every so many")->check(CLI::PositiveNumber);
+  app.add_option("--seed", arguments.seed, "of the split, the noise and the disturbances");
+  app.add_flag("--robustness", arguments.robustness, "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
+  const char* row = "One more row of disturbed frames";
+  app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")->check(CLI::Range(0.0, 1.0))->group(row);
+  app.add_option("--thin", arguments.thinned, "share of the points that stay")->check(CLI::Range(0.0, 1.0))->group(row);
+  app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")->group(row);
+  app.add_option("--noise", arguments.noise, "standard deviation along the line of sight, length unit (default: sensor.json's)")->group(row)->default_str("");
+  app.add_option("--outliers", arguments.outliers, "share of points that lie elsewhere (default: sensor.json's)")->group(row)->default_str("");
+  app.add_option("--remove-branch", arguments.removed_branches, "leave this deformation branch out of the simulations: will it be missed?")
+      ->delimiter(',')->default_str("");
+  app.add_flag("--icp,!--no-icp", arguments.icp, "the ICP baseline, which takes seconds per frame");
+  app.add_flag("--contained,!--no-contained", arguments.contained, "also with the experiments among the simulations");
+  app.add_flag("--strangers,!--no-strangers", arguments.strangers, "also frames of other components");
+  app.add_option("--threads", arguments.threads, "0: all processors; the errors do not depend on it");
+  app.add_flag("--json", arguments.json, "print the summary as JSON");
+}
+
+int evaluate_ensemble(const EnsembleArguments& arguments) {
+  catch_stop_signals();
+  std::filesystem::create_directories(arguments.out);
+  const EvaluationPlan plan = planned(arguments);
+  Rounds rounds;
+  const Watcher watcher{[&](std::string_view what, std::uint64_t done, std::uint64_t total) { rounds.show(what, done, total); },
+                        [] { return stop_requested != 0; }};
+  const Evaluation evaluation = evaluate(plan, watcher);
+  write_evaluation(arguments.out, evaluation);
+  std::printf("%s\n", (arguments.json ? to_json(evaluation) : tables(evaluation)).c_str());
+  if (evaluation.complete) return exit_ok;
+  std::fprintf(stderr, "lbea-eval: stopped; %s holds what was measured until then\n", arguments.out.c_str());
+  return exit_failed;
+}
+
+}  // namespace lbea

@@ -1,0 +1,33 @@
+// lbea-eval ensemble: which runs play the experiments, how they are sensed, what is tried.
+#pragma once
+
+#include "tools/common/tool.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+struct EnsembleArguments {
+  std::filesystem::path toml, sensor, out;
+  double share = 0.2;
+  std::vector<std::string> experiments;  // names of runs, or paths of runs outside the ensemble
+  bool leave_one_out = false;
+  std::string mode = "impact";
+  std::uint32_t first_step = 2, every = 1;
+  std::uint64_t seed = 1;
+  double noise = -1, outliers = -1;  // negative: the sensor's
+  double hidden = 0, thinned = 1, pose_error_deg = 0;
+  bool robustness = false, contained = true, icp = true, strangers = true, json = false;
+  std::vector<std::uint32_t> removed_branches;
+  unsigned threads = 0;
+};
+
+void declare(CLI::App& app, EnsembleArguments& arguments);
+
+/// Runs the evaluation, prints its tables and writes its files.
+int evaluate_ensemble(const EnsembleArguments& arguments);
+
+}  // namespace lbea

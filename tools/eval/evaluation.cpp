@@ -1,0 +1,221 @@
+#include "tools/eval/evaluation.hpp"
+
+#include "precompute/parallel.hpp"
+#include "tools/bake/ensemble_input.hpp"
+#include "tools/eval/other_component.hpp"
+#include "tools/eval/true_mesh.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <utility>
+
+namespace lbea {
+
+namespace {
+
+class Evaluator {
+ public:
+  Evaluator(const EvaluationPlan& plan, const Watcher& watcher) : plan_(plan), watcher_(watcher) {}
+  Evaluation run();
+
+ private:
+  using Runs = std::span<const std::size_t>;
+  [[nodiscard]] Model bake_runs(Runs runs, ReferenceMode mode);
+  void learn_branches();
+  void test_split(const Split& split, ReferenceMode mode);
+  void test_contained(ReferenceMode mode);
+  void test_removed_branch(std::uint32_t branch, ReferenceMode mode);
+  void test(Round& round, const Arena& arena, std::span<const Experiment> experiments);
+  void keep_view(const Model& model);
+  [[nodiscard]] std::vector<Experiment> experiments(Runs runs) const;
+  [[nodiscard]] std::vector<Experiment> all_experiments() const;
+  [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const;
+  [[nodiscard]] Round& round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance = {});
+  [[nodiscard]] bool stopped() const { return watcher_.stopped(); }
+
+  const EvaluationPlan& plan_;
+  const Watcher& watcher_;
+  Evaluation result_;
+  std::optional<Model> everything_;  // all runs, at impact: tells the branches
+  std::map<std::string, std::size_t> place_;
+  std::mutex mutex_;
+  int baked_ = 0;
+};
+
+std::vector<std::size_t> all_runs(const Ensemble& ensemble) {
+  std::vector<std::size_t> runs(ensemble.runs.size());
+  std::iota(runs.begin(), runs.end(), std::size_t{0});
+  return runs;
+}
+
+Model Evaluator::bake_runs(Runs runs, ReferenceMode mode) {
+  EnsembleDescription description = plan_.description;
+  description.mode = mode;
+  BakeOptions options;
+  options.threads = plan_.threads;
+  options.visible_nodes = visibility(description.region, plan_.threads);
+  options.views = view_rendering(description.views);
+  options.cancelled = [this] { return stopped(); };
+  const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
+  options.progress = [&](const BakeProgress& stage) { watcher_.progress(title + std::string(stage.stage), stage.done, stage.total); };
+  const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
+  result_.bakes.push_back(bake(subset(plan_.ensemble, runs), description, file, options));
+  Model model = Model::open(file);
+  std::filesystem::remove(file);  // the mapping keeps it
+  return model;
+}
+
+void Evaluator::learn_branches() {
+  everything_ = bake_runs(all_runs(plan_.ensemble), ReferenceMode::impact);
+  result_.branches = everything_->branches();
+  result_.length_unit = everything_->length_unit();
+  result_.parameter_names = plan_.ensemble.parameter_names;
+  if (everything_->fields() > 0) {
+    result_.field = everything_->field(0).name;
+    result_.field_unit = everything_->field(0).unit;
+  }
+}
+
+std::vector<Experiment> Evaluator::experiments(Runs runs) const {
+  std::vector<Experiment> chosen;
+  for (const std::size_t run : runs) chosen.push_back({plan_.ensemble.runs[run].name, plan_.ensemble.runs[run].open});
+  return chosen;
+}
+
+std::vector<Experiment> Evaluator::all_experiments() const {
+  std::vector<std::size_t> runs;
+  for (const Split& split : plan_.splits) runs.insert(runs.end(), split.experiments.begin(), split.experiments.end());
+  std::ranges::sort(runs);
+  runs.erase(std::unique(runs.begin(), runs.end()), runs.end());
+  return experiments(runs);
+}
+
+// A run of the ensemble has its own; another run that of the simulation whose last state is nearest to its own.
+std::uint32_t Evaluator::branch_of(const Experiment& experiment) const {
+  const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &EnsembleRun::name);
+  if (found != plan_.ensemble.runs.end()) return everything_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
+  const auto reader = experiment.open();
+  if (reader->states() == 0) return 0;
+  SimulationState state;
+  reader->read(reader->states() - 1, state);
+  std::vector<float> truth;
+  TrueMesh(reader->mesh(), *everything_).positions(state.positions, truth);
+  return everything_->branch_of(everything_->sample(oracle(*everything_, truth).sample).simulation);
+}
+
+Round& Evaluator::round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance) {
+  const auto [at, fresh] = place_.emplace(title + '/' + std::to_string(static_cast<int>(mode)) + '/' + disturbance.name, result_.rounds.size());
+  if (fresh) result_.rounds.push_back({title, mode, disturbance, {}});
+  return result_.rounds[at->second];
+}
+
+void Evaluator::test(Round& round, const Arena& arena, std::span<const Experiment> experiments) {
+  TrialSettings settings = plan_.trial;
+  settings.disturbance = round.disturbance;
+  std::vector<TestTrial> tests(experiments.size());
+  std::uint64_t frames = 0, total = 0;
+  for (const Experiment& experiment : experiments)
+    for (std::uint32_t step = settings.first_step, states = experiment.open()->states(); step < states; step += settings.every) ++total;
+  const std::string title = round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
+  work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
+    for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
+      tests[i] = run_test(arena, experiments[i], settings, [&] {
+        const std::lock_guard lock(mutex_);
+        watcher_.progress(title, ++frames, total);
+        return stopped();
+      });
+      tests[i].branch = branch_of(experiments[i]);
+    }
+  });
+  for (TestTrial& done : tests)
+    if (!done.frames.empty()) round.tests.push_back(std::move(done));
+}
+
+void Evaluator::test_split(const Split& split, ReferenceMode mode) {
+  const Model model = bake_runs(split.simulations, mode);
+  if (result_.view.empty()) keep_view(model);
+  std::vector<Experiment> tested = experiments(split.experiments);
+  tested.insert(tested.end(), plan_.more_experiments.begin(), plan_.more_experiments.end());
+  const bool first_mode = mode == plan_.modes.front();
+  const auto icp = plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr;
+  test(round("unseen", mode), {model, {}, icp}, tested);
+  if (!first_mode) return;
+  const Arena plain{model, {}, nullptr};
+  for (const Disturbance& disturbance : plan_.disturbances)
+    if (!stopped()) test(round("unseen", mode, disturbance), plain, tested);
+  if (plan_.strangers && &split == &plan_.splits.front()) test(round("other component", mode), plain, other_components(model));
+}
+
+void Evaluator::test_contained(ReferenceMode mode) {
+  const Model model = mode == ReferenceMode::impact ? *everything_ : bake_runs(all_runs(plan_.ensemble), mode);
+  const auto tested = all_experiments();
+  if (tested.empty()) return;
+  const bool first_mode = mode == plan_.modes.front();
+  test(round("contained", mode), {model, {}, plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr}, tested);
+  for (const Disturbance& disturbance : plan_.disturbances)
+    if (first_mode && !stopped()) test(round("contained", mode, disturbance), {model, {}, nullptr}, tested);
+}
+
+// S loses the branch; its runs in E play the experiments (without any, its first four runs do). Beside it, the same with
+// the branch's other runs left in.
+void Evaluator::test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
+  std::vector<std::size_t> inside, outside;
+  for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
+    (everything_->branch_of(static_cast<std::uint32_t>(run)) == branch ? inside : outside).push_back(run);
+  if (inside.empty() || outside.empty()) return;
+  std::vector<std::size_t> tested, present;
+  for (const Split& split : plan_.splits)
+    for (const std::size_t run : split.experiments)
+      if (std::ranges::find(inside, run) != inside.end()) tested.push_back(run);
+  if (tested.empty() || plan_.splits.size() > 1) tested.assign(inside.begin(), inside.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(inside.size(), 4)));
+  for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
+    if (std::ranges::find(tested, run) == tested.end()) present.push_back(run);
+  std::erase_if(outside, [&](std::size_t run) { return std::ranges::find(present, run) == present.end(); });
+  const std::string name = "branch " + std::to_string(branch);
+  const Model without = bake_runs(outside, mode);
+  test(round(name + " removed", mode), {without, {}, nullptr}, experiments(tested));
+  if (stopped()) return;
+  const Model with = bake_runs(present, mode);
+  test(round(name + " present", mode), {with, {}, nullptr}, experiments(tested));
+}
+
+// Every sample in the reference that a frame of its time would meet.
+void Evaluator::keep_view(const Model& model) {
+  for (std::uint32_t s = 0; s < model.samples(); ++s) {
+    std::uint32_t reference = 0;
+    for (std::uint32_t r = 1; r < model.references(); ++r)
+      if (std::abs(model.reference_time_s(r) - model.sample_time_s(s)) < std::abs(model.reference_time_s(reference) - model.sample_time_s(s))) reference = r;
+    const Sample sample = model.sample(s);
+    ViewPoint point{std::string(model.simulation_name(sample.simulation)), model.branch_of(sample.simulation), sample.time_step, model.sample_time_s(s),
+                    model.leading_coordinates(reference, s), {}};
+    for (std::uint32_t p = 0; p < model.parameters(); ++p) point.parameters.push_back(model.parameter(sample.simulation, p));
+    result_.view.push_back(std::move(point));
+  }
+}
+
+Evaluation Evaluator::run() {
+  try {
+    learn_branches();
+    for (const ReferenceMode mode : plan_.modes) {
+      for (const Split& split : plan_.splits)
+        if (!stopped()) test_split(split, mode);
+      if (plan_.contained && !stopped()) test_contained(mode);
+    }
+    for (const std::uint32_t branch : plan_.removed_branches)
+      if (!stopped()) test_removed_branch(branch, plan_.modes.front());
+  } catch (const BakeCancelled&) {
+    return std::move(result_);
+  }
+  result_.complete = !stopped();
+  return std::move(result_);
+}
+
+}  // namespace
+
+Evaluation evaluate(const EvaluationPlan& plan, const Watcher& watcher) { return Evaluator(plan, watcher).run(); }
+
+}  // namespace lbea

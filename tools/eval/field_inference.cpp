@@ -1,0 +1,73 @@
+#include "tools/eval/field_inference.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+template <class Values>
+std::vector<WeightedRow> rows_of(const Model& model, std::span<const WeightedSample> samples, const Values& values) {
+  std::vector<WeightedRow> rows;
+  for (const WeightedSample& sample : samples) {
+    const std::uint32_t row = model.sample_index(sample.sample);
+    if (row == model.samples()) throw Error(Status::bad_input, "an estimate names a sample this model does not hold; give the model that the matcher uses");
+    rows.push_back({values(row), sample.weight});
+  }
+  return rows;
+}
+
+template <class Values>
+void infer(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible, std::size_t components,
+           const Values& values, Inferred& into) {
+  weighted_mean(rows_of(model, estimate, values), into.mean);
+  weighted_spread(rows_of(model, plausible, values), into.mean, components, into.spread);
+}
+
+}  // namespace
+
+void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into) {
+  into.assign(rows.empty() ? 0 : rows.front().values.size(), 0.0f);
+  for (const WeightedRow& row : rows)
+    for (std::size_t i = 0; i < into.size(); ++i) into[i] += row.weight * row.values[i];
+}
+
+void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components, std::vector<float>& into) {
+  into.assign(about.size() / components, 0.0f);
+  float all = 0;
+  for (const WeightedRow& row : rows) {
+    all += row.weight;
+    for (std::size_t i = 0; i < into.size() * components; ++i) {
+      const float off = row.values[i] - about[i];
+      into[i / components] += row.weight * off * off;
+    }
+  }
+  for (float& value : into) value = all > 0 ? std::sqrt(value / all) : 0;
+}
+
+std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config) {
+  std::vector<WeightedSample> weighted;
+  if (candidates.empty()) return weighted;
+  const auto square = [](float v) { return v * v; };
+  const float best = square(std::ranges::min_element(candidates, {}, &Match::distance)->distance), scale = best + square(config.noise);
+  float all = 0;
+  for (const Match& candidate : candidates) {
+    weighted.push_back({candidate.sample, std::exp(-config.sharpness * (square(candidate.distance) - best) / scale)});
+    all += weighted.back().weight;
+  }
+  for (WeightedSample& sample : weighted) sample.weight /= all;
+  return weighted;
+}
+
+void infer_field(const Model& model, std::uint32_t field, std::span<const WeightedSample> estimate,
+                 std::span<const WeightedSample> plausible, Inferred& into) {
+  infer(model, estimate, plausible, 1, [&](std::uint32_t sample) { return model.field_values(field, sample); }, into);
+}
+
+void infer_positions(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible,
+                     Inferred& into) {
+  infer(model, estimate, plausible, 3, [&](std::uint32_t sample) { return model.node_positions(sample); }, into);
+}
+
+}  // namespace lbea
