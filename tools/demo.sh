@@ -44,7 +44,7 @@ bin() { printf '%s/tools/%s/lbea-%s' "$build" "$1" "$1"; }
 rm -rf "$out"
 mkdir -p "$out"
 
-step "bake ten runs into one model"
+step "bake ten runs into one model, and what the rig would see of each of them"
 "$(bin bake)" "$data/ensemble.toml" -o "$out/rail.lbea"
 
 step "film a run that is not among them"
@@ -52,7 +52,7 @@ step "film a run that is not among them"
 
 step "match its frames live"
 frames=ipc://$sockets/frames results=ipc://$sockets/results
-"$(bin serve)" "$out/rail.lbea" --frames "$frames" --results "$results" --pose "$data/sensor.json" 2>"$out/serve.log" >"$out/serve.out" &
+"$(bin serve)" "$out/rail.lbea" --method fit --frames "$frames" --results "$results" --pose "$data/sensor.json" 2>"$out/serve.log" >"$out/serve.out" &
 serve=$!
 pids+=("$serve")
 wait_for ready "$out/serve.log"

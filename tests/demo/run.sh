@@ -18,7 +18,7 @@ assert all(r["status"] == "ok" for r in rows), "every frame matched"
 assert all(r["simulation"] != "run_043" for r in rows), "the experiment is not in the ensemble"
 assert all(float(r["EE"]) >= float(r["oracle_EE"]) for r in rows), "nobody is better than the oracle"
 ratio = sum(float(r["EE"]) for r in rows) / sum(float(r["oracle_EE"]) for r in rows)
-assert ratio < 2.2, f"mean EE is {ratio:.2f} times the oracle's; the method reaches about 2"
+assert ratio < 1.5, f"mean EE is {ratio:.2f} times the oracle's; fit reaches about 1.1 to 1.3, the preprint's methods about 2"
 assert len(list((out / "evaluation").glob("matched_*.vtu"))) == 21 and (out / "evaluation/matched.pvd").exists()
 tally = (out / "serve.out").read_text()
 assert "matched 21" in tally and "dropped 0" in tally and "missed 0" in tally, tally
