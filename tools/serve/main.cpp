@@ -4,6 +4,7 @@
 #include "tools/common/tool.hpp"
 #include "tools/recording/recording_options.hpp"
 #include "tools/serve/model_engine.hpp"
+#include "tools/serve/pipeline.hpp"
 #include "tools/serve/preview.hpp"
 #include "tools/serve/run_observers.hpp"
 #include "tools/serve/tally.hpp"

@@ -1,7 +1,8 @@
 // The baked model behind the pipeline's seam.
 #pragma once
 
-#include "tools/serve/pipeline.hpp"
+#include "adapters/wire/messages.hpp"
+#include "tools/serve/match_engine.hpp"
 
 #include <optional>
 #include <utility>

@@ -14,7 +14,6 @@ constexpr std::size_t outcome_slots = 64;
 constexpr std::size_t refusal_slots = 4096;
 constexpr auto longest_drain = 500ms;  // taking in after stop() what had arrived, from a sender that goes on
 constexpr auto drained = 10ms;         // nothing for so long: that was all
-constexpr std::size_t published_chances = 8, most_candidates = 64, most_branches = 64;
 constexpr auto patience = 100us;   // between looks for a free slot; only when a queue is full
 constexpr auto receive_timeout = 50ms;
 constexpr auto idle = 100ms;  // a bell that was missed costs at most this
@@ -34,46 +33,6 @@ std::uint32_t since_ns(std::chrono::steady_clock::time_point begin) noexcept {
   return short_ns((std::chrono::steady_clock::now() - begin) / 1ns);
 }
 
-WireStatus to_wire(Status status) noexcept {
-  switch (status) {
-    case Status::ok: return WireStatus::ok;
-    case Status::low_coverage: return WireStatus::low_coverage;
-    case Status::too_many_points: return WireStatus::too_many_points;
-    default: return WireStatus::empty_frame;  // the loop has no other status
-  }
-}
-
-WireVerdict verdict_of(WireStatus status) noexcept {
-  if (status == WireStatus::ok) return WireVerdict::matched;
-  if (status == WireStatus::low_coverage) return WireVerdict::low_coverage;
-  return fate_of(status) == Fate::rejected ? WireVerdict::refused : WireVerdict::unknown;
-}
-
-WireVerdict to_wire(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::matched: return WireVerdict::matched;
-    case Verdict::ambiguous: return WireVerdict::ambiguous;
-    case Verdict::no_simulation_fits: return WireVerdict::no_simulation_fits;
-    case Verdict::unknown: break;
-  }
-  return WireVerdict::unknown;
-}
-
-// The likeliest simulations, best first, in memory that is there.
-void rank(std::span<const float> probabilities, std::vector<SimulationChance>& chances) noexcept {
-  chances.clear();
-  for (std::uint32_t i = 0; i < probabilities.size(); ++i) {
-    const auto place = std::ranges::find_if(chances, [&](const SimulationChance& c) { return c.probability < probabilities[i]; });
-    if (chances.size() == published_chances) {
-      if (place == chances.end()) continue;
-      std::copy_backward(place, chances.end() - 1, chances.end());
-      *place = {i, probabilities[i]};
-    } else {
-      chances.insert(place, {i, probabilities[i]});
-    }
-  }
-}
-
 }  // namespace
 
 Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frames, ResultSink results)
@@ -86,7 +45,7 @@ Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frame
       refusals_(refusal_slots),
       decoder_(config_.limits) {
   for (FrameSlot& slot : frames_.slots()) slot.points.resize(config_.limits.max_points);
-  for (Outcome& outcome : outcomes_.slots()) reserve(outcome);
+  for (Outcome& outcome : outcomes_.slots()) reserve(outcome, config_.max_matches);
   config_.description.start_ns = wall_clock_ns();
   config_.description.max_points = config_.limits.max_points;
   config_.description.queue_slots = config_.queue_slots;
@@ -111,14 +70,6 @@ Counters Pipeline::counters() const noexcept {
   counters.recorded = counts.recorded;
   counters.unrecorded = counts.unrecorded;
   return counters;
-}
-
-void Pipeline::reserve(Outcome& outcome) const {
-  outcome.matches.reserve(config_.max_matches);
-  outcome.fit.candidates.reserve(most_candidates);
-  outcome.fit.estimate.reserve(most_candidates);
-  outcome.test.simulations.reserve(published_chances);
-  outcome.test.branches.reserve(most_branches);
 }
 
 void Pipeline::receive_frames() noexcept {
@@ -224,12 +175,9 @@ void Pipeline::match(FrameSlot& slot) noexcept {
 }
 
 void Pipeline::fill(Outcome& outcome, FrameSlot& slot) noexcept {
-  WireResult& result = outcome.result;
-  result = {};
-  outcome.matches.clear();
-  outcome.fit.candidates.clear();
-  outcome.test.frames = 0;
+  clear(outcome);
   if (slot.header.session != std::exchange(matched_session_, slot.header.session)) engine_.begin_test();
+  WireResult& result = outcome.result;
   result.session = slot.header.session;
   result.frame_id = slot.header.id;
   result.stamp_ns = slot.header.stamp_ns;
@@ -240,36 +188,7 @@ void Pipeline::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   if (slot.header.end_of_stream) return;
   const MatchResult match = engine_.match(
       {slot.header.id, slot.header.stamp_ns, std::span<const Point>(slot.points).first(slot.header.points)});
-  result.status = to_wire(match.status);
-  result.reference = match.reference;
-  result.coverage = match.coverage;
-  result.points = match.points;
-  result.elapsed_ns.match = match.elapsed_ns;
-  result.leading_coordinates = match.leading_coordinates;
-  result.verdict = to_wire(match.verdict);  // unknown: the status decides
-  outcome.matches.assign(match.matches.begin(), match.matches.end());
-  fill(outcome.fit, match.fit);
-  if (const TestState* test = engine_.track(match)) fill(outcome.test, *test);
-}
-
-void Pipeline::fill(WireFit& fit, const SurfaceFit& from) noexcept {
-  fit.residual = from.residual;
-  fit.estimate_residual = from.estimate_residual;
-  fit.misfit = from.misfit;
-  fit.spread = from.spread;
-  fit.candidates.assign(from.candidates.begin(), from.candidates.end());
-  fit.estimate.assign(from.estimate.begin(), from.estimate.end());
-}
-
-void Pipeline::fill(WireTestState& test, const TestState& from) noexcept {
-  test.frames = from.frames;
-  test.simulation = from.simulation;
-  test.sample = from.sample;
-  test.sample_probability = from.sample_probability;
-  test.misfit = from.misfit;
-  test.verdict = to_wire(from.verdict);
-  rank(from.simulation_probabilities, test.simulations);
-  test.branches.assign(from.branch_probabilities.begin(), from.branch_probabilities.end());
+  fill_outcome(outcome, match, engine_.track(match));
 }
 
 void Pipeline::publish_results() noexcept {
@@ -308,12 +227,7 @@ bool Pipeline::publish_refusals() noexcept {
 }
 
 void Pipeline::publish(const Outcome& outcome) noexcept {
-  published_ = outcome.result;
-  for (const Match& match : outcome.matches)
-    published_.matches.push_back({match.sample, std::string(engine_.simulation_name(match.sample.simulation)),
-                                  engine_.time_s(match.sample), match.distance});
-  if (!outcome.fit.candidates.empty()) published_.fit = outcome.fit;
-  if (outcome.test.frames > 0) published_.test = outcome.test;
+  compose(outcome, engine_, published_);
   send_published();
 }
 
@@ -324,7 +238,7 @@ void Pipeline::publish(const WireResult& refusal) noexcept {
 
 void Pipeline::send_published() noexcept {
   WireResult& result = published_;
-  if (result.verdict == WireVerdict::unknown) result.verdict = verdict_of(result.status);
+  complete_verdict(result);
   result.counters = counters();
   result.model_checksum = config_.description.model.checksum;
   result.sequence = sequence_++;

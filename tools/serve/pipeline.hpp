@@ -8,28 +8,15 @@
 #include "adapters/wire/spsc_ring.hpp"
 #include "adapters/wire/streams.hpp"
 #include "tools/serve/frame_log.hpp"
+#include "tools/serve/match_engine.hpp"
+#include "tools/serve/outcome.hpp"
 #include "tools/serve/run_observer.hpp"
 #include "tools/serve/shared_counters.hpp"
-
-#include <lbea/tracker.hpp>
 
 #include <atomic>
 #include <thread>
 
 namespace lbea {
-
-/// What the pipeline asks of the matcher; tests put faults here.
-class MatchEngine {
- public:
-  virtual ~MatchEngine() = default;
-  virtual MatchResult match(const Frame& frame) noexcept = 0;
-  /// What the test so far says, this frame included; null when nobody adds it up.
-  virtual const TestState* track(const MatchResult&) noexcept { return nullptr; }
-  /// The next frame comes from a sender that was started anew.
-  virtual void begin_test() noexcept {}
-  [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
-  [[nodiscard]] virtual double time_s(Sample sample) const noexcept = 0;
-};
 
 struct PipelineConfig {
   WireLimits limits;
@@ -58,14 +45,7 @@ class Pipeline {
     std::uint32_t decode_ns = 0;
     Clock::time_point queued;
   };
-  struct Outcome {
-    WireResult result;           // without matches
-    std::vector<Match> matches;  // max_matches reserved; the publisher names them
-    WireFit fit;                 // room for what the engine can find
-    WireTestState test;
-  };
 
-  void reserve(Outcome& outcome) const;
   // receiving thread
   void receive_frames() noexcept;
   void take(Message message, bool patient) noexcept;
@@ -76,8 +56,6 @@ class Pipeline {
   void match_frames() noexcept;
   void match(FrameSlot& slot) noexcept;
   void fill(Outcome& outcome, FrameSlot& slot) noexcept;
-  static void fill(WireFit& fit, const SurfaceFit& from) noexcept;
-  static void fill(WireTestState& test, const TestState& from) noexcept;
   // publishing thread
   void publish_results() noexcept;
   bool publish_waiting() noexcept;
