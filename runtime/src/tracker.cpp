@@ -1,3 +1,5 @@
+#include "runtime/src/evidence.hpp"
+
 #include <lbea/tracker.hpp>
 
 #include <algorithm>
@@ -78,12 +80,7 @@ void Tracker::State::predict() noexcept {
 
 // Samples that are no candidates are as likely as the worst of those that are: they may be just behind it.
 void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
-  const auto square = [](float v) { return double{v} * double{v}; };
-  const double best = square(evidence.front().distance), scale = best + square(config.noise);
-  constexpr double doubt = 1e-9;  // a single frame may lie: it never rules out what all before it said
-  const auto plausibility = [&](float distance) {
-    return std::max(std::exp(-double{config.sharpness} * (square(distance) - best) / scale), doubt);
-  };
+  const Plausibility plausibility(evidence, config);
   std::ranges::fill(likelihood, plausibility(evidence.back().distance));
   for (const Match& candidate : evidence) likelihood[model.sample_index(candidate.sample)] = plausibility(candidate.distance);
   double all = 0;

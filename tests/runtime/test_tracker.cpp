@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <random>
 #include <vector>
 
 using namespace lbea;
@@ -108,4 +109,44 @@ TEST_CASE("nonsense in the configuration is refused by name") {
   const Model model = Model::view(bytes.span());
   for (const TrackerConfig& config : {TrackerConfig{.sharpness = 0}, TrackerConfig{.noise = -1}, TrackerConfig{.persistence = 1}, TrackerConfig{.change = 1.5f}})
     CHECK_THROWS_AS(Tracker(model, config), Error);
+}
+
+TEST_CASE("the path after the test is the best of all paths: as brute force finds it, over a model small enough") {
+  const AlignedBytes bytes = bent_plates_model(ReferenceMode::impact, {.runs = 2, .steps = 3});
+  const Model model = Model::view(bytes.span());
+  const TrackerConfig config{.sharpness = 0.5f, .change = 0.1f};
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> residual(0.5f, 3);
+  for (int trial = 0; trial < 20; ++trial) {
+    std::vector<std::vector<Match>> evidence;
+    for (int frame = 0; frame < 4; ++frame) evidence.push_back(Evidence(model, [&](Sample) { return residual(random); }).candidates);
+    const auto path = likeliest_path(model, evidence, config);
+    REQUIRE(path.size() == evidence.size());
+    // Every pure path, one that stays in its simulation and never goes back, is no likelier.
+    const auto log_likelihood = [&](const std::vector<Sample>& samples) {
+      double sum = 0;
+      for (std::size_t f = 0; f < samples.size(); ++f) {
+        const double best = double{evidence[f][0].distance} * double{evidence[f][0].distance};
+        for (const Match& m : evidence[f])
+          if (m.sample == samples[f])
+            sum += std::max(-0.5 * (double{m.distance} * double{m.distance} - best) / (best + double{config.noise} * double{config.noise}), std::log(1e-9));
+        if (f == 0) continue;
+        const Sample a = samples[f - 1], b = samples[f];
+        const bool forward = a.simulation == b.simulation && b.time_step >= a.time_step;
+        const double within = forward ? std::log(1 - double{config.change}) + (b.time_step - a.time_step) * std::log(double{config.persistence}) + std::log(1 - double{config.persistence}) : -1e9;
+        const double change = b.time_step >= a.time_step ? std::log(double{config.change} / model.samples()) : -1e9;
+        sum += std::max(within, change);
+      }
+      return sum;
+    };
+    const double found = log_likelihood(path);
+    for (std::uint32_t simulation = 0; simulation < 2; ++simulation)
+      for (std::uint32_t a = 0; a < 3; ++a)
+        for (std::uint32_t b = a; b < 3; ++b)
+          for (std::uint32_t c = b; c < 3; ++c)
+            for (std::uint32_t d = c; d < 3; ++d)
+              CHECK(found >= log_likelihood({{simulation, a}, {simulation, b}, {simulation, c}, {simulation, d}}) - 1e-5);
+    for (std::size_t f = 1; f < path.size(); ++f) CHECK(path[f].time_step >= path[f - 1].time_step);
+  }
+  CHECK(likeliest_path(model, {}, config).empty());
 }

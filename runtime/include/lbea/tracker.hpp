@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace lbea {
 
@@ -52,5 +53,11 @@ class LBEA_API Tracker {
   struct LBEA_HIDDEN State;
   std::unique_ptr<State> state_;
 };
+
+/// After the test: the likeliest path of samples through all its frames, on the tracker's model (Viterbi). evidence: each
+/// frame's candidates, best first; empty for a frame that told nothing. One sample per frame. For offline use: allocates
+/// 4 bytes per frame and sample.
+[[nodiscard]] std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence,
+                                                 const TrackerConfig& config = {});
 
 }  // namespace lbea
