@@ -1,7 +1,8 @@
-# Debian packages, by `cpack` in a build folder (presets: package). Dependencies come from dpkg-shlibdeps.
+# Debian packages, by `cpack` in a build folder. Dependencies come from dpkg-shlibdeps.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_CONTACT "The lbea project <lbea@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -21,8 +22,8 @@ macro(lbea_package component package section summary)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
   set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${section})
-  list(JOIN ARGN "\n" sentences)
-  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${summary}\n${sentences}")
+  set(lines ${summary} ${ARGN})
+  list(JOIN lines "\n" CPACK_DEBIAN_${upper}_DESCRIPTION)
   install(FILES ${PROJECT_SOURCE_DIR}/cmake/debian/copyright
           DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${package} COMPONENT ${component})
 endmacro()

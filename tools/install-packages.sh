@@ -10,6 +10,8 @@ packages=(
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libcli11-dev libspdlog-dev                       # programs
   libnanoflann-dev libbenchmark-dev                # benchmark: a baseline, loops one by one
+  pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
+  help2man doxygen file debootstrap                # manual pages, reference, Debian packages and their test
   doctest-dev python3-vtk9                         # tests: the runner, an oracle for VTU
   python3 python3-numpy python3-matplotlib         # pictures of the demo
 )

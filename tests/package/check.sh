@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Builds the Debian packages from a build folder and looks into them.
+#   check.sh BUILD_DIR PACKAGES_DIR
+set -euo pipefail
+build=$1 packages=$2
+fail() { printf '%s\n' "$*" >&2; exit 1; }
+
+rm -rf "$packages"
+mkdir -p "$packages"
+(cd "$build" && cpack -G DEB -B "$packages") >"$packages/cpack.log" 2>&1 || { cat "$packages/cpack.log"; fail "cpack failed"; }
+rm -rf "$packages/_CPack_Packages"
+
+package() { find "$packages" -name "$1_*.deb"; }
+field() { dpkg-deb -f "$(package "$1")" "$2"; }
+contents() { dpkg-deb --fsys-tarfile "$(package "$1")" | tar -t; }
+holds() { # package, pattern...
+  local name=$1 list
+  shift
+  list=$(contents "$name")
+  for pattern in "$@"; do grep -qE "$pattern" <<<"$list" || fail "$name holds no $pattern:" "$list"; done
+}
+
+for name in liblbea0 liblbea-dev lbea-tools; do
+  [ -n "$(package $name)" ] || fail "no package $name was made"
+  holds $name "^./usr/share/doc/$name/copyright$"
+  [ "$(field $name Description | wc -l)" -ge 3 ] || fail "$name does not say what it is"
+  dpkg-deb --fsys-tarfile "$(package $name)" | tar -tv | awk '$2 != "root/root" {exit 1}' || fail "$name: files are not root's"
+  contents $name | grep -vE '^\./(usr/(bin|include|lib|share)(/|$)|usr/$|$)' && fail "$name puts files elsewhere"
+done
+dpkg-deb --fsys-tarfile "$(package liblbea0)" | tar -xO ./usr/share/doc/liblbea0/copyright | grep -q "No licence has been chosen" ||
+  fail "liblbea0 does not say that there is no licence"
+
+holds liblbea0 '/liblbea\.so\.0$' '/liblbea\.so\.0\.[0-9.]+$'
+contents liblbea0 | grep -E '/include/|/bin/|\.a$|\.so$' && fail "liblbea0 holds more than the library"
+needs=$(field liblbea0 Depends | tr ',' '\n' | sed 's/ *\([^ ]*\).*/\1/' | LC_ALL=C sort | tr '\n' ' ')
+[ "$needs" = "libc6 libgcc-s1 libstdc++6 " ] || fail "liblbea0 depends on $needs"
+dpkg-deb -I "$(package liblbea0)" shlibs | grep -q '^liblbea 0 liblbea0' || fail "liblbea0 has no shlibs: dependent packages could not name it"
+
+version=$(field liblbea0 Version)
+holds liblbea-dev '/include/lbea/lbea\.h$' '/include/lbea/lbea\.hpp$' '/include/lbea/wire/streams\.hpp$' '/liblbea\.so$' '/liblbea\.a$' \
+  '/liblbea_wire\.a$' '/lbea-config\.cmake$' '/pkgconfig/lbea\.pc$' '/pkgconfig/lbea-wire\.pc$' '/schema/frame\.fbs$'
+field liblbea-dev Depends | grep -qF "liblbea0 (= $version)" || fail "liblbea-dev does not ask for its own library"
+
+for program in bake serve send inspect eval; do holds lbea-tools "/usr/bin/lbea-$program$"; done
+field lbea-tools Depends | grep -q libzmq5 || fail "lbea-tools does not depend on libzmq5"
+if command -v help2man >/dev/null; then
+  for program in $(contents lbea-tools | sed -n 's|^./usr/bin/\(lbea-[a-z]*\)$|\1|p'); do holds lbea-tools "/man1/$program\.1\.gz$"; done
+else
+  echo "without manual pages: help2man is not installed"
+fi
+for deb in "$packages"/*.deb; do echo "$(basename "$deb"): $(stat -c %s "$deb") bytes"; done

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# What a new user does on a Debian with nothing on it: first_steps.sh FOLDER_OF_PACKAGES
+set -euo pipefail
+packages=$1
+step() { printf '\n== %s\n' "$*"; }
+install() { apt-get install -y -qq --no-install-recommends "$@" >/dev/null; }
+wait_for() { for _ in $(seq 200); do grep -q "$1" "$2" 2>/dev/null && return; sleep 0.05; done; cat "$2"; return 1; }
+
+step "the library alone: needs no more than the system has"
+apt-get update -qq
+before=$(dpkg-query -f '${Package}\n' -W | wc -l)
+install "$packages"/liblbea0_*.deb
+after=$(dpkg-query -f '${Package}\n' -W | wc -l)
+echo "liblbea0 brought $((after - before - 1)) other packages"
+
+step "the programs"
+install "$packages"/lbea-tools_*.deb
+for program in /usr/bin/lbea-*; do "$program" --version; done
+! ldd /usr/bin/lbea-* | grep 'not found'
+
+step "bake, film, serve, send, evaluate"
+lbea-bake rail-demo/ensemble.toml -o rail.lbea
+lbea-inspect rail.lbea | head -n 5
+lbea-sense rail-demo/experiment/run_043 --sensor rail-demo/sensor.json --out frames
+lbea-serve rail.lbea --frames ipc:///tmp/frames --results ipc:///tmp/results --pose rail-demo/sensor.json >tally 2>serve.log &
+server=$!
+wait_for ready serve.log
+lbea-eval live rail.lbea --results ipc:///tmp/results --out evaluation >table 2>eval.log &
+evaluation=$!
+wait_for ready eval.log
+lbea-send frames --to ipc:///tmp/frames --rate 20
+wait "$evaluation"
+head -n 5 table
+kill -INT "$server"
+wait "$server"
+tail -n 1 tally
+grep -q 'matched 21' tally
+
+step "link it: C and C++, one line each"
+install "$packages"/liblbea-dev_*.deb gcc g++ libc6-dev pkg-config libzmq3-dev
+cc examples/match.c $(pkg-config --cflags --libs lbea) -o match_c
+c++ -std=c++20 examples/match.cpp $(pkg-config --cflags --libs lbea) -o match_cpp
+c++ -std=c++20 examples/publish.cpp $(pkg-config --cflags --libs lbea-wire) -o publish
+printf '0 0 0\n' | ./match_c rail.lbea || true
+! ldd match_c match_cpp publish | grep 'not found'
+
+if compgen -G "$packages/python3-lbea_*.deb" >/dev/null; then
+  step "Python"
+  install "$packages"/python3-lbea_*.deb
+  python3 -c '
+import lbea, lbea_client
+model = lbea.Model("rail.lbea")
+result = lbea.Matcher(model).match(model.node_positions(5))
+assert result.status == "ok" and result.matches[0].sample == 5, result
+print(model, result.matches[0])'
+fi
+
+step "and away again"
+apt-get purge -y -qq '*lbea*' >/dev/null
+[ -z "$(find /usr -name '*lbea*')" ]
+echo "all steps done"

@@ -1,0 +1,175 @@
+"""The matcher from Python: test_bindings.py MODEL (of bending plates), SENSOR_MODEL (baked with views) in the environment."""
+import gc
+import os
+import sys
+import threading
+import time
+import unittest
+
+import numpy
+
+import lbea
+
+PLATES, DEMO = os.environ["LBEA_PLATES"], os.environ["LBEA_DEMO"]
+
+
+class ModelTest(unittest.TestCase):
+    def setUp(self):
+        self.model = lbea.Model(PLATES)
+
+    def test_tells_what_it_holds(self):
+        m = self.model
+        self.assertEqual((m.nodes, m.elements, m.vertices, m.modes, m.references, m.length_unit), (200, 171, 200, 20, 1, "mm"))
+        self.assertEqual(m.simulations, [f"plate_{i}" for i in range(4)])
+        self.assertEqual(m.samples.tolist(), [[run, step] for run in range(4) for step in range(6)])
+        self.assertEqual(m.sample_times_s.shape, (24,))
+        self.assertAlmostEqual(m.parameters(2)["final_angle [rad]"], 0.8 + 0.37 * 2)
+        self.assertEqual(m.element_nodes.shape, (171, 4))
+        self.assertLess(m.element_nodes.max(), m.nodes)
+        self.assertTrue((numpy.diff(m.eigenvalues()) >= 0).all())
+        for field in m.fields:
+            self.assertIn(m.field_values(field, 23).size, (m.nodes, m.elements))
+
+    def test_arrays_are_views_that_cannot_be_written_and_keep_the_model(self):
+        positions, again = self.model.node_positions(23), self.model.node_positions(23)
+        self.assertEqual((positions.shape, positions.dtype), ((200, 3), numpy.float32))
+        self.assertTrue(numpy.shares_memory(positions, again))
+        with self.assertRaises(ValueError):
+            positions[0, 0] = 1
+        before = positions.copy()
+        del again, self.model
+        gc.collect()
+        self.assertTrue((positions == before).all())
+
+    def test_what_is_not_there_is_refused(self):
+        with self.assertRaises(IndexError):
+            self.model.node_positions(24)
+        with self.assertRaises(IndexError):
+            self.model.parameters(4)
+        with self.assertRaises(KeyError):
+            self.model.field_values("no such field", 0)
+        for file, status in (("/no/such.lbea", "file_not_found"), (__file__, "not_a_model")):
+            with self.assertRaises(lbea.Error) as caught:
+                lbea.Model(file)
+            self.assertEqual(caught.exception.status, status)
+            self.assertIn(file, str(caught.exception))
+
+
+class MatcherTest(unittest.TestCase):
+    def setUp(self):
+        self.model = lbea.Model(PLATES)
+
+    def test_a_sample_finds_itself(self):
+        for method in ("lbea", "vtp"):
+            matcher = lbea.Matcher(self.model, method, max_matches=3)
+            for sample in (5, 11, 17, 23):
+                result = matcher.match(self.model.node_positions(sample), id=sample, stamp_ns=-7)
+                self.assertEqual((result.status, result.frame_id, result.stamp_ns, result.verdict), ("ok", sample, -7, "unknown"))
+                best = result.matches[0]
+                self.assertEqual((best.sample, best.simulation, best.time_step), (sample, sample // 6, sample % 6))
+                self.assertEqual(best.simulation_name, f"plate_{sample // 6}")
+                self.assertEqual(best.time_s, self.model.sample_times_s[sample])
+                self.assertEqual(len(result.matches), 3)
+                self.assertEqual((result.points["used"], result.coefficients.shape), (200, (20, 3)))
+
+    def test_results_outlive_the_next_match(self):
+        matcher = lbea.Matcher(self.model)
+        first = matcher.match(self.model.node_positions(5))
+        coefficients = first.coefficients.copy()
+        matcher.match(self.model.node_positions(23))
+        self.assertTrue((first.coefficients == coefficients).all())
+        self.assertEqual(first.matches[0].sample, 5)
+
+    def test_pose_is_applied(self):
+        angle, shift = 0.3, numpy.array([10.0, -20.0, 5.0])
+        rotation = numpy.array([[numpy.cos(angle), -numpy.sin(angle), 0], [numpy.sin(angle), numpy.cos(angle), 0], [0, 0, 1]])
+        seen = ((self.model.node_positions(17) - shift) @ rotation).astype(numpy.float32)
+        pose = numpy.eye(4)
+        pose[:3, :3], pose[:3, 3] = rotation, shift
+        for T in (pose, pose[:3]):
+            self.assertEqual(lbea.Matcher(self.model, T_reference_sensor=T).match(seen).matches[0].sample, 17)
+
+    def test_arrays_that_would_have_to_be_copied_are_refused(self):
+        matcher = lbea.Matcher(self.model)
+        good = self.model.node_positions(9)
+        for bad in (good.astype(float), numpy.asfortranarray(good), good[:, ::-1], good.tolist(), None):
+            with self.assertRaises(TypeError):
+                matcher.match(bad)
+        for bad in (good.reshape(-1), good.reshape(100, 6), good.reshape(2, 100, 3)):
+            with self.assertRaises(ValueError):
+                matcher.match(bad)
+        self.assertEqual(matcher.match(good[:0]).status, "empty_frame")
+        self.assertEqual(matcher.match(good[50:]).points["received"], 150)
+        self.assertEqual(matcher.match(numpy.full((3, 3), numpy.nan, numpy.float32)).points["invalid"], 3)
+
+    def test_settings_are_checked(self):
+        for settings, error in (({"max_points": 0}, lbea.Error), ({"method": "fit"}, lbea.Error), ({"method": "icp"}, ValueError),
+                                ({"max_poinst": 5}, TypeError), ({"T_reference_sensor": numpy.eye(3)}, ValueError),
+                                ({"T_reference_sensor": 2 * numpy.eye(4)}, lbea.Error), ({"max_points": -1}, RuntimeError)):
+            with self.assertRaises(error, msg=str(settings)):
+                lbea.Matcher(self.model, **settings)
+        self.assertEqual(lbea.Matcher(self.model, max_points=199).match(self.model.node_positions(0)).status, "too_many_points")
+
+    def test_fit_tells_its_candidates(self):
+        model = lbea.Model(DEMO)
+        matcher = lbea.Matcher(model, "fit")
+        result = matcher.match(model.node_positions(len(model.samples) - 1))
+        self.assertGreater(len(result.candidates), 1)
+        self.assertEqual(result.candidates[0].distance, result.residual)
+        self.assertAlmostEqual(sum(share.weight for share in result.estimate), 1, places=4)
+        self.assertGreater(result.elapsed_ns["fit"], 0)
+
+
+class ThreadTest(unittest.TestCase):
+    def test_matching_lets_other_threads_run(self):
+        """A thread that never gives the lock away by itself would hold it for the whole, long interval."""
+        model = lbea.Model(PLATES)
+        points, stop, matched = model.node_positions(9), threading.Event(), [0]
+
+        def match():
+            matcher = lbea.Matcher(model)
+            while not stop.is_set():
+                matcher.match(points)
+                matched[0] += 1
+
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(60)
+        try:
+            worker = threading.Thread(target=match)
+            begin = time.monotonic()
+            worker.start()
+            turns = 0
+            while matched[0] < 1000 and time.monotonic() - begin < 60:
+                turns += 1
+                time.sleep(0)
+            stop.set()
+            worker.join()
+        finally:
+            sys.setswitchinterval(interval)
+        self.assertGreater(turns, 10)
+        self.assertLess(time.monotonic() - begin, 50)
+
+    def test_one_matcher_refuses_two_threads(self):
+        model = lbea.Model(PLATES)
+        cloud = numpy.ascontiguousarray(numpy.tile(model.node_positions(9), (2000, 1)))
+        matcher, outcomes = lbea.Matcher(model, max_points=len(cloud)), []
+
+        def match():
+            for _ in range(20):
+                try:
+                    outcomes.append(matcher.match(cloud).matches[0].sample)
+                except RuntimeError as error:
+                    outcomes.append("one per thread" in str(error))
+
+        threads = [threading.Thread(target=match) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(len(outcomes), 80)
+        self.assertTrue(set(outcomes) <= {9, True}, set(outcomes))
+        self.assertIn(9, outcomes)
+
+
+if __name__ == "__main__":
+    unittest.main()

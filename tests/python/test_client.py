@@ -1,0 +1,146 @@
+"""The wire in plain Python, against a real lbea-serve and lbea-send: programs, model and clouds come in the environment."""
+import os
+import random
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+import numpy
+
+import lbea_client
+
+SERVE, SEND, MODEL = os.environ["LBEA_SERVE"], os.environ["LBEA_SEND"], os.environ["LBEA_DEMO"]
+CORPUS = Path(os.environ["LBEA_FUZZ_CORPUS"])
+
+
+class MessageTest(unittest.TestCase):
+    def test_frames_come_back_as_they_went(self):
+        for count in (0, 1, 2, 5000):
+            points = numpy.random.default_rng(count).normal(size=(count, 3)).astype(numpy.float32)
+            frame = lbea_client.decode_frame(lbea_client.encode_frame(points, 1_234_567_890_123, 7, 2**64 - 1, "left"))
+            self.assertEqual((frame.session, frame.id, frame.stamp_ns, frame.frame_id), (2**64 - 1, 7, 1_234_567_890_123, "left"))
+            self.assertFalse(frame.end_of_stream)
+            self.assertTrue((frame.points == points).all() and frame.points.shape == (count, 3))
+        end = lbea_client.decode_frame(lbea_client.encode_end_of_stream(9, 5))
+        self.assertEqual((end.end_of_stream, end.id, end.session), (True, 9, 5))
+
+    def test_what_cannot_be_sent_is_refused(self):
+        for points in (numpy.zeros(3), numpy.zeros((2, 2)), [[["x"]]]):
+            with self.assertRaises(ValueError):
+                lbea_client.encode_frame(points, 0, 0, 0)
+        for stamp in (-1, 2**32 * 10**9):
+            with self.assertRaises(ValueError):
+                lbea_client.encode_frame(numpy.zeros((1, 3)), stamp, 0, 0)
+
+    def test_any_stride_and_further_fields(self):
+        frame = lbea_client.decode_frame((CORPUS / "frame/odd_stride_extra_field_pose.bin").read_bytes())
+        self.assertEqual(frame.points.shape[1], 3)
+        self.assertGreater(len(frame.points), 0)
+        nine = lbea_client.decode_frame((CORPUS / "frame/nine_points.bin").read_bytes())
+        self.assertEqual(nine.points.shape, (9, 3))
+
+    def test_damaged_messages_raise_one_exception_only(self):
+        dice = random.Random(1)
+        seeds = [(path.read_bytes(), decode) for folder, decode in (("frame", lbea_client.decode_frame), ("result", lbea_client.decode_result))
+                 for path in sorted((CORPUS / folder).iterdir())]
+        refused = 0
+        for seed, decode in seeds:
+            for _ in range(300):
+                message = bytearray(seed)
+                for _ in range(dice.randint(1, 8)):
+                    if message:
+                        message[dice.randrange(len(message))] = dice.choice((0, 1, 0x7F, 0xFF, dice.randrange(256)))
+                message = bytes(message[:dice.randint(0, len(message))] if dice.random() < 0.3 else message)
+                try:
+                    decode(message)
+                except lbea_client.DamagedMessage:
+                    refused += 1
+        self.assertGreater(refused, 100)
+
+
+class LiveTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.frames, self.results = (f"ipc://{self.folder.name}/{name}" for name in ("frames", "results"))
+
+    def start(self, *command):
+        log = open(os.path.join(self.folder.name, "log"), "w+")
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
+        self.addCleanup(log.close)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(lambda: process.poll() is None and (process.kill(), process.wait()))
+        return process, log
+
+    def serve(self):
+        server, log = self.start(SERVE, MODEL, "--frames", self.frames, "--results", self.results)
+        deadline = time.monotonic() + 30
+        while "ready" not in Path(log.name).read_text():
+            self.assertLess(time.monotonic(), deadline, Path(log.name).read_text())
+            time.sleep(0.01)
+        return server
+
+    def test_sends_to_the_matcher_and_reads_its_results(self):
+        lbea = __import__("lbea")
+        model, server = lbea.Model(MODEL), self.serve()
+        with lbea_client.Results(self.results, timeout_s=30) as results, lbea_client.FrameSender(self.frames) as sender:
+            while results.state is None:
+                results.receive(0.1)
+            self.assertEqual(results.state.model.samples, len(model.samples))
+            self.assertEqual(results.state.model.simulations, model.simulations)
+            self.assertEqual(results.state.model.checksum, model.checksum)
+            chosen = [len(model.samples) // 3, len(model.samples) // 2, len(model.samples) - 1]
+            for sample in chosen:
+                self.assertTrue(sender.send(model.node_positions(sample), stamp_ns=1_000_000 + sample, timeout_s=5))
+            for expected_id, (sample, result) in enumerate(zip(chosen, results)):
+                self.assertEqual((result.frame_id, result.stamp_ns), (expected_id, 1_000_000 + sample))
+                self.assertIn(result.status, ("ok", "low_coverage"))
+                best = result.matches[0]
+                self.assertEqual([best.simulation, best.time_step], model.samples[sample].tolist())
+                self.assertEqual(best.simulation_name, model.simulations[best.simulation])
+                self.assertEqual(result.points.received, model.nodes)
+                self.assertEqual(result.session, sender.session)
+                self.assertIn(result.counters.received, range(expected_id + 1, 4))
+            self.assertEqual((results.lost, results.damaged, sender.sent, sender.refused), (0, 0, 3, 0))
+            sender.send(numpy.zeros((0, 3)), timeout_s=5)
+            refused = results.receive(30)
+            self.assertEqual((refused.status, refused.matches), ("empty_frame", []))
+        server.send_signal(signal.SIGINT)
+        self.assertEqual(server.wait(30), 0)
+        self.assertIn("received 4", server.stdout.read())
+
+    def test_receives_what_lbea_send_sends(self):
+        clouds = []
+        for i in range(3):
+            points = numpy.random.default_rng(i).uniform(-100, 100, (10 + i, 3)).round(3).astype(numpy.float32)
+            numpy.savetxt(os.path.join(self.folder.name, f"cloud_{i}.xyz"), points, fmt="%.9g")
+            clouds.append(points)
+        with lbea_client.FrameReceiver(self.frames, timeout_s=30) as receiver:
+            with self.assertRaises(FileExistsError):
+                lbea_client.FrameReceiver(self.frames)
+            sender, _ = self.start(SEND, *(os.path.join(self.folder.name, f"cloud_{i}.xyz") for i in range(3)), "--to", self.frames,
+                                   "--end-of-stream")
+            received = list(receiver)
+            self.assertEqual(sender.wait(30), 0)
+        self.assertEqual([frame.id for frame in received], [0, 1, 2])
+        for frame, points in zip(received, clouds):
+            numpy.testing.assert_array_equal(frame.points, points)
+
+    def test_nobody_there_is_said_at_once(self):
+        with self.assertRaises(TimeoutError):
+            lbea_client.FrameSender(self.frames, wait_s=0.1)
+        with lbea_client.Results(self.results) as results:
+            self.assertIsNone(results.receive(0.1))
+        with self.assertRaises(ValueError):
+            lbea_client.FrameReceiver("tcp://0.0.0.0:5555")
+        Path(self.folder.name, "frames").write_text("mine")
+        with self.assertRaises(FileExistsError):
+            lbea_client.FrameReceiver(self.frames)
+        self.assertEqual(Path(self.folder.name, "frames").read_text(), "mine")
+
+
+if __name__ == "__main__":
+    unittest.main()

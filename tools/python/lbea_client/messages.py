@@ -1,0 +1,174 @@
+"""Messages to objects and back. What a message holds is said by its schema, adapters/wire/schema."""
+import re
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import flatbuffers
+import numpy
+
+from ._schema import Frame as frame_schema
+from ._schema import NumericType, PackedElementField, PointCloud, Result, State, Verdict, WireStatus
+from ._schema import Time as time_schema
+
+most_result_bytes = 1 << 22  # of a result or state: a larger one is nobody's
+
+
+class DamagedMessage(ValueError):
+    """The message is not what its socket should carry."""
+
+
+@dataclass
+class Frame:
+    """One captured cloud. points: n x 3 float32, sensor coordinates, not writable; stamp_ns: the sender's clock."""
+
+    session: int
+    id: int
+    stamp_ns: int
+    points: numpy.ndarray
+    frame_id: str = "sensor"
+    end_of_stream: bool = False
+
+
+def names_of(enumeration):
+    return {value: name for name, value in vars(enumeration).items() if not name.startswith("_")}
+
+
+ENUMERATIONS = {"status": names_of(WireStatus.WireStatus), "verdict": names_of(Verdict.Verdict)}
+
+
+def snake_case(name):
+    return re.sub(r"(?<=[a-z0-9])([A-Z])", lambda capital: "_" + capital[1].lower(), name)
+
+
+def plain(value):
+    """flatc's objects as plain ones: snake_case attributes, str for text, names for enumerations."""
+    if isinstance(value, bytes):
+        return value.decode()
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if not hasattr(value, "__dict__"):
+        return value
+    found = SimpleNamespace()
+    for name, item in vars(value).items():
+        name = snake_case(name)
+        names = ENUMERATIONS.get(name)
+        setattr(found, name, names.get(item, f"unknown_{name}") if names else plain(item))
+    return found
+
+
+def identifier(message):
+    return bytes(message[4:8])
+
+
+def decode_result(message):
+    """A result or a state as an object with the schema's fields; `kind` says which.
+
+    Fields of tables that were not sent are None, lists empty. Raises DamagedMessage.
+    """
+    kinds = {b"LBRE": ("result", Result.Result, Result.ResultT), b"LBST": ("state", State.State, State.StateT)}
+    try:
+        if len(message) > most_result_bytes:
+            raise ValueError("too large")
+        kind, table, unpacked = kinds[identifier(message)]
+        found = plain(unpacked.InitFromObj(table.GetRootAs(message)))
+    except Exception as error:  # whatever a damaged message makes of generated code
+        raise DamagedMessage(f"not a result or state: {error!r}") from error
+    found.kind = kind
+    if kind == "result":
+        found.matches = found.matches or []
+    return found
+
+
+def decode_frame(message):
+    """A Frame whose points lie in the message itself where its layout allows it. Raises DamagedMessage."""
+    try:
+        if identifier(message) != b"LBFR":
+            raise ValueError(f"identifier {identifier(message)!r}")
+        frame = frame_schema.Frame.GetRootAs(message)
+        if frame.EndOfStream():
+            return Frame(frame.Session(), frame.Id(), 0, numpy.empty((0, 3), numpy.float32), "", True)
+        cloud = PointCloud.PointCloud.GetRootAs(frame.CloudAsNumpy().tobytes())
+        return Frame(frame.Session(), frame.Id(), stamp_of(cloud), points_of(cloud), (cloud.FrameId() or b"").decode())
+    except Exception as error:
+        raise DamagedMessage(f"not a frame: {error!r}") from error
+
+
+def stamp_of(cloud):
+    return cloud.Timestamp().Sec() * 1_000_000_000 + cloud.Timestamp().Nsec()
+
+
+def points_of(cloud):
+    """x, y and z at any offset within the stride; other fields are passed over."""
+    stride, data = cloud.PointStride(), cloud.DataAsNumpy()
+    if cloud.DataIsNone():
+        return numpy.empty((0, 3), numpy.float32)
+    offsets = {}
+    for i in range(min(cloud.FieldsLength(), 64)):
+        field = cloud.Fields(i)
+        if field.Type() == NumericType.NumericType.FLOAT32:
+            offsets[field.Name()] = field.Offset()
+    places = [offsets[axis] for axis in (b"x", b"y", b"z")]
+    if len(data) % stride or max(places) + 4 > stride:
+        raise ValueError("fields reach beyond the stride, or the data ends within a point")
+    rows = numpy.ndarray((len(data) // stride,), numpy.dtype({"names": list("xyz"), "formats": ["<f4"] * 3, "offsets": places,
+                                                              "itemsize": stride}), data)
+    if places == [0, 4, 8] and stride == 12:
+        return rows.view("<f4").reshape(-1, 3)
+    return numpy.stack([rows[axis] for axis in "xyz"], axis=1)
+
+
+def encode_frame(points, stamp_ns, id, session, frame_id="sensor"):
+    """points: n x 3 numbers. stamp_ns: capture time since 1970."""
+    points = numpy.ascontiguousarray(points, "<f4")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"points have shape {points.shape}; give n x 3")
+    cloud = encode_cloud(points, stamp_ns, frame_id)
+    builder = flatbuffers.Builder(len(cloud) + 256)
+    nested = builder.CreateNumpyVector(numpy.frombuffer(cloud, numpy.uint8))
+    frame_schema.FrameStart(builder)
+    frame_schema.FrameAddSession(builder, session)
+    frame_schema.FrameAddId(builder, id)
+    frame_schema.FrameAddCloud(builder, nested)
+    builder.Finish(frame_schema.FrameEnd(builder), b"LBFR")
+    return bytes(builder.Output())
+
+
+def encode_cloud(points, stamp_ns, frame_id):
+    seconds, nanoseconds = divmod(int(stamp_ns), 1_000_000_000)
+    if not 0 <= seconds < 1 << 32:
+        raise ValueError(f"stamp_ns {stamp_ns} is not between 1970 and 2106")
+    builder = flatbuffers.Builder(points.nbytes + 512)
+    data = builder.CreateNumpyVector(points.reshape(-1).view(numpy.uint8))
+    name = builder.CreateString(frame_id)
+    fields = [encode_field(builder, axis, 4 * i) for i, axis in enumerate("xyz")]
+    PointCloud.PointCloudStartFieldsVector(builder, 3)
+    for field in reversed(fields):
+        builder.PrependUOffsetTRelative(field)
+    fields = builder.EndVector()
+    PointCloud.PointCloudStart(builder)
+    PointCloud.PointCloudAddFrameId(builder, name)
+    PointCloud.PointCloudAddPointStride(builder, 12)
+    PointCloud.PointCloudAddFields(builder, fields)
+    PointCloud.PointCloudAddData(builder, data)
+    PointCloud.PointCloudAddTimestamp(builder, time_schema.CreateTime(builder, seconds, nanoseconds))
+    builder.Finish(PointCloud.PointCloudEnd(builder))
+    return builder.Output()
+
+
+def encode_field(builder, name, offset):
+    name = builder.CreateString(name)
+    PackedElementField.PackedElementFieldStart(builder)
+    PackedElementField.PackedElementFieldAddName(builder, name)
+    PackedElementField.PackedElementFieldAddOffset(builder, offset)
+    PackedElementField.PackedElementFieldAddType(builder, NumericType.NumericType.FLOAT32)
+    return PackedElementField.PackedElementFieldEnd(builder)
+
+
+def encode_end_of_stream(next_id, session):
+    builder = flatbuffers.Builder(64)
+    frame_schema.FrameStart(builder)
+    frame_schema.FrameAddSession(builder, session)
+    frame_schema.FrameAddId(builder, next_id)
+    frame_schema.FrameAddEndOfStream(builder, True)
+    builder.Finish(frame_schema.FrameEnd(builder), b"LBFR")
+    return bytes(builder.Output())

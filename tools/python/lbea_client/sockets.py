@@ -1,0 +1,163 @@
+"""The wire's sockets. Not for several threads at a time."""
+import fcntl
+import os
+import secrets
+import stat
+import time
+
+import zmq
+
+from .messages import DamagedMessage, decode_frame, decode_result, encode_end_of_stream, encode_frame, most_result_bytes
+
+most_frame_bytes = 1 << 28
+
+
+def make_socket(kind, high_water_mark, most_bytes, linger_ms=0):
+    socket = zmq.Context.instance().socket(kind)
+    socket.set_hwm(high_water_mark)
+    socket.setsockopt(zmq.LINGER, linger_ms)
+    socket.setsockopt(zmq.MAXMSGSIZE, most_bytes)
+    socket.setsockopt(zmq.IMMEDIATE, 1)
+    for option, milliseconds in ((zmq.HEARTBEAT_IVL, 1000), (zmq.HEARTBEAT_TIMEOUT, 5000), (zmq.HANDSHAKE_IVL, 5000)):
+        socket.setsockopt(option, milliseconds)
+    return socket
+
+
+class Closing:
+    """Sockets are closed at the end of a with block, or by close()."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self.socket.close()
+
+
+class Results(Closing):
+    """Subscribes to the results of a running lbea-serve: iterate over it, or call receive().
+
+    state: the latest state message, which says what model and method the results are of; None before the first.
+    lost: messages this subscriber was too slow for. damaged: messages that could not be read.
+    """
+
+    def __init__(self, endpoint, timeout_s=None):
+        """timeout_s: iteration ends when nothing came for so long; None: never."""
+        self.timeout_s, self.state, self.lost, self.damaged = timeout_s, None, 0, 0
+        self._next_sequence = None
+        self.socket = make_socket(zmq.SUB, 10_000, most_result_bytes)
+        self.socket.setsockopt(zmq.SUBSCRIBE, b"")
+        self.socket.connect(endpoint)
+
+    def receive(self, timeout_s=None):
+        """The next result; None when none came within timeout_s seconds (None: waits for ever)."""
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        while True:
+            wait_ms = None if deadline is None else max(0, round(1000 * (deadline - time.monotonic())))
+            if not self.socket.poll(wait_ms):
+                return None
+            message = self._decode(self.socket.recv())
+            if message is not None and message.kind == "result":
+                return message
+            if message is not None:
+                self.state = message
+
+    def _decode(self, raw):
+        try:
+            message = decode_result(raw)
+        except DamagedMessage:
+            self.damaged += 1
+            return None
+        if self._next_sequence is not None and message.sequence > self._next_sequence:
+            self.lost += message.sequence - self._next_sequence
+        self._next_sequence = message.sequence + 1
+        return message
+
+    def __iter__(self):
+        while (result := self.receive(self.timeout_s)) is not None:
+            yield result
+
+
+class FrameSender(Closing):
+    """Sends clouds to a running lbea-serve, as a camera does. sent, refused: what became of them here."""
+
+    def __init__(self, endpoint, wait_s=5):
+        """Waits up to wait_s seconds for the receiver; raises TimeoutError when there is none."""
+        self.session, self.next_id, self.sent, self.refused = secrets.randbits(64), 0, 0, 0
+        self.socket = make_socket(zmq.PUSH, 16, most_frame_bytes, linger_ms=5000)
+        self.socket.connect(endpoint)
+        if not self.socket.poll(1000 * wait_s, zmq.POLLOUT):
+            self.socket.close(linger=0)
+            raise TimeoutError(f"{endpoint}: nobody takes frames there; start lbea-serve")
+
+    def send(self, points, stamp_ns=None, timeout_s=0):
+        """points: n x 3. stamp_ns: now unless given. False, and counted, when the receiver has no room."""
+        message = encode_frame(points, time.time_ns() if stamp_ns is None else stamp_ns, self.next_id, self.session)
+        self.next_id += 1  # also for a frame that cannot be sent: a gap tells the receiver
+        return self._push(message, timeout_s)
+
+    def end(self):
+        """Says that the test is over."""
+        self.socket.send(encode_end_of_stream(self.next_id, self.session))
+
+    def _push(self, message, timeout_s):
+        if self.socket.poll(1000 * timeout_s, zmq.POLLOUT):
+            self.socket.send(message, copy=False)
+            self.sent += 1
+            return True
+        self.refused += 1
+        return False
+
+
+class FrameReceiver(Closing):
+    """Takes frames in lbea-serve's place: a second receiver beside it would take every other frame, so an ipc endpoint is
+    locked the same way. Iterate over it, or call receive()."""
+
+    def __init__(self, endpoint, timeout_s=None):
+        self.timeout_s, self.damaged = timeout_s, 0
+        self._lock = lock(endpoint)
+        self.socket = make_socket(zmq.PULL, 16, most_frame_bytes)
+        self.socket.bind(endpoint)
+
+    def receive(self, timeout_s=None):
+        """The next Frame, also the one that ends a stream; None when none came in time."""
+        while self.socket.poll(None if timeout_s is None else 1000 * timeout_s):
+            try:
+                return decode_frame(self.socket.recv())
+            except DamagedMessage:
+                self.damaged += 1
+        return None
+
+    def __iter__(self):
+        while (frame := self.receive(self.timeout_s)) is not None and not frame.end_of_stream:
+            yield frame
+
+    def close(self):
+        super().close()
+        if self._lock:
+            name, descriptor = self._lock
+            os.unlink(name)
+            os.close(descriptor)
+            self._lock = None
+
+
+def lock(endpoint):
+    """ZeroMQ lets a second process take over an ipc path without a word: a lock file beside it does not."""
+    if not endpoint.startswith("ipc://"):
+        if not endpoint.startswith(("tcp://127.", "inproc://")):
+            raise ValueError(f"{endpoint}: without authentication only this machine may connect; use tcp://127.0.0.1:PORT")
+        return None
+    path = endpoint[len("ipc://"):]
+    descriptor = os.open(path + ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise FileExistsError(f"{endpoint} is in use by another process; stop that one or choose another path") from None
+    if os.path.lexists(path) and not stat.S_ISSOCK(os.lstat(path).st_mode):
+        os.unlink(path + ".lock")
+        os.close(descriptor)
+        raise FileExistsError(f"{endpoint}: {path} exists and is not a socket; choose another path")
+    return path + ".lock", descriptor
