@@ -11,7 +11,7 @@
 
 namespace lbea {
 
-enum class MessageKind : std::uint8_t { unknown, frame, result, state };
+enum class MessageKind : std::uint8_t { unknown, frame, result, state, control };
 /// By the file identifier alone; the decoders check the rest.
 [[nodiscard]] MessageKind message_kind(std::span<const std::byte> message) noexcept;
 
@@ -77,6 +77,7 @@ class Encoder {
   std::span<const std::byte> end_of_stream(std::uint64_t session, std::uint64_t next_id);
   std::span<const std::byte> result(const WireResult& result);
   std::span<const std::byte> state(const WireState& state);
+  std::span<const std::byte> control(const Control& control);
 
  private:
   struct Buffers;
@@ -92,5 +93,6 @@ void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t 
 /// ok, or why the message is refused (then `into` is unspecified).
 [[nodiscard]] WireStatus decode_result(std::span<const std::byte> message, WireResult& into);
 [[nodiscard]] WireStatus decode_state(std::span<const std::byte> message, WireState& into);
+[[nodiscard]] WireStatus decode_control(std::span<const std::byte> message, Control& into);
 
 }  // namespace lbea

@@ -1,6 +1,8 @@
 // Where sockets may live. Set-up only: everything here throws Error with the endpoint in the sentence.
 #pragma once
 
+#include "adapters/wire/keys.hpp"
+
 #include <filesystem>
 #include <string>
 
@@ -16,9 +18,10 @@ struct Endpoint {
 
 /// Throws Error{bad_config} for anything that is not ipc://PATH, tcp://HOST:PORT or inproc://NAME.
 [[nodiscard]] Endpoint parse_endpoint(const std::string& address);
-/// The same for an endpoint to bind. Anyone who reaches a socket is believed, so only this machine may:
-/// throws Error{bad_config} for a tcp host that is not 127.x.y.z or localhost.
-[[nodiscard]] Endpoint parse_bind_endpoint(const std::string& address);
+/// The same for an endpoint to bind. Without keys anyone who reaches a socket is believed, so only this machine
+/// may: throws Error{bad_config} for a tcp host that is not 127.x.y.z or localhost, unless `access` has keys and
+/// says who is allowed.
+[[nodiscard]] Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& access = {});
 
 /// Holds PATH.lock of an ipc endpoint. A second process that binds the same path would otherwise take the
 /// traffic away without an error on either side.

@@ -7,7 +7,6 @@ namespace lbea {
 
 namespace {
 
-constexpr int frame_high_water_mark = 16;               // at 62,000 points 12 MB per side
 constexpr std::int64_t largest_control_message = 1024;  // what a receiver may send to a sender
 
 /// Keeps a message alive while ZeroMQ reads it, and tells when it is done.
@@ -33,12 +32,12 @@ struct FrameSource::State {
   zmq::message_t message;
 };
 
-FrameSource::FrameSource(WireContext& context, const std::string& address, WireLimits limits) {
+FrameSource::FrameSource(WireContext& context, const std::string& address, WireLimits limits,
+                         const ServerAccess& access) {
   const detail::SocketOptions options{
-      .high_water_mark = frame_high_water_mark,
+      .high_water_mark = static_cast<int>(limits.queued_messages),
       .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
-  state_.reset(new State{
-      {context.state().context, zmq::socket_type::pull, options, parse_bind_endpoint(address)}, {}});
+  state_.reset(new State{{context, zmq::socket_type::pull, options, address, access}, {}});
 }
 
 FrameSource::~FrameSource() = default;
@@ -46,6 +45,10 @@ FrameSource::FrameSource(FrameSource&&) noexcept = default;
 FrameSource& FrameSource::operator=(FrameSource&&) noexcept = default;
 
 const std::string& FrameSource::endpoint() const noexcept { return state_->bound.endpoint; }
+
+PeerCounts FrameSource::peers() const noexcept {
+  return state_->bound.door ? state_->bound.door->counts() : PeerCounts{};
+}
 
 std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) noexcept {
   auto& [bound, message] = *state_;
@@ -60,15 +63,19 @@ struct FrameSink::State {
   zmq::socket_t socket;
   Tally tally{};
   std::shared_ptr<std::atomic<std::uint64_t>> in_flight = std::make_shared<std::atomic<std::uint64_t>>(0);
+
+  bool hand_over(const std::shared_ptr<const std::vector<std::byte>>& bytes,
+                 std::chrono::milliseconds timeout) noexcept;
 };
 
-FrameSink::FrameSink(WireContext& context, const std::string& address) {
+FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint32_t queued_messages,
+                     const ClientAccess& access) {
   const Endpoint endpoint = parse_endpoint(address);
   auto socket = detail::make_socket(context.state().context, zmq::socket_type::push,
-                                    {.high_water_mark = frame_high_water_mark,
+                                    {.high_water_mark = static_cast<int>(queued_messages),
                                      .max_message_bytes = largest_control_message,
                                      .waits_for_connection = true});
-  detail::connect(socket, endpoint);
+  detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket)});
 }
 
@@ -86,9 +93,19 @@ bool FrameSink::send(Message message, std::chrono::milliseconds timeout) noexcep
   return send(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), timeout);
 }
 
+bool FrameSink::tell(Message message, std::chrono::milliseconds timeout) noexcept {
+  return state_->hand_over(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), timeout);
+}
+
 bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
                      std::chrono::milliseconds timeout) noexcept {
-  auto& [socket, tally, in_flight] = *state_;
+  const bool sent = state_->hand_over(bytes, timeout);
+  ++(sent ? state_->tally.sent : state_->tally.refused);
+  return sent;
+}
+
+bool FrameSink::State::hand_over(const std::shared_ptr<const std::vector<std::byte>>& bytes,
+                                 std::chrono::milliseconds timeout) noexcept {
   in_flight->fetch_add(1, std::memory_order_relaxed);
   auto* pending = new Pending{bytes, in_flight};
   pending->is_filled.store(true, std::memory_order_release);
@@ -98,7 +115,6 @@ bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
   if (io == detail::Io::would_block && timeout.count() > 0 &&
       detail::wait(socket, ZMQ_POLLOUT, timeout) == detail::Io::done)
     io = detail::send(socket, message, ZMQ_DONTWAIT);
-  ++(io == detail::Io::done ? tally.sent : tally.refused);
   return io == detail::Io::done;
 }
 

@@ -1,30 +1,65 @@
-// Which frame ids a receiver should have seen: gaps and repetitions, per session of a sender.
+// Which frame ids a receiver should have seen: gaps, repetitions, late arrivals, per session of a sender.
 #pragma once
 
+#include "adapters/wire/messages.hpp"
+
+#include <chrono>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace lbea {
 
+/// Ids `first`, `first` + 1, ..., `count` of them.
+struct IdRange {
+  std::uint64_t first = 0, count = 0;
+  friend bool operator==(const IdRange&, const IdRange&) = default;
+};
+
 class IdTracker {
  public:
-  /// Notes an id that arrived. Gaps count from the first id of a session on: what was sent before this
-  /// receiver listened is nobody's loss. A later arrival of a missed id counts as a duplicate.
-  void saw(std::uint64_t session, std::uint64_t id);
+  using Clock = std::chrono::steady_clock;
+  enum class Arrival : std::uint8_t { in_order, late, duplicate };
+  struct Seen {
+    Arrival arrival = Arrival::in_order;
+    IdRange gap;  // ids that are missed as of now
+  };
+  struct Told {
+    IdRange gap, withheld;
+  };
 
-  [[nodiscard]] std::uint64_t missed() const noexcept { return missed_; }  // saturates
+  /// A frame arrived. Gaps count from the first id of a session on: what was sent before this receiver listened
+  /// is nobody's loss. An id that was missed and comes after all is late and no longer missed, as long as the gap
+  /// is among the latest ones of its session. The highest number of all is no id: always a duplicate.
+  Seen saw(std::uint64_t session, std::uint64_t id, Clock::time_point now = {});
+  /// A sender spoke of its ids: those below next_id are missed unless they came, but for the withheld ones.
+  Told told(const Control& control, Clock::time_point now = {});
+
+  [[nodiscard]] std::uint64_t missed() const noexcept { return missed_; }      // wraps around
+  [[nodiscard]] std::uint64_t withheld() const noexcept { return withheld_; }  // wraps around
   [[nodiscard]] std::uint64_t duplicates() const noexcept { return duplicates_; }
+  [[nodiscard]] std::uint64_t reordered() const noexcept { return reordered_; }
   [[nodiscard]] std::uint64_t sessions() const noexcept { return sessions_; }
+  /// The latest senders. Silent are those that used to say more than frames, did not say goodbye, and were not
+  /// heard of for `patience`.
+  [[nodiscard]] std::vector<WireSender> senders(Clock::time_point now, Clock::duration patience) const;
 
  private:
   struct Session {
-    std::uint64_t session, last_id, last_use;
+    WireSender sender;
+    std::uint64_t last_use = 0;
+    Clock::time_point last_heard;
+    bool speaks = false;           // of more than frames
+    std::vector<IdRange> missing;  // the latest gaps, ascending
   };
-  Session* find(std::uint64_t session);
-  void begin(const Session& session);
+  /// The session, begun at `first_id` when it is new.
+  Session& session_of(std::uint64_t session, std::uint64_t first_id, Clock::time_point now);
+  /// Everything from next_id to `id` is missed.
+  IdRange advance(Session& session, std::uint64_t id);
+  static bool take_missing(Session& session, std::uint64_t id);
 
   std::vector<Session> recent_;  // bounded: the least recently used one makes room
-  std::uint64_t uses_ = 0, missed_ = 0, duplicates_ = 0, sessions_ = 0;
+  std::uint64_t uses_ = 0, missed_ = 0, withheld_ = 0, duplicates_ = 0, reordered_ = 0, sessions_ = 0;
 };
 
 }  // namespace lbea

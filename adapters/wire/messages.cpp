@@ -32,6 +32,10 @@ constexpr std::array<StatusText, wire_status_count> status_texts{{
     {"queue_full", Fate::dropped,
      "the matcher was busy with earlier frames and no slot was free; raise --queue or send fewer frames"},
     {"end_of_stream", Fate::not_a_capture, "the sender says that the test is over"},
+    {"missed", Fate::dropped,
+     "later ids came, this one did not: the connection broke, or the message was over the size limit"},
+    {"withheld", Fate::dropped, "the sender captured it and found no room to send it; send fewer frames"},
+    {"duplicate", Fate::rejected, "a frame with this id came before; give every capture an id of its own"},
 }};
 
 constexpr StatusText unknown_text{"unknown_status", Fate::not_a_capture, "not a status this version knows"};

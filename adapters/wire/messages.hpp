@@ -31,8 +31,13 @@ enum class WireStatus : std::uint8_t {
   queue_full,
   // no frame at all
   end_of_stream,
+  // dropped: captures of which no frame arrived
+  missed,
+  withheld,
+  // rejected
+  duplicate,
 };
-inline constexpr std::size_t wire_status_count = 14;
+inline constexpr std::size_t wire_status_count = 17;
 /// Stable lower-case name, e.g. "bad_layout"; "unknown_status" for a value that is none of the above.
 [[nodiscard]] std::string_view to_string(WireStatus status) noexcept;
 /// What is wrong and what to do, e.g. for a log line.
@@ -44,8 +49,12 @@ enum class Fate : std::uint8_t { matched, rejected, dropped, not_a_capture };
 enum class WireVerdict : std::uint8_t { unknown = 0, matched, low_coverage, refused, ambiguous, no_simulation_fits };
 [[nodiscard]] std::string_view to_string(WireVerdict verdict) noexcept;
 
+/// Frames held per peer and side of a connection; at 62,000 points 12 MB.
+inline constexpr std::uint32_t default_queued_messages = 16;
+
 /// What a peer may send before it is refused.
 struct WireLimits {
+  std::uint32_t queued_messages = default_queued_messages;
   std::uint32_t max_points = MatcherConfig{}.max_points;
   /// Room for frames with far too many points, 20 million, so that they are counted and refused in words.
   std::size_t least_message_bytes = std::size_t{1} << 28;
@@ -61,8 +70,10 @@ struct Counters {
   std::uint64_t received = 0;  // frames, whatever became of them
   std::array<std::uint64_t, wire_status_count> by_status{};
   std::uint64_t missed = 0;      // ids never received: gaps within the sessions
-  std::uint64_t duplicates = 0;  // ids not above an earlier one of their session
+  std::uint64_t duplicates = 0;  // ids that came before
+  std::uint64_t reordered = 0;   // frames that came after one with a higher id; no longer missed
   std::uint64_t sessions = 0;
+  std::uint64_t silent = 0;       // senders that neither said goodbye nor anything else for seconds
   std::uint64_t unannounced = 0;  // refused or dropped frames of which no result could be published
   std::uint64_t recorded = 0;     // frames that are in the recording's file
   std::uint64_t unrecorded = 0;   // frames and results that a recording was to hold and does not
@@ -71,11 +82,40 @@ struct Counters {
     return by_status[static_cast<std::size_t>(status)];
   }
   [[nodiscard]] std::uint64_t sum(Fate fate) const noexcept;
-  /// received = matched + rejected + dropped; true once nothing is on its way any more.
-  [[nodiscard]] bool adds_up() const noexcept {
-    return received == sum(Fate::matched) + sum(Fate::rejected) + sum(Fate::dropped);
+  /// What the senders took, as far as their ids and words tell.
+  [[nodiscard]] std::uint64_t captured() const noexcept {
+    return received + of(WireStatus::missed) + of(WireStatus::withheld);
   }
+  /// Received and not yet at an end; never negative, at most what the queues hold.
+  [[nodiscard]] std::uint64_t on_the_way() const noexcept {
+    return captured() - sum(Fate::matched) - sum(Fate::rejected) - sum(Fate::dropped);
+  }
+  /// captured = matched + rejected + dropped.
+  [[nodiscard]] bool adds_up() const noexcept { return on_the_way() == 0; }
   friend bool operator==(const Counters&, const Counters&) = default;
+};
+
+enum class ControlKind : std::uint8_t { hello = 0, heartbeat, goodbye };
+
+/// What a sender says beside its frames: every id below next_id has been given to a capture, and the last
+/// `withheld` of them will not come.
+struct Control {
+  std::uint64_t session = 0;
+  ControlKind kind = ControlKind::heartbeat;
+  std::uint64_t next_id = 0;
+  std::uint64_t withheld = 0;  // at most next_id
+  friend bool operator==(const Control&, const Control&) = default;
+};
+
+enum class SenderCondition : std::uint8_t { active = 0, ended, silent };
+
+/// What a matcher knows of one sender: next_id - first_id = received + missed + withheld.
+struct WireSender {
+  std::uint64_t session = 0;
+  std::uint64_t first_id = 0, next_id = 0;
+  std::uint64_t received = 0, missed = 0, withheld = 0;
+  SenderCondition condition = SenderCondition::active;
+  friend bool operator==(const WireSender&, const WireSender&) = default;
 };
 
 struct WireMatch {
@@ -161,6 +201,8 @@ struct WireState {
   std::uint32_t queue_used = 0;
   Counters counters;
   ModelSummary model;
+  std::uint64_t max_message_bytes = 0;  // larger ones never arrive
+  std::vector<WireSender> senders;      // the latest ones
 };
 
 }  // namespace lbea

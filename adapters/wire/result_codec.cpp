@@ -2,6 +2,7 @@
 
 #include "adapters/wire/encoder_buffers.hpp"
 #include "adapters/wire/verified.hpp"
+#include "control_generated.h"
 #include "frame_generated.h"
 #include "result_generated.h"
 #include "state_generated.h"
@@ -27,7 +28,7 @@ Offset<wire::Counters> build(FlatBufferBuilder& builder, const Counters& counter
   return wire::CreateCounters(builder, counters.received, counters.sum(Fate::matched),
                               counters.sum(Fate::rejected), counters.sum(Fate::dropped), by_status,
                               counters.missed, counters.duplicates, counters.sessions, counters.unannounced,
-                              counters.recorded, counters.unrecorded);
+                              counters.recorded, counters.unrecorded, counters.reordered, counters.silent);
 }
 
 Counters read(const wire::Counters* from) {
@@ -44,6 +45,8 @@ Counters read(const wire::Counters* from) {
   counters.unannounced = from->unannounced();
   counters.recorded = from->recorded();
   counters.unrecorded = from->unrecorded();
+  counters.reordered = from->reordered();
+  counters.silent = from->silent();
   return counters;
 }
 
@@ -120,6 +123,18 @@ WireTestState read(const wire::TestState* from) {
   return test;
 }
 
+Offset<wire::Sender> build(FlatBufferBuilder& builder, const WireSender& sender) {
+  return wire::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received,
+                            sender.missed, sender.withheld,
+                            static_cast<wire::SenderCondition>(sender.condition));
+}
+
+WireSender read(const wire::Sender& from) {
+  return {from.session(), from.first_id(), from.next_id(),
+          from.received(), from.missed(), from.withheld(),
+          static_cast<SenderCondition>(from.condition())};
+}
+
 Offset<wire::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummary& model) {
   const auto file = builder.CreateString(model.file);
   const auto unit = builder.CreateString(model.length_unit);
@@ -157,6 +172,7 @@ MessageKind message_kind(std::span<const std::byte> message) noexcept {
   if (detail::has_identifier(message, wire::FrameIdentifier())) return MessageKind::frame;
   if (detail::has_identifier(message, wire::ResultIdentifier())) return MessageKind::result;
   if (detail::has_identifier(message, wire::StateIdentifier())) return MessageKind::state;
+  if (detail::has_identifier(message, wire::ControlIdentifier())) return MessageKind::control;
   return MessageKind::unknown;
 }
 
@@ -225,9 +241,13 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
   const auto method = builder.CreateString(state.method);
   const auto counters = build(builder, state.counters);
   const auto model = build(builder, state.model);
+  std::vector<Offset<wire::Sender>> senders;
+  for (const WireSender& sender : state.senders) senders.push_back(build(builder, sender));
+  const auto sender_vector = builder.CreateVector(senders);
   wire::FinishStateBuffer(
       builder, wire::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
-                                 state.max_points, state.queue_slots, state.queue_used, counters, model));
+                                 state.max_points, state.queue_slots, state.queue_used, counters, model,
+                                 state.max_message_bytes, sender_vector));
   return detail::finished(builder);
 }
 
@@ -238,7 +258,9 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   if (from == nullptr) return status;
   into = {from->sequence(),       from->publish_ns(), from->start_ns(),    text(from->version()),
           text(from->method()),   from->max_points(), from->queue_slots(), from->queue_used(),
-          read(from->counters()), read(from->model())};
+          read(from->counters()), read(from->model()), from->max_message_bytes(), {}};
+  if (from->senders() == nullptr) return WireStatus::ok;
+  for (const auto* sender : *from->senders()) into.senders.push_back(read(*sender));
   return WireStatus::ok;
 }
 

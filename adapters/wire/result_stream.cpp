@@ -12,12 +12,12 @@ struct ResultSink::State {
   detail::BoundSocket bound;
 };
 
-ResultSink::ResultSink(WireContext& context, const std::string& address, int held) {
+ResultSink::ResultSink(WireContext& context, const std::string& address, int held, const ServerAccess& access) {
   const detail::SocketOptions options{.high_water_mark = held,
                                       .max_message_bytes = largest_subscription,
                                       .linger_ms = result_linger_ms};
-  state_.reset(
-      new State{{context.state().context, zmq::socket_type::pub, options, parse_bind_endpoint(address)}});
+  state_.reset(new State{{context, zmq::socket_type::xpub, options, address, access}});
+  state_->bound.socket.set(zmq::sockopt::xpub_verbose, true);  // every subscription, not every first one
 }
 
 ResultSink::~ResultSink() = default;
@@ -31,17 +31,30 @@ bool ResultSink::send(Message bytes) noexcept {
   return detail::send(state_->bound.socket, message, ZMQ_DONTWAIT) == detail::Io::done;
 }
 
+bool ResultSink::has_newcomer() noexcept {
+  bool found = false;
+  zmq::message_t subscription;
+  while (detail::receive(state_->bound.socket, subscription, ZMQ_DONTWAIT) == detail::Io::done)
+    found |= subscription.size() > 0 && *subscription.data<char>() == 1;
+  return found;
+}
+
+PeerCounts ResultSink::peers() const noexcept {
+  return state_->bound.door ? state_->bound.door->counts() : PeerCounts{};
+}
+
 struct ResultSource::State {
   zmq::socket_t socket;
   zmq::message_t message;
 };
 
-ResultSource::ResultSource(WireContext& context, const std::string& address, int held) {
+ResultSource::ResultSource(WireContext& context, const std::string& address, int held,
+                           const ClientAccess& access) {
   const Endpoint endpoint = parse_endpoint(address);
   auto socket =
       detail::make_socket(context.state().context, zmq::socket_type::sub,
                           {.high_water_mark = held, .max_message_bytes = largest_result});
-  detail::connect(socket, endpoint);
+  detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), {}});
 }
 

@@ -1,5 +1,6 @@
 #include "adapters/wire/socket.hpp"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace lbea {
@@ -13,7 +14,8 @@ namespace {
 
 constexpr int heartbeat_ms = 500;
 constexpr int heartbeat_timeout_ms = 3000;  // longer than any stall of a loaded machine that is still alive
-constexpr int handshake_ms = 2000;
+constexpr int handshake_ms = 2000;  // a stranger who says nothing is sent away
+constexpr int backlog = 1024;       // strangers in a crowd must not keep a peer from being heard
 constexpr int reconnect_ms = 50;
 constexpr int reconnect_max_ms = 2000;
 
@@ -35,6 +37,7 @@ zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const 
   socket.set(zmq::sockopt::heartbeat_timeout, heartbeat_timeout_ms);
   socket.set(zmq::sockopt::heartbeat_ttl, heartbeat_timeout_ms);
   socket.set(zmq::sockopt::handshake_ivl, handshake_ms);
+  socket.set(zmq::sockopt::backlog, backlog);
   socket.set(zmq::sockopt::reconnect_ivl, reconnect_ms);
   socket.set(zmq::sockopt::reconnect_ivl_max, reconnect_max_ms);
   socket.set(zmq::sockopt::immediate, options.waits_for_connection);
@@ -53,8 +56,14 @@ void bind(zmq::socket_t& socket, const Endpoint& endpoint) {
   }
 }
 
-void connect(zmq::socket_t& socket, const Endpoint& endpoint) {
+void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess& access) {
   try {
+    if (!access.server_key.empty()) {
+      const CurveKeyPair keys = access.keys ? *access.keys : generate_key_pair();
+      socket.set(zmq::sockopt::curve_serverkey, access.server_key);
+      socket.set(zmq::sockopt::curve_publickey, keys.public_key);
+      socket.set(zmq::sockopt::curve_secretkey, keys.secret_key);
+    }
     socket.connect(endpoint.address);
   } catch (const zmq::error_t& error) {
     throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address +
@@ -63,18 +72,25 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint) {
   }
 }
 
-BoundSocket::BoundSocket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options,
-                         const Endpoint& where)
-    : lock(where),
-      path(where.path),
-      socket(make_socket(context, type, options)) {
+BoundSocket::BoundSocket(WireContext& context, zmq::socket_type type, const SocketOptions& options,
+                         const std::string& address, const ServerAccess& access)
+    : where(parse_bind_endpoint(address, access)),
+      lock(where),
+      socket(make_socket(context.state().context, type, options)) {
+  if (access.keys) {
+    socket.set(zmq::sockopt::curve_server, true);
+    socket.set(zmq::sockopt::curve_secretkey, access.keys->secret_key);
+  }
+  if (where.transport != Transport::inproc) door = context.state().gate.guard(socket, access);
   bind(socket, where);
   endpoint = socket.get(zmq::sockopt::last_endpoint);
+  // Whoever may write to the node may connect.
+  if (where.transport == Transport::ipc) ::chmod(where.path.c_str(), 0600);
 }
 
 BoundSocket::~BoundSocket() {
   zmq_unbind(socket.handle(), endpoint.c_str());
-  if (!path.empty()) ::unlink(path.c_str());  // ZeroMQ leaves it; the lock is still held
+  if (where.transport == Transport::ipc) ::unlink(where.path.c_str());  // ZeroMQ leaves it; the lock is still held
 }
 
 Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept {

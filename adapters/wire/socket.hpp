@@ -3,6 +3,7 @@
 #pragma once
 
 #include "adapters/wire/endpoint.hpp"
+#include "adapters/wire/gate.hpp"
 #include "adapters/wire/streams.hpp"
 
 #include <zmq.hpp>
@@ -11,6 +12,7 @@ namespace lbea {
 
 struct WireContext::State {
   zmq::context_t context{1};  // one I/O thread carries 5 GB/s
+  detail::Gate gate{context};
 };
 
 namespace detail {
@@ -28,18 +30,19 @@ zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const 
 
 /// Throws Error{endpoint_unavailable}.
 void bind(zmq::socket_t& socket, const Endpoint& endpoint);
-void connect(zmq::socket_t& socket, const Endpoint& endpoint);
+void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess& access);
 
 /// A bound socket and what has to outlive it.
 struct BoundSocket {
-  BoundSocket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options,
-              const Endpoint& where);
+  BoundSocket(WireContext& context, zmq::socket_type type, const SocketOptions& options,
+              const std::string& address, const ServerAccess& access);
   ~BoundSocket();
   BoundSocket(const BoundSocket&) = delete;
   BoundSocket& operator=(const BoundSocket&) = delete;
+  Endpoint where;
   EndpointLock lock;
-  std::filesystem::path path;  // ipc only
   zmq::socket_t socket;
+  std::shared_ptr<Door> door;  // not for inproc
   std::string endpoint;  // as bound
 };
 

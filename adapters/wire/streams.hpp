@@ -6,6 +6,7 @@
 // messages' sequence numbers show it.
 #pragma once
 
+#include "adapters/wire/keys.hpp"
 #include "adapters/wire/messages.hpp"
 
 #include <chrono>
@@ -32,10 +33,21 @@ class WireContext {
 
 using Message = std::span<const std::byte>;
 
+/// Who is at a bound socket and who was turned away.
+struct PeerCounts {
+  std::uint64_t connections = 0;  // now, strangers included
+  std::uint64_t peers = 0;        // now, admitted
+  std::uint64_t admitted = 0;
+  std::uint64_t unknown = 0;    // turned away: no key, or one that is not allowed
+  std::uint64_t excess = 0;     // turned away: as many peers as may be are there
+  std::uint64_t malformed = 0;  // ended before they were known: silent too long, or not ZeroMQ's protocol
+};
+
 /// Where the matcher takes frames from: binds.
 class FrameSource {
  public:
-  FrameSource(WireContext& context, const std::string& endpoint, WireLimits limits = {});
+  FrameSource(WireContext& context, const std::string& endpoint, WireLimits limits = {},
+              const ServerAccess& access = {});
   ~FrameSource();
   FrameSource(FrameSource&&) noexcept;
   FrameSource& operator=(FrameSource&&) noexcept;
@@ -43,6 +55,7 @@ class FrameSource {
   [[nodiscard]] const std::string& endpoint() const noexcept;
   /// The next message, valid until the next call; nothing when none comes within `timeout` or a signal does.
   [[nodiscard]] std::optional<Message> receive(std::chrono::milliseconds timeout) noexcept;
+  [[nodiscard]] PeerCounts peers() const noexcept;  // any thread
 
  private:
   struct State;
@@ -57,7 +70,8 @@ class FrameSink {
     std::uint64_t refused = 0;  // the receiver was absent or its queue full
   };
 
-  FrameSink(WireContext& context, const std::string& endpoint);
+  FrameSink(WireContext& context, const std::string& endpoint,
+            std::uint32_t queued_messages = default_queued_messages, const ClientAccess& access = {});
   ~FrameSink();
   FrameSink(FrameSink&&) noexcept;
   FrameSink& operator=(FrameSink&&) noexcept;
@@ -65,6 +79,8 @@ class FrameSink {
   [[nodiscard]] bool wait_ready(std::chrono::milliseconds timeout) noexcept;
   /// Sends a copy, or counts a refusal when there is no room within `timeout` (0: at once).
   bool send(Message message, std::chrono::milliseconds timeout = {}) noexcept;
+  /// Sends a copy of something that is no frame: the tally does not count it.
+  bool tell(Message message, std::chrono::milliseconds timeout = {}) noexcept;
   /// Sends without copying: `message` is kept alive until the receiver's machine has it (use_count drops).
   bool send(const std::shared_ptr<const std::vector<std::byte>>& message,
             std::chrono::milliseconds timeout = {}) noexcept;
@@ -83,12 +99,16 @@ inline constexpr int results_held = 10'000;
 /// Where the matcher puts results: binds. Never waits for subscribers; what exceeds `held` is discarded.
 class ResultSink {
  public:
-  ResultSink(WireContext& context, const std::string& endpoint, int held = results_held);
+  ResultSink(WireContext& context, const std::string& endpoint, int held = results_held,
+             const ServerAccess& access = {});
   ~ResultSink();
   ResultSink(ResultSink&&) noexcept;
   ResultSink& operator=(ResultSink&&) noexcept;
   [[nodiscard]] const std::string& endpoint() const noexcept;
   bool send(Message message) noexcept;
+  /// Whether anyone subscribed since the last call: who comes late wants the state.
+  [[nodiscard]] bool has_newcomer() noexcept;
+  [[nodiscard]] PeerCounts peers() const noexcept;  // any thread
 
  private:
   struct State;
@@ -98,7 +118,8 @@ class ResultSink {
 /// Where anyone reads results and states: connects.
 class ResultSource {
  public:
-  ResultSource(WireContext& context, const std::string& endpoint, int held = results_held);
+  ResultSource(WireContext& context, const std::string& endpoint, int held = results_held,
+               const ClientAccess& access = {});
   ~ResultSource();
   ResultSource(ResultSource&&) noexcept;
   ResultSource& operator=(ResultSource&&) noexcept;

@@ -2,16 +2,116 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <limits>
+#include <random>
+#include <set>
 
-using lbea::IdTracker;
+using namespace lbea;
 
 TEST_CASE("gaps and repetitions within a session") {
   IdTracker ids;
   for (const std::uint64_t id : {10u, 11u, 14u, 14u, 12u, 15u}) ids.saw(1, id);
-  CHECK(ids.missed() == 2);      // 12 and 13 when 14 came
-  CHECK(ids.duplicates() == 2);  // 14 again, 12 late
+  CHECK(ids.missed() == 1);      // 12 and 13 when 14 came, 12 came after all
+  CHECK(ids.duplicates() == 1);  // 14 again
+  CHECK(ids.reordered() == 1);
   CHECK(ids.sessions() == 1);
+}
+
+TEST_CASE("a late id is taken out of its gap once, wherever it lies in it") {
+  for (const std::uint64_t late : {1u, 5u, 9u}) {
+    CAPTURE(late);
+    IdTracker ids;
+    CHECK(ids.saw(7, 0).gap == IdRange{});
+    CHECK(ids.saw(7, 10).gap == IdRange{1, 9});
+    CHECK(ids.saw(7, late).arrival == IdTracker::Arrival::late);
+    CHECK(ids.saw(7, late).arrival == IdTracker::Arrival::duplicate);
+    CHECK(ids.missed() == 8);
+    for (std::uint64_t id = 1; id < 10; ++id)
+      if (id != late) CHECK(ids.saw(7, id).arrival == IdTracker::Arrival::late);
+    CHECK(ids.missed() == 0);
+    CHECK(ids.saw(7, 11).gap == IdRange{});
+  }
+}
+
+// Any order, any repetition, any words of the sender: each id is exactly one of received, missed, withheld.
+TEST_CASE("the account of a session against a set of its ids") {
+  std::mt19937 random(3);
+  for (int round = 0; round < 300; ++round) {
+    IdTracker ids;
+    static_cast<void>(ids.told({1, ControlKind::hello, 0, 0}));
+    std::set<std::uint64_t> received, withheld;
+    std::uint64_t next = 0, duplicates = 0, gaps = 0;
+    for (int step = 0; step < 60; ++step) {
+      if (random() % 4 == 0) {
+        const std::uint64_t told_next = next + random() % 4;
+        const std::uint64_t held = random() % (told_next - next + 1);
+        const auto told = ids.told({1, ControlKind::heartbeat, told_next, held});
+        CHECK(told.withheld.count == held);
+        gaps += told.gap.count;
+        for (std::uint64_t id = told_next - held; id < told_next; ++id) withheld.insert(id);
+        next = told_next;
+      } else {
+        const std::uint64_t id = random() % (next + 3);
+        const auto seen = ids.saw(1, id);
+        gaps += seen.gap.count;
+        const bool is_second = received.contains(id) || withheld.contains(id);
+        CHECK((seen.arrival == IdTracker::Arrival::duplicate) == is_second);
+        CHECK((seen.arrival == IdTracker::Arrival::late) == (!is_second && id < next));
+        duplicates += is_second ? 1 : 0;
+        if (!is_second) received.insert(id);
+        next = std::max(next, id + 1);
+      }
+      const WireSender sender = ids.senders({}, {}).front();
+      REQUIRE(sender.next_id == next);
+      REQUIRE(sender.received == received.size());
+      REQUIRE(sender.withheld == withheld.size());
+      REQUIRE(sender.missed == next - received.size() - withheld.size());
+      REQUIRE(ids.missed() == sender.missed);
+      REQUIRE(ids.missed() + ids.reordered() == gaps);
+      REQUIRE(ids.duplicates() == duplicates);
+    }
+  }
+}
+
+TEST_CASE("what a sender says: the tail of a stream that never came, and what it could not send") {
+  IdTracker ids;
+  static_cast<void>(ids.told({9, ControlKind::hello, 0, 0}));
+  CHECK(ids.saw(9, 2).gap == IdRange{0, 2});  // from the hello on every id counts
+  const auto told = ids.told({9, ControlKind::heartbeat, 10, 3});
+  CHECK(told.gap == IdRange{3, 4});
+  CHECK(told.withheld == IdRange{7, 3});
+  CHECK(ids.told({9, ControlKind::heartbeat, 10, 3}).withheld.count == 0);
+  CHECK(ids.told({9, ControlKind::heartbeat, 5, 5}).gap == IdRange{});  // old news
+  CHECK(ids.saw(9, 8).arrival == IdTracker::Arrival::duplicate);
+  CHECK(ids.told({9, ControlKind::goodbye, 12, 0}).gap == IdRange{10, 2});
+  CHECK(ids.missed() == 8);
+  CHECK(ids.withheld() == 3);
+  CHECK(ids.senders({}, {}).front().condition == SenderCondition::ended);
+  // A matcher that starts later hears only of what is new.
+  IdTracker late;
+  CHECK(late.told({9, ControlKind::heartbeat, 100, 4}).gap == IdRange{});
+  CHECK(late.withheld() == 4);
+}
+
+TEST_CASE("silence: only of those who speak and did not take leave") {
+  using namespace std::chrono_literals;
+  const IdTracker::Clock::time_point begin{1h};
+  IdTracker ids;
+  ids.saw(1, 0, begin);
+  static_cast<void>(ids.told({2, ControlKind::hello, 0, 0}, begin));
+  static_cast<void>(ids.told({3, ControlKind::hello, 0, 0}, begin));
+  static_cast<void>(ids.told({3, ControlKind::goodbye, 0, 0}, begin));
+  const auto conditions = [&](IdTracker::Clock::time_point now) {
+    std::vector<SenderCondition> found;
+    for (const auto& sender : ids.senders(now, 3s)) found.push_back(sender.condition);
+    return found;
+  };
+  using enum SenderCondition;
+  CHECK(conditions(begin + 3s) == std::vector{active, active, ended});
+  CHECK(conditions(begin + 4s) == std::vector{active, silent, ended});
+  ids.saw(2, 0, begin + 5s);
+  CHECK(conditions(begin + 6s) == std::vector{active, active, ended});
 }
 
 TEST_CASE("sessions do not disturb each other") {
@@ -25,14 +125,19 @@ TEST_CASE("sessions do not disturb each other") {
   CHECK(ids.sessions() == 2);
 }
 
-TEST_CASE("extreme ids saturate") {
-  constexpr auto last = std::numeric_limits<std::uint64_t>::max();
+TEST_CASE("extreme ids do no harm") {
+  constexpr auto last = std::numeric_limits<std::uint64_t>::max() - 1;
   IdTracker ids;
   ids.saw(1, 0);
   ids.saw(1, last);
-  ids.saw(2, 0);
-  ids.saw(2, last);
-  CHECK(ids.missed() == last);
+  CHECK(ids.missed() == last - 1);
+  ids.saw(1, last);
+  CHECK(ids.duplicates() == 1);
+  ids.saw(1, last + 1);
+  ids.saw(3, last + 1);
+  CHECK(ids.duplicates() == 3);
+  CHECK(ids.told({1, ControlKind::goodbye, last, last}).gap == IdRange{});
+  CHECK(ids.senders({}, {}).front().next_id == last + 1);
 }
 
 TEST_CASE("many sessions: the least recently used one is forgotten, memory stays bounded") {

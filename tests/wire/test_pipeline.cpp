@@ -251,13 +251,16 @@ TEST_CASE("gaps, repetitions and sessions are counted") {
   for (const std::uint64_t id : {5u, 6u, 9u, 9u}) bench.send(id, 2, 1);
   bench.send(1000, 2, 2);
   bench.send_bytes(bench.encoder.end_of_stream(2, 1003));
-  bench.hear(6);
+  bench.hear(10);
   const Counters counters = bench.finish();
   CHECK(counters.missed == 4);  // 7, 8; 1001, 1002
+  CHECK(counters.of(WireStatus::missed) == 4);
   CHECK(counters.duplicates == 1);
+  CHECK(counters.of(WireStatus::duplicate) == 1);
   CHECK(counters.sessions == 2);
   CHECK(counters.received == 5);
-  CHECK(counters.of(WireStatus::ok) == 5);
+  CHECK(counters.captured() == 9);
+  CHECK(counters.of(WireStatus::ok) == 4);
   CHECK(counters.of(WireStatus::end_of_stream) == 1);
   CHECK(counters.adds_up());
   CHECK_FALSE(is_complete(counters));
@@ -341,11 +344,11 @@ TEST_CASE("the closing tally in words and as JSON") {
   counters.by_status[static_cast<std::size_t>(WireStatus::damaged)] = 3;
   counters.by_status[static_cast<std::size_t>(WireStatus::queue_full)] = 1;
   CHECK(tally_line(counters) ==
-        "received 10 = matched 6 (ok 6) + rejected 3 (damaged 3) + dropped 1 (queue_full 1); missed 0, "
-        "duplicates 0, sessions 0");
+        "captured 10 = matched 6 (ok 6) + rejected 3 (damaged 3) + dropped 1 (queue_full 1); received 10, "
+        "reordered 0, sessions 0");
   CHECK(tally_json(counters).find("\"rejected_by_reason\":{\"empty_frame\":0") != std::string::npos);
   CHECK(tally_json(counters).find("\"adds_up\":true") != std::string::npos);
   CHECK_FALSE(is_complete(counters));
   counters.received = 11;
-  CHECK(tally_line(counters).starts_with("received 11 IS NOT matched 6"));
+  CHECK(tally_line(counters).starts_with("captured 11 IS NOT matched 6"));
 }

@@ -58,7 +58,7 @@ double LiveSummary::median_match_ms() const {
 LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, const std::function<void()>& ready,
                   const std::function<void(const LiveRow&)>& row, const std::function<bool()>& stop) {
   WireContext context;
-  ResultSource source(context, options.results_endpoint);
+  ResultSource source(context, options.results_endpoint, results_held, options.access);
   LiveSummary summary;
   bool heard = false;
   auto last = std::chrono::steady_clock::now();

@@ -1,6 +1,7 @@
 // Watches the results of a running test and holds each against the truth.
 #pragma once
 
+#include "adapters/wire/keys.hpp"
 #include "adapters/wire/messages.hpp"
 #include "tools/eval/truth.hpp"
 
@@ -33,6 +34,7 @@ struct LiveSummary {
 
 struct LiveOptions {
   std::string results_endpoint;
+  ClientAccess access;
   std::chrono::milliseconds silence{10'000};  // give up when nothing at all arrives for so long
 };
 

@@ -1,6 +1,7 @@
 // lbea-eval: how good are the matches? Holds results against the truth of sensed experiments.
 #include "adapters/sensor/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
+#include "tools/common/access_options.hpp"
 #include "tools/common/tool.hpp"
 #include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
@@ -18,6 +19,7 @@ namespace {
 struct LiveArguments {
   std::filesystem::path model, truth_table, run, pose, out;
   std::string results;
+  ClientAccessOptions access;
   double silence_s = 10;
   bool json = false;
 };
@@ -25,6 +27,7 @@ struct LiveArguments {
 void add_live(CLI::App& app, LiveArguments& arguments) {
   app.add_option("model", arguments.model, "The model that the matcher uses (.lbea)")->required();
   app.add_option("--results", arguments.results, "Endpoint where the matcher publishes, e.g. ipc:///tmp/results")->required();
+  arguments.access.add_to(app);
   auto* truth = app.add_option("--truth", arguments.truth_table, "truth.csv of the sensed frames");
   app.add_option("--run", arguments.run, "The run that the frames were sensed from")->needs(truth);
   truth->needs("--run");
@@ -49,7 +52,8 @@ int live(const LiveArguments& arguments) {
   if (!arguments.truth_table.empty()) truth = std::make_unique<Truth>(arguments.truth_table, open_simulation(arguments.run), model);
   const RigidTransform pose = arguments.pose.empty() ? identity_transform : read_pose(arguments.pose);
   if (!arguments.out.empty()) prepare_folder(arguments.out);
-  const LiveOptions options{arguments.results, std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};
+  const LiveOptions options{arguments.results, arguments.access.load(),
+                            std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};
   const auto ready = [] { std::fprintf(stderr, "lbea-eval: ready\n"); };
   const auto print = [&](const LiveRow& row) {
     if (!arguments.json) std::printf("%s\n", table_line(row).c_str()), std::fflush(stdout);

@@ -1,6 +1,8 @@
 // lbea-send: plays point clouds from files to a matcher, as a camera would.
+#include "tools/common/access_options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/tool.hpp"
+#include "tools/send/handshake.hpp"
 #include "tools/send/player.hpp"
 
 #include <nlohmann/json.hpp>
@@ -14,22 +16,27 @@ namespace {
 
 struct Options {
   std::vector<std::string> paths;
-  std::string endpoint, frame_id = "sensor";
+  std::string endpoint, results_endpoint, frame_id = "sensor";
   double rate_hz = 0;
   bool realtime = false, wait_ready = false, json = false;
   PlayConfig play;
+  ClientAccessOptions access;
 };
 
 constexpr auto description =
     "Sends point clouds (PLY, XYZ) as frames. All clouds are read and encoded before the first one leaves.\n"
     "With --rate or --realtime a frame that finds no room at the receiver is refused and counted, as a camera\n"
-    "cannot wait; without, sending waits. The exit code is 1 when a frame was refused or did not leave here.";
+    "cannot wait; without, sending waits. With --results nothing is sent before the matcher has said that it\n"
+    "counts, and at the end it says what it has. The exit code is 1 when a frame was refused, did not leave here\n"
+    "or, with --results, did not arrive.";
 constexpr auto longest_wait = std::chrono::milliseconds(5000);
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("paths", options.paths, "files, or folders of them, which are taken by name")->required();
   tool.add_option("--to", options.endpoint, "endpoint of the matcher's frames, e.g. ipc:///tmp/frames.ipc")
       ->required();
+  tool.add_option("--results", options.results_endpoint,
+                  "endpoint of the matcher's results: agree on the start and compare counts at the end");
   auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(CLI::Range(1e-3, 1e6));
   tool.add_flag("--realtime", options.realtime, "pace by the clouds' stamps")->excludes(rate);
   tool.add_option("--loop", options.play.rounds, "how often to send all of them; 0: until stopped")
@@ -39,6 +46,7 @@ void add_options(Tool& tool, Options& options) {
                 "say after the last frame that the test is over");
   tool.add_flag("--wait-ready", options.wait_ready,
                 "wait for the receiver as long as it takes, not just 5 s");
+  options.access.add_to(tool);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
 }
 
@@ -53,26 +61,46 @@ void wait_for_receiver(FrameSink& sink, const Options& options) {
     if (options.wait_ready || std::chrono::steady_clock::now() < deadline) continue;
     throw Error{Status::endpoint_unavailable,
                 "endpoint \"" + options.endpoint +
-                    "\": nobody listens there; start lbea-serve with --frames " + options.endpoint +
-                    ", or use --wait-ready"};
+                    "\": nobody listens there, or nobody who knows this program's key; start lbea-serve with "
+                    "--frames " + options.endpoint + ", or use --wait-ready"};
   }
 }
 
-std::string tally_json(const PlayTally& tally) {
-  return nlohmann::ordered_json{{"captured", tally.captured},
-                                {"sent", tally.sent},
-                                {"refused", tally.refused},
-                                {"handed_over", tally.handed_over},
-                                {"seconds", tally.seconds}}
-      .dump();
+/// What became of it all: as the sender saw it, and as the matcher says when it was asked.
+struct Account {
+  PlayTally tally;
+  bool is_receipted = false;
+  std::optional<WireSender> receipt;
+};
+
+std::string tally_json(const Account& account) {
+  const PlayTally& tally = account.tally;
+  nlohmann::ordered_json json{{"captured", tally.captured},
+                              {"sent", tally.sent},
+                              {"refused", tally.refused},
+                              {"handed_over", tally.handed_over},
+                              {"seconds", tally.seconds}};
+  if (account.receipt)
+    json["receipt"] = {{"received", account.receipt->received},
+                       {"withheld", account.receipt->withheld},
+                       {"missed", account.receipt->missed}};
+  return json.dump();
 }
 
-std::string tally_line(const PlayTally& tally) {
+std::string receipt_text(const Account& account) {
+  if (!account.is_receipted) return {};
+  if (!account.receipt) return "; the matcher did not say what arrived";
+  return "; the matcher has received " + std::to_string(account.receipt->received) + ", missed " +
+         std::to_string(account.receipt->missed);
+}
+
+std::string tally_line(const Account& account) {
+  const PlayTally& tally = account.tally;
   char seconds[32];
   std::snprintf(seconds, sizeof seconds, "%.3f", tally.seconds);
   return "captured " + std::to_string(tally.captured) + " = sent " + std::to_string(tally.sent) +
          " + refused " + std::to_string(tally.refused) + "; handed over " +
-         std::to_string(tally.handed_over) + " in " + seconds + " s";
+         std::to_string(tally.handed_over) + " in " + seconds + " s" + receipt_text(account);
 }
 
 std::vector<EncodedCloud> load(const Options& options) {
@@ -82,25 +110,43 @@ std::vector<EncodedCloud> load(const Options& options) {
                        [&](std::size_t done) { progress.advance_to(done); });
 }
 
+bool is_complete(const Account& account, std::uint64_t planned) {
+  const PlayTally& tally = account.tally;
+  if (tally.handed_over != tally.captured || tally.captured < planned) return false;
+  return !account.is_receipted || (account.receipt && account.receipt->received == tally.captured);
+}
+
 int send(Options options) {
   catch_stop_signals();
+  const auto stop = [] { return stop_requested != 0; };
   options.play.session = new_session();
   WireContext context;
-  FrameSink sink(context, options.endpoint);
+  const ClientAccess access = options.access.load();
+  FrameSink sink(context, options.endpoint, default_queued_messages, access);
   const auto clouds = load(options);
   if (options.realtime) options.play.due_ns = schedule_by_stamps(clouds);
   if (options.rate_hz > 0) options.play.due_ns = schedule_by_rate(clouds.size(), options.rate_hz);
+  std::optional<Handshake> handshake;
+  if (!options.results_endpoint.empty())
+    handshake.emplace(sink, ResultSource(context, options.results_endpoint, results_held, access), options.play.session);
   wait_for_receiver(sink, options);
+  if (handshake) {
+    const auto state = handshake->greet(stop);
+    if (state) options.play.max_message_bytes = state->max_message_bytes;
+  }
   const std::uint64_t planned = options.play.rounds * clouds.size();
-  PlayTally tally;
+  Account account;
   {
     Progress progress("sending", planned);
-    tally = play(
-        clouds, options.play, sink, [] { return stop_requested != 0; },
-        [&](std::uint64_t done) { progress.advance_to(done); });
+    account.tally =
+        play(clouds, options.play, sink, stop, [&](std::uint64_t done) { progress.advance_to(done); });
   }
-  std::printf("%s\n", (options.json ? tally_json(tally) : tally_line(tally)).c_str());
-  return tally.handed_over == tally.captured && tally.captured >= planned ? exit_ok : exit_failed;
+  if (handshake) {
+    account.is_receipted = true;
+    account.receipt = handshake->receipt(account.tally.captured, longest_wait);
+  }
+  std::printf("%s\n", (options.json ? tally_json(account) : tally_line(account)).c_str());
+  return is_complete(account, planned) ? exit_ok : exit_failed;
 }
 
 }  // namespace

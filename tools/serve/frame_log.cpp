@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace lbea {
@@ -22,7 +23,6 @@ bool is_identified(WireStatus status) {
 
 void FrameLog::note(const WireResult& result) {
   note_session(result);
-  note_ids(result);
   if (result.status == WireStatus::end_of_stream) {
     spdlog::info("end of stream before frame {} of session {:016x}", result.frame_id, result.session);
   } else if (result.status != WireStatus::ok) {
@@ -55,15 +55,19 @@ void FrameLog::note_session(const WireResult& result) {
   if (may_speak(senders_)) spdlog::info("frame {}: from session {:016x}", result.frame_id, result.session);
 }
 
-void FrameLog::note_ids(const WireResult& result) {
-  const Counters& counters = result.counters;
-  const bool trouble = counters.missed > missed_ || counters.duplicates > duplicates_;
-  if (!trouble || !may_speak(gaps_)) return;
-  spdlog::warn("frame {}: {} ids never arrived and {} came twice since the last such line", result.frame_id,
-               counters.missed - missed_, counters.duplicates - duplicates_);
-  missed_ = counters.missed;
-  duplicates_ = counters.duplicates;
-  gaps_.untold = 0;
+void FrameLog::note(const WireState& state) {
+  for (const WireSender& sender : state.senders) {
+    const auto known = std::find_if(known_.begin(), known_.end(),
+                                    [&](const WireSender& k) { return k.session == sender.session; });
+    const auto before = known == known_.end() ? SenderCondition::active : known->condition;
+    if (sender.condition == before) continue;
+    if (sender.condition == SenderCondition::silent)
+      spdlog::warn("session {:016x} is silent after frame {} without goodbye; is its program alive?",
+                   sender.session, sender.next_id - 1);
+    else if (before == SenderCondition::silent)
+      spdlog::info("session {:016x} is back, next frame {}", sender.session, sender.next_id);
+  }
+  known_ = state.senders;
 }
 
 }  // namespace lbea

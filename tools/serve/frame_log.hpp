@@ -11,6 +11,8 @@ class FrameLog {
  public:
   /// A result about to be published.
   void note(const WireResult& result);
+  /// A state about to be published.
+  void note(const WireState& state);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -22,11 +24,11 @@ class FrameLog {
   static bool may_speak(Line& line);
   void note_trouble(const WireResult& result);
   void note_session(const WireResult& result);
-  void note_ids(const WireResult& result);
 
   std::array<Line, wire_status_count> by_status_{};
-  Line gaps_, senders_;
-  std::uint64_t missed_ = 0, duplicates_ = 0, session_ = 0;
+  Line senders_;
+  std::uint64_t session_ = 0;
+  std::vector<WireSender> known_;
 };
 
 }  // namespace lbea

@@ -1,6 +1,7 @@
 // lbea-serve: takes frames from a socket, matches each one, publishes the results.
 #include "adapters/sensor/sensor_json.hpp"
 #include "adapters/file/atomic_file.hpp"
+#include "tools/common/access_options.hpp"
 #include "tools/common/tool.hpp"
 #include "tools/recording/recording_options.hpp"
 #include "tools/serve/model_engine.hpp"
@@ -26,6 +27,7 @@ struct Options {
   MatcherConfig matcher;
   PipelineConfig pipeline;
   RecordingOptions recording;
+  ServerAccessOptions access;
   bool json = false;
 };
 
@@ -75,6 +77,7 @@ void add_options(Tool& tool, Options& options) {
       ->check(CLI::Range(1u, 4096u));
   tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP)");
   add_recording_options(tool, options.recording);
+  options.access.add_to(tool);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
 }
 
@@ -121,8 +124,9 @@ int serve(Options options) {
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.pose_file));
   WireContext context;
   PipelineConfig config = pipeline_config(options, model);
-  FrameSource frames(context, options.frames_endpoint, config.limits);
-  ResultSink results(context, options.results_endpoint);
+  const ServerAccess access = options.access.load();
+  FrameSource frames(context, options.frames_endpoint, config.limits, access);
+  ResultSink results(context, options.results_endpoint, results_held, access);
   const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations", frames.endpoint(),
                                         results.endpoint(), model.samples(), model.simulations());
   const auto recorder = begin_recording(options.recording, run_settings(options, model));

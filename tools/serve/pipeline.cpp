@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace lbea {
@@ -16,6 +17,9 @@ constexpr auto longest_drain = 500ms;  // taking in after stop() what had arrive
 constexpr auto drained = 10ms;         // nothing for so long: that was all
 constexpr auto patience = 100us;   // between looks for a free slot; only when a queue is full
 constexpr auto receive_timeout = 50ms;
+constexpr auto senders_interval = 100ms;  // how old what others are told of the senders may be
+constexpr auto state_spacing = 10ms;      // between states, however many ask
+constexpr std::uint64_t most_announced = 1000;  // of one gap; the rest is only counted
 constexpr auto idle = 100ms;  // a bell that was missed costs at most this
 
 std::int64_t wall_clock_ns() noexcept {
@@ -43,11 +47,13 @@ Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frame
       frames_(config_.queue_slots),
       outcomes_(outcome_slots),
       refusals_(refusal_slots),
-      decoder_(config_.limits) {
+      decoder_(config_.limits),
+      stray_limit_(config_.stray_results_per_second) {
   for (FrameSlot& slot : frames_.slots()) slot.points.resize(config_.limits.max_points);
   for (Outcome& outcome : outcomes_.slots()) reserve(outcome, config_.max_matches);
   config_.description.start_ns = wall_clock_ns();
   config_.description.max_points = config_.limits.max_points;
+  config_.description.max_message_bytes = config_.limits.max_message_bytes();
   config_.description.queue_slots = config_.queue_slots;
   publisher_ = std::thread(&Pipeline::publish_results, this);
   matcher_ = std::thread(&Pipeline::match_frames, this);
@@ -75,26 +81,47 @@ Counters Pipeline::counters() const noexcept {
 void Pipeline::receive_frames() noexcept {
   while (!stopping_) {
     if (const auto message = source_.receive(receive_timeout)) take(*message, false);
+    if (const auto now = Clock::now(); now >= next_note_) note_senders(now);
   }
   for (const auto stopped = Clock::now(); Clock::now() - stopped < longest_drain;) {
     const auto message = source_.receive(drained);
     if (!message) break;
     take(*message, true);
   }
+  note_senders(Clock::now());
   receiver_done_ = true;
   frame_bell_.ring();
 }
 
 void Pipeline::take(Message message, bool patient) noexcept {
   const std::int64_t receive_ns = wall_clock_ns();
+  if (message_kind(message) == MessageKind::control && take_control(message, receive_ns)) return;
+  take_frame(message, patient, receive_ns);
+  // After the matcher has its copy, so that it need not wait for this one.
+  if (config_.observer != nullptr) config_.observer->frame(message, decoder_.header(), receive_ns);
+}
+
+bool Pipeline::take_control(Message message, std::int64_t receive_ns) noexcept {
+  Control control;
+  if (decode_control(message, control) != WireStatus::ok) return false;
+  const auto now = Clock::now();
+  const IdTracker::Told told = ids_.told(control, now);
+  counters_.store(ids_);
+  announce(WireStatus::missed, control.session, told.gap, receive_ns);
+  announce(WireStatus::withheld, control.session, told.withheld, receive_ns);
+  if (control.kind == ControlKind::heartbeat) return true;
+  note_senders(now);
+  state_wanted_ = true;
+  result_bell_.ring();
+  return true;
+}
+
+void Pipeline::take_frame(Message message, bool patient, std::int64_t receive_ns) noexcept {
   const auto begin = Clock::now();
-  const WireStatus status = decoder_.open(message);
+  WireStatus status = decoder_.open(message);
   const bool is_end = status == WireStatus::end_of_stream;
   if (!is_end) counters_.count_received();
-  if (decoder_.header().identified) {
-    ids_.saw(decoder_.header().session, decoder_.header().id);
-    counters_.store(ids_);
-  }
+  if (decoder_.header().identified) status = note_id(status, receive_ns);
   if (status != WireStatus::ok && !is_end) {
     refuse(status, receive_ns);
   } else if (FrameSlot* slot = claim_slot(patient || is_end)) {
@@ -102,8 +129,31 @@ void Pipeline::take(Message message, bool patient) noexcept {
   } else {
     refuse(WireStatus::queue_full, receive_ns);
   }
-  // After the matcher has its copy, so that it need not wait for this one.
-  if (config_.observer != nullptr) config_.observer->frame(message, decoder_.header(), receive_ns);
+}
+
+WireStatus Pipeline::note_id(WireStatus status, std::int64_t receive_ns) noexcept {
+  const auto& [session, id] = std::tie(decoder_.header().session, decoder_.header().id);
+  const auto now = Clock::now();
+  if (status == WireStatus::end_of_stream) {
+    const IdTracker::Told told = ids_.told({session, ControlKind::goodbye, id, 0}, now);
+    counters_.store(ids_);
+    announce(WireStatus::missed, session, told.gap, receive_ns);
+    note_senders(now);
+    return status;
+  }
+  const IdTracker::Seen seen = ids_.saw(session, id, now);
+  counters_.store(ids_);
+  announce(WireStatus::missed, session, seen.gap, receive_ns);
+  const bool is_second = seen.arrival == IdTracker::Arrival::duplicate && status == WireStatus::ok;
+  return is_second ? WireStatus::duplicate : status;
+}
+
+void Pipeline::note_senders(Clock::time_point now) noexcept {
+  next_note_ = now + senders_interval;
+  auto senders = ids_.senders(now, config_.sender_patience);
+  counters_.store_silent(static_cast<std::uint64_t>(std::count_if(
+      senders.begin(), senders.end(), [](const WireSender& s) { return s.condition == SenderCondition::silent; })));
+  senders_.store(std::move(senders));
 }
 
 Pipeline::FrameSlot* Pipeline::claim_slot(bool patient) noexcept {
@@ -129,12 +179,20 @@ void Pipeline::accept(FrameSlot& slot, Clock::time_point begin, std::int64_t rec
 
 void Pipeline::refuse(WireStatus status, std::int64_t receive_ns) noexcept {
   counters_.count(status);
+  const FrameHeader& header = decoder_.header();
+  if (header.identified || stray_limit_.allows(Clock::now())) {
+    announce(status, header, receive_ns);
+  } else {
+    counters_.count_unannounced();
+  }
+}
+
+void Pipeline::announce(WireStatus status, const FrameHeader& header, std::int64_t receive_ns) noexcept {
   WireResult* refusal = refusals_.claim();
   if (refusal == nullptr) {
     counters_.count_unannounced();
     return;
   }
-  const FrameHeader& header = decoder_.header();
   *refusal = {};
   refusal->session = header.session;
   refusal->frame_id = header.id;
@@ -144,6 +202,16 @@ void Pipeline::refuse(WireStatus status, std::int64_t receive_ns) noexcept {
   refusal->receive_ns = receive_ns;
   refusals_.publish();
   result_bell_.ring();
+}
+
+void Pipeline::announce(WireStatus status, std::uint64_t session, IdRange ids,
+                        std::int64_t receive_ns) noexcept {
+  const std::uint64_t announced = std::min(ids.count, most_announced);
+  FrameHeader header;
+  header.session = session;
+  for (header.id = ids.first; header.id - ids.first < announced; ++header.id)
+    announce(status, header, receive_ns);
+  if (ids.count > announced) counters_.count_unannounced(ids.count - announced);
 }
 
 void Pipeline::match_frames() noexcept {
@@ -193,14 +261,19 @@ void Pipeline::fill(Outcome& outcome, FrameSlot& slot) noexcept {
 
 void Pipeline::publish_results() noexcept {
   publish_state();
-  auto next_state = Clock::now() + config_.state_interval;
+  auto last_state = Clock::now();
+  auto next_state = last_state + config_.state_interval;
   while (true) {
     const bool last_look = matcher_done_;
     const bool busy = publish_waiting();
     if (!busy && last_look) break;
-    if (Clock::now() >= next_state) {
+    if (sink_.has_newcomer()) state_wanted_ = true;
+    const auto now = Clock::now();
+    if (now >= next_state || (state_wanted_ && now >= last_state + state_spacing)) {
+      state_wanted_ = false;
       publish_state();
-      next_state = Clock::now() + config_.state_interval;
+      last_state = now;
+      next_state = now + config_.state_interval;
     }
     if (!busy) result_bell_.wait_for(std::min<std::chrono::nanoseconds>(idle, config_.state_interval));
   }
@@ -256,9 +329,11 @@ void Pipeline::publish_state() noexcept {
   state.publish_ns = wall_clock_ns();
   state.queue_used = static_cast<std::uint32_t>(frames_.used());
   state.counters = counters();
+  state.senders = senders_.load();
   const Message message = encoder_.state(state);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->state(message, state);
+  log_.note(state);
 }
 
 }  // namespace lbea

@@ -1,6 +1,5 @@
 // Frames in, results out: a receiving, a matching and a publishing thread with bounded queues between them.
-// Every frame received ends in exactly one of: matched, rejected (by reason), dropped (by reason), and in one
-// result.
+// Every capture ends in exactly one of: matched, rejected (by reason), dropped (by reason), and in one result.
 #pragma once
 
 #include "adapters/wire/codec.hpp"
@@ -10,6 +9,7 @@
 #include "tools/serve/frame_log.hpp"
 #include "tools/serve/match_engine.hpp"
 #include "tools/serve/outcome.hpp"
+#include "tools/serve/rate_limit.hpp"
 #include "tools/serve/run_observer.hpp"
 #include "tools/serve/shared_counters.hpp"
 
@@ -23,6 +23,8 @@ struct PipelineConfig {
   std::uint32_t queue_slots = 16;  // frames that may wait for the matcher; 1.5 MB each at 131,072 points
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
+  std::chrono::milliseconds sender_patience{3000};  // without a word a sender is silent after so long
+  double stray_results_per_second = 1000;           // results for messages that are nobody's frame
   WireState description;  // the unchanging part: version, method, model
   RunObserver* observer = nullptr;  // may be absent; outlives the pipeline
 };
@@ -49,8 +51,14 @@ class Pipeline {
   // receiving thread
   void receive_frames() noexcept;
   void take(Message message, bool patient) noexcept;
+  bool take_control(Message message, std::int64_t receive_ns) noexcept;
+  void take_frame(Message message, bool patient, std::int64_t receive_ns) noexcept;
+  [[nodiscard]] WireStatus note_id(WireStatus status, std::int64_t receive_ns) noexcept;
   void accept(FrameSlot& slot, Clock::time_point begin, std::int64_t receive_ns) noexcept;
   void refuse(WireStatus status, std::int64_t receive_ns) noexcept;
+  void announce(WireStatus status, const FrameHeader& header, std::int64_t receive_ns) noexcept;
+  void announce(WireStatus status, std::uint64_t session, IdRange ids, std::int64_t receive_ns) noexcept;
+  void note_senders(Clock::time_point now) noexcept;
   FrameSlot* claim_slot(bool patient) noexcept;
   // matching thread
   void match_frames() noexcept;
@@ -75,11 +83,15 @@ class Pipeline {
   SpscRing<WireResult> refusals_;  // receiver to publisher: rejected and dropped frames
   Doorbell frame_bell_, result_bell_;
   SharedCounters counters_;
+  SharedSenders senders_;
   std::atomic<bool> stopping_{false}, receiver_done_{false}, matcher_done_{false};
+  std::atomic<bool> state_wanted_{false};
 
   std::uint64_t matched_session_ = 0;  // matcher's
   FrameDecoder decoder_;  // receiver's
   IdTracker ids_;         // receiver's
+  RateLimit stray_limit_;  // receiver's
+  Clock::time_point next_note_{};  // receiver's
   Encoder encoder_;       // publisher's
   FrameLog log_;          // publisher's
   WireResult published_;  // publisher's

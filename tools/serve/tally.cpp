@@ -23,6 +23,11 @@ std::string reasons(const Counters& counters, Fate fate) {
   return std::to_string(counters.sum(fate)) + text + (text.empty() ? "" : ")");
 }
 
+std::string silence(const Counters& counters) {
+  if (counters.silent == 0) return {};
+  return " (" + std::to_string(counters.silent) + " gone without goodbye: what they held back is unknown)";
+}
+
 std::string recording_text(const Counters& counters) {
   if (counters.recorded == 0 && counters.unrecorded == 0) return {};
   return "; recorded " + std::to_string(counters.recorded) + ", NOT recorded " + std::to_string(counters.unrecorded);
@@ -38,15 +43,16 @@ nlohmann::ordered_json by_reason(const Counters& counters, Fate fate) {
 }  // namespace
 
 std::string tally_line(const Counters& counters) {
-  return "received " + std::to_string(counters.received) + (counters.adds_up() ? " = " : " IS NOT ") +
+  return "captured " + std::to_string(counters.captured()) + (counters.adds_up() ? " = " : " IS NOT ") +
          "matched " + reasons(counters, Fate::matched) + " + rejected " + reasons(counters, Fate::rejected) +
-         " + dropped " + reasons(counters, Fate::dropped) + "; missed " + std::to_string(counters.missed) +
-         ", duplicates " + std::to_string(counters.duplicates) + ", sessions " +
-         std::to_string(counters.sessions) + recording_text(counters);
+         " + dropped " + reasons(counters, Fate::dropped) + "; received " + std::to_string(counters.received) +
+         ", reordered " + std::to_string(counters.reordered) + ", sessions " + std::to_string(counters.sessions) +
+         silence(counters) + recording_text(counters);
 }
 
 std::string tally_json(const Counters& counters) {
   nlohmann::ordered_json json;
+  json["captured"] = counters.captured();
   json["received"] = counters.received;
   json["matched"] = counters.sum(Fate::matched);
   json["rejected"] = counters.sum(Fate::rejected);
@@ -56,7 +62,9 @@ std::string tally_json(const Counters& counters) {
   json["dropped_by_reason"] = by_reason(counters, Fate::dropped);
   json["missed"] = counters.missed;
   json["duplicates"] = counters.duplicates;
+  json["reordered"] = counters.reordered;
   json["sessions"] = counters.sessions;
+  json["silent"] = counters.silent;
   json["ends_of_stream"] = counters.of(WireStatus::end_of_stream);
   json["unannounced"] = counters.unannounced;
   json["recorded"] = counters.recorded;
@@ -66,7 +74,7 @@ std::string tally_json(const Counters& counters) {
 }
 
 bool is_complete(const Counters& counters) {
-  return counters.adds_up() && counters.sum(Fate::dropped) == 0 && counters.missed == 0 &&
+  return counters.adds_up() && counters.sum(Fate::dropped) == 0 && counters.silent == 0 &&
          counters.unrecorded == 0;
 }
 

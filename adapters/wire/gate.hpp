@@ -1,0 +1,75 @@
+// Who comes in: answers ZeroMQ's question for every new connection to a bound socket (ZAP), in a thread of its own,
+// and watches what becomes of the connections. Only the .cpp files of this folder include it.
+#pragma once
+
+#include "adapters/wire/keys.hpp"
+#include "adapters/wire/streams.hpp"
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include <zmq.hpp>
+
+namespace lbea::detail {
+
+/// One bound socket's rules and counts. Counts are written by the gate's thread and read by any.
+class Door {
+ public:
+  Door(std::string domain, const ServerAccess& access);
+
+  [[nodiscard]] const std::string& domain() const noexcept { return domain_; }
+  [[nodiscard]] PeerCounts counts() const noexcept;
+  /// Gate's thread. The name to admit a peer under; nothing when it is turned away. `key`: 32 bytes, or none.
+  [[nodiscard]] std::optional<std::string> admit(const std::string& mechanism, const std::string& key);
+  /// Gate's thread. An event of the socket's monitor.
+  void note(std::uint16_t event, std::int32_t value);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Count = std::atomic<std::uint64_t>;
+  void note_end(std::int32_t descriptor);
+
+  std::string domain_;
+  bool wants_keys_;
+  std::map<std::string, std::string> names_;  // raw public key to name
+  std::uint64_t max_peers_;
+  std::map<std::int32_t, Clock::time_point> connections_;  // by descriptor: since when
+  bool failed_last_ = false;  // the event before was a handshake that failed; its end follows at once
+  Count open_{0}, peers_{0}, admitted_{0}, unknown_{0}, excess_{0}, malformed_{0};
+};
+
+class Gate {
+ public:
+  explicit Gate(zmq::context_t& context);
+  ~Gate();
+  Gate(const Gate&) = delete;
+  Gate& operator=(const Gate&) = delete;
+  /// Puts a door before a socket, which is to be bound afterwards.
+  [[nodiscard]] std::shared_ptr<Door> guard(zmq::socket_t& socket, const ServerAccess& access);
+
+ private:
+  struct Watch {
+    zmq::socket_t monitor;
+    std::shared_ptr<Door> door;
+  };
+  void wake();
+  void run();
+  void answer();
+  /// False once the socket is gone.
+  static bool hear(Watch& watch);
+
+  zmq::context_t& context_;
+  zmq::socket_t questions_, bell_, ear_;
+  std::mutex mutex_;  // guards what follows, and bell_
+  std::vector<Watch> arrivals_;
+  std::map<std::string, std::weak_ptr<Door>> doors_;
+  std::uint64_t next_ = 0;
+  std::atomic<bool> stopping_{false};
+  std::vector<Watch> watches_;  // the thread's
+  std::thread thread_;
+};
+
+}  // namespace lbea::detail

@@ -1,0 +1,47 @@
+// Any bytes as what a sender says: refused, or read and, once written again, read as the same. Then the account of
+// ids is held to its sum, whatever several senders say one after another.
+#include "adapters/wire/codec.hpp"
+#include "adapters/wire/id_tracker.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+namespace {
+
+void require(bool holds) {
+  if (!holds) std::abort();
+}
+
+void check_account(std::span<const std::byte> words) {
+  lbea::IdTracker ids;
+  struct Word {
+    std::uint8_t kind, session, held, pad;
+    std::uint32_t id;
+  } word{};
+  for (; words.size() >= sizeof word; words = words.subspan(sizeof word)) {
+    std::memcpy(&word, words.data(), sizeof word);
+    const std::uint64_t id = word.kind & 0x80 ? std::uint64_t{word.id} << 32 | word.id : word.id % 64;
+    if (word.kind % 4 == 3) {
+      ids.saw(word.session % 3, id);
+    } else {
+      const auto kind = static_cast<lbea::ControlKind>(word.kind % 4);
+      static_cast<void>(ids.told({word.session % 3u, kind, id, std::min<std::uint64_t>(word.held, id)}));
+    }
+    for (const lbea::WireSender& sender : ids.senders({}, {}))
+      require(sender.next_id - sender.first_id == sender.received + sender.missed + sender.withheld);
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto message = std::as_bytes(std::span{data, size});
+  if (lbea::Control control, again; lbea::decode_control(message, control) == lbea::WireStatus::ok) {
+    lbea::Encoder encoder;
+    require(lbea::decode_control(encoder.control(control), again) == lbea::WireStatus::ok && again == control);
+    require(control.withheld <= control.next_id);
+  }
+  check_account(message.first(std::min<std::size_t>(message.size(), 4096)));
+  return 0;
+}

@@ -1,0 +1,35 @@
+// lbea-keygen: a pair of keys for a program that speaks over the network.
+#include "adapters/wire/keys.hpp"
+#include "tools/common/tool.hpp"
+
+#include <cstdio>
+
+namespace lbea {
+
+namespace {
+
+constexpr auto description =
+    "Makes a pair of CURVE keys: BASE.key (secret, readable by you alone) and BASE.pub (to be given to the other\n"
+    "side). Every program needs one of its own; nothing is ever overwritten.";
+
+int make_keys(const std::filesystem::path& base, std::string name) {
+  if (name.empty()) name = base.filename().string();
+  const CurveKeyPair keys = generate_key_pair();
+  write_key_pair(base, keys, name);
+  std::printf("%s.key (secret) and %s.pub: %s\n", base.c_str(), base.c_str(), keys.public_key.c_str());
+  return exit_ok;
+}
+
+}  // namespace
+
+}  // namespace lbea
+
+int main(int argc, char** argv) {
+  std::filesystem::path base;
+  std::string name;
+  lbea::Tool tool("lbea-keygen", lbea::description,
+                  "lbea-keygen matcher   # then: lbea-serve ... --key matcher.key --allow camera.pub");
+  tool.add_option("base", base, "path of the files, without extension")->required();
+  tool.add_option("--name", name, "what logs call the owner, one word; else the file's name");
+  return tool.run(argc, argv, [&] { return lbea::make_keys(base, name); });
+}

@@ -1,0 +1,34 @@
+// A sender's talk with the matcher: hello before the first frame, a receipt after the last one. The matcher
+// answers on its results socket.
+#pragma once
+
+#include "adapters/wire/streams.hpp"
+
+#include <chrono>
+#include <functional>
+#include <optional>
+
+namespace lbea {
+
+class Handshake {
+ public:
+  Handshake(FrameSink& frames, ResultSource results, std::uint64_t session)
+      : frames_(frames), results_(std::move(results)), session_(session) {}
+
+  /// Says hello until the matcher's state lists this session: from then on every id is accounted for. Nothing when
+  /// `stop` says so first.
+  [[nodiscard]] std::optional<WireState> greet(const std::function<bool()>& stop);
+  /// What the matcher says it has of this session once it knows of all ids below `next_id`; nothing when it does not
+  /// say so within `patience`.
+  [[nodiscard]] std::optional<WireSender> receipt(std::uint64_t next_id, std::chrono::milliseconds patience);
+
+ private:
+  [[nodiscard]] const WireSender* own_entry(std::chrono::milliseconds timeout);
+
+  FrameSink& frames_;
+  ResultSource results_;
+  std::uint64_t session_;
+  WireState state_;
+};
+
+}  // namespace lbea
