@@ -4,6 +4,8 @@
 #include "adapters/file/atomic_file.hpp"
 #include "tools/monitor/access.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <cstdlib>
 #include <filesystem>
 
@@ -36,7 +38,7 @@ HttpAnswer refusal(unsigned status, std::string sentence) { return {status, "tex
 }  // namespace
 
 ModelExports::ModelExports(const Model& model, const ModelRanges& ranges)
-    : model_(model), names_(lbea::simulation_names(model)), packet_(model_packet(model, ranges)) {}
+    : model_(model), names_(lbea::simulation_names(model)), packet_(model_packet(model, ranges, nullptr)) {}
 
 std::optional<HttpAnswer> ModelExports::answer(std::string_view target) const {
   const std::string_view path = target.substr(0, target.find('?'));

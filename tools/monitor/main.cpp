@@ -1,6 +1,8 @@
 // lbea-monitor: a web page that shows a running test.
+#include "adapters/wire/codec.hpp"
 #include "tools/common/tool.hpp"
 #include "tools/monitor/live_feed.hpp"
+#include "tools/monitor/recording_feed.hpp"
 #include "tools/monitor/web_server.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -13,22 +15,24 @@ namespace lbea {
 namespace {
 
 struct Options {
-  std::string results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080", assets_folder, token;
+  std::string recording_file, results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080", assets_folder, token;
   std::vector<std::string> allowed_names;
   WebLimits limits;
 };
 
 constexpr auto description =
-    "Serves one web page that shows a running test: the measured cloud and the mesh it was matched with, the verdict,\n"
+    "Serves one web page that shows a running test, or a recording of one with a timeline: the measured cloud and the mesh it was matched with, the verdict,\n"
     "curves, and the health of the chain. Nothing can be changed from the page. By default only this machine reaches it;\n"
     "on any other address a token is needed, which is part of the address that is printed.";
 
 constexpr int politeness = 10;  // the measurement comes first where both run on one machine
 
 void add_options(Tool& tool, Options& options) {
-  tool.add_option("--results", options.results_endpoint, "endpoint on which lbea-serve publishes results")->required();
-  tool.add_option("--frames", options.preview_endpoint, "endpoint of lbea-serve --preview, for the measured clouds");
-  tool.add_option("--model", options.model_file, "the baked model (.lbea) that lbea-serve uses")->required()->check(CLI::ExistingFile);
+  auto* recording = tool.add_option("recording", options.recording_file, "a recording (.mcap) to look at instead of a running test")->check(CLI::ExistingFile);
+  auto* results = tool.add_option("--results", options.results_endpoint, "endpoint on which lbea-serve publishes results")->excludes(recording);
+  tool.add_option("--frames", options.preview_endpoint, "endpoint of lbea-serve --preview, for the measured clouds")->needs(results);
+  tool.add_option("--model", options.model_file, "the baked model (.lbea) that the frames are matched with; without it the file that lbea-serve or the recording names")
+      ->check(CLI::ExistingFile);
   tool.add_option("--http", options.http, "address and port to serve the page on");
   tool.add_option("--allow-host", options.allowed_names, "name under which browsers ask for the page, beside its address");
   tool.add_option("--token", options.token, "for addresses that other machines reach; drawn at random when not given");
@@ -36,19 +40,54 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--assets", options.assets_folder, "serve the page's files from this folder, while working on them")->check(CLI::ExistingDirectory);
 }
 
-int watch(Options options) {
-  catch_stop_signals();
-  setpriority(PRIO_PROCESS, 0, politeness);
-  const HttpAddress address = parse_http_address(options.http);
-  if (options.token.empty() && !address.is_loopback) options.token = random_token();
-  options.limits.connections = options.limits.watchers * 2;
-  LiveFeed feed({options.results_endpoint, options.preview_endpoint}, Model::open(options.model_file));
-  WebServer server({address, options.allowed_names, options.token, options.limits}, Assets(options.assets_folder), feed);
+/// Says which one it uses in its states, twice a second.
+std::optional<Model> model_of_server(const std::string& results_endpoint) {
+  WireContext context;
+  ResultSource results(context, results_endpoint);
+  spdlog::info("waiting for lbea-serve on {} to say which model it uses", results_endpoint);
+  WireState state;
+  while (stop_requested == 0) {
+    const auto message = results.receive(std::chrono::milliseconds(100));
+    if (message && message_kind(*message) == MessageKind::state && decode_state(*message, state) == WireStatus::ok)
+      return open_model(state.model.file, state.model.checksum);
+  }
+  return {};
+}
+
+void wait_for_stop() {
+  while (stop_requested == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
+int watch_recording(const Options& options, const WebConfig& web) {
+  const RunSettings settings = RecordedRun(options.recording_file).settings();
+  RecordingFeed feed(options.recording_file, options.model_file.empty() ? open_model(settings.model_file, settings.model_checksum) : Model::open(options.model_file));
+  const WebServer server(web, Assets(options.assets_folder), feed);
+  spdlog::info("ready: {} ({} frames)", server.url(), feed.frames());
+  wait_for_stop();
+  return exit_ok;
+}
+
+int watch_test(const Options& options, const WebConfig& web) {
+  const auto model = options.model_file.empty() ? model_of_server(options.results_endpoint) : Model::open(options.model_file);
+  if (!model) return exit_ok;
+  LiveFeed feed({options.results_endpoint, options.preview_endpoint}, *model);
+  WebServer server(web, Assets(options.assets_folder), feed);
   feed.start({[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.watchers() > 0; }});
   spdlog::info("ready: {}", server.url());
-  while (stop_requested == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  wait_for_stop();
   feed.stop();
   return exit_ok;
+}
+
+int watch(Options options) {
+  catch_stop_signals();
+  if (options.recording_file.empty() == options.results_endpoint.empty())
+    throw Error(Status::bad_config, "give --results for a running test or the file of a recording");
+  setpriority(PRIO_PROCESS, 0, politeness);
+  WebConfig web{parse_http_address(options.http), options.allowed_names, options.token, options.limits};
+  if (web.token.empty() && !web.address.is_loopback) web.token = random_token();
+  web.limits.connections = web.limits.watchers * 2;
+  return options.recording_file.empty() ? watch_test(options, web) : watch_recording(options, web);
 }
 
 }  // namespace

@@ -6,12 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lbea {
 
 namespace {
 
 constexpr std::uint32_t most_ranged_samples = 400;
+constexpr std::size_t most_range_values = 1'000'000;  // per field
 constexpr std::uint32_t most_curve_points = 20'000;
 
 template <class Visit>
@@ -21,12 +23,18 @@ void for_picked_samples(const Model& model, std::uint32_t most, Visit visit) {
     visit(static_cast<std::uint32_t>(std::uint64_t{i} * model.samples() / picked));
 }
 
-void widen(FieldRange& range, std::span<const float> values) {
-  for (const float value : values) {
-    if (!std::isfinite(value)) continue;
-    range.lo = std::min(range.lo, value);
-    range.hi = std::max(range.hi, value);
-  }
+/// From the least to where one value in a hundred lies above: a few folded elements must not take all colours.
+FieldRange range_of(std::vector<float>& values) {
+  if (values.empty()) return {};
+  const float least = *std::ranges::min_element(values), most = *std::ranges::max_element(values);
+  const auto high = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * 99 / 100);
+  std::ranges::nth_element(values, high);
+  return {least, *high > least ? *high : most};
+}
+
+void append_some(std::vector<float>& values, std::span<const float> more, std::size_t every) {
+  for (std::size_t i = 0; i < more.size(); i += every)
+    if (std::isfinite(more[i])) values.push_back(more[i]);
 }
 
 std::vector<float> curves_of(const Model& model) {
@@ -65,17 +73,20 @@ ModelRanges ranges_of(const Model& model) {
   ModelRanges ranges;
   ranges.lo.fill(infinity);
   ranges.hi.fill(-infinity);
-  ranges.fields.assign(model.fields(), {infinity, -infinity});
+  std::vector<std::vector<float>> values(model.fields());
+  const std::size_t picked = std::min(most_ranged_samples, model.samples());
   for_picked_samples(model, most_ranged_samples, [&](std::uint32_t sample) {
     const auto positions = model.node_positions(sample);
     for (std::size_t i = 0; i < positions.size(); ++i) {
       ranges.lo[i % 3] = std::min(ranges.lo[i % 3], positions[i]);
       ranges.hi[i % 3] = std::max(ranges.hi[i % 3], positions[i]);
     }
-    for (std::uint32_t field = 0; field < model.fields(); ++field) widen(ranges.fields[field], model.field_values(field, sample));
+    for (std::uint32_t field = 0; field < model.fields(); ++field) {
+      const auto its = model.field_values(field, sample);
+      append_some(values[field], its, 1 + its.size() * picked / most_range_values);
+    }
   });
-  for (FieldRange& range : ranges.fields)
-    if (range.lo > range.hi) range = {};
+  for (std::vector<float>& its : values) ranges.fields.push_back(range_of(its));
   return ranges;
 }
 
@@ -85,13 +96,13 @@ std::vector<std::string> simulation_names(const Model& model) {
   return names;
 }
 
-std::string model_packet(const Model& model, const ModelRanges& ranges) {
+std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording) {
   nlohmann::json parameters = nlohmann::json::array();
   for (std::uint32_t i = 0; i < model.parameters(); ++i) parameters.push_back(model.parameter_name(i));
   const nlohmann::json head{{"type", "model"}, {"unit", model.length_unit()}, {"simulations", simulations_of(model)}, {"parameters", parameters},
                             {"fields", fields_of(model, ranges)}, {"lo", ranges.lo}, {"hi", ranges.hi}, {"nodes", model.nodes()},
                             {"samples", model.samples()}, {"axes", model.leading_axes(0)}, {"branches", model.branches()},
-                            {"references", model.references()}};
+                            {"references", model.references()}, {"recording", recording}};
   Packet packet;
   const auto elements = model.element_nodes();
   packet.add("elements", std::vector<std::uint32_t>(elements.begin(), elements.end()));

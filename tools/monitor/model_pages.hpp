@@ -24,6 +24,7 @@ struct ModelRanges {
 [[nodiscard]] ModelRanges ranges_of(const Model& model);
 [[nodiscard]] std::vector<std::string> simulation_names(const Model& model);
 /// One packet; "elements": elements() x 4 node indices, "curves": points x 5 (simulation, time in s, x, y, z).
-[[nodiscard]] std::string model_packet(const Model& model, const ModelRanges& ranges);
+/// "recording": what is said of one, when the page shows one.
+[[nodiscard]] std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording);
 
 }  // namespace lbea

@@ -29,6 +29,7 @@ class Page {
     this.health = new HealthBar();
     this.addColours();
     this.addControls();
+    addEventListener("resize", () => (this.isStale.charts = true));
     setInterval(() => this.drawCharts(), chartInterval);
     const loop = () => {
       requestAnimationFrame(loop);
@@ -86,9 +87,9 @@ class Page {
     const field = this.model.fields[Number(colour.slice(5))];
     const limit = this.snapshot?.head.scene.distance_limit ?? 0;
     const [title, unit, lo, hi] = field && colour !== "distance" ? [field.name.replaceAll("_", " "), field.unit, field.lo, field.hi] : ["distance cloud to mesh", this.model.unit, 0, limit];
-    byId("legend-title").textContent = unit ? `${title} [${unit}]` : title;
+    byId("legend-title").textContent = unit && unit !== "1" ? `${title} [${unit}]` : title;
     byId("legend-lo").textContent = String(+lo.toPrecision(3));
-    byId("legend-hi").textContent = `${colour === "distance" ? "\u2265 " : ""}${+hi.toPrecision(3)}`;
+    byId("legend-hi").textContent = `\u2265 ${+hi.toPrecision(3)}`;
     const context = byId("legend-bar").getContext("2d"), image = context.createImageData(256, 1);
     for (let i = 0; i < 256; ++i) image.data.set([map[i * 3], map[i * 3 + 1], map[i * 3 + 2], 255], i * 4);
     context.putImageData(image, 0, 0);
@@ -104,7 +105,7 @@ class Page {
     byId("save-vtu").setAttribute("aria-disabled", String(!shape));
     if (shape) byId("save-vtu").href = `/export/mesh.vtu?shape=${shape.map((share) => share.join(":")).join(",")}`;
     if (head.test.results > 0) byId("test-title").textContent = `frame ${head.result.frame}, ${(head.test.seconds * 1000).toFixed(2)} ms`;
-    if (head.health) this.showSource(head.health);
+    if (head.health && !head.health.recording) this.showSource(head.health);
   }
   noteOn(head) {
     if (head.model_differs) return "These results belong to another model than the one this page was given: no mesh can be shown.";

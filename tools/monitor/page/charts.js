@@ -20,11 +20,11 @@ class Chart {
   }
   axis(more) {
     const size = rem();
-    return { stroke: style("--ink"), font: `${0.85 * size}px sans-serif`, size: 3.1 * size, gap: 0.2 * size,
+    return { stroke: style("--ink"), font: `${0.9 * size}px sans-serif`, space: 3.5 * size, size: 3.6 * size, gap: 0.2 * size,
       grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, ...more };
   }
   timeAxis() {
-    return this.axis({ size: 1.6 * rem(), values: (_, splits) => splits.map((t) => `${+(t * 1000).toPrecision(6)} ms`) });
+    return this.axis({ space: 5 * rem(), size: 2.2 * rem(), values: (_, splits) => splits.map((t) => `${+(t * 1000).toPrecision(6)} ms`) });
   }
   /// Makes the plot anew when what it consists of has changed.
   set(key, options, data) {
@@ -76,8 +76,8 @@ export class ProbabilityChart extends Chart {
   }
   note(simulations, rows) {
     const last = rows.count - 1;
-    const html = simulations.map((simulation) => [colourOf(simulation), this.nameOf(simulation), last >= 0 ? (rows.chance(last, simulation) ?? 0) : 0]);
-    this.list.replaceChildren(...html.sort((a, b) => b[2] - a[2]).map(([colour, name, p]) => {
+    const entries = simulations.map((simulation) => [colourOf(simulation), this.nameOf(simulation), last >= 0 ? (rows.chance(last, simulation) ?? 0) : 0]);
+    this.list.replaceChildren(...entries.sort((a, b) => b[2] - a[2]).slice(0, 4).map(([colour, name, p]) => {
       const item = document.createElement("li");
       const key = document.createElement("span");
       key.textContent = "\u25A0 ";

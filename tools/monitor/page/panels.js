@@ -31,7 +31,14 @@ export class VerdictPanel {
     put("verdict-why", this.why(result, known[2]) + (test.complete ? " The test is complete." : ""));
     put("best-name", best ? best.name : "-");
     put("best-step", best ? `step ${best.time_step}, ${(best.time_s * 1000).toFixed(2)} ms` : "");
+    put("test-so-far", this.soFar(result.test));
     this.announce(`${known[1]}${best ? `: ${best.name}` : ""}`);
+  }
+  /// What all frames together say may differ from what the last one says.
+  soFar(test) {
+    if (!test || !test.simulations.length) return "";
+    const [simulation, probability] = test.simulations[0];
+    return `Whole test so far: ${this.model.simulations[simulation]?.name ?? simulation} (${(probability * 100).toFixed(0)} %)`;
   }
   why(result, sentence) {
     if (result.status !== "ok" && result.verdict === "refused") return `${sentence} Reason: ${result.status.replaceAll("_", " ")}.`;
@@ -106,7 +113,7 @@ export class HealthBar {
     this.cell("Rate", `${health.rate.toFixed(health.rate < 10 ? 1 : 0)} /s`);
     this.cell("Queue", server ? `${server.queue_used} of ${server.queue_slots}` : "-", Boolean(server) && server.queue_used >= server.queue_slots);
     this.cell("Last frame", this.age(health.last_frame_ms));
-    this.cell("Recording", ...this.recording(counters, test));
+    this.cell("Recording", ...(health.recording ? [health.recording, health.recording !== "complete"] : this.recording(counters, test)));
     if (health.results_lost_here > 0) this.cell("Not shown here", health.results_lost_here.toLocaleString("en"));
     const reasons = Object.entries(counters.reasons).map(([reason, count]) => `${reason.replaceAll("_", " ")} ${count}`).join(", ");
     if (reasons || this.cells.has("Reasons")) this.cell("Reasons", reasons || "-", reasons !== "");

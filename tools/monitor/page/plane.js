@@ -1,24 +1,22 @@
-// The joint low-dimensional view: every simulation a curve, the test its path among them. Three coordinates, drawn obliquely.
+// The joint low-dimensional view: every simulation a curve, the test its path among them. Three coordinates, looked at from
+// where the curves spread most, and stretched to fill the picture.
+import { principalAxes } from "./principal_axes.js";
 import { colourOf, style } from "./colours.js";
-
-const depth = [0.38, 0.26];  // how far the third axis leans
 
 export class Plane {
   constructor(canvas, curves, axes) {
     this.canvas = canvas;
     this.axes = axes.map((place) => `mode ${Math.floor(place / 3) + 1} ${"xyz"[place % 3]}`);
     this.lines = new Map();
-    this.lo = [Infinity, Infinity, Infinity];
-    this.hi = [-Infinity, -Infinity, -Infinity];
+    const points = [];
     for (let i = 0; i < curves.length; i += 5) {
       if (!this.lines.has(curves[i])) this.lines.set(curves[i], []);
-      const point = [curves[i + 2], curves[i + 3], curves[i + 4]];
-      this.lines.get(curves[i]).push(point);
-      point.forEach((value, k) => {
-        this.lo[k] = Math.min(this.lo[k], value);
-        this.hi[k] = Math.max(this.hi[k], value);
-      });
+      points.push([curves[i + 2], curves[i + 3], curves[i + 4]]);
+      this.lines.get(curves[i]).push(points.at(-1));
     }
+    this.directions = principalAxes(points);
+    const spread = (k) => points.map((point) => this.along(point, k));
+    this.ranges = [0, 1].map((k) => [Math.min(...spread(k)), Math.max(...spread(k))]);
     this.path = [];
     this.leader = -1;
     this.backdrop = document.createElement("canvas");
@@ -38,10 +36,12 @@ export class Plane {
     this.drawBackdrop();
     this.draw();
   }
+  along(point, k) {
+    return point.reduce((sum, value, i) => sum + value * this.directions[k][i], 0);
+  }
   at(point) {
-    const [x, y, z] = point.map((value, k) => (this.hi[k] > this.lo[k] ? (value - this.lo[k]) / (this.hi[k] - this.lo[k]) : 0.5));
-    const { width, height } = this.canvas, margin = 0.08 * height;
-    const u = (x + depth[0] * z) / (1 + depth[0]), v = (y + depth[1] * z) / (1 + depth[1]);
+    const { width, height } = this.canvas, margin = 0.1 * height;
+    const [u, v] = this.ranges.map(([lo, hi], k) => (hi > lo ? (this.along(point, k) - lo) / (hi - lo) : 0.5));
     return [margin + u * (width - 2 * margin), height - margin - v * (height - 2 * margin)];
   }
   stroke(context, points, colour, width, alpha) {
@@ -54,16 +54,25 @@ export class Plane {
   drawBackdrop() {
     const context = this.backdrop.getContext("2d"), unit = this.backdrop.height / 200;
     context.clearRect(0, 0, this.backdrop.width, this.backdrop.height);
-    const origin = this.lo, ends = [0, 1, 2].map((k) => origin.map((value, i) => (i === k ? this.hi[k] : value)));
-    context.font = `${Math.max(10, 9 * unit)}px sans-serif`;
-    ends.forEach((end, k) => {
-      this.stroke(context, [origin, end], style("--line"), unit, 1);
-      const [x, y] = this.at(end);
-      context.fillStyle = style("--soft");
-      context.textAlign = k === 1 ? "left" : "right";
-      context.fillText(this.axes[k], x + (k === 1 ? 4 * unit : 0), y - 2 * unit);
-    });
+    this.drawAxes(context, unit);
     for (const [simulation, points] of this.lines) this.stroke(context, points, colourOf(simulation), 1.1 * unit, 0.6);
+  }
+  /// Where each coordinate points to, from a common origin in the corner.
+  drawAxes(context, unit) {
+    context.font = `${10 * unit}px sans-serif`;
+    context.fillStyle = style("--soft");
+    this.axes.forEach((name, k) => {
+      const step = [0, 1].map((d) => this.directions[d][k] / Math.max(this.ranges[d][1] - this.ranges[d][0], 1e-30));
+      const length = Math.hypot(...step) || 1, [x, y] = [this.canvas.width - 70 * unit, this.canvas.height - 45 * unit];
+      const [u, v] = [x + (28 * unit * step[0]) / length, y - (28 * unit * step[1]) / length];
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(u, v);
+      Object.assign(context, { strokeStyle: style("--soft"), lineWidth: unit });
+      context.stroke();
+      context.textAlign = u < x ? "right" : "left";
+      context.fillText(name, u + (u < x ? -2 : 2) * unit, v + (v > y ? 8 : -1) * unit);
+    });
   }
   update(rows, leader) {
     this.path = [];

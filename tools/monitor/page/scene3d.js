@@ -139,11 +139,13 @@ export class Scene3d {
     this.draw();
   }
   show({ cloud, mesh, edges, ghost, split }) {
+    const refits = split !== this.isSplit;
     this.points.visible = cloud;
     this.mesh.group.visible = mesh;
     this.mesh.edges.visible = edges;
     this.ghost.group.visible = ghost;
     this.isSplit = split;
+    if (refits) this.fit();
     this.draw();
   }
   recolour() {
@@ -154,12 +156,20 @@ export class Scene3d {
     this.plain = dark ? plainMesh.dark : plainMesh.light;
     this.draw();
   }
+  /// As near as shows all corners of the box in which the simulations move.
   fit() {
-    const centre = this.lo.clone().add(this.hi).multiplyScalar(0.5), radius = this.hi.distanceTo(this.lo) / 2;
-    const vertical = THREE.MathUtils.degToRad(this.camera.fov / 2), horizontal = Math.atan(Math.tan(vertical) * this.camera.aspect);
-    const away = (radius * 0.82) / Math.sin(Math.min(vertical, horizontal));
+    const centre = this.lo.clone().add(this.hi).multiplyScalar(0.5), toCamera = new THREE.Vector3(0.55, -0.9, 0.5).normalize();
+    const right = new THREE.Vector3().crossVectors(this.camera.up, toCamera).normalize(), up = new THREE.Vector3().crossVectors(toCamera, right);
+    const aspect = (this.canvas.clientWidth / this.canvas.clientHeight) * (this.isSplit ? 0.5 : 1);
+    const vertical = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)), horizontal = vertical * aspect;
+    let away = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const at = new THREE.Vector3(...[0, 1, 2].map((k) => ((corner >> k) & 1 ? this.hi : this.lo).getComponent(k))).sub(centre);
+      away = Math.max(away, at.dot(toCamera) + Math.max(Math.abs(at.dot(right)) / horizontal, Math.abs(at.dot(up)) / vertical));
+    }
+    away *= 1.04;
     this.controls.target.copy(centre);
-    this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(0.55, -0.9, 0.5).normalize(), away);
+    this.camera.position.copy(centre).addScaledVector(toCamera, away);
     this.camera.near = away / 100;
     this.camera.far = away * 20;
     this.camera.updateProjectionMatrix();

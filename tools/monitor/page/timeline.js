@@ -13,16 +13,19 @@ export class Timeline {
     this.slider.addEventListener("input", () => this.show());
     byId("play").addEventListener("click", () => this.play(byId("play").getAttribute("aria-pressed") !== "true"));
     this.page.state("live", `Recording ${recording.file}: ${recording.words}`);
-    this.start();
-  }
-  async start() {
-    for (let first = 0; ; ) {
-      const packet = await this.get(`/api/recording/rows?first=${first}`);
-      if (packet.arrays.rows.length === 0) break;
-      this.page.take(packet);
-      first = this.page.rows.count;
-    }
     this.show();
+  }
+  /// The curves of the test that the frame belongs to: a recording may hold several.
+  async takeRows(session) {
+    this.session = session;
+    for (let first = 0; ; first = this.page.rows.count) {
+      const answer = await (await fetch(`/api/recording/rows?session=${session}&first=${first}`)).arrayBuffer();
+      if (answer.byteLength === 0) return;
+      const packet = readPacket(answer);
+      packet.head.epoch = session;
+      if (packet.arrays.rows.length === 0) return;
+      this.page.take(packet);
+    }
   }
   async get(address) {
     return readPacket(await (await fetch(address)).arrayBuffer());
@@ -35,6 +38,8 @@ export class Timeline {
     try {
       const packet = await this.get(`/api/recording/frame?number=${wanted}`);
       this.page.take(packet);
+      if (packet.head.test.session !== this.session) await this.takeRows(packet.head.test.session);
+      byId("save-csv").href = `/export/curves.csv?session=${this.session}`;
       byId("scrub-at").textContent = `${Number(wanted) + 1} of ${Number(this.slider.max) + 1}`;
     } finally {
       this.isBusy = false;

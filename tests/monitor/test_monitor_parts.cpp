@@ -1,0 +1,267 @@
+// The monitor's parts, each against what it should be.
+#include "tests/support/synthetic_model.hpp"
+#include "tests/wire/wire_support.hpp"
+#include "tools/monitor/access.hpp"
+#include "tools/monitor/health.hpp"
+#include "tools/monitor/packet.hpp"
+#include "tools/monitor/scene.hpp"
+#include "tools/monitor/test_log.hpp"
+#include "tools/serve/preview.hpp"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <random>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+WireResult result_of(std::uint64_t id, std::uint64_t session = 1) {
+  WireResult result;
+  result.sequence = id;
+  result.session = session;
+  result.frame_id = id;
+  result.stamp_ns = 1'000'000'000 + static_cast<std::int64_t>(id) * 1'000'000;
+  result.verdict = WireVerdict::matched;
+  result.coverage = 0.5f;
+  result.matches = {{{2, 7}, "run \"b\"", 0.007, 1.5f}};
+  result.leading_coordinates = {1, 2, static_cast<float>(id)};
+  result.elapsed_ns.total = 2'000'000;
+  return result;
+}
+
+struct ReadPacket {
+  nlohmann::json head;
+  std::string bytes;
+  std::size_t begin;
+  template <class T>
+  std::vector<T> section(const std::string& name) const {
+    const auto& place = head["sections"][name];
+    std::vector<T> values(place["count"].get<std::size_t>());
+    std::memcpy(values.data(), bytes.data() + begin + place["offset"].get<std::size_t>(), values.size() * sizeof(T));
+    return values;
+  }
+};
+
+ReadPacket read(const std::string& packet) {
+  std::uint32_t length = 0;
+  REQUIRE(packet.substr(0, 4) == "LBMO");
+  std::memcpy(&length, packet.data() + 4, 4);
+  return {nlohmann::json::parse(packet.substr(8, length)), packet, (8 + length + 7) / 8 * std::size_t{8}};
+}
+
+float to_surface_by_sampling(const Point& p, const Model& model, std::span<const float> positions) {
+  float least = 1e30f;
+  const auto at = [&](std::uint32_t node, std::size_t k) { return positions[node * std::size_t{3} + k]; };
+  for (std::uint32_t e = 0; e < model.elements(); ++e)
+    for (int i = 0; i <= 20; ++i)
+      for (int j = 0; j <= 20; ++j) {
+        // Quads of the plates are flat: bilinear points lie on them.
+        const float u = static_cast<float>(i) / 20, v = static_cast<float>(j) / 20;
+        const std::uint32_t* n = &model.element_nodes()[std::size_t{e} * 4];
+        float squared = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const float x = (1 - u) * ((1 - v) * at(n[0], k) + v * at(n[3], k)) + u * ((1 - v) * at(n[1], k) + v * at(n[2], k));
+          const float d = x - (k == 0 ? p.x : k == 1 ? p.y : p.z);
+          squared += d * d;
+        }
+        least = std::min(least, squared);
+      }
+  return std::sqrt(least);
+}
+
+}  // namespace
+
+TEST_CASE("addresses to serve on") {
+  CHECK(parse_http_address("127.0.0.1:8080").is_loopback);
+  CHECK(parse_http_address("localhost:0").host == "127.0.0.1");
+  CHECK(parse_http_address("[::1]:80").is_loopback);
+  CHECK(!parse_http_address("0.0.0.0:8080").is_loopback);
+  CHECK(!parse_http_address("[::]:8080").is_loopback);
+  CHECK(!parse_http_address("192.168.1.4:65535").is_loopback);
+  for (const std::string text : {"", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "127.0.0.1:80x", "rig:8080", "::1:80", "[::1]", "127.evil.example:80", "[127.0.0.1]:80"})
+    CHECK_MESSAGE(error_of([&] { static_cast<void>(parse_http_address(text)); }).first == Status::bad_config, text);
+}
+
+TEST_CASE("tokens are long and never the same") {
+  CHECK(random_token().size() == 32);
+  CHECK(random_token() != random_token());
+  CHECK(query_value("/?a=1&token=xy&b=", "token") == "xy");
+  CHECK(query_value("/?a=1&token=xy&b=", "b").empty());
+  CHECK(query_value("/token=1", "token").empty());
+  CHECK(query_value("/?mytoken=1", "token").empty());
+}
+
+TEST_CASE("a packet's sections come back") {
+  for (const std::size_t padding : {0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u}) {
+    Packet packet;
+    packet.add("a", std::vector<float>{1.5f, -2});
+    packet.add("none", std::vector<std::uint32_t>{});
+    packet.add("b", std::vector<std::uint16_t>{7});
+    packet.add("c", std::vector<std::uint32_t>{1, 2, 3});
+    const auto seen = read(packet.finish({{"text", std::string(padding, 'x')}}));
+    CHECK(seen.section<float>("a") == std::vector<float>{1.5f, -2});
+    CHECK(seen.section<std::uint32_t>("none").empty());
+    CHECK(seen.section<std::uint16_t>("b") == std::vector<std::uint16_t>{7});
+    CHECK(seen.section<std::uint32_t>("c") == std::vector<std::uint32_t>{1, 2, 3});
+    CHECK(seen.begin % 8 == 0);
+  }
+}
+
+TEST_CASE("a log is bounded, covers the whole test, and tells readers when rows have changed") {
+  TestLog log(16);
+  LogCursor cursor;
+  std::size_t read_rows = 0;
+  for (std::uint64_t id = 0; id < 1000; ++id) {
+    log.add(result_of(id));
+    CHECK(log.rows().size() <= 16);
+    if (id == 9) {
+      const auto first = read(next_rows(log, cursor, 4));
+      CHECK(first.head["first"] == 0);
+      CHECK(first.section<float>("rows").size() == 4 * TestLog::row_values);
+      CHECK(read(next_rows(log, cursor, 100)).head["first"] == 4);
+      CHECK(next_rows(log, cursor, 100).empty());
+    }
+  }
+  CHECK(log.results() == 1000);
+  CHECK(log.rows().front()[TestLog::frame] == 0);
+  CHECK(log.rows().back()[TestLog::frame] >= 1000 - 2 * static_cast<float>(log.every()));
+  for (std::size_t i = 1; i < log.rows().size(); ++i)
+    CHECK(log.rows()[i][TestLog::frame] - log.rows()[i - 1][TestLog::frame] == static_cast<float>(log.every()));
+  const auto anew = read(next_rows(log, cursor, 100));
+  CHECK(anew.head["first"] == 0);
+  read_rows = anew.section<float>("rows").size() / TestLog::row_values;
+  CHECK(read_rows == log.rows().size());
+}
+
+TEST_CASE("a new sender begins a new test; a frame of nobody does not; the end is noted") {
+  TestLog log;
+  log.add(result_of(5));
+  log.add(result_of(6));
+  WireResult damaged;
+  damaged.status = WireStatus::damaged;
+  log.add(damaged);
+  CHECK(log.session() == 1);
+  CHECK(log.rows().size() == 3);
+  WireResult end = result_of(7);
+  end.status = WireStatus::end_of_stream;
+  log.add(end);
+  CHECK(log.is_complete());
+  CHECK(log.rows().size() == 3);
+  log.add(result_of(0, 2));
+  CHECK(!log.is_complete());
+  CHECK(log.rows().size() == 1);
+  CHECK(log.rows().front()[TestLog::time_s] == 0);
+}
+
+TEST_CASE("curves as CSV: one line a row, names quoted, what is not known empty") {
+  TestLog log;
+  log.add(result_of(0));
+  WireResult refused = result_of(1);
+  refused.status = WireStatus::bad_cloud;
+  refused.verdict = WireVerdict::refused;
+  log.add(refused);
+  const std::vector<std::string> names{"a", "b", "run \"b\""};
+  const std::string csv = to_csv(log, names);
+  CHECK(std::ranges::count(csv, '\n') == 3);
+  CHECK(contains(csv, "\n0,0,matched,ok,\"run \"\"b\"\"\",7,1.5,,,,,0.5,1,2,0,2,"));
+  CHECK(contains(csv, "\n0.001,1,refused,bad_cloud,,,,"));
+}
+
+TEST_CASE("health: rates, latency, losses here, ages") {
+  Health health;
+  const auto begin = Health::Clock::now();
+  for (int i = 0; i <= 100; ++i) {
+    WireResult result = result_of(static_cast<std::uint64_t>(i));
+    result.counters.received = static_cast<std::uint64_t>(i);
+    health.note(result, begin + std::chrono::milliseconds(20 * i));
+  }
+  WireResult late = result_of(111);
+  late.elapsed_ns.total = 40'000'000;
+  health.note(late, begin + std::chrono::milliseconds(2020));
+  const auto report = health.report(begin + std::chrono::milliseconds(2520));
+  CHECK(report["rate"].get<double>() == doctest::Approx(50).epsilon(0.05));
+  CHECK(report["results_lost_here"] == 10);
+  CHECK(report["heard_ms"] == 500);
+  CHECK(report["latency"]["p50_ms"].get<double>() == doctest::Approx(2));
+  CHECK(report["latency"]["p99_ms"].get<double>() < 40);
+  CHECK(health.report(begin + std::chrono::minutes(1))["rate"] == 0.0);
+}
+
+TEST_CASE("shapes travel as text; anything else is refused") {
+  const auto shape = parse_shape("3:17:0.75,4:16:0.25");
+  REQUIRE(shape);
+  CHECK((*shape)[0].sample == Sample{3, 17});
+  CHECK((*shape)[1].weight == 0.25f);
+  for (const std::string text : {"", ",", "1", "1:2", "1:2:", "1:2:x", "-1:2:1", "1:2:1;", "1:2:nan", "1:2:1:1", "99999999999:0:1", "1:2:inf"}) CHECK_MESSAGE(!parse_shape(text), text);
+  std::string many;
+  for (int i = 0; i < 1000; ++i) many += "0:0:0.1,";
+  CHECK(!parse_shape(many));
+}
+
+TEST_CASE("scenes of a model: meshes blend, distances are those from the surface, clouds come back") {
+  const TemporaryFolder folder;
+  bake_bent_plates(folder / "plates.lbea");
+  const Model model = Model::open(folder / "plates.lbea");
+  const Shape half{{{0, 5}, 0.5f}, {{1, 5}, 0.5f}};
+  REQUIRE(is_shape_of(model, half));
+  CHECK(!is_shape_of(model, {{{0, 6}, 1.0f}}));
+  CHECK(!is_shape_of(model, {{{0, 5}, std::nanf("")}}));
+  const auto between = positions_of(model, half);
+  for (std::size_t i = 0; i < between.size(); ++i)
+    CHECK(between[i] == doctest::Approx((model.node_positions(model.sample_index({0, 5}))[i] + model.node_positions(model.sample_index({1, 5}))[i]) / 2));
+
+  const auto surface = model.node_positions(model.sample_index({1, 5}));
+  SurfaceDistance distance(model.element_nodes(), model.nodes());
+  distance.set_shape(surface, 10);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> offset(-8, 8);
+  for (std::size_t i = 0; i < 60; ++i) {
+    const std::size_t node = i * 3 % model.nodes();
+    const Point p{surface[node * 3] + offset(random), surface[node * 3 + 1] + offset(random), surface[node * 3 + 2] + offset(random)};
+    // A twentieth of an element is what the oracle's samples lie apart; bent quads are not quite flat.
+    CHECK(distance.at(p) == doctest::Approx(std::min(10.0f, to_surface_by_sampling(p, model, surface))).epsilon(0.05).scale(1));
+  }
+  CHECK(distance.at({1e6f, 0, 0}) == 10);
+  CHECK(distance.at({-1e30f, 1e30f, 0}) == 10);
+
+  WireResult result = result_of(3);
+  result.model_checksum = model.checksum();
+  result.matches = {{{1, 5}, "plate_1", 0, 1}, {{1, 4}, "plate_1", 0, 2}, {{3, 5}, "plate_3", 0, 3}};
+  const std::vector<Point> cloud{{surface[0], surface[1], surface[2]}, {1e9f, 0, 0}};
+  SceneBuilder scenes(model, ranges_of(model));
+  const auto scene = read(scenes.build({result, std::make_shared<const std::vector<Point>>(cloud)}, {}));
+  CHECK(scene.section<float>("match") == std::vector<float>(surface.begin(), surface.end()));
+  CHECK(scene.head["scene"]["meshes"]["ghost"]["shape"][0][0] == 3);
+  CHECK(scene.head["scene"]["cloud"]["elsewhere"] == 1);
+  const auto points = scene.section<std::uint16_t>("cloud");
+  REQUIRE(points.size() == 4);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float lo = scene.head["scene"]["lo"][k], hi = scene.head["scene"]["hi"][k];
+    CHECK(std::abs(lo + static_cast<float>(points[k]) / 65535 * (hi - lo) - surface[k]) < (hi - lo) / 65000);
+  }
+  CHECK(points[3] == 0);
+  result.model_checksum += 1;
+  CHECK(!read(scenes.build({result, nullptr}, {})).head["sections"].contains("match"));
+}
+
+TEST_CASE("thinning keeps the cloud's extent, leaves out what is not finite, and moves it") {
+  std::vector<Point> points;
+  for (int i = 0; i < 1000; ++i) points.push_back({static_cast<float>(i), 0, 0});
+  points[500].y = std::nanf("");
+  RigidTransform up = identity_transform;
+  up[11] = 5;
+  thin(points, 100, up);
+  CHECK(points.size() == 99);
+  CHECK(points.front().x == 0);
+  CHECK(points.back().x == 990);
+  CHECK(points.front().z == 5);
+  thin(points, 1000, identity_transform);
+  CHECK(points.size() == 99);
+  points.clear();
+  thin(points, 10, identity_transform);
+  CHECK(points.empty());
+}

@@ -1,0 +1,214 @@
+// Who is served and who is not, over real sockets; what stalled and hostile clients cost.
+#include "tests/monitor/raw_client.hpp"
+#include "tests/wire/wire_support.hpp"
+#include "tools/monitor/web_server.hpp"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <fstream>
+#include <memory>
+#include <thread>
+#include <vector>
+
+using namespace lbea;
+using namespace lbea::test;
+using namespace std::chrono_literals;
+
+namespace {
+
+class FakeFeed final : public Feed {
+ public:
+  std::string rows_after(LogCursor& cursor) override { return std::exchange(cursor.epoch, 1) == 0 ? "rows" : ""; }
+  std::optional<HttpAnswer> answer(std::string_view target) override {
+    if (target.starts_with("/api/echo")) return HttpAnswer{200, "text/plain", std::string(target), ""};
+    return {};
+  }
+};
+
+struct Bench {
+  FakeFeed feed;
+  WebServer server;
+  explicit Bench(WebLimits limits = {}, std::string token = "", std::string host = "127.0.0.1")
+      : server({{host, 0, host.starts_with("127.")}, {"rig.lab"}, std::move(token), limits}, Assets(), feed) {}
+  RawClient client() const { return RawClient(server.port()); }
+};
+
+std::string status_of(const std::string& answer) { return answer.substr(0, std::min(answer.find("\r\n"), answer.size())); }
+
+std::size_t resident_kb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmRSS:")) return std::stoull(line.substr(6));
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("the page is served with everything that keeps others out of it") {
+  Bench bench;
+  const std::string answer = bench.client().ask("GET /");
+  CHECK(status_of(answer) == "HTTP/1.1 200 OK");
+  CHECK(contains(answer, "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'"));
+  CHECK(!contains(answer, "unsafe"));
+  CHECK(contains(answer, "X-Content-Type-Options: nosniff"));
+  CHECK(contains(answer, "frame-ancestors 'none'"));
+  CHECK(contains(answer, "Cross-Origin-Resource-Policy: same-origin"));
+  CHECK(contains(answer, "Content-Type: text/html"));
+  CHECK(contains(bench.client().ask("GET /app.js"), "Content-Type: text/javascript"));
+  CHECK(contains(bench.client().ask("GET /app.css"), "Content-Type: text/css"));
+  CHECK(contains(bench.client().ask("GET /api/echo?a=1"), "/api/echo?a=1"));
+  const std::string head = bench.client().ask("HEAD /");
+  CHECK(status_of(head) == "HTTP/1.1 200 OK");
+  CHECK(head.ends_with("\r\n\r\n"));
+}
+
+TEST_CASE("the page is whole: it names nothing that is not embedded, and no other site") {
+  Bench bench;
+  const std::string page = bench.client().ask("GET /");
+  CHECK(contains(page, "src=\"/app.js\""));
+  CHECK(contains(page, "href=\"/app.css\""));
+  CHECK(!contains(page, "<style"));
+  CHECK(!contains(page, "style="));
+  CHECK(!contains(page, "onclick"));
+  CHECK(!contains(page, "https://"));
+}
+
+TEST_CASE("names that are not files, and ways out of the folder, are not found") {
+  Bench bench;
+  for (const std::string path : {"/nothing.js", "/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.hidden.js", "/index.html/", "/INDEX.HTML", "/app.js%00"})
+    CHECK_MESSAGE(status_of(bench.client().ask("GET " + path)) == "HTTP/1.1 404 Not Found", path);
+}
+
+TEST_CASE("only looking is possible") {
+  Bench bench;
+  for (const std::string method : {"POST", "PUT", "DELETE", "OPTIONS", "PATCH"})
+    CHECK_MESSAGE(status_of(bench.client().ask(method + " /")) == "HTTP/1.1 405 Method Not Allowed", method);
+}
+
+TEST_CASE("a foreign host name or origin is refused, also for the WebSocket") {
+  Bench bench;
+  const std::string port = std::to_string(bench.server.port());
+  for (const std::string host : {"evil.example:" + port, "127.0.0.1.evil.example:" + port, std::string("127.0.0.1:1"), std::string("127.0.0.1"), "10.0.0.7:" + port}) {
+    CHECK_MESSAGE(status_of(bench.client().ask("GET /", "", host)) == "HTTP/1.1 403 Forbidden", host);
+    CHECK_MESSAGE(status_of(bench.client().upgrade("", host)) == "HTTP/1.1 403 Forbidden", host);
+  }
+  for (const std::string host : {"localhost:" + port, "LOCALHOST:" + port, "[::1]:" + port, "rig.lab:" + port})
+    CHECK_MESSAGE(status_of(bench.client().ask("GET /", "", host)) == "HTTP/1.1 200 OK", host);
+  for (const std::string origin : {"http://evil.example", "null", "https://127.0.0.1:" + port, "http://127.0.0.1:1", "http://localhost:" + port})
+    CHECK_MESSAGE(status_of(bench.client().upgrade("Origin: " + origin + "\r\n")) == "HTTP/1.1 403 Forbidden", origin);
+  CHECK(status_of(bench.client().upgrade("Origin: http://127.0.0.1:" + port + "\r\n")) == "HTTP/1.1 101 Switching Protocols");
+}
+
+TEST_CASE("other addresses want a token, which moves from the address to a cookie") {
+  CHECK(error_of([] { Bench bench({}, "", "0.0.0.0"); }).first == Status::bad_config);
+  Bench bench({}, "0123456789abcdef", "0.0.0.0");
+  const std::string cookie = "lbea_monitor_" + std::to_string(bench.server.port()) + "=";
+  CHECK(bench.server.url().ends_with("/?token=0123456789abcdef"));
+  CHECK(status_of(bench.client().ask("GET /")) == "HTTP/1.1 401 Unauthorized");
+  CHECK(status_of(bench.client().ask("GET /?token=0123456789abcdee")) == "HTTP/1.1 401 Unauthorized");
+  CHECK(status_of(bench.client().ask("GET /?token=")) == "HTTP/1.1 401 Unauthorized");
+  const std::string moved = bench.client().ask("GET /?token=0123456789abcdef");
+  CHECK(status_of(moved) == "HTTP/1.1 303 See Other");
+  CHECK(contains(moved, "Set-Cookie: " + cookie + "0123456789abcdef; Path=/; HttpOnly; SameSite=Strict"));
+  CHECK(status_of(bench.client().ask("GET /", "Cookie: other=1; " + cookie + "0123456789abcdef\r\n")) == "HTTP/1.1 200 OK");
+  CHECK(status_of(bench.client().ask("GET /", "Cookie: " + cookie + "0123456789abcdeg\r\n")) == "HTTP/1.1 401 Unauthorized");
+  CHECK(status_of(bench.client().ask("GET /", "Authorization: Bearer 0123456789abcdef\r\n")) == "HTTP/1.1 200 OK");
+  CHECK(status_of(bench.client().upgrade()) == "HTTP/1.1 401 Unauthorized");
+  CHECK(status_of(bench.client().upgrade("Cookie: " + cookie + "0123456789abcdef\r\n")) == "HTTP/1.1 101 Switching Protocols");
+  CHECK(status_of(bench.client().ask("GET /", "", "rebound.example:" + std::to_string(bench.server.port()))) == "HTTP/1.1 403 Forbidden");
+}
+
+TEST_CASE("a second one on the same port is told so") {
+  Bench bench;
+  FakeFeed feed;
+  const auto [status, sentence] = error_of([&] { WebServer({{"127.0.0.1", bench.server.port(), true}, {}, "", {}}, Assets(), feed); });
+  CHECK(status == Status::endpoint_unavailable);
+  CHECK(contains(sentence, std::to_string(bench.server.port())));
+}
+
+TEST_CASE("requests that are too large or never end are cut off") {
+  Bench bench({.request_timeout = 1s});
+  RawClient large(bench.server.port());
+  large.say("GET / HTTP/1.1\r\nHost: " + large.host() + "\r\nX: " + std::string(100'000, 'x') + "\r\n\r\n");
+  CHECK(!contains(large.hear(SIZE_MAX), "200 OK"));
+  RawClient body(bench.server.port());
+  body.say("GET / HTTP/1.1\r\nHost: " + body.host() + "\r\nContent-Length: 1000000\r\n\r\n" + std::string(1000, 'x'));
+  CHECK(!contains(body.hear(SIZE_MAX), "200 OK"));
+  RawClient slow(bench.server.port());
+  slow.say("GET / HT");
+  const auto begin = std::chrono::steady_clock::now();
+  CHECK(slow.hear(SIZE_MAX).empty());
+  CHECK(std::chrono::steady_clock::now() - begin < 10s);
+  RawClient garbage(bench.server.port());
+  garbage.say(std::string(4096, '\xff'));
+  CHECK(!contains(garbage.hear(SIZE_MAX), "200 OK"));
+  CHECK(status_of(bench.client().ask("GET /")) == "HTTP/1.1 200 OK");
+}
+
+TEST_CASE("watchers and connections are limited, and places become free again") {
+  Bench bench({.connections = 8, .watchers = 2});
+  {
+    RawClient first(bench.server.port()), second(bench.server.port());
+    CHECK(status_of(first.upgrade()) == "HTTP/1.1 101 Switching Protocols");
+    CHECK(status_of(second.upgrade()) == "HTTP/1.1 101 Switching Protocols");
+    CHECK(bench.server.watchers() == 2);
+    CHECK(status_of(bench.client().upgrade()) == "HTTP/1.1 503 Service Unavailable");
+    std::vector<std::unique_ptr<RawClient>> idle;
+    for (int i = 0; i < 6; ++i) idle.push_back(std::make_unique<RawClient>(bench.server.port()));
+    CHECK(bench.client().ask("GET /").empty());
+  }
+  CHECK(eventually([&] { return bench.server.watchers() == 0; }));
+  CHECK(eventually([&] { return status_of(bench.client().ask("GET /")) == "HTTP/1.1 200 OK"; }));
+}
+
+TEST_CASE("a watcher gets the rows and the newest snapshot; whoever talks is let go") {
+  Bench bench;
+  RawClient watcher(bench.server.port());
+  REQUIRE(status_of(watcher.upgrade()) == "HTTP/1.1 101 Switching Protocols");
+  CHECK(watcher.next_message() == "rows");
+  bench.server.publish(std::make_shared<const std::string>("snapshot"));
+  CHECK(watcher.next_message() == "snapshot");
+  watcher.say(std::string("\x82\x81\x00\x00\x00\x00x", 7));
+  CHECK(watcher.hear(SIZE_MAX).empty());
+  CHECK(eventually([&] { return bench.server.watchers() == 0; }));
+}
+
+TEST_CASE("32 watchers who never read: publishing does not wait, memory stays bounded, others get the newest") {
+  Bench bench({.silence = 60s});
+  std::vector<std::unique_ptr<RawClient>> stalled;
+  for (int i = 0; i < 32; ++i) {
+    stalled.push_back(std::make_unique<RawClient>(bench.server.port(), 4096));
+    REQUIRE(status_of(stalled.back()->upgrade()) == "HTTP/1.1 101 Switching Protocols");
+  }
+  RawClient reader(bench.server.port());
+  REQUIRE(status_of(reader.upgrade()) == "HTTP/1.1 101 Switching Protocols");
+  std::string last;
+  std::thread reading([&] {
+    while (!last.starts_with("end")) {
+      last = reader.next_message();
+      if (last.empty()) break;
+    }
+  });
+  constexpr std::size_t snapshot_bytes = 4'000'000, rounds = 300;
+  const std::size_t before = resident_kb();
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < rounds; ++i) {
+    bench.server.publish(std::make_shared<const std::string>(snapshot_bytes, static_cast<char>('a' + i % 3)));
+    std::this_thread::sleep_for(2ms);
+    most = std::max(most, resident_kb());
+  }
+  bench.server.publish(std::make_shared<const std::string>("end" + std::string(100, '.')));
+  reading.join();
+  CHECK(last.starts_with("end"));
+  CHECK(bench.server.watchers() == 33);
+  // Each stalled watcher may hold one snapshot, all of them different ones; without a bound it would be 300 each.
+  CHECK(most - std::min(most, before) < 2 * 33 * snapshot_bytes / 1024);
+}
+
+TEST_CASE("watchers who do not even answer a ping are let go") {
+  Bench bench({.silence = 1s});
+  RawClient dead(bench.server.port());
+  REQUIRE(status_of(dead.upgrade()) == "HTTP/1.1 101 Switching Protocols");
+  CHECK(eventually([&] { return bench.server.watchers() == 0; }));
+}
