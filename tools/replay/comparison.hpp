@@ -1,0 +1,51 @@
+// Recorded results against new ones, frame by frame.
+#pragma once
+
+#include "adapters/wire/messages.hpp"
+#include "tools/recording/recorded_run.hpp"
+
+#include <map>
+#include <optional>
+
+namespace lbea {
+
+struct ComparisonTally {
+  std::uint64_t same = 0;       // to the last bit, or within the tolerance
+  std::uint64_t different = 0;
+  std::uint64_t other_match = 0;    // of these: another best sample
+  std::uint64_t other_status = 0;   // of these: another status or verdict
+  std::uint64_t not_recorded = 0;   // new results to which there is none in the recording
+  std::uint64_t not_repeated = 0;   // recorded results of frames to which there is no new one
+  double worst_distance = 0;        // largest relative difference of the best distances
+  [[nodiscard]] bool is_same() const noexcept { return different == 0 && not_recorded == 0 && not_repeated == 0; }
+};
+
+class Comparison {
+ public:
+  /// Reads the results of `run`. With a tolerance of 0 all of a result has to be the same, to the bit, but for
+  /// timings, counters and the model's checksum; else status, verdict and best sample, and the best distance and the
+  /// coverage within that share.
+  Comparison(RecordedRun& run, double tolerance);
+  /// A frame that found no place in the queue then, and so has no answer to compare with.
+  [[nodiscard]] bool was_dropped(std::uint64_t session, std::uint64_t id) const;
+  /// What is different, in a sentence; nothing when all is the same.
+  std::optional<std::string> take(const WireResult& result);
+  /// Once all new results were taken.
+  [[nodiscard]] ComparisonTally tally() const;
+
+ private:
+  using Key = std::pair<std::uint64_t, std::uint64_t>;  // session, id
+  struct Answers {
+    std::vector<WireResult> results;  // more than one when an id came twice
+    std::size_t taken = 0;
+  };
+  [[nodiscard]] bool is_same(const WireResult& recorded, const WireResult& now) const;
+  double tolerance_;
+  std::map<Key, Answers> recorded_;
+  ComparisonTally tally_;
+};
+
+/// The result without what differs from run to run.
+[[nodiscard]] WireResult without_timings(WireResult result);
+
+}  // namespace lbea

@@ -1,0 +1,86 @@
+#include "tools/replay/match_replay.hpp"
+
+#include <utility>
+
+namespace lbea {
+
+MatchReplay::MatchReplay(const Model& model, const MatcherConfig& config, const SensorViews& views, unsigned threads)
+    : model_checksum_(model.checksum()),
+      decoder_(WireLimits{.max_points = config.max_points}),
+      slots_(threads),
+      begin_(threads),
+      end_(threads) {
+  reserve(outcome_, config.max_matches);
+  for (Slot& slot : slots_) slot.engine = std::make_unique<ModelEngine>(model, config, views);
+  for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
+}
+
+MatchReplay::~MatchReplay() {
+  stopping_ = true;
+  if (!workers_.empty()) begin_.arrive_and_wait();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+bool MatchReplay::add(const RecordedMessage& frame, const ResultTaker& take) {
+  Slot& slot = slots_[filled_++];
+  slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
+  slot.header = decoder_.header();
+  slot.header.frame_id = {};
+  slot.header.cloud = {};
+  slot.receive_ns = frame.log_time_ns;
+  slot.points.resize(slot.status == WireStatus::ok ? slot.header.points : 0);
+  if (slot.status == WireStatus::ok) decoder_.read_points(slot.points);
+  return filled_ < slots_.size() || flush(take);
+}
+
+bool MatchReplay::flush(const ResultTaker& take) {
+  run_batch();
+  bool go_on = true;
+  for (std::size_t i = 0; i < filled_ && go_on; ++i) go_on = take(result_of(slots_[i]));
+  filled_ = 0;
+  return go_on;
+}
+
+namespace {
+void match(auto& slot) {
+  if (slot.status == WireStatus::ok) slot.match = slot.engine->match({slot.header.id, slot.header.stamp_ns, slot.points});
+}
+}  // namespace
+
+void MatchReplay::run_batch() {
+  for (std::size_t i = filled_; i < slots_.size(); ++i) slots_[i].status = WireStatus::end_of_stream;  // nothing to do
+  if (!workers_.empty()) begin_.arrive_and_wait();
+  match(slots_[0]);
+  if (!workers_.empty()) end_.arrive_and_wait();
+}
+
+void MatchReplay::work(Slot& slot) {
+  while (true) {
+    begin_.arrive_and_wait();
+    if (stopping_) return;
+    match(slot);
+    end_.arrive_and_wait();
+  }
+}
+
+WireResult MatchReplay::result_of(Slot& slot) {
+  ModelEngine& first = *slots_[0].engine;
+  clear(outcome_);
+  if (slot.header.session != std::exchange(session_, slot.header.session)) first.begin_test();
+  outcome_.result.status = slot.status;
+  outcome_.result.points.received = slot.header.points;
+  if (slot.status == WireStatus::ok) fill_outcome(outcome_, slot.match, first.track(slot.match));
+  WireResult result;
+  compose(outcome_, first, result);
+  complete_verdict(result);
+  result.session = slot.header.session;
+  result.frame_id = slot.header.id;
+  result.stamp_ns = slot.header.stamp_ns;
+  result.receive_ns = slot.receive_ns;
+  result.sequence = sequence_++;
+  result.model_checksum = model_checksum_;
+  result.elapsed_ns = {};
+  return result;
+}
+
+}  // namespace lbea

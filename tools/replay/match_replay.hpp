@@ -1,0 +1,57 @@
+// Recorded frames straight into matchers: the same recording and model give the same results to the last bit, on
+// however many threads.
+#pragma once
+
+#include "adapters/wire/codec.hpp"
+#include "tools/recording/recorded_run.hpp"
+#include "tools/serve/model_engine.hpp"
+#include "tools/serve/outcome.hpp"
+
+#include <barrier>
+#include <functional>
+#include <thread>
+
+namespace lbea {
+
+/// Hands on a result without what differs from run to run: no times but the frame's own, no counters. Returns
+/// whether to go on.
+using ResultTaker = std::function<bool(const WireResult& result)>;
+
+class MatchReplay {
+ public:
+  MatchReplay(const Model& model, const MatcherConfig& config, const SensorViews& views, unsigned threads);
+  ~MatchReplay();
+  MatchReplay(const MatchReplay&) = delete;
+  MatchReplay& operator=(const MatchReplay&) = delete;
+
+  /// One recorded frame. Its result comes with this call or a later one, in the order of the frames.
+  bool add(const RecordedMessage& frame, const ResultTaker& take);
+  /// The results that are still out.
+  bool flush(const ResultTaker& take);
+
+ private:
+  struct Slot {
+    std::unique_ptr<ModelEngine> engine;
+    FrameHeader header;
+    std::int64_t receive_ns = 0;
+    WireStatus status = WireStatus::ok;
+    std::vector<Point> points;
+    MatchResult match;
+  };
+  void work(Slot& slot);
+  void run_batch();
+  WireResult result_of(Slot& slot);
+
+  std::uint64_t model_checksum_;
+  Encoder encoder_;
+  FrameDecoder decoder_;
+  std::vector<Slot> slots_;  // one per thread, with a matcher each; the first one's tracker adds up the test
+  std::size_t filled_ = 0;
+  std::uint64_t session_ = 0, sequence_ = 0;
+  Outcome outcome_;
+  bool stopping_ = false;
+  std::barrier<> begin_, end_;
+  std::vector<std::thread> workers_;
+};
+
+}  // namespace lbea

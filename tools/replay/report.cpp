@@ -1,0 +1,77 @@
+#include "tools/replay/report.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace lbea {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
+  std::array<char, 512> text{};
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text.data(), text.size(), pattern, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+unsigned long long number(std::uint64_t value) { return value; }
+
+}  // namespace
+
+std::string result_header() { return format("%10s  %-16s %5s %14s %8s  %s", "frame", "best simulation", "step", "distance", "coverage", "verdict"); }
+
+std::string result_line(const WireResult& result) {
+  const std::string verdict(fate_of(result.status) == Fate::matched ? to_string(result.verdict) : to_string(result.status));
+  if (result.matches.empty()) return format("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
+  const WireMatch& best = result.matches[0];
+  return format("%10llu  %-16s %5u %14.6g %8.3f  %s", number(result.frame_id), best.simulation_name.c_str(), best.sample.time_step,
+                static_cast<double>(best.distance), static_cast<double>(result.coverage), verdict.c_str());
+}
+
+std::string result_json(const WireResult& result) {
+  Json matches = Json::array();
+  for (const WireMatch& match : result.matches)
+    matches.push_back({{"simulation", match.simulation_name}, {"time_step", match.sample.time_step}, {"time_s", match.time_s}, {"distance", match.distance}});
+  return Json{{"session", result.session},     {"frame", result.frame_id},
+              {"stamp_ns", result.stamp_ns},   {"status", to_string(result.status)},
+              {"verdict", to_string(result.verdict)}, {"coverage", result.coverage},
+              {"matches", std::move(matches)}}
+      .dump();
+}
+
+std::string comparison_line(const ComparisonTally& tally) {
+  return format("%llu results the same, %llu different (%llu with another match, %llu with another status or verdict); %llu without a "
+                "recorded result, %llu recorded ones without a new one; largest relative difference of a best distance %.3g",
+                number(tally.same), number(tally.different), number(tally.other_match), number(tally.other_status), number(tally.not_recorded),
+                number(tally.not_repeated), tally.worst_distance);
+}
+
+std::string comparison_json(const ComparisonTally& tally) {
+  return Json{{"same", tally.same},
+              {"different", tally.different},
+              {"other_match", tally.other_match},
+              {"other_status", tally.other_status},
+              {"not_recorded", tally.not_recorded},
+              {"not_repeated", tally.not_repeated},
+              {"worst_distance", tally.worst_distance}}
+      .dump();
+}
+
+std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms) {
+  return format("frames %llu = sent %llu + refused %llu; %llu did not leave; %.3f s, worst lateness %.3f ms", number(tally.frames), number(tally.sent),
+                number(tally.refused), number(tally.left), tally.seconds, worst_lateness_ms);
+}
+
+std::string socket_json(const SocketReplayTally& tally, double worst_lateness_ms) {
+  return Json{{"frames", tally.frames}, {"sent", tally.sent},       {"refused", tally.refused},
+              {"left", tally.left},     {"seconds", tally.seconds}, {"worst_lateness_ms", worst_lateness_ms}}
+      .dump();
+}
+
+}  // namespace lbea

@@ -1,0 +1,33 @@
+// New results as a recording of their own: the same results give the same bytes.
+#pragma once
+
+#include "adapters/recording/mcap_writer.hpp"
+#include "adapters/wire/codec.hpp"
+#include "tools/recording/run_settings.hpp"
+
+#include <filesystem>
+
+namespace lbea {
+
+class ResultsFile {
+ public:
+  /// Throws Error{write_failed}, also when the file exists.
+  ResultsFile(const std::filesystem::path& file, const RunSettings& settings);
+  ~ResultsFile();
+  /// Throws Error{write_failed}.
+  void add(const WireResult& result);
+  /// Gives the file its name; without, nothing is left of it. Throws Error{write_failed}.
+  void finish();
+
+ private:
+  void check(int error) const;
+  void write_chunk();
+  std::string name_;
+  mcap::PartialFile sink_;
+  mcap::Writer writer_;
+  mcap::Buffer waiting_;
+  Encoder encoder_;
+  bool finished_ = false;
+};
+
+}  // namespace lbea

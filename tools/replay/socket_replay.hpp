@@ -1,0 +1,28 @@
+// Recorded frames to a matcher, as a camera would send them.
+#pragma once
+
+#include "adapters/wire/streams.hpp"
+#include "tools/recording/recorded_run.hpp"
+#include "tools/replay/pace.hpp"
+
+namespace lbea {
+
+struct SocketReplayTally {
+  std::uint64_t frames = 0;   // whose time came: sent + refused
+  std::uint64_t sent = 0;
+  std::uint64_t refused = 0;  // the receiver had no room in time
+  std::uint64_t left = 0;     // sent, but not taken over by the receiver before the end
+  double seconds = 0;
+};
+
+struct SocketReplayConfig {
+  std::uint64_t rounds = 1;  // 0: until stopped; later ones under sessions of their own
+  bool waits = false;        // for room at the receiver, instead of refusing as a camera must
+  bool ends_stream = true;   // say after the last frame that the test is over
+};
+
+/// Sends the frames of `run`, from where it stands, with the sessions and ids they had.
+[[nodiscard]] SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, FrameSink& sink, Pace& pace,
+                                                 const std::function<bool()>& stop);
+
+}  // namespace lbea
