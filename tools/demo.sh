@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # The whole way on real input: bake an ensemble of crash runs, film a run that is not in it with a virtual camera rig,
 # stream the frames over ZeroMQ, match them live, receive the results in another process, and show what came out.
-#   bash tools/demo.sh [--out FOLDER] [--build FOLDER_OF_AN_EXISTING_BUILD]
+#   bash tools/demo.sh [--out FOLDER] [--build FOLDER_OF_AN_EXISTING_BUILD] [--monitor]
+# --monitor goes on: it plays the test again and again and serves the page that shows it.
 set -euo pipefail
 project=$(cd "$(dirname "$0")/.." && pwd)
 out=$project/build/demo
 build=
+monitor=no
 while [ $# -gt 0 ]; do
   case "$1" in
     --out) out=$2; shift 2 ;;
     --build) build=$2; shift 2 ;;
-    *) echo "usage: bash tools/demo.sh [--out FOLDER] [--build FOLDER]" >&2; exit 2 ;;
+    --monitor) monitor=yes; shift ;;
+    *) echo "usage: bash tools/demo.sh [--out FOLDER] [--build FOLDER] [--monitor]" >&2; exit 2 ;;
   esac
 done
 
@@ -72,3 +75,21 @@ tail -n 1 "$out/serve.out"
 step "picture"
 /usr/bin/python3 "$project/tools/picture.py" "$out/evaluation" "$out/demo.png"
 printf '%s\n' "table:    $out/table.txt" "picture:  $out/demo.png" "ParaView: $out/evaluation/matched.pvd"
+[ "$monitor" = yes ] || exit 0
+
+step "watch it in a browser, until Ctrl-C"
+preview=ipc://$sockets/preview
+"$(bin serve)" "$out/rail.lbea" --method fit --frames "$frames" --results "$results" --preview "$preview" --pose "$data/sensor.json" 2>"$out/serve.log" >"$out/serve.out" &
+pids+=($!)
+wait_for ready "$out/serve.log"
+"$(bin monitor)" --results "$results" --frames "$preview" --model "$out/rail.lbea" 2>"$out/monitor.log" &
+pids+=($!)
+wait_for ready "$out/monitor.log"
+address=$(grep -o 'http://[^ ]*' "$out/monitor.log")
+echo "open $address"
+[ -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] || xdg-open "$address" >/dev/null 2>&1 || true
+trap 'exit 0' INT TERM
+while true; do
+  "$(bin send)" "$out/frames" --to "$frames" --rate 5 >"$out/send.log" 2>&1
+  sleep 3
+done

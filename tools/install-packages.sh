@@ -12,9 +12,12 @@ packages=(
   libnanoflann-dev libbenchmark-dev                # benchmark: a baseline, loops one by one
   pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
   help2man doxygen file debootstrap                # manual pages, reference, Debian packages and their test
+  libboost-dev chromium                            # monitor: its web server; the browser that tests its page
   doctest-dev python3-vtk9                         # tests: the runner, an oracle for VTU
   python3 python3-numpy python3-matplotlib         # pictures of the demo
 )
+# The monitor's page; Node may have come from elsewhere than Debian.
+command -v npm >/dev/null && command -v node >/dev/null || packages+=(nodejs npm)
 missing=()
 for package in "${packages[@]}"; do
   dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
