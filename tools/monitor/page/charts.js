@@ -3,6 +3,12 @@ import uPlot from "uplot";
 import { colourOf, style } from "./colours.js";
 
 const shownSimulations = 6;
+const mostPoints = 1200;  // of a curve: more than a chart has pixels would only take time
+
+function* shownRows(rows) {
+  const step = Math.max(1, Math.ceil(rows.count / mostPoints));
+  for (let r = (rows.count - 1) % step; r < rows.count; r += step) yield r;
+}
 
 function rem() {
   return parseFloat(getComputedStyle(document.documentElement).fontSize);
@@ -55,7 +61,7 @@ export class ProbabilityChart extends Chart {
   update(rows) {
     const simulations = this.leaders(rows);
     const data = [[], ...simulations.map(() => [])];
-    for (let r = 0; r < rows.count; ++r) {
+    for (const r of shownRows(rows)) {
       if (!rows.hasChances(r)) continue;
       data[0].push(rows.at(r, "time_s"));
       let sum = 0;
@@ -97,8 +103,8 @@ export class DistanceChart extends Chart {
   update(rows) {
     const data = [[], [], []];
     let byFit = false;
-    for (let r = 0; r < rows.count; ++r) byFit ||= !Number.isNaN(rows.at(r, "residual"));
-    for (let r = 0; r < rows.count; ++r) {
+    for (const r of shownRows(rows)) byFit ||= !Number.isNaN(rows.at(r, "residual"));
+    for (const r of shownRows(rows)) {
       const distance = rows.at(r, byFit ? "residual" : "distance"), coverage = rows.at(r, "coverage");
       data[0].push(rows.at(r, "time_s"));
       data[1].push(Number.isNaN(distance) ? null : distance);

@@ -41,14 +41,16 @@ class Mesh {
     this.nodes.array.set(nodes);
     this.positions.needsUpdate = this.nodes.needsUpdate = true;
   }
+  /// colours: three bytes per element.
   paintElements(colours) {
     const to = this.colours.array;
-    for (let i = 0; i < this.corners.length; ++i) to.set(colours.subarray(Math.floor(i / 6) * 3, Math.floor(i / 6) * 3 + 3), i * 3);
+    for (let i = 0; i < to.length; ++i) to[i] = colours[Math.floor(i / 18) * 3 + (i % 3)];
     this.colours.needsUpdate = true;
   }
+  /// colours: three bytes per node.
   paintNodes(colours) {
     const to = this.colours.array;
-    for (let i = 0; i < this.corners.length; ++i) to.set(colours.subarray(this.corners[i] * 3, this.corners[i] * 3 + 3), i * 3);
+    for (let i = 0; i < this.corners.length; ++i) for (let c = 0; c < 3; ++c) to[i * 3 + c] = colours[this.corners[i] * 3 + c];
     this.colours.needsUpdate = true;
   }
   paintPlain(colour) {
@@ -101,9 +103,18 @@ export class Scene3d {
     this.fit();
     const loop = () => {
       requestAnimationFrame(loop);
-      if (this.dirty) this.render();
+      if (this.dirty && this.hasDrawn()) this.render();
     };
     loop();
+  }
+  /// Whether the graphics processor is done with the last picture. Where software draws, more would only pile up and make
+  /// the page slow to answer.
+  hasDrawn() {
+    const gl = this.renderer.getContext();
+    if (this.fence && !gl.isContextLost() && gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return false;
+    if (this.fence) gl.deleteSync(this.fence);
+    this.fence = null;
+    return true;
   }
   makeCloud() {
     this.cloudGeometry = new THREE.BufferGeometry();
@@ -210,9 +221,13 @@ export class Scene3d {
     this.dirty = false;
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     this.renderer.setScissorTest(this.isSplit);
-    if (!this.isSplit) return this.renderPart(0, width, height, this.points.visible, this.mesh.group.visible);
-    this.renderPart(0, width / 2, height, this.points.visible, false);
-    this.renderPart(width / 2, width / 2, height, false, this.mesh.group.visible);
+    if (this.isSplit) {
+      this.renderPart(0, width / 2, height, this.points.visible, false);
+      this.renderPart(width / 2, width / 2, height, false, this.mesh.group.visible);
+    } else this.renderPart(0, width, height, this.points.visible, this.mesh.group.visible);
+    const gl = this.renderer.getContext();
+    this.fence ??= gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
   }
   renderPart(left, width, height, cloud, mesh) {
     const shown = [this.points.visible, this.mesh.group.visible];
