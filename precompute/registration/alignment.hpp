@@ -14,45 +14,73 @@
 
 namespace lbea {
 
-/// A place on a free edge of the surface: where the cloud should end.
-struct EdgePlace {
-  Eigen::Vector3d position, outward;  // outward: in the surface, across the edge
-};
-
-/// Free edges (of one element only) of the kept elements, in steps of at most `step`.
-[[nodiscard]] std::vector<EdgePlace> free_edges(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
-                                                std::span<const std::uint8_t> kept, double step);
-
-struct AlignmentState {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // T_reference_sensor
-  double cost = 0;       // mean robust squared distance, length unit squared
-  double residual = 0;   // root mean square distance of the counted points
-  double counted = 0;    // share of the points with a distance below three scales
-  Matrix6 normal = Matrix6::Zero();  // mean of J' J over all that counts, in lengths per length
-};
-
-class Alignment {
+/// The surface of one shape, and its free edges.
+class AlignmentTarget {
  public:
-  /// points: sensor coordinates. spacing: of the whole cloud's points, to know how far before an edge it ends.
-  Alignment(const SurfaceTree& surface, std::vector<EdgePlace> edges, std::vector<Eigen::Vector3d> points, double spacing);
-  ~Alignment();
+  /// A place on a free edge, of one element only: the cloud ends there.
+  struct EdgePlace {
+    Eigen::Vector3d position, outward;  // outward: in the surface, across the edge
+    std::array<std::uint32_t, 2> nodes;
+    std::array<double, 2> shares;
+  };
+  /// kept: one per element; empty: all. Edge places are at most `step` apart.
+  AlignmentTarget(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
+                  std::span<const std::uint8_t> kept, double step);
 
-  /// Gauss-Newton steps with the weights of Geman and McClure, (k^2 / (k^2 + r^2))^2, for each scale k in turn. `every`:
-  /// one of so many points counts.
-  [[nodiscard]] AlignmentState align(const Eigen::Isometry3d& start, std::span<const double> scales, std::size_t every) const;
+  [[nodiscard]] const SurfaceTree& surface() const noexcept { return surface_; }
+  [[nodiscard]] const std::vector<EdgePlace>& edges() const noexcept { return edges_; }
 
  private:
-  struct Equations;
-  struct CloudTree;
-  [[nodiscard]] Equations equations(const Eigen::Isometry3d& pose, double scale, std::size_t every) const;
-
-  const SurfaceTree& surface_;
+  SurfaceTree surface_;
   std::vector<EdgePlace> edges_;
-  std::vector<Eigen::Vector3d> points_;
-  double spacing_;
-  Eigen::Vector3d middle_;  // sensor coordinates
-  double arm_ = 1;          // root mean square distance from it
-  std::unique_ptr<const CloudTree> tree_;
 };
+
+/// The cloud, sensor coordinates.
+class AlignmentCloud {
+ public:
+  /// chosen: of all points, evenly; they are laid on the surface. `all` tell where the cloud ends.
+  AlignmentCloud(std::vector<Eigen::Vector3d> all, std::size_t chosen);
+  ~AlignmentCloud();
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& chosen() const noexcept { return chosen_; }
+  [[nodiscard]] std::size_t size() const noexcept { return all_.size(); }
+  [[nodiscard]] const Eigen::Vector3d& middle() const noexcept { return middle_; }  // of the chosen
+  [[nodiscard]] double arm() const noexcept { return arm_; }                        // root mean square distance from it
+  [[nodiscard]] const Eigen::Vector3d& nearest(const Eigen::Vector3d& to) const;    // of all
+
+ private:
+  struct Tree;
+  std::vector<Eigen::Vector3d> all_, chosen_;
+  Eigen::Vector3d middle_;
+  double arm_ = 1;
+  std::unique_ptr<const Tree> tree_;
+};
+
+/// Normal equations J'WJ x = J'W(-r) of pose (turn times arm, shift) and shape.
+struct AlignmentEquations {
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd right;
+  double weights = 0;
+  double cost = 0;      // mean robust squared distance, length unit squared
+  double squares = 0;   // of the counted distances
+  std::size_t asked = 0, counted = 0;  // points; those within three scales
+  [[nodiscard]] double residual() const;  // root mean square of the counted
+};
+
+struct AlignmentSettings {
+  double scale = 1;        // k in the weights of Geman and McClure, (k^2 / (k^2 + r^2))^2; length unit
+  double spacing = 0;      // between neighbouring points on the surface: the cloud ends half of it before an edge
+  std::size_t every = 1;   // one of so many chosen points counts
+};
+
+/// modes: each nodes x 3; without any, the pose alone.
+[[nodiscard]] AlignmentEquations alignment_equations(const AlignmentTarget& target, const AlignmentCloud& cloud, const Eigen::Isometry3d& pose,
+                                                     std::span<const std::vector<float>> modes, const AlignmentSettings& settings);
+
+/// Gauss-Newton steps of the pose until it stands still.
+[[nodiscard]] Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& cloud, const Eigen::Isometry3d& start,
+                                      const AlignmentSettings& settings);
+
+/// The motion that solves the equations' first six; motions that nothing tells are zero.
+[[nodiscard]] Eigen::VectorXd solve_damped(const AlignmentEquations& equations, const Eigen::VectorXd& prior);
 
 }  // namespace lbea

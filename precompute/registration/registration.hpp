@@ -18,8 +18,10 @@ namespace lbea {
 struct ReferenceSurface {
   std::span<const float> positions;                             // nodes x 3, reference coordinates
   std::span<const std::array<std::uint32_t, 4>> elements;       // a triangle repeats its last node
+  /// How the shape may differ from that: each nodes x 3, one standard deviation large; found along with the pose.
+  std::span<const std::vector<float>> modes{};
   /// One per element, 1 = the rig sees it from this pose. Not set: all are seen.
-  std::function<std::vector<std::uint8_t>(const RigidTransform& T_reference_sensor)> visible;
+  std::function<std::vector<std::uint8_t>(const RigidTransform& T_reference_sensor)> visible{};
 };
 
 struct RegistrationSettings {
@@ -45,6 +47,7 @@ struct Registration {
   double counted = 0;      // share of the points that lie near the surface
   double shift = 0;        // of the cloud's middle from where the rough pose put it, length unit
   double turn_deg = 0;     // from the rough pose
+  std::vector<double> shape;  // coefficients of the modes, in standard deviations
   double agreeing = 0;     // share of the starts that end at this pose
   LeastCertain least_certain;
   std::string doubt;       // why the pose is ambiguous, a sentence; empty: it is not

@@ -1,6 +1,8 @@
 // The clouds to send, encoded before the first one leaves, so that the pace depends on nothing but the clock.
 #pragma once
 
+#include "tools/common/cloud_files.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -17,10 +19,6 @@ struct EncodedCloud {
   std::shared_ptr<std::vector<std::byte>> message;
   std::optional<std::int64_t> stamp_ns;  // as in the file
 };
-
-/// Files as given; a folder stands for the clouds in it (.ply .xyz .txt .csv .asc), by name.
-/// Throws Error{file_not_found} for a path that is not there and for a folder without clouds.
-[[nodiscard]] std::vector<std::filesystem::path> find_clouds(const std::vector<std::string>& paths);
 
 /// Reads and encodes; `progress` is called with the number done. Throws what read_point_cloud throws, and
 /// Error{bad_input} for a stamp that does not fit on the wire.

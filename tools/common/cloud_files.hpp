@@ -1,0 +1,14 @@
+// Clouds named on a command line.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// Files as given; a folder stands for the clouds in it (.ply .xyz .txt .csv .asc), by name.
+/// Throws Error{file_not_found} for a path that is not there and for a folder without clouds.
+[[nodiscard]] std::vector<std::filesystem::path> find_clouds(const std::vector<std::string>& paths);
+
+}  // namespace lbea
