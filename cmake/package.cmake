@@ -43,7 +43,8 @@ if(LBEA_BUILD_TOOLS)
     "Bakes an ensemble of simulations into one model, matches frames over ZeroMQ"
     "as they come in, sends and records them, and evaluates the results.")
 endif()
-if(LBEA_PYTHON)
+if(LBEA_PYTHON AND LBEA_BUILD_TOOLS)
+  include(cmake/python.cmake)
   lbea_package(python python3-lbea python "matches point clouds with crash simulations, Python"
     "The matcher on numpy arrays, and a client for the frames and results it"
     "exchanges over ZeroMQ.")

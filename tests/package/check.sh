@@ -48,4 +48,8 @@ if command -v help2man >/dev/null; then
 else
   echo "without manual pages: help2man is not installed"
 fi
+if [ -n "$(package python3-lbea)" ]; then
+  holds python3-lbea '/dist-packages/lbea\.cpython-.*\.so$' '/dist-packages/lbea_client/__init__\.py$' '/lbea_client/_schema/Result\.py$'
+  field python3-lbea Depends | grep -qE 'python3 \(>= 3\.[0-9]+~\), python3 \(<< 3\.[0-9]+\)' || fail "python3-lbea does not name its Python"
+fi
 for deb in "$packages"/*.deb; do echo "$(basename "$deb"): $(stat -c %s "$deb") bytes"; done

@@ -3,11 +3,12 @@
 set -euo pipefail
 packages=$1
 step() { printf '\n== %s\n' "$*"; }
-install() { apt-get install -y -qq --no-install-recommends "$@" >/dev/null; }
+quietly() { "$@" >log 2>&1 || { cat log; exit 1; }; }
+install() { quietly apt-get install -y -qq --no-install-recommends "$@"; }
 wait_for() { for _ in $(seq 200); do grep -q "$1" "$2" 2>/dev/null && return; sleep 0.05; done; cat "$2"; return 1; }
 
 step "the library alone: needs no more than the system has"
-apt-get update -qq
+quietly apt-get update
 before=$(dpkg-query -f '${Package}\n' -W | wc -l)
 install "$packages"/liblbea0_*.deb
 after=$(dpkg-query -f '${Package}\n' -W | wc -l)
@@ -18,19 +19,29 @@ install "$packages"/lbea-tools_*.deb
 for program in /usr/bin/lbea-*; do "$program" --version; done
 ! ldd /usr/bin/lbea-* | grep 'not found'
 
-step "bake, film, serve, send, evaluate"
-lbea-bake rail-demo/ensemble.toml -o rail.lbea
-lbea-inspect rail.lbea | head -n 5
+step "bake, film, serve, send, evaluate, look on"
+lbea-bake rail-demo/ensemble.toml -o rail.lbea | tail -n 2
+lbea-inspect rail.lbea >inspection
+head -n 5 inspection
 lbea-sense rail-demo/experiment/run_043 --sensor rail-demo/sensor.json --out frames
 lbea-serve rail.lbea --frames ipc:///tmp/frames --results ipc:///tmp/results --pose rail-demo/sensor.json >tally 2>serve.log &
 server=$!
 wait_for ready serve.log
+lbea-monitor --results ipc:///tmp/results --model rail.lbea --http 127.0.0.1:8899 >monitor.log 2>&1 &
+monitor=$!
 lbea-eval live rail.lbea --results ipc:///tmp/results --out evaluation >table 2>eval.log &
 evaluation=$!
 wait_for ready eval.log
 lbea-send frames --to ipc:///tmp/frames --rate 20
 wait "$evaluation"
 head -n 5 table
+exec 3<>/dev/tcp/127.0.0.1/8899
+printf 'GET / HTTP/1.0\r\nHost: 127.0.0.1:8899\r\n\r\n' >&3
+page=$(cat <&3)
+grep -qi '</html>' <<<"$page" || { cat monitor.log; echo "the monitor shows no page: $page"; exit 1; }
+echo "the monitor serves its page"
+kill -INT "$monitor"
+wait "$monitor"
 kill -INT "$server"
 wait "$server"
 tail -n 1 tally
@@ -56,6 +67,6 @@ print(model, result.matches[0])'
 fi
 
 step "and away again"
-apt-get purge -y -qq '*lbea*' >/dev/null
+quietly apt-get purge -y -qq '*lbea*'
 [ -z "$(find /usr -name '*lbea*')" ]
 echo "all steps done"
