@@ -76,26 +76,26 @@ TEST_CASE("the page is whole: it names nothing that is not embedded, and no othe
 
 TEST_CASE("names that are not files, and ways out of the folder, are not found") {
   Bench bench;
-  for (const std::string path : {"/nothing.js", "/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.hidden.js", "/index.html/", "/INDEX.HTML", "/app.js%00"})
+  for (const std::string& path : std::vector<std::string>{"/nothing.js", "/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.hidden.js", "/index.html/", "/INDEX.HTML", "/app.js%00"})
     CHECK_MESSAGE(status_of(bench.client().ask("GET " + path)) == "HTTP/1.1 404 Not Found", path);
 }
 
 TEST_CASE("only looking is possible") {
   Bench bench;
-  for (const std::string method : {"POST", "PUT", "DELETE", "OPTIONS", "PATCH"})
+  for (const std::string& method : std::vector<std::string>{"POST", "PUT", "DELETE", "OPTIONS", "PATCH"})
     CHECK_MESSAGE(status_of(bench.client().ask(method + " /")) == "HTTP/1.1 405 Method Not Allowed", method);
 }
 
 TEST_CASE("a foreign host name or origin is refused, also for the WebSocket") {
   Bench bench;
   const std::string port = std::to_string(bench.server.port());
-  for (const std::string host : {"evil.example:" + port, "127.0.0.1.evil.example:" + port, std::string("127.0.0.1:1"), std::string("127.0.0.1"), "10.0.0.7:" + port}) {
+  for (const std::string& host : std::vector<std::string>{"evil.example:" + port, "127.0.0.1.evil.example:" + port, std::string("127.0.0.1:1"), std::string("127.0.0.1"), "10.0.0.7:" + port}) {
     CHECK_MESSAGE(status_of(bench.client().ask("GET /", "", host)) == "HTTP/1.1 403 Forbidden", host);
     CHECK_MESSAGE(status_of(bench.client().upgrade("", host)) == "HTTP/1.1 403 Forbidden", host);
   }
-  for (const std::string host : {"localhost:" + port, "LOCALHOST:" + port, "[::1]:" + port, "rig.lab:" + port})
+  for (const std::string& host : std::vector<std::string>{"localhost:" + port, "LOCALHOST:" + port, "[::1]:" + port, "rig.lab:" + port})
     CHECK_MESSAGE(status_of(bench.client().ask("GET /", "", host)) == "HTTP/1.1 200 OK", host);
-  for (const std::string origin : {"http://evil.example", "null", "https://127.0.0.1:" + port, "http://127.0.0.1:1", "http://localhost:" + port})
+  for (const std::string& origin : std::vector<std::string>{"http://evil.example", "null", "https://127.0.0.1:" + port, "http://127.0.0.1:1", "http://localhost:" + port})
     CHECK_MESSAGE(status_of(bench.client().upgrade("Origin: " + origin + "\r\n")) == "HTTP/1.1 403 Forbidden", origin);
   CHECK(status_of(bench.client().upgrade("Origin: http://127.0.0.1:" + port + "\r\n")) == "HTTP/1.1 101 Switching Protocols");
 }
