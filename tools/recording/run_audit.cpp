@@ -61,7 +61,7 @@ class RunTally {
     ++audit_.results_by_status[std::string(to_string(result_.status))];
     const Fate fate = fate_of(result_.status);
     if (fate == Fate::not_a_capture) ends_[result_.session] = result_.frame_id;
-    if (fate == Fate::matched || fate == Fate::dropped) answers_.emplace_back(result_.session, result_.frame_id);
+    if (fate == Fate::matched || result_.status == WireStatus::queue_full) answers_.emplace_back(result_.session, result_.frame_id);
     if (fate != Fate::rejected) return;
     refused_.emplace_back(result_.session, result_.frame_id);
     refused_ids_[result_.session].push_back(result_.frame_id);
@@ -141,7 +141,7 @@ std::vector<std::string> RunAudit::flaws() const {
   for (const std::string& complaint : file.complaints) say(true, complaint);
   say(is_run && file.is_closed && !has_account, "the recorder's closing account is missing");
   say(lost > 0, std::to_string(lost) + " messages were lost while recording, as the recorder says");
-  say(missing() > 0, std::to_string(missing()) + " frame ids are missing between those recorded");
+  say(missing() > 0, std::to_string(missing()) + " frames are missing, as their ids tell");
   say(unanswered > 0, std::to_string(unanswered) + " frames have no result");
   say(answers_alone > 0, std::to_string(answers_alone) + " results are of frames that are not there");
   say(undecodable > 0, std::to_string(undecodable) + " messages cannot be decoded");

@@ -18,6 +18,11 @@ std::vector<std::byte> bytes_of(const WireResult& result) {
   return {bytes.begin(), bytes.end()};
 }
 
+/// Not of the stream's end, nor of a capture of which no frame came.
+bool is_of_a_frame(WireStatus status) {
+  return fate_of(status) != Fate::not_a_capture && status != WireStatus::missed && status != WireStatus::withheld;
+}
+
 double relative_difference(double a, double b) {
   if (a == b) return 0;
   const double scale = std::max(std::abs(a), std::abs(b));
@@ -60,7 +65,7 @@ Comparison::Comparison(RecordedRun& run, double tolerance) : tolerance_(toleranc
     if (message->kind != RecordedMessage::Kind::result) continue;
     if (decode_result(message->data, result) != WireStatus::ok)
       throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be of another version");
-    if (fate_of(result.status) == Fate::not_a_capture) continue;
+    if (!is_of_a_frame(result.status)) continue;
     recorded_[{result.session, result.frame_id}].results.push_back(result);
   }
 }

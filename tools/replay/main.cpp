@@ -1,4 +1,5 @@
 // lbea-replay: plays a recording to a matcher's socket, or straight into a model.
+#include "tools/common/access_options.hpp"
 #include "tools/common/tool.hpp"
 #include "tools/replay/model_replay.hpp"
 #include "tools/replay/report.hpp"
@@ -22,6 +23,7 @@ struct Options {
   bool fast = false, json = false;
   SocketReplayConfig socket;
   ModelReplayOptions model;
+  ClientAccessOptions access;
 };
 
 constexpr auto description =
@@ -51,6 +53,7 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--tolerance", options.model.tolerance,
                   "with --against: share by which best distance and coverage may differ; 0: everything is the same, to the bit")
       ->check(CLI::Range(0.0, 1.0));
+  options.access.add_to(tool);
   tool.add_flag("--json", options.json, "print as JSON");
 }
 
@@ -83,7 +86,7 @@ void limit(RecordedRun& run, const std::string& range) {
 
 int send(Options options, RecordedRun& run) {
   WireContext context;
-  FrameSink sink(context, options.endpoint);
+  FrameSink sink(context, options.endpoint, default_queued_messages, options.access.load());
   const auto deadline = std::chrono::steady_clock::now() + longest_wait;
   while (!sink.wait_ready(50ms))
     if (stop_requested != 0 || std::chrono::steady_clock::now() > deadline)

@@ -24,6 +24,8 @@ MatchReplay::~MatchReplay() {
 bool MatchReplay::add(const RecordedMessage& frame, const ResultTaker& take) {
   Slot& slot = slots_[filled_++];
   slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
+  const bool is_second = ids_.saw(frame.session, frame.id).arrival == IdTracker::Arrival::duplicate;
+  if (is_second && slot.status == WireStatus::ok) slot.status = WireStatus::duplicate;
   slot.header = decoder_.header();
   slot.header.frame_id = {};
   slot.header.cloud = {};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "adapters/wire/codec.hpp"
+#include "adapters/wire/id_tracker.hpp"
 #include "tools/recording/recorded_run.hpp"
 #include "tools/serve/model_engine.hpp"
 #include "tools/serve/outcome.hpp"
@@ -45,6 +46,7 @@ class MatchReplay {
   std::uint64_t model_checksum_;
   Encoder encoder_;
   FrameDecoder decoder_;
+  IdTracker ids_;
   std::vector<Slot> slots_;  // one per thread, with a matcher each; the first one's tracker adds up the test
   std::size_t filled_ = 0;
   std::uint64_t session_ = 0, sequence_ = 0;

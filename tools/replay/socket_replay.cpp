@@ -47,7 +47,7 @@ SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& c
   const FrameSink::Tally tally = sink.tally();
   Encoder encoder;
   for (const auto& [session, last_id] : sessions)
-    if (config.ends_stream && sink.wait_ready(longest_farewell)) sink.send(encoder.end_of_stream(session, last_id + 1));
+    if (config.ends_stream) sink.tell(encoder.end_of_stream(session, last_id + 1), longest_farewell);
   const std::uint64_t left = sink.flush(longest_farewell);
   return {tally.sent + tally.refused, tally.sent, tally.refused, left,
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
