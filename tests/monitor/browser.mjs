@@ -41,9 +41,9 @@ async function until(holds, complaint, patience = 30_000) {
   }
 }
 
-const serve = async () => {
+const serve = async (...more) => {
   const server = start("lbea-serve", model, "--frames", endpoint("frames"), "--results", endpoint("results"), "--preview", endpoint("preview"),
-    "--pose", sensor, "--method", "fit");
+    "--pose", sensor, "--method", "fit", ...more);
   await server.ready();
   return server;
 };
@@ -187,8 +187,37 @@ async function checkResponse(page) {
   return delay;
 }
 
+/// The recording of the test, in the same page: any frame can be gone to.
+async function checkRecording(browser, recording) {
+  const monitor = start("lbea-monitor", recording, "--http", "127.0.0.1:0");
+  await monitor.ready();
+  const url = monitor.said.match(/http:\/\/\S+/)[0];
+  const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
+  const complaints = [];
+  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  await page.goto(url);
+  const shown = (frame) => until(() => page.evaluate((wanted) => document.documentElement.dataset.frame === wanted, String(frame)), `frame ${frame} of the recording is not shown`);
+  await shown(0);
+  const first = await shows(page, (seen) => seen.cloud > 500, "the recording's first frame has no cloud");
+  await page.locator("#scrub").fill("20");
+  await shown(20);
+  await shows(page, (seen) => seen.cloud > 100 && seen.hash !== first.hash, "the recording's last frame looks like the first");
+  assert.match(await words(page, "connection"), /complete/);
+  assert.equal(await words(page, "scrub-at"), "21 of 21");
+  await page.locator("#scrub").press("ArrowLeft");
+  await shown(19);
+  await page.locator("#play").click();
+  await shown(2);
+  await page.screenshot({ path: join(out, "recording.png") });
+  assert.deepEqual(complaints, [], "console, recording");
+  await page.close();
+  await stop(monitor);
+}
+
 async function main() {
-  let server = await serve();
+  const recording = join(sockets, "run.mcap");
+  let server = await serve("--record", recording);
   const monitor = start("lbea-monitor", "--results", endpoint("results"), "--frames", endpoint("preview"), "--model", model, "--http", "127.0.0.1:0");
   await monitor.ready();
   const url = monitor.said.match(/http:\/\/\S+/)[0];
@@ -225,6 +254,7 @@ async function main() {
     await stop(server);
     await until(async () => /Nothing from lbea-serve/.test(await words(page, "connection")), "the page does not say that lbea-serve is gone");
     await page.evaluate(() => (globalThis.sameDocument = true));
+    await checkRecording(browser, recording);
     server = await serve();
     const again = send("--rate", "100", "--loop", "0");
     await until(async () => (await words(page, "connection")) === "Live" && (await count(page, "Matched")) > 21, "a new lbea-serve is not followed");
