@@ -9,6 +9,7 @@ packages=(
   libisal-dev liblz4-dev libzstd-dev zlib1g-dev    # recordings: checksums, compressed chunks
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libcli11-dev libspdlog-dev                       # programs
+  libboost-dev                                     # metrics: Beast, headers alone
   libnanoflann-dev libbenchmark-dev                # benchmark: a baseline, loops one by one
   pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
   help2man doxygen file debootstrap                # manual pages, reference, Debian packages and their test

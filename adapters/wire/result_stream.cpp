@@ -1,5 +1,7 @@
 #include "adapters/wire/socket.hpp"
 
+#include <utility>
+
 namespace lbea {
 
 namespace {
@@ -10,6 +12,10 @@ constexpr std::int64_t largest_result = 16 << 20;
 
 struct ResultSink::State {
   detail::BoundSocket bound;
+  bool has_newcomer = false;
+
+  /// ZeroMQ keeps what subscribers say until it is read: always read it.
+  void hear_subscribers() noexcept;
 };
 
 ResultSink::ResultSink(WireContext& context, const std::string& address, int held, const ServerAccess& access) {
@@ -27,16 +33,20 @@ ResultSink& ResultSink::operator=(ResultSink&&) noexcept = default;
 const std::string& ResultSink::endpoint() const noexcept { return state_->bound.endpoint; }
 
 bool ResultSink::send(Message bytes) noexcept {
+  state_->hear_subscribers();
   zmq::message_t message(bytes.data(), bytes.size());
   return detail::send(state_->bound.socket, message, ZMQ_DONTWAIT) == detail::Io::done;
 }
 
-bool ResultSink::has_newcomer() noexcept {
-  bool found = false;
+void ResultSink::State::hear_subscribers() noexcept {
   zmq::message_t subscription;
-  while (detail::receive(state_->bound.socket, subscription, ZMQ_DONTWAIT) == detail::Io::done)
-    found |= subscription.size() > 0 && *subscription.data<char>() == 1;
-  return found;
+  while (detail::receive(bound.socket, subscription, ZMQ_DONTWAIT) == detail::Io::done)
+    has_newcomer |= subscription.size() > 0 && *subscription.data<char>() == 1;
+}
+
+bool ResultSink::has_newcomer() noexcept {
+  state_->hear_subscribers();
+  return std::exchange(state_->has_newcomer, false);
 }
 
 PeerCounts ResultSink::peers() const noexcept {

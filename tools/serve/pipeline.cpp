@@ -55,6 +55,7 @@ Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frame
   config_.description.max_points = config_.limits.max_points;
   config_.description.max_message_bytes = config_.limits.max_message_bytes();
   config_.description.queue_slots = config_.queue_slots;
+  state_ = config_.description;
   publisher_ = std::thread(&Pipeline::publish_results, this);
   matcher_ = std::thread(&Pipeline::match_frames, this);
   receiver_ = std::thread(&Pipeline::receive_frames, this);
@@ -78,8 +79,15 @@ Counters Pipeline::counters() const noexcept {
   return counters;
 }
 
+Pipeline::Rounds Pipeline::rounds() const noexcept {
+  Rounds rounds;
+  for (std::size_t i = 0; i < rounds.size(); ++i) rounds[i] = rounds_[i].load(std::memory_order_relaxed);
+  return rounds;
+}
+
 void Pipeline::receive_frames() noexcept {
   while (!stopping_) {
+    ++rounds_[0];
     if (const auto message = source_.receive(receive_timeout)) take(*message, false);
     if (const auto now = Clock::now(); now >= next_note_) note_senders(now);
   }
@@ -215,7 +223,9 @@ void Pipeline::announce(WireStatus status, std::uint64_t session, IdRange ids,
 }
 
 void Pipeline::match_frames() noexcept {
+  if (config_.on_matching_thread) config_.on_matching_thread();
   while (true) {
+    ++rounds_[1];
     const bool last_look = receiver_done_;
     if (FrameSlot* slot = frames_.front()) {
       match(*slot);
@@ -235,6 +245,7 @@ void Pipeline::match(FrameSlot& slot) noexcept {
     std::this_thread::sleep_for(patience);
     outcome = outcomes_.claim();
   }
+  frame_in_work_.store(slot.header.id, std::memory_order_relaxed);
   fill(*outcome, slot);
   frames_.release();
   counters_.count(outcome->result.status);
@@ -264,6 +275,7 @@ void Pipeline::publish_results() noexcept {
   auto last_state = Clock::now();
   auto next_state = last_state + config_.state_interval;
   while (true) {
+    ++rounds_[2];
     const bool last_look = matcher_done_;
     const bool busy = publish_waiting();
     if (!busy && last_look) break;
@@ -317,6 +329,12 @@ void Pipeline::send_published() noexcept {
   result.sequence = sequence_++;
   result.publish_ns = wall_clock_ns();
   result.elapsed_ns.total = short_ns(result.publish_ns - result.receive_ns);
+  if (fate_of(result.status) == Fate::matched) {
+    const StageTimes& stages = result.elapsed_ns.match;
+    match_times_.note(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching +
+                      stages.coverage + stages.fit);
+    total_times_.note(result.elapsed_ns.total);
+  }
   const Message message = encoder_.result(result);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->result(message, result);
@@ -324,7 +342,7 @@ void Pipeline::send_published() noexcept {
 }
 
 void Pipeline::publish_state() noexcept {
-  WireState& state = config_.description;
+  WireState& state = state_;
   state.sequence = sequence_++;
   state.publish_ns = wall_clock_ns();
   state.queue_used = static_cast<std::uint32_t>(frames_.used());

@@ -7,6 +7,7 @@
 #include "adapters/wire/spsc_ring.hpp"
 #include "adapters/wire/streams.hpp"
 #include "tools/serve/frame_log.hpp"
+#include "tools/serve/latency_histogram.hpp"
 #include "tools/serve/match_engine.hpp"
 #include "tools/serve/outcome.hpp"
 #include "tools/serve/rate_limit.hpp"
@@ -14,6 +15,7 @@
 #include "tools/serve/shared_counters.hpp"
 
 #include <atomic>
+#include <functional>
 #include <thread>
 
 namespace lbea {
@@ -26,6 +28,7 @@ struct PipelineConfig {
   std::chrono::milliseconds sender_patience{3000};  // without a word a sender is silent after so long
   double stray_results_per_second = 1000;           // results for messages that are nobody's frame
   WireState description;  // the unchanging part: version, method, model
+  std::function<void()> on_matching_thread;  // called there once, before the first frame; may be empty
   RunObserver* observer = nullptr;  // may be absent; outlives the pipeline
 };
 
@@ -36,6 +39,22 @@ class Pipeline {
   /// Stops receiving, takes in what has already arrived, finishes all of it and publishes the last results.
   void stop();
   [[nodiscard]] Counters counters() const noexcept;
+  // Any thread:
+  [[nodiscard]] PeerCounts frame_peers() const noexcept { return source_.peers(); }
+  [[nodiscard]] PeerCounts result_peers() const noexcept { return sink_.peers(); }
+  [[nodiscard]] std::size_t queue_used() const noexcept {
+    const std::size_t used = frames_.used();  // may be read between two moves of the others
+    return used > frames_.capacity() ? 0 : used;
+  }
+  [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
+  [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return total_times_; }
+  /// The unchanging part of the state.
+  [[nodiscard]] const WireState& description() const noexcept { return config_.description; }
+  /// How often receiver, matcher and publisher came round: each does at least every 100 ms, unless it hangs.
+  using Rounds = std::array<std::uint64_t, 3>;
+  [[nodiscard]] Rounds rounds() const noexcept;
+  /// The id of the frame that the matcher works on, or worked on last.
+  [[nodiscard]] std::uint64_t frame_in_work() const noexcept { return frame_in_work_.load(std::memory_order_relaxed); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -81,6 +100,9 @@ class Pipeline {
   SpscRing<FrameSlot> frames_;     // receiver to matcher
   SpscRing<Outcome> outcomes_;     // matcher to publisher
   SpscRing<WireResult> refusals_;  // receiver to publisher: rejected and dropped frames
+  LatencyHistogram match_times_, total_times_;  // publisher's
+  std::array<std::atomic<std::uint64_t>, 3> rounds_{};
+  std::atomic<std::uint64_t> frame_in_work_{0};
   Doorbell frame_bell_, result_bell_;
   SharedCounters counters_;
   SharedSenders senders_;
@@ -95,6 +117,7 @@ class Pipeline {
   Encoder encoder_;       // publisher's
   FrameLog log_;          // publisher's
   WireResult published_;  // publisher's
+  WireState state_;  // publisher's
   std::uint64_t sequence_ = 0;
   std::thread receiver_, matcher_, publisher_;
 };

@@ -29,7 +29,7 @@ void thin(std::vector<Point>& points, std::uint32_t most, const RigidTransform& 
 }
 
 Preview::Preview(WireContext& context, const std::string& endpoint, const PreviewConfig& config)
-    : config_(config), sink_(context, endpoint, clouds_held), decoder_(config.limits) {
+    : config_(config), sink_(context, endpoint, clouds_held, config.access), decoder_(config.limits) {
   waiting_.reserve(std::size_t{config.limits.max_points} * sizeof(Point) + 4096);
   points_.reserve(config.limits.max_points);
   thread_ = std::thread(&Preview::run, this);

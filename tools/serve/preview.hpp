@@ -16,6 +16,7 @@ struct PreviewConfig {
   RigidTransform T_reference_sensor = identity_transform;
   std::uint32_t max_points = 20'000;
   std::chrono::milliseconds interval{33};  // at the least, between two clouds
+  ServerAccess access;
 };
 
 class Preview final : public RunObserver {

@@ -1,0 +1,80 @@
+#include "tools/serve/check.hpp"
+
+#include "adapters/metrics/metrics_server.hpp"
+#include "adapters/sensor/sensor_json.hpp"
+#include "tools/serve/preflight.hpp"
+
+#include <cstdio>
+#include <filesystem>
+
+#include <sys/resource.h>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::uint64_t probe_bytes = std::uint64_t{256} << 20;
+constexpr rlim_t enough_descriptors = 4096;
+
+std::string describe(const Model& model, const std::string& file) {
+  return file + ": " + std::to_string(model.samples()) + " samples of " + std::to_string(model.simulations()) + " simulations, " +
+         std::to_string(model.vertices()) + " vertices";
+}
+
+std::string describe(const ServerAccess& access) {
+  if (!access.keys) return "no keys: this machine alone may connect";
+  return std::to_string(access.allowed.size()) + " keys may connect";
+}
+
+void check_endpoints(Preflight& preflight, const ServeOptions& options) {
+  ServerAccess access;
+  preflight.ask("keys", [&] {
+    access = options.access.load();
+    return describe(access);
+  });
+  WireContext context;
+  std::optional<FrameSource> frames;
+  std::optional<ResultSink> results, preview;
+  preflight.ask("frames", [&] { return frames.emplace(context, options.frames_endpoint, WireLimits{}, access).endpoint(); });
+  preflight.ask("results", [&] { return results.emplace(context, options.results_endpoint, results_held, access).endpoint(); });
+  if (!options.preview_endpoint.empty())
+    preflight.ask("preview", [&] { return preview.emplace(context, options.preview_endpoint, results_held, access).endpoint(); });
+  if (!options.metrics_address.empty())
+    preflight.ask("metrics", [&] { return MetricsServer(options.metrics_address, [] { return std::string(); }).address(); });
+}
+
+Finding check_descriptors() {
+  rlimit limit{};
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  const std::string text = std::to_string(limit.rlim_cur) + " may be open";
+  if (limit.rlim_cur >= enough_descriptors) return {"descriptors", Finding::Level::ok, text};
+  return {"descriptors", Finding::Level::warning, text + "; strangers who knock could use them up, raise LimitNOFILE= or ulimit -n"};
+}
+
+}  // namespace
+
+int check(const ServeOptions& options) {
+  Preflight preflight;
+  std::uint64_t model_bytes = 0;
+  preflight.ask("model", [&] {
+    model_bytes = std::filesystem::exists(options.model_file) ? std::filesystem::file_size(options.model_file) : 0;
+    return describe(Model::open(options.model_file), options.model_file);
+  });
+  if (!options.pose_file.empty())
+    preflight.ask("pose", [&] { return static_cast<void>(read_pose(options.pose_file)), options.pose_file; });
+  check_endpoints(preflight, options);
+  const bool records = !options.recording.file.empty();
+  const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;
+  preflight.note(check_memory(queue_bytes(options) + model_bytes + ring_bytes));
+  for (Finding& finding : check_privileges(options.privileges)) preflight.note(std::move(finding));
+  for (Finding& finding : check_clock()) preflight.note(std::move(finding));
+  preflight.note(check_descriptors());
+  if (records) {
+    const auto folder = std::filesystem::absolute(options.recording.file).parent_path();
+    preflight.note(check_disk(folder, probe_bytes));
+  }
+  std::printf("%s\n", (options.json ? preflight.to_json() : preflight.to_text()).c_str());
+  return preflight.passed() ? exit_ok : exit_failed;
+}
+
+}  // namespace lbea

@@ -1,0 +1,11 @@
+// lbea-serve --check.
+#pragma once
+
+#include "tools/serve/command_line.hpp"
+
+namespace lbea {
+
+/// Tries everything that can be tried without frames, prints what it found; the exit code.
+int check(const ServeOptions& options);
+
+}  // namespace lbea

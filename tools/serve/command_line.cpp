@@ -1,0 +1,72 @@
+#include "tools/serve/command_line.hpp"
+
+namespace lbea {
+
+namespace {
+
+const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
+
+void add_matching_options(Tool& tool, ServeOptions& options) {
+  MatcherConfig& matcher = options.matcher;
+  tool.add_option("--method", matcher.method, "fit: by what the sensor would see, with a verdict, an estimate between the samples and the test's history; "
+                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
+      ->transform(CLI::CheckedTransformer(method_names))
+      ->default_str("lbea");
+  tool.add_option("--pose", options.pose_file,
+                  "sensor.json with T_reference_sensor; without it frames are taken as they are. With fit, the whole rig: when "
+                  "the model was not baked for this pose, its samples are rendered anew at the start")
+      ->check(CLI::ExistingFile);
+  tool.add_option("--trigger-ns", matcher.trigger_ns, "the sender's clock at impact");
+  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")
+      ->check(CLI::Range(1u, 16'777'216u));
+  tool.add_option("--matches", matcher.max_matches, "samples per result, nearest first")
+      ->check(CLI::Range(1u, 1000u));
+  tool.add_option("--trusted-distance", matcher.trusted_distance,
+                  "a vertex counts as seen when a point lies this near, mm")
+      ->check(CLI::PositiveNumber);
+  tool.add_option("--min-coverage", matcher.min_coverage,
+                  "share of the surface seen below which a match is not trusted")
+      ->check(CLI::Range(0.0f, 1.0f));
+}
+
+void add_operation_options(Tool& tool, ServeOptions& options) {
+  tool.add_option("--metrics", options.metrics_address, "address of this machine for Prometheus to read, e.g. 127.0.0.1:9464");
+  tool.add_option("--pin", options.privileges.pin, "processor to keep the matching thread on");
+  tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching thread")->check(CLI::Range(1, 99));
+  tool.add_flag("--lock-memory", options.privileges.lock_memory, "keep all memory in RAM");
+  tool.add_flag("--check", options.check, "try everything that can be tried before the test, say how it went, and leave");
+  tool.add_flag("--json", options.json, "print the closing tally, or what --check found, as JSON");
+}
+
+}  // namespace
+
+void add_options(Tool& tool, ServeOptions& options) {
+  tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
+  tool.add_option("--frames", options.frames_endpoint,
+                  "endpoint to take frames from, e.g. ipc:///tmp/frames.ipc")
+      ->required();
+  tool.add_option("--results", options.results_endpoint,
+                  "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
+      ->required();
+  tool.add_option("--preview", options.preview_endpoint,
+                  "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. ipc:///tmp/preview.ipc");
+  add_matching_options(tool, options);
+  tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
+      ->check(CLI::Range(1u, 4096u));
+  tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP)");
+  add_recording_options(tool, options.recording);
+  options.access.add_to(tool);
+  add_operation_options(tool, options);
+}
+
+std::string name_of(Method method) {
+  for (const auto& [name, value] : method_names)
+    if (value == method) return name;
+  return "unknown";
+}
+
+std::uint64_t queue_bytes(const ServeOptions& options) noexcept {
+  return std::uint64_t{options.pipeline.queue_slots} * options.matcher.max_points * sizeof(Point);
+}
+
+}  // namespace lbea

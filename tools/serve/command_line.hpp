@@ -1,0 +1,30 @@
+// What lbea-serve is told.
+#pragma once
+
+#include "tools/common/access_options.hpp"
+#include "tools/common/tool.hpp"
+#include "tools/recording/recording_options.hpp"
+#include "tools/serve/pipeline.hpp"
+#include "tools/serve/privileges.hpp"
+
+#include <string>
+
+namespace lbea {
+
+struct ServeOptions {
+  std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, pose_file, metrics_address;
+  MatcherConfig matcher;
+  PipelineConfig pipeline;
+  RecordingOptions recording;
+  ServerAccessOptions access;
+  PrivilegeRequest privileges;
+  bool check = false;
+  bool json = false;
+};
+
+void add_options(Tool& tool, ServeOptions& options);
+[[nodiscard]] std::string name_of(Method method);
+/// Every waiting frame has a slot for max_points, allocated at the start; in bytes.
+[[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
+
+}  // namespace lbea

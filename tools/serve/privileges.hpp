@@ -1,0 +1,32 @@
+// What the kernel grants only to some: a processor of one's own, precedence, memory that stays. Asked for, reported,
+// never a reason not to run.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+struct PrivilegeRequest {
+  std::optional<unsigned> pin;       // processor for the matching thread
+  std::optional<int> realtime;       // its SCHED_FIFO priority, 1 to 99
+  bool lock_memory = false;          // of the whole process, present and future
+};
+
+struct Privilege {
+  std::string name;    // "pin", "realtime", "lock-memory"
+  bool granted = false;
+  std::string detail;  // what was granted; or why not, and what to do
+};
+
+/// For the calling thread, which is to be the matching one.
+[[nodiscard]] std::vector<Privilege> ask_for_thread(const PrivilegeRequest& request);
+/// For the process, before it allocates much.
+[[nodiscard]] std::vector<Privilege> ask_for_process(const PrivilegeRequest& request);
+
+/// Lets the process open as many descriptors as it may: strangers who knock must not use up what peers need.
+void raise_descriptor_limit() noexcept;
+
+}  // namespace lbea
