@@ -1,0 +1,44 @@
+// A matcher for tests of what surrounds it.
+#pragma once
+
+#include "tools/serve/match_engine.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+namespace lbea::test {
+
+/// Takes its time; finds the simulation whose number is the first point's x.
+class FakeEngine final : public MatchEngine {
+ public:
+  explicit FakeEngine(std::chrono::microseconds delay = {}) : delay_(delay) {}
+  MatchResult match(const Frame& frame) noexcept override {
+    if (delay_.load().count() > 0) std::this_thread::sleep_for(delay_.load());
+    MatchResult result;
+    result.frame_id = frame.id;
+    result.stamp_ns = frame.stamp_ns;
+    result.points.received = static_cast<std::uint32_t>(frame.points.size());
+    if (frame.points.empty()) {
+      result.status = Status::empty_frame;
+      return result;
+    }
+    result.coverage = 0.5f;
+    if (frame.points.size() == 1) result.status = Status::low_coverage;
+    match_ = {{static_cast<std::uint32_t>(frame.points[0].x), 3}, 1.5f};
+    result.matches = {&match_, 1};
+    result.elapsed_ns = {1, 2, 3, 4, 5};
+    return result;
+  }
+  std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
+    return simulation == 4 ? "run_004" : "run_other";
+  }
+  double time_s(Sample sample) const noexcept override { return 0.001 * sample.time_step; }
+  void set_delay(std::chrono::microseconds delay) { delay_ = delay; }
+
+ private:
+  std::atomic<std::chrono::microseconds> delay_;
+  Match match_;
+};
+
+}  // namespace lbea::test
