@@ -2,15 +2,18 @@
 # Installs what is missing, builds and runs all tests: first under the sanitizers, last the release build.
 #   bash tests/run.sh            everything, minutes
 #   bash tests/run.sh --quick    the release build only
-#   bash tests/run.sh --long     also what takes longer than everyday work allows
+#   bash tests/run.sh --long     also what takes longer than everyday work allows, and whole programs under the sanitizers
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-sanitizers=yes
+sanitizers=yes sanitized=sanitized_tests chosen=(--label-regex sanitized)
 case "${1:-}" in
   "") ;;
   --quick) sanitizers=no ;;
-  --long) export LBEA_LONG_TESTS=1 ;;
+  --long)
+    export LBEA_LONG_TESTS=1
+    sanitized=all chosen=(--label-exclude 'release-only')
+    ;;
   *) echo "usage: bash tests/run.sh [--quick | --long]" >&2; exit 2 ;;
 esac
 
@@ -29,7 +32,7 @@ build_and_test() {  # preset, target to build, then arguments for ctest
 
 export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
 if [ "$sanitizers" = yes ]; then
-  build_and_test asan-ubsan all --label-exclude 'release-only'
+  build_and_test asan-ubsan "$sanitized" "${chosen[@]}"
   build_and_test tsan threaded_tests --label-regex 'threads'
 fi
 build_and_test ci all
