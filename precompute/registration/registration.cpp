@@ -159,7 +159,7 @@ void Registrar::align_with_shape(Candidate& candidate, std::span<const double> s
       if (!step.allFinite()) break;
       candidate.pose = motion_about(candidate.pose * cloud_.middle(), arm, step.head<6>()) * candidate.pose;
       candidate.shape += step.tail(candidate.shape.size());
-      if (step.head<6>().norm() < 1e-3 * scale) break;
+      if (step.head<6>().norm() < 1e-3 * scale && step.tail(candidate.shape.size()).norm() < 1e-3) break;
     }
   candidate.equations = alignment_equations(target(candidate.shape), cloud_, candidate.pose, surface_.modes, {scales.back(), spacing_, 1});
 }
