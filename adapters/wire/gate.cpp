@@ -16,6 +16,11 @@ constexpr int all_failures = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HA
                              ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
 constexpr int watched = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED | all_failures | all_endings;
 
+// A peer that is refused does not try again; one that is to come back does, once ZeroMQ has let go of it.
+constexpr const char* welcome = "200";
+constexpr const char* come_back = "300";
+constexpr const char* refused = "400";
+
 std::string decoded(const std::string& key) {
   std::string bytes(32, '\0');
   zmq_z85_decode(reinterpret_cast<std::uint8_t*>(bytes.data()), key.c_str());
@@ -36,18 +41,19 @@ PeerCounts Door::counts() const noexcept {
   return {of(open_), of(peers_), of(admitted_), of(unknown_), of(excess_), of(malformed_)};
 }
 
-std::optional<std::string> Door::admit(const std::string& mechanism, const std::string& key) {
+Door::Answer Door::answer(const std::string& mechanism, const std::string& key) {
   const auto known = names_.find(key);
   const bool is_known = wants_keys_ ? mechanism == "CURVE" && known != names_.end() : mechanism == "NULL";
   if (!is_known) {
     ++unknown_;
-    return {};
+    return {refused, {}};
   }
   if (peers_ >= max_peers_) {
     ++excess_;
-    return {};
+    ++put_off_;
+    return {come_back, {}};
   }
-  return wants_keys_ ? known->second : std::string("local");
+  return {welcome, wants_keys_ ? known->second : std::string("local")};
 }
 
 void Door::note(std::uint16_t event, std::int32_t value) {
@@ -59,7 +65,11 @@ void Door::note(std::uint16_t event, std::int32_t value) {
   } else if (event == ZMQ_EVENT_DISCONNECTED) {
     note_end(value);
   }
-  if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL || event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) ++malformed_;
+  if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && put_off_ > 0) {
+    --put_off_;  // or a stranger left meanwhile: it is counted once either way
+  } else if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL || event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
+    ++malformed_;
+  }
   failed_last_ = (event & all_failures) != 0;
   open_ = connections_.size();
 }
@@ -169,9 +179,8 @@ void Gate::answer() {
     const std::lock_guard lock(mutex_);
     if (const auto found = doors_.find(question[2]); found != doors_.end()) door = found->second.lock();
   }
-  const auto name = door ? door->admit(question[5], question[6]) : std::nullopt;
-  const std::array<std::string, 6> answer{"1.0", question[1], name ? "200" : "400", name ? "welcome" : "no entry",
-                                          name.value_or(""), ""};
+  const Door::Answer verdict = door ? door->answer(question[5], question[6]) : Door::Answer{refused, {}};
+  const std::array<std::string, 6> answer{"1.0", question[1], verdict.code, "", verdict.name, ""};
   for (std::size_t i = 0; i < answer.size(); ++i)
     zmq_send(questions_.handle(), answer[i].data(), answer[i].size(), i + 1 < answer.size() ? ZMQ_SNDMORE : 0);
 }

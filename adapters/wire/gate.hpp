@@ -22,8 +22,12 @@ class Door {
 
   [[nodiscard]] const std::string& domain() const noexcept { return domain_; }
   [[nodiscard]] PeerCounts counts() const noexcept;
-  /// Gate's thread. The name to admit a peer under; nothing when it is turned away. `key`: 32 bytes, or none.
-  [[nodiscard]] std::optional<std::string> admit(const std::string& mechanism, const std::string& key);
+  struct Answer {
+    const char* code;  // of RFC 27
+    std::string name;  // of a peer that is admitted
+  };
+  /// Gate's thread. `key`: 32 bytes, or none.
+  [[nodiscard]] Answer answer(const std::string& mechanism, const std::string& key);
   /// Gate's thread. An event of the socket's monitor.
   void note(std::uint16_t event, std::int32_t value);
 
@@ -37,6 +41,7 @@ class Door {
   std::map<std::string, std::string> names_;  // raw public key to name
   std::uint64_t max_peers_;
   std::map<std::int32_t, Clock::time_point> connections_;  // by descriptor: since when
+  std::uint64_t put_off_ = 0;  // told to come back, and not gone yet
   bool failed_last_ = false;  // the event before was a handshake that failed; its end follows at once
   Count open_{0}, peers_{0}, admitted_{0}, unknown_{0}, excess_{0}, malformed_{0};
 };
