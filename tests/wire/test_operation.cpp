@@ -1,0 +1,357 @@
+// lbea-serve in operation, as a process: keys end to end, metrics, words to systemd, the check, restarts, strangers.
+#include "adapters/wire/codec.hpp"
+#include "adapters/wire/streams.hpp"
+#include "tests/support/test_data.hpp"
+#include "tests/wire/wire_support.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <random>
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+using namespace lbea;
+using namespace std::chrono_literals;
+using lbea::test::contains;
+using lbea::test::eventually;
+using lbea::test::Process;
+using lbea::test::text_of;
+
+namespace {
+
+bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
+
+class Bench {
+ public:
+  Bench() { std::ofstream(file("cloud.xyz")) << "1 2 3\n4 5 6\n"; }
+  std::unique_ptr<Process> start(const std::string& program, std::vector<std::string> arguments, const std::string& name) {
+    arguments.insert(arguments.begin(), program);
+    return std::make_unique<Process>(arguments, file(name + ".out"), file(name + ".err"));
+  }
+  std::unique_ptr<Process> serve(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{LBEA_MODEL, "--frames", frames, "--results", results, "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto process = start(LBEA_SERVE, arguments, "serve");
+    REQUIRE(eventually([&] { return contains(said(), "ready: frames on "); }));
+    return process;
+  }
+  int send(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{file("cloud.xyz"), "--to", word_after("frames on "), "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return start(LBEA_SEND, arguments, "send")->wait();
+  }
+  void make_key(const std::string& name) { REQUIRE(start(LBEA_KEYGEN, {file(name)}, "keygen")->wait() == 0); }
+  [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
+  [[nodiscard]] std::string said() const { return text_of(file("serve.err")); }
+  /// What the server logged after `words`, up to a blank or comma.
+  [[nodiscard]] std::string word_after(const std::string& words) const {
+    const std::string text = said();
+    const auto at = text.find(words);
+    REQUIRE(at != std::string::npos);
+    const auto begin = at + words.size();
+    return text.substr(begin, text.find_first_of(", \n", begin) - begin);
+  }
+
+  test::TemporaryFolder folder;
+  std::string frames = "ipc://" + file("frames"), results = "ipc://" + file("results");
+};
+
+int connected_to(const std::string& address) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(std::stoul(address.substr(address.rfind(':') + 1))));
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  static_cast<void>(::connect(socket, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+  return socket;
+}
+
+std::string answer_to(const std::string& address, const std::string& request) {
+  const int socket = connected_to(address);
+  static_cast<void>(::send(socket, request.data(), request.size(), MSG_NOSIGNAL));
+  std::string answer(1 << 16, '\0');
+  std::size_t size = 0;
+  for (ssize_t got = 1; got > 0 && size < answer.size(); size += static_cast<std::size_t>(std::max<ssize_t>(got, 0)))
+    got = ::recv(socket, answer.data() + size, answer.size() - size, 0);
+  ::close(socket);
+  answer.resize(size);
+  return answer;
+}
+
+std::string page_of(const std::string& address) { return answer_to(address, "GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n"); }
+
+double value_of(const std::string& page, const std::string& metric) {
+  const auto at = page.find("\n" + metric + " ");
+  REQUIRE(at != std::string::npos);
+  return std::stod(page.substr(at + metric.size() + 2));
+}
+
+/// Where systemd would listen.
+class ServiceManager {
+ public:
+  explicit ServiceManager(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    REQUIRE(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    const timeval patience{0, 100'000};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
+  ~ServiceManager() { ::close(socket_); }
+  std::string hear() {
+    std::string text(4096, '\0');
+    const ssize_t got = ::recv(socket_, text.data(), text.size(), 0);
+    text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    return text;
+  }
+  bool hears(const std::string& words) {
+    return eventually([&] { return contains(hear(), words); });
+  }
+  void forget() {
+    while (!hear().empty()) {}
+  }
+
+ private:
+  int socket_;
+};
+
+}  // namespace
+
+TEST_CASE("with keys: the right ones are served, end to end; others are not") {
+  Bench bench;
+  for (const std::string name : {"matcher", "camera", "stranger"}) bench.make_key(name);
+  bench.frames = bench.results = "tcp://127.0.0.1:*";
+  const auto server = bench.serve({"--key", bench.file("matcher.key"), "--allow", bench.file("camera.pub")});
+  const std::string results = bench.word_after("results on ");
+  const std::vector<std::string> as_camera{"--results", results, "--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.key")};
+  CHECK(bench.send(as_camera) == 0);
+  CHECK(contains(text_of(bench.file("send.out")), "\"receipt\":{\"received\":1,\"withheld\":0,\"missed\":0}"));
+  CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("stranger.key")}) == 1);
+  CHECK(contains(text_of(bench.file("send.err")), "nobody who knows this program's key"));
+  CHECK(bench.send() == 1);
+  CHECK(bench.send({"--key", bench.file("camera.key")}) == 2);  // whose matcher?
+  CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.pub")}) == 1);
+  server->signal(SIGINT);
+  CHECK(server->wait() == 0);
+  CHECK(contains(text_of(bench.file("serve.out")), "\"captured\":1,\"received\":1,\"matched\":1"));
+}
+
+TEST_CASE("what is not safe does not start") {
+  Bench bench;
+  for (const std::string name : {"matcher", "camera"}) bench.make_key(name);
+  const auto refused = [&](std::vector<std::string> more, const std::string& sentence) {
+    std::vector<std::string> arguments{LBEA_MODEL, "--results", bench.results};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    CHECK(bench.start(LBEA_SERVE, arguments, "serve")->wait() == 1);
+    CAPTURE(bench.said());
+    CHECK(contains(bench.said(), sentence));
+  };
+  const std::string key = bench.file("matcher.key"), pub = bench.file("camera.pub");
+  refused({"--frames", "tcp://0.0.0.0:5555"}, "without keys only this machine");
+  refused({"--frames", "tcp://0.0.0.0:5555", "--key", key}, "give --allow");
+  refused({"--frames", "tcp://0.0.0.0:5555", "--allow", pub}, "give --key");
+  refused({"--frames", bench.frames, "--metrics", "0.0.0.0:9464"}, "only this machine may");
+  refused({"--frames", bench.frames, "--metrics", "127.0.0.1:nine"}, "not a port");
+  std::ofstream(bench.file("empty.pub")) << "# nobody\n";
+  refused({"--frames", "tcp://0.0.0.0:5555", "--key", key, "--allow", bench.file("empty.pub")}, "no public key");
+  ::chmod(key.c_str(), 0644);
+  refused({"--frames", "tcp://0.0.0.0:5555", "--key", key, "--allow", pub}, "chmod 600");
+}
+
+TEST_CASE("a lost frame shows in the result stream, the log, the metrics and the exit code") {
+  Bench bench;
+  const auto server = bench.serve({"--metrics", "127.0.0.1:0"});
+  std::string metrics;
+  REQUIRE(eventually([&] { return contains(bench.said(), "metrics on http://"); }));
+  metrics = bench.word_after("metrics on http://");
+  metrics = metrics.substr(0, metrics.find('/'));
+  WireContext context;
+  ResultSource results(context, bench.results);
+  FrameSink sink(context, bench.frames);
+  REQUIRE(results.receive(30s));
+  REQUIRE(sink.wait_ready(30s));
+  Encoder encoder;
+  const std::vector<Point> points{{1, 2, 3}};
+  for (const std::uint64_t id : {0u, 1u, 4u}) REQUIRE(sink.send(encoder.frame({id, 0, points}, 9), 30s));
+  REQUIRE(sink.tell(encoder.end_of_stream(9, 5), 30s));
+  std::vector<std::uint64_t> missed;
+  WireResult result;
+  while (result.status != WireStatus::end_of_stream) {
+    const auto message = results.receive(30s);
+    REQUIRE(message);
+    if (decode_result(*message, result) == WireStatus::ok && result.status == WireStatus::missed) missed.push_back(result.frame_id);
+  }
+  CHECK(missed == std::vector<std::uint64_t>{2, 3});
+  CHECK(result.counters.missed == 2);
+  CHECK(eventually([&] { return contains(bench.said(), "frame 2: missed"); }));
+  const std::string page = page_of(metrics);
+  CHECK(contains(page, "HTTP/1.1 200 OK"));
+  CHECK(value_of(page, "lbea_frames_total{fate=\"dropped\",status=\"missed\"}") == 2);
+  CHECK(value_of(page, "lbea_frames_captured_total") == 5);
+  CHECK(value_of(page, "lbea_peers{endpoint=\"frames\"}") == 1);
+  CHECK(value_of(page, "lbea_frames_on_the_way") == 0);
+  server->signal(SIGTERM);
+  CHECK(server->wait() == 1);
+  CHECK(contains(text_of(bench.file("serve.out")), "\"missed\":2"));
+}
+
+TEST_CASE("metrics: read only, under this machine's names, and no crowd stops them or the matcher") {
+  Bench bench;
+  const auto server = bench.serve({"--metrics", "127.0.0.1:0"});
+  REQUIRE(eventually([&] { return contains(bench.said(), "metrics on http://"); }));
+  std::string metrics = bench.word_after("metrics on http://");
+  metrics = metrics.substr(0, metrics.find('/'));
+  const auto status = [&](const std::string& request) { return answer_to(metrics, request).substr(0, 12); };
+  CHECK(status("GET /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n") == "HTTP/1.1 200");
+  CHECK(status("HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n") == "HTTP/1.1 200");
+  CHECK(status("GET /metrics HTTP/1.1\r\nHost: evil.example\r\n\r\n") == "HTTP/1.1 403");
+  CHECK(status("GET /etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n") == "HTTP/1.1 404");
+  CHECK(status("DELETE /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n") == "HTTP/1.1 405");
+  CHECK(status("GET /" + std::string(20'000, 'a') + " HTTP/1.1\r\n\r\n").empty());
+  CHECK(status("nonsense\r\n\r\n").empty());
+  std::vector<int> crowd;
+  for (int i = 0; i < 100; ++i) crowd.push_back(connected_to(metrics));
+  CHECK(bench.send() == 0);
+  for (const int socket : crowd) ::close(socket);
+  CHECK(eventually([&] { return contains(page_of(metrics), "lbea_frames_received_total 1"); }));
+  server->signal(SIGINT);
+  CHECK(server->wait() == 0);
+}
+
+TEST_CASE("systemd hears that it is ready, alive and stopping; nothing while it is stopped") {
+  Bench bench;
+  ServiceManager manager(bench.file("notify"));
+  ::setenv("NOTIFY_SOCKET", bench.file("notify").c_str(), 1);
+  ::setenv("WATCHDOG_USEC", "2000000", 1);
+  const auto server = bench.serve();
+  ::unsetenv("NOTIFY_SOCKET");
+  ::unsetenv("WATCHDOG_USEC");
+  CHECK(manager.hears("READY=1"));
+  CHECK(manager.hears("WATCHDOG=1"));
+  CHECK(manager.hears("STATUS=captured 0"));
+  server->signal(SIGSTOP);
+  std::this_thread::sleep_for(200ms);
+  manager.forget();
+  CHECK(manager.hear().empty());
+  server->signal(SIGCONT);
+  CHECK(manager.hears("WATCHDOG=1"));
+  server->signal(SIGTERM);
+  CHECK(manager.hears("STOPPING=1"));
+  CHECK(server->wait() == 0);
+}
+
+TEST_CASE("--check finds what would go wrong, changes nothing, and says so for programs too") {
+  Bench bench;
+  const auto check = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments{LBEA_MODEL, "--check", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return bench.start(LBEA_SERVE, arguments, "check")->wait();
+  };
+  const auto found = [&] { return text_of(bench.file("check.out")); };
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--metrics", "127.0.0.1:0", "--record", bench.file("run.mcap"),
+               "--pin", "0", "--realtime", "1", "--lock-memory"}) == 0);
+  for (const std::string name : {"model", "keys", "frames", "results", "metrics", "memory", "pin", "realtime", "lock-memory", "clock", "disk"}) {
+    CAPTURE(name);
+    CHECK(contains(found(), "{\"name\":\"" + name + "\""));
+  }
+  CHECK(contains(found(), "\"passed\":true"));
+  for (const std::string name : {"frames", "frames.lock", "results", "run.mcap"}) CHECK_FALSE(std::filesystem::exists(bench.file(name)));
+  CHECK(check({"--frames", "tcp://0.0.0.0:1", "--results", bench.results}) == 1);
+  CHECK(contains(found(), "\"name\":\"frames\",\"level\":\"failed\""));
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--record", "/no/such/folder/run.mcap"}) == 1);
+  CHECK(contains(found(), "\"name\":\"disk\",\"level\":\"failed\""));
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--pin", "100000"}) == 0);  // asked for, not granted, not fatal
+  CHECK(contains(found(), "\"name\":\"pin\",\"level\":\"warning\""));
+  const auto server = bench.serve();
+  CHECK(check({"--frames", bench.frames, "--results", "ipc://" + bench.file("other")}) == 1);
+  CHECK(contains(found(), "in use by another process"));
+  CHECK(bench.send() == 0);  // the one that runs was not disturbed
+  server->signal(SIGINT);
+  CHECK(server->wait() == 0);
+}
+
+TEST_CASE("privileges that are not granted are said and not fatal") {
+  Bench bench;
+  const auto server = bench.serve({"--pin", "100000"});
+  CHECK(eventually([&] { return contains(bench.said(), "--pin: processor 100000 is not to be had"); }));
+  CHECK(bench.send() == 0);
+  server->signal(SIGINT);
+  CHECK(server->wait() == 0);
+}
+
+TEST_CASE("killed and started again, over and over: it always starts, soon, and serves") {
+  Bench bench;
+  const int cycles = is_long_run() ? 1000 : 50;
+  std::mt19937 random(11);
+  double longest = 0;
+  for (int cycle = 0; cycle < cycles; ++cycle) {
+    std::filesystem::remove(bench.file("serve.err"));
+    const auto begin = std::chrono::steady_clock::now();
+    const auto server = bench.serve();
+    longest = std::max(longest, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    if (cycle % 10 == 0) CHECK(bench.send() == 0);
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 20'000));
+    server->signal(SIGKILL);
+    CHECK(server->wait() == 128 + SIGKILL);
+  }
+  MESSAGE(cycles << " starts after kill -9, the slowest ready after " << longest << " s");
+}
+
+// 1,000 strangers, idle or babbling, must not cost a rightful sender its rate. Both halves of a pair run one after the
+// other, so that a machine with other work to do slows both.
+TEST_CASE("a crowd of strangers does not slow the rightful sender") {
+  Bench bench;
+  for (const std::string name : {"matcher", "camera"}) bench.make_key(name);
+  bench.frames = bench.results = "tcp://127.0.0.1:*";
+  const auto server = bench.serve({"--key", bench.file("matcher.key"), "--allow", bench.file("camera.pub")});
+  const std::string frames = bench.word_after("frames on ");
+  WireContext context;
+  FrameSink sink(context, frames, 16, {read_public_keys(bench.file("matcher.pub"))[0].public_key, read_key_pair(bench.file("camera.key"))});
+  REQUIRE(sink.wait_ready(30s));
+  Encoder encoder;
+  const std::vector<Point> points(1000, Point{1, 2, 3});
+  std::uint64_t id = 0;
+  const auto share_sent = [&] {  // of 500 frames at 500/s that do not wait
+    std::uint64_t sent = 0;
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < 500; ++i) {
+      std::this_thread::sleep_until(begin + i * 2ms);
+      sent += sink.send(encoder.frame({id++, 0, points}, 4)) ? 1u : 0u;
+    }
+    return static_cast<double>(sent) / 500;
+  };
+  const int flooders = ::fork();
+  if (flooders == 0) {  // its own process, descriptors and all
+    std::vector<int> crowd;
+    std::mt19937 random(3);
+    for (std::uint64_t i = 0;; ++i) {
+      if (crowd.size() == 1000) {
+        ::close(crowd.front());
+        crowd.erase(crowd.begin());
+      }
+      crowd.push_back(connected_to(frames));
+      std::string noise(random() % 200, '\0');
+      for (char& c : noise) c = static_cast<char>(random());
+      if (i % 2 == 0) static_cast<void>(::send(crowd.back(), noise.data(), noise.size(), MSG_NOSIGNAL));
+      ::usleep(i < 1000 ? 100 : 1000);  // a thousand at once, then a thousand a second more
+    }
+  }
+  std::this_thread::sleep_for(1s);
+  const double beside = share_sent();
+  ::kill(flooders, SIGKILL);
+  ::waitpid(flooders, nullptr, 0);
+  const double alone = share_sent();
+  MESSAGE("sent of those due: " << alone << " alone, " << beside << " beside a crowd");
+  CHECK(beside >= 0.99 * alone);
+  REQUIRE(sink.tell(encoder.end_of_stream(4, id), 30s));
+  CHECK(sink.flush(30s) == 0);
+  server->signal(SIGTERM);
+  static_cast<void>(server->wait());
+  CHECK(contains(text_of(bench.file("serve.out")), "\"adds_up\":true"));
+  CHECK(contains(text_of(bench.file("serve.out")), "\"wrong_kind\":0"));
+}
