@@ -29,7 +29,7 @@ endforeach()
 # Headers include each other by their place in this project; installed, by <lbea/wire/...>.
 if(TARGET lbea_wire)
   install(FILES $<TARGET_FILE:lbea_wire> DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
-  foreach(header messages codec streams)
+  foreach(header codec keys messages streams)
     set(source ${PROJECT_SOURCE_DIR}/adapters/wire/${header}.hpp)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
     file(READ ${source} text)

@@ -12,7 +12,7 @@ import numpy
 
 import lbea_client
 
-SERVE, SEND, MODEL = os.environ["LBEA_SERVE"], os.environ["LBEA_SEND"], os.environ["LBEA_DEMO"]
+SERVE, SEND, KEYGEN, MODEL = (os.environ[name] for name in ("LBEA_SERVE", "LBEA_SEND", "LBEA_KEYGEN", "LBEA_DEMO"))
 CORPUS = Path(os.environ["LBEA_FUZZ_CORPUS"])
 
 
@@ -75,8 +75,8 @@ class LiveTest(unittest.TestCase):
         self.addCleanup(lambda: process.poll() is None and (process.kill(), process.wait()))
         return process, log
 
-    def serve(self):
-        server, log = self.start(SERVE, MODEL, "--frames", self.frames, "--results", self.results)
+    def serve(self, *more):
+        server, log = self.start(SERVE, MODEL, "--frames", self.frames, "--results", self.results, *more)
         deadline = time.monotonic() + 30
         while "ready" not in Path(log.name).read_text():
             self.assertLess(time.monotonic(), deadline, Path(log.name).read_text())
@@ -108,6 +108,11 @@ class LiveTest(unittest.TestCase):
             sender.send(numpy.zeros((0, 3)), timeout_s=5)
             refused = results.receive(30)
             self.assertEqual((refused.status, refused.matches), ("empty_frame", []))
+            sender.close()
+            while not results.state.senders or results.state.senders[0].condition == "active":
+                results.receive(0.1)
+            of_us = results.state.senders[0]
+            self.assertEqual((of_us.session, of_us.next_id, of_us.received, of_us.missed, of_us.condition), (sender.session, 4, 4, 0, "ended"))
         server.send_signal(signal.SIGINT)
         self.assertEqual(server.wait(30), 0)
         self.assertIn("received 4", server.stdout.read())
@@ -125,9 +130,27 @@ class LiveTest(unittest.TestCase):
                                    "--end-of-stream")
             received = list(receiver)
             self.assertEqual(sender.wait(30), 0)
+            self.assertEqual(receiver.damaged, 0)
         self.assertEqual([frame.id for frame in received], [0, 1, 2])
         for frame, points in zip(received, clouds):
             numpy.testing.assert_array_equal(frame.points, points)
+
+    def test_keys_open_a_matcher_that_has_them(self):
+        server, user, stranger = (os.path.join(self.folder.name, name) for name in ("server", "user", "stranger"))
+        for base in (server, user, stranger):
+            subprocess.run([KEYGEN, base], check=True, stdout=subprocess.DEVNULL)
+        self.serve("--key", server + ".key", "--allow", user + ".pub")
+        with lbea_client.Results(self.results, server_key=server + ".pub", key=user + ".key") as results:
+            while results.state is None:
+                results.receive(0.1)
+        for keys in ({}, {"server_key": server + ".pub"}, {"server_key": server + ".pub", "key": stranger + ".key"}):
+            with lbea_client.Results(self.results, **keys) as results:
+                self.assertIsNone(results.receive(1.5))
+                self.assertIsNone(results.state)
+        with self.assertRaises(ValueError):
+            lbea_client.Results(self.results, key=user + ".key")
+        with self.assertRaises(ValueError):
+            lbea_client.Results(self.results, server_key=__file__)
 
     def test_nobody_there_is_said_at_once(self):
         with self.assertRaises(TimeoutError):

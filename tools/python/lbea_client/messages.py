@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import flatbuffers
 import numpy
 
+from ._schema import Control, ControlKind
 from ._schema import Frame as frame_schema
-from ._schema import NumericType, PackedElementField, PointCloud, Result, State, Verdict, WireStatus
+from ._schema import NumericType, PackedElementField, PointCloud, Result, SenderCondition, State, Verdict, WireStatus
 from ._schema import Time as time_schema
 
 most_result_bytes = 1 << 22  # of a result or state: a larger one is nobody's
@@ -33,7 +34,8 @@ def names_of(enumeration):
     return {value: name for name, value in vars(enumeration).items() if not name.startswith("_")}
 
 
-ENUMERATIONS = {"status": names_of(WireStatus.WireStatus), "verdict": names_of(Verdict.Verdict)}
+ENUMERATIONS = {"status": names_of(WireStatus.WireStatus), "verdict": names_of(Verdict.Verdict),
+                "condition": names_of(SenderCondition.SenderCondition)}
 
 
 def snake_case(name):
@@ -162,6 +164,23 @@ def encode_field(builder, name, offset):
     PackedElementField.PackedElementFieldAddOffset(builder, offset)
     PackedElementField.PackedElementFieldAddType(builder, NumericType.NumericType.FLOAT32)
     return PackedElementField.PackedElementFieldEnd(builder)
+
+
+def is_control(message):
+    return identifier(message) == b"LBCO"
+
+
+def encode_control(kind, next_id, withheld, session):
+    """What a sender says beside its frames: "hello", "heartbeat" or "goodbye". The last `withheld` captures below next_id
+    could not be sent."""
+    builder = flatbuffers.Builder(64)
+    Control.ControlStart(builder)
+    Control.ControlAddSession(builder, session)
+    Control.ControlAddKind(builder, getattr(ControlKind.ControlKind, kind))
+    Control.ControlAddNextId(builder, next_id)
+    Control.ControlAddWithheld(builder, withheld)
+    builder.Finish(Control.ControlEnd(builder), b"LBCO")
+    return bytes(builder.Output())
 
 
 def encode_end_of_stream(next_id, session):

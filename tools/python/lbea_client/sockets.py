@@ -7,12 +7,14 @@ import time
 
 import zmq
 
-from .messages import DamagedMessage, decode_frame, decode_result, encode_end_of_stream, encode_frame, most_result_bytes
+from .keys import client_keys
+from .messages import (DamagedMessage, decode_frame, decode_result, encode_control, encode_end_of_stream, encode_frame, is_control,
+                       most_result_bytes)
 
 most_frame_bytes = 1 << 28
 
 
-def make_socket(kind, high_water_mark, most_bytes, linger_ms=0):
+def make_socket(kind, high_water_mark, most_bytes, linger_ms=0, keys=None):
     socket = zmq.Context.instance().socket(kind)
     socket.set_hwm(high_water_mark)
     socket.setsockopt(zmq.LINGER, linger_ms)
@@ -20,6 +22,8 @@ def make_socket(kind, high_water_mark, most_bytes, linger_ms=0):
     socket.setsockopt(zmq.IMMEDIATE, 1)
     for option, milliseconds in ((zmq.HEARTBEAT_IVL, 1000), (zmq.HEARTBEAT_TIMEOUT, 5000), (zmq.HANDSHAKE_IVL, 5000)):
         socket.setsockopt(option, milliseconds)
+    for option, value in (keys or {}).items():
+        socket.setsockopt(option, value)
     return socket
 
 
@@ -43,11 +47,12 @@ class Results(Closing):
     lost: messages this subscriber was too slow for. damaged: messages that could not be read.
     """
 
-    def __init__(self, endpoint, timeout_s=None):
-        """timeout_s: iteration ends when nothing came for so long; None: never."""
+    def __init__(self, endpoint, timeout_s=None, server_key=None, key=None):
+        """timeout_s: iteration ends when nothing came for so long; None: never. server_key, key: key files, for a matcher
+        that has keys."""
         self.timeout_s, self.state, self.lost, self.damaged = timeout_s, None, 0, 0
         self._next_sequence = None
-        self.socket = make_socket(zmq.SUB, 10_000, most_result_bytes)
+        self.socket = make_socket(zmq.SUB, 10_000, most_result_bytes, keys=client_keys(server_key, key))
         self.socket.setsockopt(zmq.SUBSCRIBE, b"")
         self.socket.connect(endpoint)
 
@@ -83,14 +88,15 @@ class Results(Closing):
 class FrameSender(Closing):
     """Sends clouds to a running lbea-serve, as a camera does. sent, refused: what became of them here."""
 
-    def __init__(self, endpoint, wait_s=5):
-        """Waits up to wait_s seconds for the receiver; raises TimeoutError when there is none."""
-        self.session, self.next_id, self.sent, self.refused = secrets.randbits(64), 0, 0, 0
-        self.socket = make_socket(zmq.PUSH, 16, most_frame_bytes, linger_ms=5000)
+    def __init__(self, endpoint, wait_s=5, server_key=None, key=None):
+        """Waits up to wait_s seconds for the receiver; raises TimeoutError when there is none. Keys as with Results."""
+        self.session, self.next_id, self.sent, self.refused, self._withheld = secrets.randbits(64), 0, 0, 0, 0
+        self.socket = make_socket(zmq.PUSH, 16, most_frame_bytes, linger_ms=5000, keys=client_keys(server_key, key))
         self.socket.connect(endpoint)
         if not self.socket.poll(1000 * wait_s, zmq.POLLOUT):
             self.socket.close(linger=0)
             raise TimeoutError(f"{endpoint}: nobody takes frames there; start lbea-serve")
+        self._say("hello")
 
     def send(self, points, stamp_ns=None, timeout_s=0):
         """points: n x 3. stamp_ns: now unless given. False, and counted, when the receiver has no room."""
@@ -102,12 +108,22 @@ class FrameSender(Closing):
         """Says that the test is over."""
         self.socket.send(encode_end_of_stream(self.next_id, self.session))
 
+    def close(self):
+        """Says goodbye, and which of the last captures could not be sent: nothing is missed without being counted."""
+        if not self.socket.closed:
+            self._say("goodbye")
+        super().close()
+
+    def _say(self, kind):
+        if self.socket.poll(1000, zmq.POLLOUT):
+            self.socket.send(encode_control(kind, self.next_id, self._withheld, self.session))
+
     def _push(self, message, timeout_s):
         if self.socket.poll(1000 * timeout_s, zmq.POLLOUT):
             self.socket.send(message, copy=False)
-            self.sent += 1
+            self.sent, self._withheld = self.sent + 1, 0
             return True
-        self.refused += 1
+        self.refused, self._withheld = self.refused + 1, self._withheld + 1
         return False
 
 
@@ -124,8 +140,11 @@ class FrameReceiver(Closing):
     def receive(self, timeout_s=None):
         """The next Frame, also the one that ends a stream; None when none came in time."""
         while self.socket.poll(None if timeout_s is None else 1000 * timeout_s):
+            message = self.socket.recv()
+            if is_control(message):
+                continue
             try:
-                return decode_frame(self.socket.recv())
+                return decode_frame(message)
             except DamagedMessage:
                 self.damaged += 1
         return None
