@@ -66,13 +66,15 @@ Comparison::Comparison(RecordedRun& run, double tolerance) : tolerance_(toleranc
     if (decode_result(message->data, result) != WireStatus::ok)
       throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be of another version");
     if (!is_of_a_frame(result.status)) continue;
-    recorded_[{result.session, result.frame_id}].results.push_back(result);
+    Answers& answers = recorded_[{result.session, result.frame_id}];
+    if (answers.results.empty()) answers.first = result.status;
+    answers.results.push_back(result);
   }
 }
 
 bool Comparison::was_dropped(std::uint64_t session, std::uint64_t id) const {
   const auto found = recorded_.find({session, id});
-  return found != recorded_.end() && fate_of(found->second.results.front().status) == Fate::dropped;
+  return found != recorded_.end() && fate_of(found->second.first) == Fate::dropped;
 }
 
 bool Comparison::is_same(const WireResult& recorded, const WireResult& now) const {
@@ -84,11 +86,15 @@ bool Comparison::is_same(const WireResult& recorded, const WireResult& now) cons
 std::optional<std::string> Comparison::take(const WireResult& now) {
   const std::string name = "frame " + std::to_string(now.frame_id) + ": ";
   const auto found = recorded_.find({now.session, now.frame_id});
-  if (found == recorded_.end() || found->second.taken == found->second.results.size()) {
+  if (found == recorded_.end() || found->second.results.empty()) {
     ++tally_.not_recorded;
     return name + "no result is recorded; now " + text(now);
   }
-  const WireResult& then = found->second.results[found->second.taken++];
+  auto& results = found->second.results;
+  auto place = std::ranges::find_if(results, [&](const WireResult& then) { return is_same(then, now); });
+  if (place == results.end()) place = results.begin();
+  const WireResult then = *place;
+  results.erase(place);
   tally_.worst_distance = std::max(tally_.worst_distance, best_distance_difference(then, now));
   if (is_same(then, now)) {
     ++tally_.same;
@@ -104,7 +110,8 @@ ComparisonTally Comparison::tally() const {
   ComparisonTally tally = tally_;
   for (const auto& [key, answers] : recorded_) {
     // Frames that were dropped then are not asked again, and of rejected ones there may be no cloud.
-    if (fate_of(answers.results.front().status) == Fate::matched) tally.not_repeated += answers.results.size() - answers.taken;
+    tally.not_repeated += static_cast<std::uint64_t>(
+        std::ranges::count(answers.results, Fate::matched, [](const WireResult& result) { return fate_of(result.status); }));
   }
   return tally;
 }

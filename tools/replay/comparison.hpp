@@ -36,8 +36,8 @@ class Comparison {
  private:
   using Key = std::pair<std::uint64_t, std::uint64_t>;  // session, id
   struct Answers {
-    std::vector<WireResult> results;  // more than one when an id came twice
-    std::size_t taken = 0;
+    std::vector<WireResult> results;  // more than one when an id came twice, in any order; those compared are taken out
+    WireStatus first{};
   };
   [[nodiscard]] bool is_same(const WireResult& recorded, const WireResult& now) const;
   double tolerance_;
