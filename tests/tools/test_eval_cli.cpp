@@ -1,0 +1,126 @@
+// lbea-eval ensemble and lbea-register as a user meets them, on the demo's runs.
+#include "tests/support/program.hpp"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+using namespace lbea::test;
+using nlohmann::json;
+
+namespace {
+
+const std::string demo = (data() / "rail-demo").string();
+
+std::string evaluation(const std::string& options) {
+  return std::string(LBEA_EVAL) + " ensemble " + demo + "/ensemble.toml --sensor " + demo + "/sensor.json --out e " + options;
+}
+
+json read_json(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return json::parse(in);
+}
+
+std::size_t lines_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::size_t count = 0;
+  for (std::string line; std::getline(in, line);) ++count;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_program(evaluation("--experiments run_038,run_129 --first-step 8 --every 12 --hide 0.3 --json"), folder.path());
+  CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+  const json summary = json::parse(outcome.out);
+  CHECK(summary == read_json(folder / "e/summary.json"));
+  CHECK(summary["complete"] == true);
+  std::size_t frames = 0;
+  for (const json& round : summary["rounds"]) {
+    frames += round["frames"].get<std::size_t>();
+    double shares = 0;
+    for (const auto& [name, share] : round["verdicts"].items()) shares += share.get<double>();
+    CHECK(shares == doctest::Approx(1));
+    // Nobody who picks a sample is better than the oracle.
+    for (const auto& [name, score] : round["methods"].items())
+      if (name != "estimate") CHECK_MESSAGE(score["mean"].get<double>() >= round["oracle"]["mean"].get<double>() - 1e-9, name);
+    if (round["experiments"] == "contained") {
+      CHECK(round["oracle"]["mean"] == 0);
+      CHECK(round["tests"] == 2);
+    }
+    if (round["experiments"] == "unseen") {
+      CHECK(round["frames"] == 4);
+      CHECK(round["methods"].contains("icp") == (round["frames_are"] == "as sensed"));
+      CHECK(round["oracle"]["mean"].get<double>() > 0);
+    }
+  }
+  CHECK(summary["rounds"].size() == 5);  // unseen and contained, both also hidden; other components
+  CHECK(lines_of(folder / "e/frames.csv") == frames + 1);
+  CHECK(lines_of(folder / "e/view.csv") == 1 + 8 * 21 + 4);
+  CHECK(lines_of(folder / "e/tables.md") > 30);
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "e")) CHECK(entry.path().extension() != ".lbea");
+}
+
+TEST_CASE("wrong wishes are refused with their exit codes") {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& options) { return run_program(evaluation(options), folder.path()); };
+  CHECK(run("--experiments run_999").exit_code == 1);
+  CHECK(run("--experiments run_999").err.find("run_999") != std::string::npos);
+  CHECK(run("--split 1.5").exit_code == 1);
+  CHECK(run("--split 0.2 --leave-one-out").exit_code == 2);
+  CHECK(run("--mode sideways").exit_code == 2);
+  CHECK(run_program(std::string(LBEA_EVAL) + " ensemble", folder.path()).exit_code == 2);
+}
+
+TEST_CASE("Ctrl-C leaves what was measured, and exit code 1") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_program(evaluation("--leave-one-out"), folder.path(), std::chrono::milliseconds(1500));
+  CHECK(outcome.exit_code == 1);
+  CHECK(read_json(folder / "e/summary.json")["complete"] == false);
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "e")) CHECK(entry.path().extension() != ".lbea");
+}
+
+TEST_CASE("a rough pose is refined by lbea-register to the noise of the sensor") {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& command) { return run_program(command, folder.path()); };
+  REQUIRE(run(std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --modes 5 --steps 0,1 -o m.lbea").exit_code == 0);
+  REQUIRE(run(std::string(LBEA_SENSE) + " " + demo + "/experiment/run_043 --sensor " + demo + "/sensor.json --steps 0 --out f").exit_code == 0);
+  json rough = read_json(data() / "rail-demo" / "sensor.json");
+  const json right = rough;
+  // 15 mm along x and 10 mm along y, both cameras.
+  for (json* pose : {&rough["T_reference_sensor"], &rough["sensor"]["T_reference_right"]}) {
+    (*pose)[0][3] = (*pose)[0][3].get<double>() + 15;
+    (*pose)[1][3] = (*pose)[1][3].get<double>() + 10;
+  }
+  std::ofstream(folder / "rough.json") << rough;
+  const Outcome outcome = run(std::string(LBEA_REGISTER) + " m.lbea f --sensor rough.json --out fine.json --json");
+  CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+  CHECK(json::parse(outcome.out)["ambiguous"] == false);
+  const json fine = read_json(folder / "fine.json");
+  // Where both poses put the middle of the component, 950 mm before the cameras: the bow of a run outside the ensemble
+  // and 0.1 mm of noise leave a few tenths.
+  for (const char* camera : {"left", "right"}) {
+    const auto pose = [&](const json& file) { return std::string(camera) == "left" ? file["T_reference_sensor"] : file["sensor"]["T_reference_right"]; };
+    double squared = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      double off = 0;
+      for (std::size_t k = 0; k < 4; ++k) off += (pose(fine)[i][k].get<double>() - pose(right)[i][k].get<double>()) * (k == 3 ? 1 : k == 2 ? 950 : 0);
+      squared += off * off;
+    }
+    CHECK(std::sqrt(squared) < 0.5);
+  }
+  // Metres against millimetres.
+  std::filesystem::create_directory(folder / "metres");
+  std::ofstream cloud(folder / "metres/a.xyz");
+  for (int i = 0; i < 500; ++i) cloud << 0.0008 * i << ' ' << 0.0001 * (i % 7) << " 0.9\n";
+  cloud.close();
+  const Outcome metres = run(std::string(LBEA_REGISTER) + " m.lbea metres --sensor rough.json --out wrong.json");
+  CHECK(metres.exit_code == 1);
+  CHECK(metres.err.find("1000") != std::string::npos);
+  CHECK(!std::filesystem::exists(folder / "wrong.json"));
+}

@@ -1,0 +1,279 @@
+// The parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
+#include "tests/support/synthetic_model.hpp"
+#include "tools/eval/disturbance.hpp"
+#include "tools/eval/field_inference.hpp"
+#include "tools/eval/icp_baseline.hpp"
+#include "tools/eval/score.hpp"
+#include "tools/eval/split.hpp"
+#include "tools/eval/true_mesh.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+std::vector<EnsembleRun> runs_named(std::initializer_list<const char*> names) {
+  std::vector<EnsembleRun> runs;
+  for (const char* name : names) runs.push_back({name, {}, {}});
+  return runs;
+}
+
+void check_partition(const Split& split, std::size_t runs) {
+  std::vector<std::size_t> all(split.simulations);
+  all.insert(all.end(), split.experiments.begin(), split.experiments.end());
+  std::ranges::sort(all);
+  std::vector<std::size_t> expected(runs);
+  std::iota(expected.begin(), expected.end(), std::size_t{0});
+  CHECK(all == expected);
+  CHECK(std::ranges::is_sorted(split.simulations));
+  CHECK(std::ranges::is_sorted(split.experiments));
+}
+
+struct Plates {
+  TemporaryFolder folder;
+  Model model = opened();
+
+ private:
+  [[nodiscard]] Model opened() const {
+    bake_bent_plates(folder / "plates.lbea");
+    return Model::open(folder / "plates.lbea");
+  }
+};
+
+std::vector<Point> random_points(std::size_t count) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(0, 100);
+  std::vector<Point> points(count);
+  for (Point& p : points) p = {uniform(random), uniform(random), uniform(random)};
+  return points;
+}
+
+FrameTrial frame_of(double oracle_error, double fit_error, std::uint32_t fit_sample, std::uint32_t own, Verdict verdict = Verdict::matched) {
+  FrameTrial frame;
+  frame.errors.fill(not_measured);
+  frame.best.error = oracle_error;
+  frame.errors[static_cast<std::size_t>(Contender::fit)] = fit_error;
+  frame.samples[static_cast<std::size_t>(Contender::fit)] = fit_sample;
+  frame.own = own;
+  frame.verdict = verdict;
+  return frame;
+}
+
+TestTrial test_of(std::vector<FrameTrial> frames) {
+  TestTrial test;
+  test.frames = std::move(frames);
+  return test;
+}
+
+}  // namespace
+
+TEST_CASE("splits are partitions; the seed draws them; both sides keep a run") {
+  for (const std::size_t runs : {2u, 3u, 10u, 40u})
+    for (const double share : {0.01, 0.2, 0.5, 0.99}) {
+      const Split split = random_split(runs, share, 1);
+      check_partition(split, runs);
+      CHECK(split.experiments.size() == std::clamp<std::size_t>(static_cast<std::size_t>(std::lround(share * static_cast<double>(runs))), 1, runs - 1));
+      CHECK(random_split(runs, share, 1).experiments == split.experiments);
+    }
+  CHECK(random_split(40, 0.5, 1).experiments != random_split(40, 0.5, 2).experiments);
+  // Every run is drawn about as often: 200 draws of 2 in 10; 5 standard deviations of a binomial with p = 0.2 are 28.
+  std::vector<int> drawn(10);
+  for (std::uint64_t seed = 0; seed < 200; ++seed)
+    for (const std::size_t run : random_split(10, 0.2, seed).experiments) ++drawn[run];
+  for (const int count : drawn) CHECK(std::abs(count - 40) < 29);
+  for (const double share : {0.0, 1.0, -1.0, double(NAN)}) CHECK_THROWS_AS((void)random_split(10, share, 1), Error);
+  CHECK_THROWS_AS((void)random_split(1, 0.5, 1), Error);
+}
+
+TEST_CASE("named and leave-one-out splits") {
+  const auto runs = runs_named({"a", "b", "c"});
+  const Split split = named_split(runs, std::vector<std::string>{"c", "a", "c"});
+  check_partition(split, 3);
+  CHECK(split.experiments == std::vector<std::size_t>{0, 2});
+  CHECK_THROWS_AS((void)named_split(runs, std::vector<std::string>{"d"}), Error);
+  CHECK_THROWS_AS((void)named_split(runs, std::vector<std::string>{"a", "b", "c"}), Error);
+  const auto splits = leave_one_out(3);
+  CHECK(splits.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    check_partition(splits[i], 3);
+    CHECK(splits[i].experiments == std::vector<std::size_t>{i});
+  }
+  CHECK_THROWS_AS((void)leave_one_out(1), Error);
+}
+
+TEST_CASE("a subset keeps the reference run while it can") {
+  const Ensemble all{runs_named({"a", "b", "c"}), {"p"}, 2};
+  const std::vector<std::size_t> with{1, 2}, without{0, 1};
+  CHECK(subset(all, with).reference_run == 1);
+  CHECK(subset(all, with).runs[1].name == "c");
+  CHECK(subset(all, without).reference_run == 0);
+  CHECK(subset(all, without).parameter_names == all.parameter_names);
+}
+
+TEST_CASE("means and medians leave out what was not measured") {
+  CHECK(std::isnan(mean({})));
+  CHECK(std::isnan(median({})));
+  CHECK(std::isnan(median(std::vector{not_measured})));
+  CHECK(mean(std::vector{1.0, not_measured, 3.0}) == 2);
+  CHECK(median(std::vector{5.0, not_measured, 1.0, 3.0}) == 3);
+  CHECK(median(std::vector{4.0, 1.0, 2.0, 10.0}) == 3);
+}
+
+TEST_CASE("errors are averaged over time first, then over tests") {
+  // Test 1: oracle 1, fit 2 and 4 -> 3. Test 2: one frame, oracle 3, fit 9. The ratio is (3 + 9) / (1 + 3) = 3.
+  const std::vector<TestTrial> tests{test_of({frame_of(1, 2, 0, 5), frame_of(1, 4, 0, 5)}), test_of({frame_of(3, 9, 0, 5, Verdict::no_simulation_fits)})};
+  const Summary summary = summarise(tests);
+  const Score& fit = summary.scores[static_cast<std::size_t>(Contender::fit)];
+  CHECK(summary.tests == 2);
+  CHECK(summary.frames == 3);
+  CHECK(summary.oracle.mean == 2);
+  CHECK(fit.mean == 6);
+  CHECK(fit.median == 6);
+  CHECK(fit.ratio == 3);
+  CHECK(std::isnan(fit.exact));  // none is contained
+  CHECK(std::isnan(summary.named));
+  CHECK(std::isnan(summary.scores[static_cast<std::size_t>(Contender::icp)].mean));
+  CHECK(summary.verdicts[static_cast<std::size_t>(Verdict::matched)] == doctest::Approx(2.0 / 3));
+  CHECK(summary.verdicts[static_cast<std::size_t>(Verdict::no_simulation_fits)] == doctest::Approx(1.0 / 3));
+  CHECK(summarise({}).frames == 0);
+}
+
+TEST_CASE("own samples are counted in contained experiments, and an oracle of 0 has no ratio") {
+  TestTrial test = test_of({frame_of(0, 0, 5, 5), frame_of(0, 1, 6, 7)});
+  test.contained = true;
+  test.experiment = test.named = "run";
+  const Summary summary = summarise(std::vector{test});
+  CHECK(summary.scores[static_cast<std::size_t>(Contender::fit)].exact == 0.5);
+  CHECK(std::isnan(summary.scores[static_cast<std::size_t>(Contender::fit)].ratio));
+  CHECK(summary.named == 1);
+}
+
+TEST_CASE("frames before two branches part are not held against the verdict") {
+  TestTrial without = test_of({frame_of(1, 1, 0, 0), frame_of(5, 5, 0, 0, Verdict::no_simulation_fits), frame_of(5, 5, 0, 0)});
+  TestTrial with = test_of({frame_of(1, 1, 0, 0), frame_of(1, 1, 0, 0), frame_of(1, 1, 0, 0)});
+  for (std::uint32_t i = 0; i < 3; ++i) without.frames[i].step = with.frames[i].step = i;
+  const Parted parted = parted_frames(std::vector{without}, std::vector{with});
+  CHECK(parted.frames == 2);
+  CHECK(parted.no_simulation_fits == 0.5);
+  CHECK(parted_frames({}, {}).frames == 0);
+}
+
+TEST_CASE("hidden points go in patches until the share is gone, and the rest stays as it was") {
+  const auto points = random_points(5000);
+  const auto rest = hide_patches(points, 0.3, 20, 7);
+  CHECK(rest.size() == 3500);
+  std::size_t at = 0;
+  for (const Point& p : rest) {
+    while (at < points.size() && (points[at].x != p.x || points[at].y != p.y || points[at].z != p.z)) ++at;
+    REQUIRE(at < points.size());
+  }
+  CHECK(hide_patches(points, 0, 20, 7).size() == 5000);
+  CHECK(hide_patches(points, 1, 20, 7).empty());
+  CHECK(hide_patches({}, 0.3, 20, 7).empty());
+  const auto again = hide_patches(points, 0.3, 20, 7);
+  CHECK(std::ranges::equal(again, rest, [](const Point& a, const Point& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }));
+}
+
+TEST_CASE("thinning keeps the share at random") {
+  const auto points = random_points(9000);
+  // Binomial with p = 1/3: standard deviation 45.
+  CHECK(std::abs(static_cast<double>(thin(points, 1.0 / 3, 3).size()) - 3000) < 5 * 45);
+  CHECK(thin(points, 1, 3).size() == 9000);
+  CHECK(thin(points, 0, 3).empty());
+}
+
+TEST_CASE("a pose error turns about the centre by the angle asked for, and stays rigid") {
+  const RigidTransform T{0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30};
+  const Point centre{50, 60, 70};
+  const RigidTransform turned_T = turned(T, 3, centre, 9);
+  // The turn alone: R' R^T; its trace is 1 + 2 cos(angle).
+  double trace = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) trace += double{turned_T[4 * i + k]} * double{T[4 * i + k]};
+  CHECK(std::acos((trace - 1) / 2) * 57.29577951 == doctest::Approx(3).epsilon(1e-3));
+  // The sensor point that lay at the centre still does: q = R^T (centre - t).
+  const std::array<float, 3> off{centre.x - T[3], centre.y - T[7], centre.z - T[11]};
+  std::array<float, 3> q{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) q[i] += T[4 * k + i] * off[k];
+  for (std::size_t i = 0; i < 3; ++i) {
+    const float there = turned_T[4 * i] * q[0] + turned_T[4 * i + 1] * q[1] + turned_T[4 * i + 2] * q[2] + turned_T[4 * i + 3];
+    CHECK(there == doctest::Approx((std::array{centre.x, centre.y, centre.z})[i]).epsilon(1e-5));
+  }
+  CHECK(turned(T, 0, centre, 9) == T);
+}
+
+TEST_CASE("weighted mean and spread by their formulas") {
+  const std::vector<float> a{1, 2, 3, 4, 5, 6}, b{3, 2, 1, 0, 5, 10};
+  const std::vector<WeightedRow> rows{{a, 0.25f}, {b, 0.75f}};
+  std::vector<float> m, spread;
+  weighted_mean(rows, m);
+  CHECK(m == std::vector<float>{2.5f, 2, 1.5f, 1, 5, 9});
+  weighted_spread(rows, m, 1, spread);
+  // Two values with weights w and 1 - w: |difference| sqrt(w (1 - w)).
+  for (std::size_t i = 0; i < 6; ++i) CHECK(spread[i] == doctest::Approx(std::abs(a[i] - b[i]) * std::sqrt(0.25f * 0.75f)));
+  weighted_spread(rows, m, 3, spread);
+  CHECK(spread.size() == 2);
+  CHECK(spread[0] == doctest::Approx(std::hypot(2.0, 0.0, 2.0) * std::sqrt(0.1875)));
+  weighted_mean({}, m);
+  CHECK(m.empty());
+  weighted_spread({}, a, 1, spread);
+  CHECK(spread == std::vector<float>(6, 0.0f));
+  // About something else than their mean: never less.
+  weighted_spread(rows, a, 1, spread);
+  CHECK(spread[0] == doctest::Approx(2 * std::sqrt(0.75f)));
+}
+
+TEST_CASE("plausibilities add up to 1, fall with the residual and ignore differences below the noise") {
+  const std::vector<Match> candidates{{{0, 1}, 1.0f}, {{1, 2}, 1.0f}, {{2, 3}, 2.0f}};
+  const auto weighted = plausible_samples(candidates, {.sharpness = 4, .noise = 1});
+  CHECK(weighted[0].weight == weighted[1].weight);
+  CHECK(weighted[2].weight / weighted[0].weight == doctest::Approx(std::exp(-4.0 * 3 / 2)));
+  CHECK(weighted[0].weight + weighted[1].weight + weighted[2].weight == doctest::Approx(1));
+  CHECK(weighted[2].sample == Sample{2, 3});
+  CHECK(plausible_samples({}).empty());
+}
+
+TEST_CASE("a run with the model's node numbers is read by number, a finer mesh by place") {
+  const Plates plates;
+  const Model& model = plates.model;
+  const SimulationMesh same = plate_mesh();
+  const TrueMesh by_number(same, model);
+  CHECK(by_number.same_mesh());
+  std::vector<float> positions;
+  by_number.positions(same.positions, positions);
+  CHECK(std::ranges::equal(positions, same.positions));
+  // Twice as fine, numbered by chance alike: every model node lies on a node or an edge of it.
+  PlateShape finer;
+  finer.columns = 2 * finer.columns - 1;
+  finer.rows = 2 * finer.rows - 1;
+  const SimulationMesh fine = plate_mesh(finer);
+  const TrueMesh by_place(fine, model);
+  CHECK(!by_place.same_mesh());
+  const SimulationState bent = bent_state(fine, 0, 1.0, double{finer.length}), expected = bent_state(same, 0, 1.0, double{finer.length});
+  by_place.positions(bent.positions, positions);
+  for (std::size_t i = 0; i < positions.size(); ++i) CHECK(positions[i] == doctest::Approx(expected.positions[i]).epsilon(1e-4));
+}
+
+TEST_CASE("ICP finds the sample whose points it is given, also from a pose that is off") {
+  const Plates plates;
+  const Model& model = plates.model;
+  const IcpBaseline icp(model);
+  for (const std::uint32_t sample : {model.samples() - 1, model.samples() / 2 + 2}) {
+    std::vector<std::array<double, 3>> points;
+    const auto positions = model.node_positions(sample);
+    for (const std::uint32_t node : model.vertex_nodes(0)) {
+      const float* p = &positions[3 * std::size_t{node}];
+      points.push_back({double{p[0]} + 1.5, double{p[1]} - 1, double{p[2]} + 0.5});
+    }
+    CHECK(icp.match(points).sample == sample);
+    CHECK(icp.match(points).mean_squared_error <= icp.align((sample + 1) % model.samples(), points));
+  }
+}
