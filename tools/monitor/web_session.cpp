@@ -10,6 +10,7 @@ using namespace std::chrono_literals;
 
 constexpr std::uint32_t largest_head = 16 * 1024;
 constexpr std::size_t largest_client_message = 1024;
+constexpr std::size_t many_rows_bytes = 64 * 1024;  // after so many at once more may wait
 constexpr auto handshake_timeout = 5s;
 // Nothing but this program's own files, no inline script or style, nowhere to send anything, in nobody's frame.
 constexpr auto content_policy =
@@ -151,15 +152,16 @@ void Watcher::read() {
 }
 
 void Watcher::wake() {
+  rows_due_ = true;
   if (open_ && !writing_) write_next();
 }
 
 void Watcher::write_next() {
-  rows_turn_ = !rows_turn_;
-  const bool has_snapshot = shared_.latest != nullptr && shared_.latest != sent_;
-  if (has_snapshot && !rows_turn_) return write(sent_ = shared_.latest);
-  if (auto rows = shared_.feed.rows_after(cursor_); !rows.empty()) return write(std::make_shared<const std::string>(std::move(rows)));
-  if (has_snapshot) write(sent_ = shared_.latest);
+  if (shared_.latest != nullptr && shared_.latest != sent_) return write(sent_ = shared_.latest);
+  if (!rows_due_) return;
+  auto rows = shared_.feed.rows_after(cursor_);
+  rows_due_ = rows.size() > many_rows_bytes;
+  if (!rows.empty()) write(std::make_shared<const std::string>(std::move(rows)));
 }
 
 void Watcher::write(Snapshot message) {
