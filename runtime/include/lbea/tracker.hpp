@@ -57,7 +57,7 @@ class LBEA_API Tracker {
 /// After the test: the likeliest path of samples through all its frames, on the tracker's model (Viterbi). evidence: each
 /// frame's candidates, best first; empty for a frame that told nothing. One sample per frame. For offline use: allocates
 /// 4 bytes per frame and sample.
-[[nodiscard]] std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence,
-                                                 const TrackerConfig& config = {});
+[[nodiscard]] LBEA_API std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence,
+                                                          const TrackerConfig& config = {});
 
 }  // namespace lbea
