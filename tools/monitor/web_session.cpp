@@ -2,6 +2,8 @@
 
 #include <lbea/version.hpp>
 
+#include <utility>
+
 namespace lbea::web {
 
 namespace {
@@ -157,11 +159,16 @@ void Watcher::wake() {
 }
 
 void Watcher::write_next() {
-  if (shared_.latest != nullptr && shared_.latest != sent_) return write(sent_ = shared_.latest);
-  if (!rows_due_) return;
-  auto rows = shared_.feed.rows_after(cursor_);
-  rows_due_ = rows.size() > many_rows_bytes;
-  if (!rows.empty()) write(std::make_shared<const std::string>(std::move(rows)));
+  const bool has_snapshot = shared_.latest != nullptr && shared_.latest != sent_;
+  // In turns: a slow browser would else get nothing but snapshots.
+  if (has_snapshot && !std::exchange(rows_turn_, rows_due_ && !rows_turn_)) return write(sent_ = shared_.latest);
+  rows_turn_ = false;
+  if (rows_due_) {
+    auto rows = shared_.feed.rows_after(cursor_);
+    rows_due_ = rows.size() > many_rows_bytes;
+    if (!rows.empty()) return write(std::make_shared<const std::string>(std::move(rows)));
+  }
+  if (has_snapshot) write(sent_ = shared_.latest);
 }
 
 void Watcher::write(Snapshot message) {

@@ -94,7 +94,8 @@ class Watcher : public std::enable_shared_from_this<Watcher> {
   beast::flat_buffer buffer_;
   Snapshot sent_, in_flight_;
   LogCursor cursor_;
-  bool open_ = false, writing_ = false, rows_due_ = true;  // rows go out with snapshots: one by one they would drown the page
+  bool open_ = false, writing_ = false, rows_turn_ = false;
+  bool rows_due_ = true;  // rows go out with snapshots: one by one they would drown the page
 };
 
 }  // namespace lbea::web
