@@ -6,13 +6,17 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-sanitizers=yes sanitized=sanitized_tests chosen=(--label-regex sanitized)
+sanitizers=yes
+# What the sanitizers build, and which tests of it they run: target, then arguments for ctest.
+addresses=(sanitized_tests --label-regex sanitized)
+threads=(threaded_tests --label-regex everyday-threads)
 case "${1:-}" in
   "") ;;
   --quick) sanitizers=no ;;
   --long)
     export LBEA_LONG_TESTS=1
-    sanitized=all chosen=(--label-exclude 'release-only')
+    addresses=(all --label-exclude release-only)
+    threads=(all --label-regex threads)
     ;;
   *) echo "usage: bash tests/run.sh [--quick | --long]" >&2; exit 2 ;;
 esac
@@ -32,7 +36,7 @@ build_and_test() {  # preset, target to build, then arguments for ctest
 
 export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
 if [ "$sanitizers" = yes ]; then
-  build_and_test asan-ubsan "$sanitized" "${chosen[@]}"
-  build_and_test tsan threaded_tests --label-regex 'threads'
+  build_and_test asan-ubsan "${addresses[@]}"
+  build_and_test tsan "${threads[@]}"
 fi
 build_and_test ci all
