@@ -35,7 +35,7 @@ std::size_t lines_of(const std::filesystem::path& file) {
 
 TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
   const TemporaryFolder folder;
-  const Outcome outcome = run_program(evaluation("--experiments run_038,run_129 --first-step 8 --every 12 --hide 0.3 --json"), folder.path());
+  const Outcome outcome = run_program(evaluation("--experiments run_038,run_129 --first-step 8 --every 12 --hide 0.3 --meshes --json"), folder.path());
   CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
   const json summary = json::parse(outcome.out);
   CHECK(summary == read_json(folder / "e/summary.json"));
@@ -63,6 +63,12 @@ TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
   CHECK(lines_of(folder / "e/frames.csv") == frames + 1);
   CHECK(lines_of(folder / "e/view.csv") == 1 + 8 * 21 + 4);
   CHECK(lines_of(folder / "e/tables.md") > 30);
+  for (const char* name : {"estimate", "matched"})
+    for (const char* file : {"_008.vtu", "_020.vtu", ".pvd"})
+      CHECK(std::filesystem::file_size(folder.path() / "e/meshes/run_038" / (std::string(name) + file)) > 100);
+  std::ifstream estimate(folder / "e/meshes/run_038/estimate_020.vtu", std::ios::binary);
+  const std::string head(std::istreambuf_iterator<char>(estimate), {});
+  for (const char* array : {"\"plastic_strain\"", "\"plastic_strain_spread\"", "\"position_spread\""}) CHECK(head.find(array) != std::string::npos);
   for (const auto& entry : std::filesystem::directory_iterator(folder / "e")) CHECK(entry.path().extension() != ".lbea");
 }
 

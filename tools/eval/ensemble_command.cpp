@@ -87,6 +87,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments) {
   plan.icp = arguments.icp;
   plan.trial = {.sensor = read_sensor_json(arguments.sensor), .first_step = arguments.first_step, .every = arguments.every,
                 .impact_step = plan.description.impact_step, .time_factor = plan.description.time_factor, .seed = arguments.seed};
+  if (arguments.meshes) plan.trial.meshes = arguments.out / "meshes";
   plan.scratch = arguments.out;
   plan.threads = arguments.threads;
   return plan;
@@ -118,6 +119,7 @@ void declare(CLI::App& app, EnsembleArguments& arguments) {
   app.add_flag("--icp,!--no-icp", arguments.icp, "the ICP baseline, which takes seconds per frame");
   app.add_flag("--contained,!--no-contained", arguments.contained, "also with the experiments among the simulations");
   app.add_flag("--strangers,!--no-strangers", arguments.strangers, "also frames of other components");
+  app.add_flag("--meshes", arguments.meshes, "write each unseen experiment's matched and estimated meshes for ParaView");
   app.add_option("--threads", arguments.threads, "0: all processors; the errors do not depend on it");
   app.add_flag("--json", arguments.json, "print the summary as JSON");
 }

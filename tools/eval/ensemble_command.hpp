@@ -20,7 +20,7 @@ struct EnsembleArguments {
   std::uint64_t seed = 1;
   double noise = -1, outliers = -1;  // negative: the sensor's
   double hidden = 0, thinned = 1, pose_error_deg = 0;
-  bool robustness = false, contained = true, icp = true, strangers = true, json = false;
+  bool robustness = false, contained = true, icp = true, strangers = true, meshes = false, json = false;
   std::vector<std::uint32_t> removed_branches;
   unsigned threads = 0;
 };

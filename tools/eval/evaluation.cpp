@@ -116,6 +116,8 @@ Round& Evaluator::round(const std::string& title, ReferenceMode mode, const Dist
 void Evaluator::test(Round& round, const Arena& arena, std::span<const Experiment> experiments) {
   TrialSettings settings = plan_.trial;
   settings.disturbance = round.disturbance;
+  const bool plainly_unseen = round.title == "unseen" && round.disturbance.name == Disturbance{}.name && round.mode == plan_.modes.front();
+  if (!plainly_unseen) settings.meshes.clear();
   std::vector<TestTrial> tests(experiments.size());
   std::uint64_t frames = 0, total = 0;
   for (const Experiment& experiment : experiments)

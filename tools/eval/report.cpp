@@ -3,6 +3,7 @@
 #include "adapters/export/vtu.hpp"
 #include "adapters/file/atomic_file.hpp"
 #include "adapters/pointcloud/pointcloud.hpp"
+#include "tools/eval/mesh_series.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -30,22 +31,6 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   AtomicFile file(path);
   file.write(std::as_bytes(std::span(text)));
   file.commit();
-}
-
-void write_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample) {
-  VtuGrid grid;
-  grid.positions = model.node_positions(sample);
-  grid.element_nodes = model.element_nodes();
-  grid.time_s = model.sample_time_s(sample);
-  grid.point_arrays.push_back({"node_id", model.node_ids()});
-  grid.cell_arrays.push_back({"element_id", model.element_ids()});
-  grid.cell_arrays.push_back({"part", model.element_parts()});
-  for (std::uint32_t f = 0; f < model.fields(); ++f) {
-    const FieldInfo info = model.field(f);
-    auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
-    arrays.push_back({std::string(info.name), model.field_values(f, sample)});
-  }
-  write_vtu(file, grid);
 }
 
 void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T) {
@@ -124,18 +109,25 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
 
 void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model, const Truth* truth,
                   const RigidTransform& T_reference_sensor) {
-  std::vector<PvdEntry> series;
+  std::vector<PvdEntry> series, estimates;
   for (const LiveRow& row : summary.rows) {
     if (row.result.matches.empty()) continue;
     const std::uint32_t sample = model.sample_index(row.result.matches.front().sample);
     if (sample == model.samples()) continue;
     const auto file = folder / numbered("matched", row.result.frame_id, ".vtu");
-    write_mesh(file, model, sample);
+    write_matched_mesh(file, model, sample);
     const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
     series.push_back({real == nullptr ? model.sample_time_s(sample) : real->time_s, file});
+    if (const WireFit& fit = row.result.fit; !fit.estimate.empty()) {
+      const auto estimate = folder / numbered("estimate", row.result.frame_id, ".vtu");
+      const double time_s = real == nullptr ? estimate_time_s(model, fit.estimate) : real->time_s;
+      write_estimate_mesh(estimate, model, fit.estimate, fit.candidates, time_s);
+      estimates.push_back({time_s, estimate});
+    }
     if (real != nullptr) write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor);
   }
   write_pvd(folder / "matched.pvd", series);
+  if (!estimates.empty()) write_pvd(folder / "estimate.pvd", estimates);
 }
 
 }  // namespace lbea

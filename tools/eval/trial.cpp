@@ -1,8 +1,10 @@
 #include "tools/eval/trial.hpp"
 
+#include "adapters/export/vtu.hpp"
 #include "precompute/sensor/counter_random.hpp"
 #include "precompute/sensor/virtual_sensor.hpp"
 #include "tools/eval/field_inference.hpp"
+#include "tools/eval/mesh_series.hpp"
 #include "tools/eval/true_mesh.hpp"
 
 #include <algorithm>
@@ -52,6 +54,9 @@ class Test {
     config_.max_points = settings.sensor.sensor.width_px * settings.sensor.sensor.height_px;
     for (const std::uint32_t node : model_.vertex_nodes(0)) observed_[node] = 1;
     find_field();
+    if (settings.meshes.empty()) return;
+    folder_ = settings.meshes / experiment.name;
+    std::filesystem::create_directories(folder_);
   }
 
   TestTrial run(const FrameDone& done);
@@ -59,6 +64,7 @@ class Test {
  private:
   FrameTrial frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher& fit, Tracker& tracker);
   void find_field();
+  void write_meshes(const FrameTrial& row, const MatchResult& result);
   [[nodiscard]] FieldError field_error(const MatchResult& result);
   [[nodiscard]] Matcher matcher(Method method) const {
     MatcherConfig config = config_;
@@ -89,6 +95,8 @@ class Test {
   SimulationState state_;
   std::vector<float> truth_;
   Inferred inferred_;
+  std::filesystem::path folder_;  // of the meshes
+  std::vector<PvdEntry> estimates_, matches_;
 };
 
 void Test::find_field() {
@@ -106,6 +114,10 @@ TestTrial Test::run(const FrameDone& done) {
   for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
     trial.frames.push_back(frame(step, vtp, lbea, fit, tracker));
     if (done()) break;
+  }
+  if (!folder_.empty()) {
+    write_pvd(folder_ / "estimate.pvd", estimates_);
+    write_pvd(folder_ / "matched.pvd", matches_);
   }
   trial.named = model_.simulation_name(tracker.state().simulation);
   return trial;
@@ -135,6 +147,7 @@ FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher&
     infer_positions(model_, by_fit.fit.estimate, {}, inferred_);
     row.errors[static_cast<std::size_t>(Contender::estimate)] = experiment_error(truth_, inferred_.mean);
     row.field = field_error(by_fit);
+    if (!folder_.empty()) write_meshes(row, by_fit);
   }
   const TestState& state = tracker.update(by_fit);
   if (state.frames > 0) score(row, Contender::tracked, model_.sample_index(state.sample));
@@ -158,6 +171,14 @@ FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher&
   row.lbea_ns = by_lbea.elapsed_ns;
   row.fit_ns = by_fit.elapsed_ns;
   return row;
+}
+
+void Test::write_meshes(const FrameTrial& row, const MatchResult& result) {
+  const std::string number = std::to_string(1000 + row.step).substr(1) + ".vtu";
+  estimates_.push_back({row.time_s, folder_ / ("estimate_" + number)});
+  write_estimate_mesh(estimates_.back().file, model_, result.fit.estimate, result.fit.candidates, row.time_s);
+  matches_.push_back({row.time_s, folder_ / ("matched_" + number)});
+  write_matched_mesh(matches_.back().file, model_, model_.sample_index(result.matches.front().sample));
 }
 
 FieldError Test::field_error(const MatchResult& result) {

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -76,6 +77,7 @@ struct TrialSettings {
   std::uint32_t impact_step = 0;
   double time_factor = 1;
   std::uint64_t seed = 1;
+  std::filesystem::path meshes{};  // folder for <experiment>/estimate.pvd and what it strings together; empty: none
 };
 
 /// What one model is asked: shared by the threads that run its tests.

@@ -1,0 +1,64 @@
+#include "tools/eval/mesh_series.hpp"
+
+#include "adapters/export/vtu.hpp"
+#include "tools/eval/field_inference.hpp"
+
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+namespace {
+
+VtuGrid component(const Model& model, std::span<const float> positions, double time_s) {
+  VtuGrid grid;
+  grid.positions = positions;
+  grid.element_nodes = model.element_nodes();
+  grid.time_s = time_s;
+  grid.point_arrays.push_back({"node_id", model.node_ids()});
+  grid.cell_arrays.push_back({"element_id", model.element_ids()});
+  grid.cell_arrays.push_back({"part", model.element_parts()});
+  return grid;
+}
+
+}  // namespace
+
+void write_matched_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample) {
+  VtuGrid grid = component(model, model.node_positions(sample), model.sample_time_s(sample));
+  for (std::uint32_t f = 0; f < model.fields(); ++f) {
+    const FieldInfo info = model.field(f);
+    auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
+    arrays.push_back({std::string(info.name), model.field_values(f, sample)});
+  }
+  write_vtu(file, grid);
+}
+
+void write_estimate_mesh(const std::filesystem::path& file, const Model& model, std::span<const WeightedSample> estimate,
+                         std::span<const Match> candidates, double time_s) {
+  const std::vector<WeightedSample> plausible = plausible_samples(candidates);
+  Inferred shape;
+  infer_positions(model, estimate, plausible, shape);
+  std::vector<Inferred> fields(model.fields());
+  VtuGrid grid = component(model, shape.mean, time_s);
+  grid.point_arrays.push_back({"position_spread", std::span<const float>(shape.spread)});
+  for (std::uint32_t f = 0; f < model.fields(); ++f) {
+    infer_field(model, f, estimate, plausible, fields[f]);
+    const FieldInfo info = model.field(f);
+    auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
+    arrays.push_back({std::string(info.name), std::span<const float>(fields[f].mean)});
+    arrays.push_back({std::string(info.name) + "_spread", std::span<const float>(fields[f].spread)});
+  }
+  write_vtu(file, grid);
+}
+
+double estimate_time_s(const Model& model, std::span<const WeightedSample> estimate) {
+  double time = 0;
+  for (const WeightedSample& share : estimate) {
+    const std::uint32_t sample = model.sample_index(share.sample);
+    if (sample == model.samples()) throw Error(Status::bad_input, "an estimate names a sample this model does not hold; give the model that the matcher uses");
+    time += double{share.weight} * model.sample_time_s(sample);
+  }
+  return time;
+}
+
+}  // namespace lbea
