@@ -43,7 +43,7 @@ struct ReadPacket {
   std::vector<T> section(const std::string& name) const {
     const auto& place = head["sections"][name];
     std::vector<T> values(place["count"].get<std::size_t>());
-    std::memcpy(values.data(), bytes.data() + begin + place["offset"].get<std::size_t>(), values.size() * sizeof(T));
+    if (!values.empty()) std::memcpy(values.data(), bytes.data() + begin + place["offset"].get<std::size_t>(), values.size() * sizeof(T));
     return values;
   }
 };
