@@ -2,21 +2,21 @@
 # Installs what is missing, builds and runs all tests: first under the sanitizers, last the release build.
 #   bash tests/run.sh            everything, minutes
 #   bash tests/run.sh --quick    the release build only
-#   bash tests/run.sh --long     also what takes longer than everyday work allows, and whole programs under the sanitizers
+#   bash tests/run.sh --long     also what takes longer than everyday work allows: whole programs under the address
+#                                sanitizer, threads under the thread sanitizer
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-sanitizers=yes
-# What the sanitizers build, and which tests of it they run: target, then arguments for ctest.
+sanitizers=yes everything=no
+# What the address sanitizer builds, and which tests of it run: target, then arguments for ctest.
 addresses=(sanitized_tests --label-regex sanitized)
-threads=(threaded_tests --label-regex everyday-threads)
 case "${1:-}" in
   "") ;;
   --quick) sanitizers=no ;;
   --long)
     export LBEA_LONG_TESTS=1
+    everything=yes
     addresses=(all --label-exclude release-only)
-    threads=(all --label-regex threads)
     ;;
   *) echo "usage: bash tests/run.sh [--quick | --long]" >&2; exit 2 ;;
 esac
@@ -37,6 +37,6 @@ build_and_test() {  # preset, target to build, then arguments for ctest
 export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
 if [ "$sanitizers" = yes ]; then
   build_and_test asan-ubsan "${addresses[@]}"
-  build_and_test tsan "${threads[@]}"
+  if [ "$everything" = yes ]; then build_and_test tsan threaded_tests --label-regex threads; fi
 fi
 build_and_test ci all

@@ -66,6 +66,7 @@ enum class SectionId : std::uint32_t {
   envelope_grid = 17,
   envelope_bits = 18,
   simulation_branches = 19,
+  leading_axes = 20,  // part: reference
   reference_times = 32,
   vertex_nodes = 33,  // from here on, part: reference
   vertex_positions = 34,
@@ -76,7 +77,6 @@ enum class SectionId : std::uint32_t {
   tree_ranges = 39,
   coefficients = 40,
   correspondence = 41,
-  leading_axes = 42,
   view_camera = 64,  // 64 to 67: all or none
   view_size = 65,
   view_depths = 66,
