@@ -65,13 +65,13 @@ def draw_branches(rows, file):
     for axes, branch in zip(panels[0], branches):
         here = [r for r in chosen if int(r["branch"]) == branch]
         for method in METHODS:
-            over_time = defaultdict(list)
+            over_time = defaultdict(list)  # by step: stored times differ in their last digits
             for row in here:
                 if row[method]:
-                    over_time[1e3 * float(row["time_s"])].append(float(row[method]))
-            times = sorted(over_time)
-            axes.plot(times, [np.mean(over_time[t]) for t in times], label=method, color=COLOURS[method],
-                      linestyle="--" if method == "oracle" else "-")
+                    over_time[int(row["step"])].append((1e3 * float(row["time_s"]), float(row[method])))
+            if over_time:
+                axes.plot(*np.array([np.mean(over_time[step], axis=0) for step in sorted(over_time)]).T, label=method,
+                          color=COLOURS[method], linestyle="--" if method == "oracle" else "-")
         axes.set(xlabel="time [ms]", title=f"branch {branch}: {len({r['experiment'] for r in here})} experiments")
     panels[0][0].set_ylabel("mean EE")
     panels[0][-1].legend(fontsize=8)
@@ -120,8 +120,10 @@ def draw_view(rows, file, parameter):
     parameter = parameter or telling_parameter(simulations, names)
     values = [number(r[parameter]) if parameter else float(r["branch"]) for r in simulations]
     scale = plt.cm.ScalarMappable(plt.Normalize(np.nanmin(values), np.nanmax(values)), "viridis")
-    figure = plt.figure(figsize=(8, 6))
+    figure = plt.figure(figsize=(9, 6.5))
     axes = figure.add_subplot(projection="3d")
+    axes.view_init(elev=18, azim=-20)
+    axes.tick_params(labelsize=7)
     for group, colour in ((simulations, None), (experiments, "black")):
         curves = defaultdict(list)
         for row in group:
@@ -129,9 +131,12 @@ def draw_view(rows, file, parameter):
         for curve in curves.values():
             points = np.array([[float(r[x]) for x in ("x1", "x2", "x3")] for r in curve]).T
             own = colour or scale.to_rgba(number(curve[0][parameter]) if parameter else float(curve[0]["branch"]))
-            axes.plot(*points, color=own, linewidth=1.6 if colour else 0.8, marker="." if colour else None, markersize=3)
-    axes.set(xlabel="1st", ylabel="2nd", zlabel="3rd", title="coefficients that vary most; experiments in black")
-    figure.colorbar(scale, ax=axes, shrink=0.6, label=parameter or "branch")
+            axes.plot(*points, color=own, linewidth=1.0 if colour else 0.7)
+    for label, name in ((axes.set_xlabel, "1st"), (axes.set_ylabel, "2nd"), (axes.set_zlabel, "3rd")):
+        label(name, labelpad=12)
+    axes.set_box_aspect((1, 1, 1), zoom=0.9)
+    axes.set(title="coefficients that vary most; experiments in black")
+    figure.colorbar(scale, ax=axes, shrink=0.6, pad=0.12, label=parameter or "branch")
     figure.savefig(file, dpi=130)
 
 
