@@ -1,5 +1,7 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
-#include "tests/ensemble/text_file.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
+#include "tests/support/test_data.hpp"
 
 #include <doctest/doctest.h>
 
@@ -16,12 +18,8 @@ ParameterTable read(const std::string& text) {
 }
 
 void check_refused(const std::string& text, const std::string& words) {
-  const Error error = error_of([&] { (void)read(text); });
   CAPTURE(text);
-  CAPTURE(error.what());
-  CHECK(error.status == Status::bad_input);
-  CHECK(mentions(error, "p.csv, line "));
-  CHECK(mentions(error, words));
+  check_error(error_of([&] { (void)read(text); }), Status::bad_input, {"p.csv, line ", words});
 }
 
 using Words = std::vector<std::string>;

@@ -1,5 +1,7 @@
 #include "adapters/ensemble/run_list.hpp"
-#include "tests/ensemble/text_file.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
+#include "tests/support/test_data.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,7 @@
 #include "adapters/sensor/sensor_json.hpp"
-#include "tests/ensemble/text_file.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
+#include "tests/support/test_data.hpp"
 
 #include <doctest/doctest.h>
 
@@ -25,12 +27,8 @@ SensorDescription read(const std::string& text) {
 }
 
 void check_refused(const std::string& text, const std::string& words) {
-  const Error error = error_of([&] { (void)read(text); });
   CAPTURE(text);
-  CAPTURE(error.what());
-  CHECK(error.status == Status::bad_input);
-  CHECK(mentions(error, "s.json"));
-  CHECK(mentions(error, words));
+  check_error(error_of([&] { (void)read(text); }), Status::bad_input, {"s.json", words});
 }
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {

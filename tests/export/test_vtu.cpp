@@ -1,5 +1,6 @@
 #include "adapters/export/vtu.hpp"
-#include "adapters/file/atomic_file.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
 #include <doctest/doctest.h>
@@ -9,11 +10,9 @@
 #include <limits>
 
 using namespace lbea;
-using test::TemporaryFolder;
+using namespace lbea::test;
 
 namespace {
-
-std::string content(const std::filesystem::path& path) { return std::string(as_text(read_file(path))); }
 
 /// The block of the array `name`, found by its offset, without its length.
 template <class T>
@@ -33,13 +32,9 @@ std::vector<T> block(const std::string& text, const std::string& name) {
 
 Status status_of(const VtuGrid& grid) {
   const TemporaryFolder folder;
-  try {
-    write_vtu(folder / "x.vtu", grid);
-  } catch (const Error& error) {
-    CHECK_FALSE(std::filesystem::exists(folder / "x.vtu"));
-    return error.status;
-  }
-  return Status::ok;
+  const Error error = error_of([&] { write_vtu(folder / "x.vtu", grid); });
+  CHECK(std::filesystem::exists(folder / "x.vtu") == (error.status == Status::ok));
+  return error.status;
 }
 
 const std::vector<float> square{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
@@ -71,7 +66,7 @@ TEST_CASE("blocks stand where the offsets say, for 0, 1, 2 and many cells") {
                                  .point_arrays = {{"displacement", positions, 3}},
                                  .cell_arrays = {{"strain", strain}, {"part", parts}},
                                  .time_s = {}});
-    const std::string text = content(folder / "x.vtu");
+    const std::string text = text_of(folder / "x.vtu");
     CHECK(block<float>(text, "Points") == positions);
     CHECK(block<std::int64_t>(text, "connectivity") == corners);
     CHECK(block<std::int64_t>(text, "offsets") == ends);
@@ -115,13 +110,13 @@ TEST_CASE("a collection names its files relative to itself, with times that read
   const std::vector<PvdEntry> entries{{0.1, folder.path() / "states" / "a<1>.vtu"},
                                       {1.0 / 3, folder / "b.vtu"}};
   write_pvd(folder / "all.pvd", entries);
-  const std::string text = content(folder / "all.pvd");
+  const std::string text = text_of(folder / "all.pvd");
   CHECK(text.find("timestep=\"0.1\" part=\"0\" file=\"states/a&lt;1&gt;.vtu\"") != std::string::npos);
   CHECK(text.find("file=\"b.vtu\"") != std::string::npos);
   CHECK(std::stod(text.substr(text.find("timestep=\"0.33") + 10)) == 1.0 / 3);
 
   write_pvd(folder / "none.pvd", {});
-  CHECK(content(folder / "none.pvd").find("DataSet") == std::string::npos);
+  CHECK(text_of(folder / "none.pvd").find("DataSet") == std::string::npos);
   const std::vector<PvdEntry> endless{{std::numeric_limits<double>::infinity(), folder / "b.vtu"}},
       nameless{{0, ""}};
   CHECK_THROWS_AS(write_pvd(folder / "bad.pvd", endless), Error);

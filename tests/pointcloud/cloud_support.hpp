@@ -2,6 +2,7 @@
 #pragma once
 
 #include "adapters/pointcloud/pointcloud.hpp"
+#include "tests/support/refusals.hpp"
 
 #include <cmath>
 #include <string>
@@ -19,20 +20,6 @@ inline bool same(const std::vector<Point>& a, const std::vector<Point>& b) {
   for (std::size_t i = 0; i < a.size(); ++i)
     if (!same(a[i].x, b[i].x) || !same(a[i].y, b[i].y) || !same(a[i].z, b[i].z)) return false;
   return true;
-}
-
-template <class Body>
-Error error_of(Body body) {
-  try {
-    body();
-  } catch (const Error& error) {
-    return error;
-  }
-  return {Status::ok, ""};
-}
-
-inline bool mentions(const Error& error, const std::string& text) {
-  return std::string(error.what()).find(text) != std::string::npos;
 }
 
 }  // namespace lbea::test

@@ -1,70 +1,27 @@
 #include "adapters/file/atomic_file.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
 #include <doctest/doctest.h>
 #include <lbea/lbea.hpp>
 
-#include <csignal>
-#include <fstream>
-#include <iterator>
 #include <string>
 
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 using namespace lbea;
+using namespace lbea::test;
 namespace fs = std::filesystem;
 
 namespace {
 
-std::size_t entries(const fs::path& folder) {
-  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-}
-
 std::string content(const fs::path& file) { return std::string(as_text(read_file(file))); }
-
-void put(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
-
-template <class Body>
-Error error_of(Body body) {
-  try {
-    body();
-  } catch (const Error& error) {
-    return error;
-  }
-  return {Status::ok, ""};
-}
-
-bool mentions(const Error& error, const std::string& text) {
-  return std::string(error.what()).find(text) != std::string::npos;
-}
-
-/// Files may not grow past `bytes`: the next write() fails with EFBIG, as it would with ENOSPC on a full disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit limit = before_;
-    limit.rlim_cur = bytes;
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit before_{};
-  void (*handler_)(int) = nullptr;
-};
 
 }  // namespace
 
 TEST_CASE("what was written is what is read, for every size around the buffer") {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{2}, (std::size_t{1} << 18) - 1,
                                  std::size_t{1} << 18, (std::size_t{1} << 18) + 1, std::size_t{3'000'000}}) {
     std::string text(size, ' ');
@@ -77,18 +34,18 @@ TEST_CASE("what was written is what is read, for every size around the buffer") 
       CHECK(content(folder / "out") == text);
     }
   }
-  CHECK(entries(folder.path()) == 1);
+  CHECK(files_in(folder.path()) == 1);
 }
 
 TEST_CASE("the file is not there before commit, and an older one stays until then") {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   {
     AtomicFile file(folder / "new");
     file.write("half");
     CHECK_FALSE(fs::exists(folder / "new"));
-    CHECK(entries(folder.path()) == 1);
+    CHECK(files_in(folder.path()) == 1);
   }
-  CHECK(entries(folder.path()) == 0);
+  CHECK(files_in(folder.path()) == 0);
 
   put(folder / "old", "first");
   {
@@ -104,7 +61,7 @@ TEST_CASE("the file is not there before commit, and an older one stays until the
 }
 
 TEST_CASE("two writers of one name do not disturb each other; the last commit wins") {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   AtomicFile one(folder / "out"), two(folder / "out");
   one.write("one");
   two.write("two");
@@ -112,11 +69,11 @@ TEST_CASE("two writers of one name do not disturb each other; the last commit wi
   CHECK(content(folder / "out") == "two");
   one.commit();
   CHECK(content(folder / "out") == "one");
-  CHECK(entries(folder.path()) == 1);
+  CHECK(files_in(folder.path()) == 1);
 }
 
 TEST_CASE("the rights are those of an ordinary new file") {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const mode_t before = umask(027);
   {
     AtomicFile file(folder / "out");
@@ -127,13 +84,13 @@ TEST_CASE("the rights are those of an ordinary new file") {
 }
 
 TEST_CASE("a disk that is full at any byte leaves the folder as it was") {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   put(folder / "out", "old");
   const std::string piece(150'000, 'x');
   const std::uint64_t total = 4 * piece.size();
   for (const rlim_t limit : {rlim_t{0}, rlim_t{1}, rlim_t{150'000}, rlim_t{262'144}, rlim_t{599'999}}) {
     const Error error = error_of([&] {
-      const FileSizeLimit full(limit);
+      const FullDisk full(limit);
       AtomicFile file(folder / "out");
       for (int i = 0; i < 4; ++i) file.write(piece);
       file.commit();
@@ -143,9 +100,9 @@ TEST_CASE("a disk that is full at any byte leaves the folder as it was") {
     CHECK(mentions(error, "byte " + std::to_string(limit)));
     CHECK(mentions(error, "File too large"));
     CHECK(content(folder / "out") == "old");
-    CHECK(entries(folder.path()) == 1);
+    CHECK(files_in(folder.path()) == 1);
   }
-  const FileSizeLimit just_enough(total);
+  const FullDisk just_enough(total);
   AtomicFile file(folder / "out");
   for (int i = 0; i < 4; ++i) file.write(piece);
   file.commit();
@@ -153,7 +110,7 @@ TEST_CASE("a disk that is full at any byte leaves the folder as it was") {
 }
 
 TEST_CASE("a folder that is not there, and a name that is a folder, are refused in words") {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const Error absent = error_of([&] { AtomicFile file(folder.path() / "no" / "out"); });
   CHECK(absent.status == Status::write_failed);
   CHECK(mentions(absent, "No such file or directory"));
@@ -165,12 +122,12 @@ TEST_CASE("a folder that is not there, and a name that is a folder, are refused 
     file.commit();
   });
   CHECK(taken.status == Status::write_failed);
-  CHECK(entries(folder.path()) == 1);
+  CHECK(files_in(folder.path()) == 1);
   CHECK(error_of([&] { AtomicFile file(folder.path() / ""); }).status == Status::write_failed);
 }
 
 TEST_CASE("reading what cannot be read") {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   CHECK(error_of([&] { (void)read_file(folder / "absent"); }).status == Status::file_not_found);
   put(folder / "file", "x");
   CHECK(error_of([&] { (void)read_file(folder.path() / "file" / "below"); }).status == Status::file_not_found);

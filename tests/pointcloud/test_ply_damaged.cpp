@@ -19,12 +19,7 @@ std::string file(const std::string& format, const std::string& body, const std::
 
 /// Refused as damaged, with the file's name and `where` in the sentence.
 void check_refused(const std::string& text, const std::string& where) {
-  const Error error = refusal(text);
-  CAPTURE(error.what());
-  CAPTURE(where);
-  CHECK(error.status == Status::bad_input);
-  CHECK(mentions(error, "t.ply"));
-  CHECK(mentions(error, where));
+  check_error(refusal(text), Status::bad_input, {"t.ply", where});
 }
 
 }  // namespace

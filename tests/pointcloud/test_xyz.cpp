@@ -1,7 +1,6 @@
 #include "tests/pointcloud/cloud_support.hpp"
+#include "tests/support/files.hpp"
 #include "tests/support/test_data.hpp"
-
-#include "adapters/file/atomic_file.hpp"
 
 #include <doctest/doctest.h>
 
@@ -21,12 +20,7 @@ const std::vector<Point> two{{1.5f, -2, 3e-3f}, {4, 5.25f, -6}};
 std::vector<Point> points_of(const std::string& text) { return parse_xyz(bytes_of(text), "t.xyz").points; }
 
 void check_refused(const std::string& text, const std::string& where) {
-  const Error error = error_of([&] { (void)parse_xyz(bytes_of(text), "t.xyz"); });
-  CAPTURE(error.what());
-  CAPTURE(where);
-  CHECK(error.status == Status::bad_input);
-  CHECK(mentions(error, "t.xyz"));
-  CHECK(mentions(error, where));
+  check_error(error_of([&] { (void)parse_xyz(bytes_of(text), "t.xyz"); }), Status::bad_input, {"t.xyz", where});
 }
 
 }  // namespace
@@ -122,12 +116,7 @@ TEST_CASE("what is printed with nine digits is read bit for bit") {
 
 TEST_CASE("the kind of a file is told from its content") {
   const TemporaryFolder folder;
-  const auto put = [&](const std::string& name, const std::string& text) {
-    AtomicFile file(folder / name);
-    file.write(text);
-    file.commit();
-    return folder / name;
-  };
+  const auto put = [&](const std::string& name, const std::string& text) { return test::put(folder / name, text); };
   CHECK(same(read_point_cloud(put("a.ply", "1 2 3\n")).points, {{1, 2, 3}}));
   const auto ply =
       put("b.csv",

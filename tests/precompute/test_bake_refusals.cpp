@@ -1,4 +1,5 @@
 // What a bake refuses, in words, and that nothing is left behind when it does.
+#include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
 
 #include <doctest/doctest.h>
@@ -14,13 +15,7 @@ namespace {
 void check_refused(const Ensemble& ensemble, const EnsembleDescription& description, Status status,
                    const char* words) {
   const TemporaryFolder folder;
-  try {
-    bake(ensemble, description, folder / "m.lbea");
-    FAIL("baked");
-  } catch (const Error& error) {
-    CHECK(error.status == status);
-    CHECK_MESSAGE(std::string(error.what()).find(words) != std::string::npos, error.what());
-  }
+  check_error(error_of([&] { bake(ensemble, description, folder / "m.lbea"); }), status, {words});
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 

@@ -1,6 +1,8 @@
 #include "precompute/model_writer.hpp"
 
 #include "runtime/src/section_reader.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
 
 #include <doctest/doctest.h>
@@ -8,13 +10,10 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <csignal>
 #include <numeric>
 #include <random>
 #include <stdexcept>
 #include <thread>
-
-#include <sys/resource.h>
 
 using namespace lbea;
 using namespace lbea::test;
@@ -59,36 +58,6 @@ void write_small(const std::filesystem::path& file, unsigned threads, std::uint3
   writer.commit();
 }
 
-std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
-  const AlignedBytes bytes(file);
-  return {bytes.span().begin(), bytes.span().end()};
-}
-
-std::size_t files_in(const TemporaryFolder& folder) {
-  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder.path()), {}));
-}
-
-/// No file may grow beyond `bytes` while this lives: the disk is full.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit limit = before_;
-    limit.rlim_cur = bytes;
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-
- private:
-  void (*handler_)(int);
-  rlimit before_{};
-};
-
 }  // namespace
 
 TEST_CASE("the runtime reads what was written") {
@@ -104,7 +73,7 @@ TEST_CASE("the runtime reads what was written") {
   CHECK(reader.text(SectionId::parameter_names).empty());
   const auto positions = reader.required<float>(SectionId::node_positions, {rows, columns, 1});
   for (std::size_t i = 0; i < positions.size(); ++i) REQUIRE(positions[i] == static_cast<float>(i));
-  CHECK(files_in(folder) == 1);
+  CHECK(files_in(folder.path()) == 1);
 }
 
 TEST_CASE("the bytes do not depend on order or threads") {
@@ -112,21 +81,21 @@ TEST_CASE("the bytes do not depend on order or threads") {
   write_small(folder / "a", 1, 1);
   for (const unsigned threads : {1u, 2u, 4u}) {
     write_small(folder / "b", threads, threads + 1);
-    CHECK(bytes_of(folder / "a") == bytes_of(folder / "b"));
+    CHECK(text_of(folder / "a") == text_of(folder / "b"));
   }
 }
 
 TEST_CASE("without commit nothing is left, and what stood there stays") {
   const TemporaryFolder folder;
   write_small(folder / "m.lbea", 1, 1);
-  const auto before = bytes_of(folder / "m.lbea");
+  const auto before = text_of(folder / "m.lbea");
   { ModelWriter writer(folder / "m.lbea", small_plan()); }
-  CHECK(files_in(folder) == 1);
-  CHECK(bytes_of(folder / "m.lbea") == before);
+  CHECK(files_in(folder.path()) == 1);
+  CHECK(text_of(folder / "m.lbea") == before);
   write_small(folder / "m.lbea", 1, 1);  // a model may take the place of a model
   std::ofstream(folder / "empty").flush();
   write_small(folder / "empty", 1, 1);  // or of nothing
-  CHECK(bytes_of(folder / "empty") == before);
+  CHECK(text_of(folder / "empty") == before);
 }
 
 // "-o ensemble.toml" once replaced the ensemble's own description by the model, and "-o /dev/null" the device.
@@ -142,7 +111,7 @@ TEST_CASE("what is not a model is never overwritten; a link leads to its file") 
   std::filesystem::create_symlink(folder / "real.lbea", folder / "link.lbea");
   write_small(folder / "link.lbea", 1, 1);
   CHECK(std::filesystem::is_symlink(folder / "link.lbea"));
-  CHECK(files_in(folder) == 4);
+  CHECK(files_in(folder.path()) == 4);
 }
 
 TEST_CASE("a disk without room is noticed before the work, named, and left clean") {
@@ -150,7 +119,7 @@ TEST_CASE("a disk without room is noticed before the work, named, and left clean
   const FullDisk disk(4096);
   CHECK_THROWS_WITH_AS(write_small(folder / "m.lbea", 1, 1), doctest::Contains("cannot reserve space for"),
                        Error);
-  CHECK(files_in(folder) == 0);
+  CHECK(files_in(folder.path()) == 0);
 }
 
 TEST_CASE("a write that fails names file, section and reason, and leaves nothing") {
@@ -159,18 +128,12 @@ TEST_CASE("a write that fails names file, section and reason, and leaves nothing
     ModelWriter writer(folder / "m.lbea", small_plan());
     const FullDisk disk(1024);
     writer.write<std::uint32_t>(SectionId::info, 0, 0, std::array{1u, 2u, 3u});  // still fits
-    try {
-      writer.write<float>(SectionId::node_positions, 0, rows * columns - columns, row(0));
-      FAIL("written beyond the end of the disk");
-    } catch (const Error& error) {
-      CHECK(error.status == Status::write_failed);
-      const std::string sentence = error.what();
-      CHECK(sentence.find("m.lbea") != std::string::npos);
-      CHECK(sentence.find("section 13 'node_positions'") != std::string::npos);
-      CHECK(sentence.find("File too large") != std::string::npos);
-    }
+    check_error(error_of([&] {
+                  writer.write<float>(SectionId::node_positions, 0, rows * columns - columns, row(0));
+                }),
+                Status::write_failed, {"m.lbea", "section 13 'node_positions'", "File too large"});
   }
-  CHECK(files_in(folder) == 0);
+  CHECK(files_in(folder.path()) == 0);
 }
 
 TEST_CASE("a folder that is none, and a folder in the file's place, are refused") {
@@ -180,7 +143,7 @@ TEST_CASE("a folder that is none, and a folder in the file's place, are refused"
   std::filesystem::create_directory(folder / "taken");
   CHECK_THROWS_WITH_AS(write_small(folder / "taken", 1, 1),
                        doctest::Contains("is not a model"), Error);
-  CHECK(files_in(folder) == 1);
+  CHECK(files_in(folder.path()) == 1);
 }
 
 TEST_CASE("what the plan does not hold is a mistake of the program") {
@@ -203,5 +166,5 @@ TEST_CASE("a size beyond any disk is refused before it overflows") {
   CHECK_THROWS_WITH_AS(
       ModelWriter(folder / "m.lbea", {{SectionId::correspondence, 0, ElementType::u32, {huge, huge}}}),
       doctest::Contains("larger than any disk"), Error);
-  CHECK(files_in(folder) == 0);
+  CHECK(files_in(folder.path()) == 0);
 }

@@ -1,5 +1,6 @@
 #include "runtime/src/model_view.hpp"
 #include "tests/runtime/frames.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
 
 #include <doctest/doctest.h>
@@ -207,13 +208,7 @@ TEST_CASE("configurations that make no sense are refused in words") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());
   const auto refuses = [&](const MatcherConfig& config, const char* word) {
-    try {
-      Matcher matcher(model, config);
-      FAIL("accepted");
-    } catch (const Error& error) {
-      CHECK(error.status == Status::bad_config);
-      CHECK(std::string(error.what()).find(word) != std::string::npos);
-    }
+    check_error(error_of([&] { Matcher matcher(model, config); }), Status::bad_config, {word});
   };
   refuses({.max_points = 0}, "max_points");
   refuses({.max_matches = 0}, "max_matches");

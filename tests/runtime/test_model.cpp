@@ -1,5 +1,7 @@
 #include "runtime/src/checksum.hpp"
 #include "runtime/src/model_view.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
 
 #include <doctest/doctest.h>
@@ -20,13 +22,9 @@ AlignedBytes small_model() {
 }
 
 Status status_of(std::span<const std::byte> image) {
-  try {
-    const Model model = Model::view(image);
-    return Status::ok;
-  } catch (const Error& error) {
-    CHECK(std::string(error.what()).size() > 20);
-    return error.status;
-  }
+  const Error error = error_of([&] { const Model model = Model::view(image); });
+  if (error.status != Status::ok) CHECK(std::string(error.what()).size() > 20);
+  return error.status;
 }
 
 bool is_refusal(Status status) {
@@ -193,26 +191,16 @@ TEST_CASE("other files are not models") {
   const TemporaryFolder folder;
   CHECK_THROWS_AS(Model::open(folder / "absent.lbea"), Error);
   const auto status_of_file = [&](const std::string& content) {
-    std::ofstream(folder / "file", std::ios::binary) << content;
-    try {
-      Model::open(folder / "file");
-    } catch (const Error& error) {
-      CHECK(std::string(error.what()).find("file") != std::string::npos);
-      return error.status;
-    }
-    return Status::ok;
+    const Error error = error_of([&] { Model::open(put(folder / "file", content)); });
+    CHECK(mentions(error, "file"));
+    return error.status;
   };
   CHECK(status_of_file("") == Status::not_a_model);
   CHECK(status_of_file("\x89LBEA\r\n") == Status::not_a_model);
   CHECK(status_of_file("\x89LBEA\r\n\x1a") == Status::corrupt_model);
   CHECK(status_of_file("\x89LBEA\n\x1a and a text-mode copy") == Status::not_a_model);
   CHECK(status_of_file(std::string(10'000, 'x')) == Status::not_a_model);
-  try {
-    Model::open(folder.path());
-    FAIL("opened a folder");
-  } catch (const Error& error) {
-    CHECK(error.status == Status::not_a_model);
-  }
+  CHECK(error_of([&] { Model::open(folder.path()); }).status == Status::not_a_model);
 }
 
 TEST_CASE("a model outlives the variable it was opened in, and the file's name") {

@@ -1,14 +1,13 @@
 // lbea-sense as a user meets it.
 #include "adapters/pointcloud/pointcloud.hpp"
 #include "adapters/sensor/sensor_json.hpp"
+#include "tests/support/program.hpp"
 #include "tests/support/test_data.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -17,33 +16,26 @@
 #include <thread>
 #include <vector>
 
-#include <sys/wait.h>
-
 using namespace lbea;
+using namespace lbea::test;
 
 namespace {
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// One recording in a folder of its own.
 struct Sensing {
-  test::TemporaryFolder scratch;
-  std::filesystem::path run = test::data() / "rail-demo" / "experiment" / "run_043";
-  std::filesystem::path sensor = test::data() / "rail-demo" / "sensor.json";
+  TemporaryFolder scratch;
+  std::filesystem::path run = data() / "rail-demo" / "experiment" / "run_043";
+  std::filesystem::path sensor = data() / "rail-demo" / "sensor.json";
   std::filesystem::path out = scratch / "frames";
 
   [[nodiscard]] std::string command(const std::string& flags) const {
     return std::string(LBEA_SENSE) + " '" + run.string() + "' --sensor '" + sensor.string() + "' --out '" +
-           out.string() + "' " + flags + " >'" + (scratch / "stdout").string() + "' 2>'" +
-           (scratch / "stderr").string() + "'";
+           out.string() + "' " + flags;
   }
-  int operator()(const std::string& flags) const {
-    const int status = std::system(command(flags).c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  [[nodiscard]] Process start(const std::string& flags) const {
+    return Process({"/bin/sh", "-c", "exec " + command(flags)}, scratch / "stdout", scratch / "stderr");
   }
+  int operator()(const std::string& flags) const { return start(flags).wait(); }
   [[nodiscard]] std::string printed() const { return text_of(scratch / "stdout"); }
   [[nodiscard]] std::string complaint() const { return text_of(scratch / "stderr"); }
   [[nodiscard]] std::vector<std::string> files() const {
@@ -190,21 +182,12 @@ TEST_CASE("what is missing or in the way is named in one sentence, and nothing i
 
 TEST_CASE("stopped by Ctrl-C it leaves whole frames and their truth") {
   const Sensing sense;
-  const std::string command = "exec " + sense.command("--rate 1000000 --scale 0.2");
-  const pid_t child = ::fork();
-  if (child == 0) {
-    ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
-    ::_exit(127);
-  }
-  REQUIRE(child > 0);
+  Process process = sense.start("--rate 1000000 --scale 0.2");
   const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (!std::filesystem::exists(sense.out / "frame_00003.ply") && std::chrono::steady_clock::now() < patience)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  ::kill(child, SIGINT);
-  int status = 0;
-  REQUIRE(::waitpid(child, &status, 0) == child);
-  REQUIRE(WIFEXITED(status));
-  CHECK(WEXITSTATUS(status) == 1);
+  process.signal(SIGINT);
+  CHECK(process.wait() == 1);
   CHECK(sense.complaint().find("stopped after ") != std::string::npos);
   const auto rows = sense.truth();
   CHECK(rows.size() >= 4);

@@ -12,6 +12,7 @@
 #include <lbea/lbea.hpp>
 
 #include "adapters/simulation/open.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
 namespace fs = std::filesystem;
@@ -122,13 +123,9 @@ void check_database(const std::string& name, const json& expected) {
 }
 
 lbea::Status status_of(const fs::path& path, std::string& sentence) {
-  try {
-    static_cast<void>(lbea::open_simulation(path));
-  } catch (const lbea::Error& error) {
-    sentence = error.what();
-    return error.status;
-  }
-  return lbea::Status::ok;
+  const lbea::Error error = lbea::test::error_of([&] { static_cast<void>(lbea::open_simulation(path)); });
+  sentence = error.what();
+  return error.status;
 }
 
 }  // namespace

@@ -9,8 +9,10 @@
 
 #include "adapters/simulation/open.hpp"
 #include "tests/support/d3plot_writer.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
+using lbea::Error;
 using lbea::Status;
 using lbea::test::D3plot;
 using lbea::test::sample_d3plot;
@@ -18,35 +20,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Refusal {
-  Status status = Status::ok;
-  std::string sentence;
-};
-
-Refusal refusal(const fs::path& path) {
-  try {
-    static_cast<void>(lbea::open_simulation(path));
-  } catch (const lbea::Error& error) {
-    return {error.status, error.what()};
-  }
-  return {};
+Error refusal(const fs::path& path) {
+  return lbea::test::error_of([&] { static_cast<void>(lbea::open_simulation(path)); });
 }
 
-void check(const Refusal& found, Status status, const std::string& words) {
-  CAPTURE(found.sentence);
-  CHECK(found.status == status);
-  CHECK(found.sentence.find(words) != std::string::npos);
-  CHECK(found.sentence.find("d3plot") != std::string::npos);
-  CHECK(found.sentence.find("; ") != std::string::npos);  // what to do
+/// With the file's name, and what to do after a semicolon.
+void check(const Error& found, Status status, const std::string& words) {
+  lbea::test::check_error(found, status, {words, "d3plot", "; "});
 }
 
 void check_written(const std::function<void(D3plot&)>& change, Status status, const std::string& words) {
   const lbea::test::TemporaryFolder folder;
   D3plot d = sample_d3plot(2);
   change(d);
-  const Refusal found = refusal(write_d3plot(d, folder.path()));
+  const Error found = refusal(write_d3plot(d, folder.path()));
   check(found, status, words);
-  CHECK(found.sentence.find("byte ") != std::string::npos);
+  CHECK(lbea::test::mentions(found, "byte "));
 }
 
 std::function<void(D3plot&)> control(std::size_t word, std::int64_t value) {

@@ -1,5 +1,6 @@
 // lbea-bake as a user meets it.
 #include "tests/support/program.hpp"
+#include "tests/support/refusals.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -20,17 +21,12 @@ Outcome lbea_bake(const TemporaryFolder& folder, const std::string& arguments) {
   return run_program(std::string(LBEA_BAKE) + " " + arguments, folder.path());
 }
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 void check_refused(const std::string& arguments, int exit_code, const std::string& words) {
   CAPTURE(arguments);
   const TemporaryFolder folder;
   const Outcome outcome = lbea_bake(folder, arguments);
   CHECK(outcome.exit_code == exit_code);
-  CHECK_MESSAGE(outcome.err.find(words) != std::string::npos, outcome.err);
+  CHECK_MESSAGE(contains(outcome.err, words), outcome.err);
   CHECK(outcome.out.empty());
   CHECK(std::filesystem::is_empty(folder.path()));
 }
@@ -66,7 +62,7 @@ TEST_CASE("runs and region from flags alone make the same model as from a TOML f
   for (const char* threads : {" --threads 1", " --threads 3"}) {
     const Outcome outcome = lbea_bake(folder, flags + few + "-o b.lbea" + threads);
     CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
-    CHECK(bytes_of(folder / "a.lbea") == bytes_of(folder / "b.lbea"));
+    CHECK(text_of(folder / "a.lbea") == text_of(folder / "b.lbea"));
   }
   const Model model = Model::open(folder / "b.lbea");
   CHECK(model.references() == 3);
@@ -141,11 +137,12 @@ TEST_CASE("--help has an example, --version a version") {
 }
 
 TEST_CASE("Ctrl-C leaves nothing behind") {
+  constexpr int too_early = 128 + SIGINT;  // it had not begun yet, and nobody caught the signal
   const TemporaryFolder folder;
   const std::string command =
       std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --mode over-time --threads 1";
-  Outcome outcome;
-  for (int delay = 200; outcome.exit_code == -1 && delay < 10000; delay *= 3)  // -1: it had not begun yet
+  Outcome outcome{.exit_code = too_early};
+  for (int delay = 200; outcome.exit_code == too_early && delay < 10000; delay *= 3)
     outcome = run_program(command, folder.path(), std::chrono::milliseconds(delay));
   CHECK(outcome.exit_code == 1);
   CHECK(outcome.err.find("cancelled") != std::string::npos);
