@@ -33,7 +33,7 @@ Door::Door(std::string domain, const ServerAccess& access)
     : domain_(std::move(domain)),
       wants_keys_(access.keys.has_value()),
       max_peers_(access.max_peers) {
-  for (const AllowedPeer& peer : access.allowed) names_[decoded(peer.public_key)] = peer.name;
+  for (const AllowedPeer& peer : access.allowed) keys_.insert(decoded(peer.public_key));
 }
 
 PeerCounts Door::counts() const noexcept {
@@ -41,19 +41,18 @@ PeerCounts Door::counts() const noexcept {
   return {of(open_), of(peers_), of(admitted_), of(unknown_), of(excess_), of(malformed_)};
 }
 
-Door::Answer Door::answer(const std::string& mechanism, const std::string& key) {
-  const auto known = names_.find(key);
-  const bool is_known = wants_keys_ ? mechanism == "CURVE" && known != names_.end() : mechanism == "NULL";
+const char* Door::answer(const std::string& mechanism, const std::string& key) {
+  const bool is_known = wants_keys_ ? mechanism == "CURVE" && keys_.contains(key) : mechanism == "NULL";
   if (!is_known) {
     ++unknown_;
-    return {refused, {}};
+    return refused;
   }
   if (peers_ >= max_peers_) {
     ++excess_;
     ++put_off_;
-    return {come_back, {}};
+    return come_back;
   }
-  return {welcome, wants_keys_ ? known->second : std::string("local")};
+  return welcome;
 }
 
 void Door::note(std::uint16_t event, std::int32_t value) {
@@ -179,8 +178,9 @@ void Gate::answer() {
     const std::lock_guard lock(mutex_);
     if (const auto found = doors_.find(question[2]); found != doors_.end()) door = found->second.lock();
   }
-  const Door::Answer verdict = door ? door->answer(question[5], question[6]) : Door::Answer{refused, {}};
-  const std::array<std::string, 6> answer{"1.0", question[1], verdict.code, "", verdict.name, ""};
+  // No name for the peer: ZeroMQ would let it take up a place of the socket's queue for ever, the only one of a queue of 1.
+  const std::array<std::string, 6> answer{
+      "1.0", question[1], door ? door->answer(question[5], question[6]) : refused, "", "", ""};
   for (std::size_t i = 0; i < answer.size(); ++i)
     zmq_send(questions_.handle(), answer[i].data(), answer[i].size(), i + 1 < answer.size() ? ZMQ_SNDMORE : 0);
 }

@@ -22,12 +22,8 @@ class Door {
 
   [[nodiscard]] const std::string& domain() const noexcept { return domain_; }
   [[nodiscard]] PeerCounts counts() const noexcept;
-  struct Answer {
-    const char* code;  // of RFC 27
-    std::string name;  // of a peer that is admitted
-  };
-  /// Gate's thread. `key`: 32 bytes, or none.
-  [[nodiscard]] Answer answer(const std::string& mechanism, const std::string& key);
+  /// Gate's thread. The status code of RFC 27. `key`: 32 bytes, or none.
+  [[nodiscard]] const char* answer(const std::string& mechanism, const std::string& key);
   /// Gate's thread. An event of the socket's monitor.
   void note(std::uint16_t event, std::int32_t value);
 
@@ -38,7 +34,7 @@ class Door {
 
   std::string domain_;
   bool wants_keys_;
-  std::map<std::string, std::string> names_;  // raw public key to name
+  std::set<std::string> keys_;  // public, 32 bytes each
   std::uint64_t max_peers_;
   std::map<std::int32_t, Clock::time_point> connections_;  // by descriptor: since when
   std::uint64_t put_off_ = 0;  // told to come back, and not gone yet

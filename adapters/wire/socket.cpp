@@ -12,8 +12,12 @@ namespace detail {
 
 namespace {
 
-constexpr int heartbeat_ms = 500;
-constexpr int heartbeat_timeout_ms = 3000;  // longer than any stall of a loaded machine that is still alive
+// A peer whose machine is gone is noticed by the kernel after idle + count * interval. Not by ZeroMQ's own heartbeats:
+// one that is due on a connection whose peer has left while the receiver's queue was full ends the process
+// ("Assertion failed: !_io_error", libzmq 4.3.4).
+constexpr int keepalive_idle_s = 5;
+constexpr int keepalive_interval_s = 1;
+constexpr int keepalive_count = 5;
 constexpr int handshake_ms = 2000;  // a stranger who says nothing is sent away
 constexpr int backlog = 1024;       // strangers in a crowd must not keep a peer from being heard
 constexpr int reconnect_ms = 50;
@@ -33,9 +37,11 @@ zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const 
   socket.set(zmq::sockopt::rcvhwm, options.high_water_mark);
   socket.set(zmq::sockopt::linger, options.linger_ms);
   socket.set(zmq::sockopt::maxmsgsize, options.max_message_bytes);
-  socket.set(zmq::sockopt::heartbeat_ivl, heartbeat_ms);
-  socket.set(zmq::sockopt::heartbeat_timeout, heartbeat_timeout_ms);
-  socket.set(zmq::sockopt::heartbeat_ttl, heartbeat_timeout_ms);
+  socket.set(zmq::sockopt::heartbeat_ivl, 0);
+  socket.set(zmq::sockopt::tcp_keepalive, 1);
+  socket.set(zmq::sockopt::tcp_keepalive_idle, keepalive_idle_s);
+  socket.set(zmq::sockopt::tcp_keepalive_intvl, keepalive_interval_s);
+  socket.set(zmq::sockopt::tcp_keepalive_cnt, keepalive_count);
   socket.set(zmq::sockopt::handshake_ivl, handshake_ms);
   socket.set(zmq::sockopt::backlog, backlog);
   socket.set(zmq::sockopt::reconnect_ivl, reconnect_ms);

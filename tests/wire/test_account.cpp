@@ -1,5 +1,6 @@
 // Every capture of every sender ends up in exactly one place, whatever happens on the way: small and large queues,
 // stalls on either side, senders that come and go, messages that the socket layer cuts off.
+#include "adapters/wire/handshake.hpp"
 #include "tools/serve/pipeline.hpp"
 #include "tools/serve/tally.hpp"
 
@@ -93,8 +94,8 @@ PipelineConfig config(std::mt19937& random) {
 
 /// A sender that cannot wait, with fits of haste, pauses and now and then a message far too large; it leaves in good
 /// order.
-Captures send_frames(WireContext& context, const std::string& endpoint, std::uint64_t session, std::uint64_t frames,
-                     std::uint32_t seed, std::size_t cap) {
+Captures send_frames(WireContext& context, const std::string& endpoint, const std::string& results,
+                     std::uint64_t session, std::uint64_t frames, std::uint32_t seed, std::size_t cap) {
   std::mt19937 random(seed);
   FrameSink sink(context, endpoint, 1 + random() % 64);
   Encoder encoder;
@@ -107,8 +108,9 @@ Captures send_frames(WireContext& context, const std::string& endpoint, std::uin
     withheld = 0;
     return true;
   };
-  REQUIRE(sink.wait_ready(30s));
-  REQUIRE(tell(ControlKind::hello, 0, 30s));
+  Handshake handshake(sink, ResultSource(context, results, 2'000'000), session);
+  CHECK(sink.wait_ready(30s));
+  CHECK(handshake.greet([] { return false; }));
   for (std::uint64_t id = 0; id < frames; ++id) {
     ++captures.captured;
     if (random() % 2000 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 20'000));
@@ -120,7 +122,9 @@ Captures send_frames(WireContext& context, const std::string& endpoint, std::uin
     captures.sent += sent ? 1 : 0;
     withheld += sent ? 0 : 1;
   }
-  REQUIRE(tell(ControlKind::goodbye, captures.captured, 60s));
+  const auto receipt = handshake.part(captures.captured, withheld, 60s);
+  CHECK(receipt);
+  if (receipt) CHECK(receipt->received + receipt->missed + receipt->withheld == captures.captured);
   CHECK(sink.flush(60s) == 0);
   return captures;
 }
@@ -138,7 +142,7 @@ TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-
     const PipelineConfig chosen = config(random);
     FrameSource source(context, round % 2 == 0 ? "ipc://" + (folder / "frames").string() : "tcp://127.0.0.1:*", chosen.limits);
     ResultSink sink(context, "ipc://" + (folder / "results").string(), 2'000'000);
-    const std::string endpoint = source.endpoint();
+    const std::string endpoint = source.endpoint(), results_endpoint = sink.endpoint();
     Listener listener(context, sink.endpoint());
     Pipeline pipeline(chosen, engine, std::move(source), std::move(sink));
     listener.start();
@@ -162,7 +166,7 @@ TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-
       cameras.emplace_back([&, camera] {
         for (std::uint32_t life = 0; life < 3; ++life) {  // restarts
           const std::uint64_t session = 1 + camera * 100 + life;
-          const Captures captures = send_frames(context, endpoint, session, 500 + 1000 * camera, round * 31 + static_cast<std::uint32_t>(session),
+          const Captures captures = send_frames(context, endpoint, results_endpoint, session, 500 + 1000 * camera, round * 31 + static_cast<std::uint32_t>(session),
                                                 chosen.limits.max_message_bytes());
           const std::lock_guard lock(mutex);
           lives.push_back(captures);

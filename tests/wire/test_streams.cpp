@@ -87,6 +87,32 @@ TEST_CASE("a receiver that does not read: sends end in refusals, and everything 
   CHECK(message.use_count() == 1);
 }
 
+// The matcher once died when a sender was killed while it could not read: ZeroMQ's heartbeat fell due on a connection
+// whose input was stopped at the high-water mark and whose other end was gone ("Assertion failed: !_io_error").
+// Short tests missed it, because the heartbeat has to fall between the two.
+TEST_CASE("a sender that leaves while the receiver's queue is full does not take the receiver with it") {
+  const test::TemporaryFolder folder;
+  for (const std::string& endpoint : {"ipc://" + (folder / "full").string(), std::string("tcp://127.0.0.1:*")}) {
+    CAPTURE(endpoint);
+    WireContext context, elsewhere;
+    WireLimits limits;
+    limits.queued_messages = 1;
+    FrameSource source(context, endpoint, limits);
+    {
+      FrameSink sink(elsewhere, source.endpoint());
+      REQUIRE(sink.wait_ready(30s));
+      while (sink.send(std::vector<std::byte>(1000), 100ms)) {}
+    }
+    std::this_thread::sleep_for(1200ms);
+    int received = 0;
+    while (source.receive(100ms)) ++received;
+    CHECK(received >= 1);
+    FrameSink next(elsewhere, source.endpoint());
+    REQUIRE(next.send(std::vector<std::byte>(5), 30s));
+    CHECK(source.receive(30s));
+  }
+}
+
 TEST_CASE("a message beyond the limit is not delivered, and the next one is") {
   const test::TemporaryFolder folder;
   WireContext context;

@@ -1,8 +1,8 @@
 // lbea-send: plays point clouds from files to a matcher, as a camera would.
+#include "adapters/wire/handshake.hpp"
 #include "tools/common/access_options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/tool.hpp"
-#include "tools/send/handshake.hpp"
 #include "tools/send/player.hpp"
 
 #include <nlohmann/json.hpp>
@@ -143,7 +143,7 @@ int send(Options options) {
   }
   if (handshake) {
     account.is_receipted = true;
-    account.receipt = handshake->receipt(account.tally.captured, longest_wait);
+    account.receipt = handshake->part(account.tally.captured, 0, longest_wait);
   }
   std::printf("%s\n", (options.json ? tally_json(account) : tally_line(account)).c_str());
   return is_complete(account, planned) ? exit_ok : exit_failed;

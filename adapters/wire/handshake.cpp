@@ -1,4 +1,4 @@
-#include "tools/send/handshake.hpp"
+#include "adapters/wire/handshake.hpp"
 
 #include "adapters/wire/codec.hpp"
 
@@ -24,11 +24,18 @@ std::optional<WireState> Handshake::greet(const std::function<bool()>& stop) {
   return {};
 }
 
-std::optional<WireSender> Handshake::receipt(std::uint64_t next_id, std::chrono::milliseconds patience) {
+// What is on its way when a connection breaks is lost with it, a goodbye too: it is repeated, which changes nothing.
+std::optional<WireSender> Handshake::part(std::uint64_t next_id, std::uint64_t withheld,
+                                          std::chrono::milliseconds patience) {
+  Encoder encoder;
   const auto deadline = Clock::now() + patience;
-  while (Clock::now() < deadline) {
+  for (auto next_goodbye = Clock::now(); Clock::now() < deadline;) {
+    if (Clock::now() >= next_goodbye) {
+      frames_.tell(encoder.control({session_, ControlKind::goodbye, next_id, withheld}));
+      next_goodbye = Clock::now() + repeat;
+    }
     const WireSender* entry = own_entry(repeat);
-    if (entry != nullptr && entry->next_id >= next_id) return *entry;
+    if (entry != nullptr && entry->next_id >= next_id && entry->condition == SenderCondition::ended) return *entry;
   }
   return {};
 }

@@ -18,9 +18,10 @@ class Handshake {
   /// Says hello until the matcher's state lists this session: from then on every id is accounted for. Nothing when
   /// `stop` says so first.
   [[nodiscard]] std::optional<WireState> greet(const std::function<bool()>& stop);
-  /// What the matcher says it has of this session once it knows of all ids below `next_id`; nothing when it does not
-  /// say so within `patience`.
-  [[nodiscard]] std::optional<WireSender> receipt(std::uint64_t next_id, std::chrono::milliseconds patience);
+  /// Says goodbye until the matcher knows of all ids below `next_id`, of which the last `withheld` could not be sent,
+  /// and returns what it has of this session; nothing when it does not say so within `patience`.
+  [[nodiscard]] std::optional<WireSender> part(std::uint64_t next_id, std::uint64_t withheld,
+                                               std::chrono::milliseconds patience);
 
  private:
   [[nodiscard]] const WireSender* own_entry(std::chrono::milliseconds timeout);
