@@ -35,6 +35,7 @@ build_and_test() {  # preset, target to build, then arguments for ctest
 }
 
 export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
+export LSAN_OPTIONS=suppressions=$PWD/tests/wire/lsan.supp:print_suppressions=0
 if [ "$sanitizers" = yes ]; then
   build_and_test asan-ubsan "${addresses[@]}"
   if [ "$everything" = yes ]; then build_and_test tsan threaded_tests --label-regex threads; fi
