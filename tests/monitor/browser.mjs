@@ -1,6 +1,6 @@
 // The page in a real browser, fed by the real programs with the demo's test.
 //   node browser.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON OUT_DIR
-// Exit code 77: skipped, because there is no chromium.
+// Exit code 77: skipped, because there is no chromium or this is no long run.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -12,6 +12,11 @@ const [build, model, frames, sensor, out] = process.argv.slice(2);
 const chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
 if (!chromium) {
   console.log("skipped: chromium is not installed; tools/install-packages.sh installs it");
+  process.exit(77);
+}
+if (process.env.LBEA_LONG_TESTS !== "1") {
+  // A browser that draws in software beside a running test: minutes on two cores, and too slow on a busy machine.
+  console.log("skipped: the page in a browser is tested by bash tests/run.sh --long");
   process.exit(77);
 }
 const require = createRequire(join(process.env.LBEA_NODE_MODULES ?? process.cwd(), "browser.mjs"));
