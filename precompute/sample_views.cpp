@@ -1,13 +1,13 @@
 #include "precompute/sample_views.hpp"
 
 #include "precompute/parallel.hpp"
-#include "runtime/src/kernels.hpp"
 #include "runtime/src/model_view.hpp"
+#include "runtime/src/surface_fit.hpp"
+#include "runtime/src/view_ranking.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <memory>
 
 namespace lbea {
@@ -20,23 +20,20 @@ constexpr std::size_t most_questions = 1024;
 class Explainer {
  public:
   Explainer(const ViewCamera& camera, std::span<const std::uint16_t> depths, std::span<const Sample> samples)
-      : camera_(camera), depths_(depths), samples_(samples), stride_(padded_cells(camera)), observed_(stride_) {}
+      : camera_(camera), depths_(depths), samples_(samples), stride_(padded_cells(camera)), observed_(stride_),
+        ranking_(camera, FitSettings{}.candidates, ViewMetric{}) {}
 
   /// Mean square, length unit squared.
   float explain(std::size_t question) {
     for (std::size_t c = 0; c < stride_; ++c) {
       const std::uint16_t depth = depths_[question * stride_ + c];
-      observed_[c] = depth == empty_cell ? -1e9f : static_cast<float>(depth);
+      observed_[c] = depth == empty_cell ? nothing_seen : static_cast<float>(depth);
     }
-    const ViewMetric metric;
-    const CellPrices prices{metric.cap / camera_.depth_step, metric.one_sided / camera_.depth_step};
-    float best = std::numeric_limits<float>::infinity();
-    for (std::size_t s = 0; s < samples_.size(); ++s) {
-      if (samples_[s].simulation == samples_[question].simulation) continue;
-      const CellSums sums = kernels().compare_views(observed_.data(), &depths_[s * stride_], stride_, prices);
-      best = std::min(best, sums.squares / std::max(sums.filled, 1.0f));
-    }
-    return best * camera_.depth_step * camera_.depth_step;
+    others_.clear();
+    for (std::uint32_t s = 0; s < samples_.size(); ++s)
+      if (samples_[s].simulation != samples_[question].simulation) others_.push_back({s, 0});
+    ranking_.rank(observed_, depths_, others_);
+    return ranking_.ranked().front().distance * camera_.depth_step * camera_.depth_step;
   }
 
  private:
@@ -45,6 +42,8 @@ class Explainer {
   std::span<const Sample> samples_;
   std::size_t stride_;
   std::vector<float> observed_;
+  ViewRanking ranking_;
+  std::vector<RankedSample> others_;
 };
 
 }  // namespace

@@ -6,8 +6,6 @@ namespace lbea {
 
 namespace {
 
-constexpr float nothing_seen = -1e9f;  // far from any depth, also in steps
-
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {

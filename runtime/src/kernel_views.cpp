@@ -27,7 +27,7 @@ struct Cells {
 };
 
 Cells compare(Floats observed, Floats sample, const CellPrices& prices) {
-  const Ints in_frame = observed >= 0.0f, in_sample = sample > 0.0f;
+  const Ints in_frame = observed >= 0.0f, in_sample = (sample > 0.0f) & (observed > not_observed);
   const Floats difference = observed - sample;
   const Floats capped = maximum(minimum(difference, all(prices.cap)), all(-prices.cap));
   const Floats one_sided = (in_frame ^ in_sample) ? all(prices.one_sided) : Floats{};
@@ -72,7 +72,7 @@ CellSums compare_views(const float* observed, const std::uint16_t* sample, std::
 void subtract_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices, float* residual) {
   for (std::size_t i = 0; i < cells; i += lanes) {
     const Floats seen = load(observed + i), expected = load_depths(sample + i);
-    const Ints in_frame = seen >= 0.0f, in_sample = expected > 0.0f;
+    const Ints in_frame = seen >= 0.0f, in_sample = (expected > 0.0f) & (seen > not_observed);
     const Floats capped = maximum(minimum(expected - seen, all(prices.cap)), all(-prices.cap));
     const Floats one_sided = in_frame ? all(-prices.one_sided) : all(prices.one_sided);
     const Floats either = (in_frame ^ in_sample) ? one_sided : Floats{};

@@ -62,6 +62,9 @@ struct CellRaster {
   std::uint32_t columns, rows;
 };
 
+/// Cells of a frame's depth image without a depth: the sensor looked and nothing was there; something hid what was there.
+inline constexpr float nothing_seen = -1e9f, not_observed = -2e9f;
+
 /// What a cell costs at most, and what one costs that only one of two images fills; in depth steps.
 struct CellPrices {
   float cap, one_sided;
@@ -105,7 +108,8 @@ struct Kernels {
   /// Adds every point of the leaves, seen from a camera at T (camera coordinates from the leaves'), to its cell: depth
   /// and number. What lies outside is added to cell columns * rows.
   void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies);
-  /// A frame's depth image (negative: empty) against a sample's (0: empty); `cells` is a multiple of 16.
+  /// A frame's depth image (nothing_seen: empty; not_observed: counts for nothing) against a sample's (0: empty); `cells`
+  /// is a multiple of 16.
   CellSums (*compare_views)(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices);
   /// The same cell by cell, with its sign: sample less frame.
   void (*subtract_views)(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices, float* residual);

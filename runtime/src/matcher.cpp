@@ -107,7 +107,8 @@ void Matcher::State::publish(MatchResult& result, const ReferenceView& reference
   result.coefficients = public_coefficients;
   result.matches = std::span(matches).first(nearest.size());
   for (std::size_t axis = 0; axis < 3; ++axis) result.leading_coordinates[axis] = public_coefficients[reference.leading_axes[axis]];
-  if (fitter && result.status == Status::ok) result.verdict = fitter->verdict();
+  // Little of it in view proves nothing, but a strange surface does.
+  if (fitter && (result.status == Status::ok || fitter->verdict() == Verdict::no_simulation_fits)) result.verdict = fitter->verdict();
 }
 
 }  // namespace lbea

@@ -20,7 +20,7 @@ std::vector<std::uint32_t> spread_out(std::uint32_t nodes, std::uint32_t most) {
 
 SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings)
     : model_(model), views_(std::move(views)), settings_(settings), code_(kernels()), frame_(views_.data()->camera),
-      best_(std::min(settings.candidates, model.info.samples)), matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
+      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings.metric), matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)), gram_(best_.capacity() * best_.capacity()),
       products_(best_.capacity()), linear_(best_.capacity()), simplex_(best_.capacity()),
       landmark_nodes_(spread_out(model.info.nodes, settings.most_landmarks)), landmark_floats_(3 * landmark_nodes_.size()),
@@ -37,19 +37,9 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   return result;
 }
 
-CellPrices SurfaceFitter::prices() const noexcept {
-  const float steps = 1 / views_.data()->camera.depth_step;
-  return {settings_.metric.cap * steps, settings_.metric.one_sided * steps};
-}
-
 void SurfaceFitter::choose_candidates(std::span<const RankedSample> proposed) noexcept {
   const ViewData& views = *views_.data();
-  best_.clear();
-  for (const RankedSample& proposal : proposed) {
-    const auto image = views.of_sample(proposal.sample);
-    const CellSums sums = code_.compare_views(frame_.cells().data(), image.data(), image.size(), prices());
-    best_.offer(proposal.sample, sums.squares / std::max(sums.filled, 1.0f));
-  }
+  best_.rank(frame_.cells(), views.depths, proposed);
   const float step = views.camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
@@ -64,9 +54,9 @@ void SurfaceFitter::combine_candidates() noexcept {
   const ViewData& views = *views_.data();
   const std::size_t k = count(), cells = padded_cells(views.camera);
   for (std::size_t i = 0; i < k; ++i)
-    code_.subtract_views(frame_.cells().data(), views.of_sample(best_.ranked()[i].sample).data(), cells, prices(), &residuals_[i * cells]);
+    code_.subtract_views(frame_.cells().data(), views.of_sample(best_.ranked()[i].sample).data(), cells, best_.prices(), &residuals_[i * cells]);
   const auto image = views.of_sample(best_.ranked()[0].sample);
-  filled_ = std::max(code_.compare_views(frame_.cells().data(), image.data(), cells, prices()).filled, 1.0f);
+  filled_ = std::max(code_.compare_views(frame_.cells().data(), image.data(), cells, best_.prices()).filled, 1.0f);
   const float scale = views.camera.depth_step * views.camera.depth_step / filled_;  // to a mean square in length units
   for (std::size_t i = 0; i < k; ++i) {
     code_.project(residuals_.data(), i + 1, cells, &residuals_[i * cells], products_.data());

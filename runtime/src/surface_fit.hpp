@@ -6,6 +6,7 @@
 #include "runtime/src/frame_view.hpp"
 #include "runtime/src/model_view.hpp"
 #include "runtime/src/nearest_samples.hpp"
+#include "runtime/src/view_ranking.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -47,7 +48,6 @@ class SurfaceFitter {
   void judge(SurfaceFit& result) noexcept;
   void take_landmarks(std::uint32_t sample, std::span<float> into) const noexcept;
   [[nodiscard]] float mean_distance(std::span<const float> a, std::span<const float> b) const noexcept;
-  [[nodiscard]] CellPrices prices() const noexcept;
   [[nodiscard]] std::size_t count() const noexcept { return best_.ranked().size(); }
   [[nodiscard]] std::span<float> landmarks(std::size_t candidate) noexcept {
     return std::span(landmarks_).subspan(candidate * landmark_floats_, landmark_floats_);
@@ -58,7 +58,8 @@ class SurfaceFitter {
   FitSettings settings_;
   const Kernels& code_;
   FrameView frame_;
-  BestSamples best_, matches_;          // by residual; by distance from the estimate
+  ViewRanking best_;                    // by residual
+  BestSamples matches_;                 // by distance from the estimate
   std::vector<float> residuals_;        // candidates x cells, depth steps
   std::vector<float> gram_, products_, linear_;
   SimplexProblem simplex_;

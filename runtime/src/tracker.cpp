@@ -126,6 +126,7 @@ void Tracker::reset() noexcept { state_->reset(); }
 
 const TestState& Tracker::update(const MatchResult& result) noexcept {
   const auto evidence = result.fit.candidates.empty() ? result.matches : result.fit.candidates;
+  if (result.status == Status::low_coverage) state_->judge(result.fit.misfit);  // too little to name a sample, enough to doubt
   if (result.status != Status::ok || evidence.empty()) return state_->state;
   if (state_->state.frames++ > 0) state_->predict();
   state_->weigh(evidence);

@@ -1,5 +1,6 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
 #include "precompute/sample_views.hpp"
+#include "runtime/src/view_ranking.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
 #include <doctest/doctest.h>
@@ -107,6 +108,50 @@ TEST_CASE("points that belong to nothing, and half of them gone, change no match
   const MatchResult result = matcher.match({.points = seen({positions.begin(), positions.end()}, {.outliers = 0.02f, .dropout = 0.6f, .background = 0.3f})});
   CHECK(result.points.culled > 0);
   CHECK(result.matches[0].sample == model.sample(s));
+}
+
+// Once such a frame counted every hidden cell as a hole in the component: no simulation fitted it, and the tracker, to
+// which all candidates then looked alike, learnt nothing from it.
+TEST_CASE("a hidden third of the surface changes neither the match nor the verdict, only the coverage") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  const std::uint32_t s = 8 * 3 + 5;
+  const auto positions = model.node_positions(s);
+  std::vector<Point> points = seen({positions.begin(), positions.end()});
+  const MatchResult whole = matcher.match({.points = points});
+  const float misfit = whole.fit.misfit, coverage = whole.coverage;
+  std::erase_if(points, [](const Point& p) { return p.x > -40 && p.x < 20; });
+  const MatchResult part = matcher.match({.points = points});
+  REQUIRE(part.status == Status::ok);
+  CHECK(part.coverage < coverage - 0.2f);
+  CHECK(part.matches[0].sample == model.sample(s));
+  CHECK(part.verdict == Verdict::matched);
+  CHECK(part.fit.misfit < 1.1f * misfit);
+}
+
+TEST_CASE("cells that all of the best fill and the sensor does not count for nothing; those that some leave empty count") {
+  constexpr std::size_t cells = 32;
+  ViewCamera camera;
+  camera.columns = cells;
+  camera.rows = 1;
+  // Three images of 32 cells: all fill 0-15, two of them 16-23, none 24-31.
+  std::vector<std::uint16_t> depths(3 * cells, empty_cell);
+  for (std::size_t s = 0; s < 3; ++s)
+    for (std::size_t c = 0; c < (s == 2 ? 16u : 24u); ++c) depths[s * cells + c] = static_cast<std::uint16_t>(100 + s);
+  std::vector<float> observed(cells, nothing_seen);
+  for (std::size_t c = 0; c < 8; ++c) observed[c] = 100;
+  ViewRanking ranking(camera, 3, {.cap = 10, .one_sided = 2});
+  const std::vector<RankedSample> all{{0, 0}, {1, 0}, {2, 0}};
+  ranking.rank(observed, depths, all);
+  for (std::size_t c = 0; c < cells; ++c) CHECK(observed[c] == (c < 8 ? 100.0f : c < 16 ? not_observed : nothing_seen));
+  REQUIRE(ranking.ranked().size() == 3);
+  CHECK(ranking.ranked()[0].sample == 0);  // 8 cells right, 8 of silhouette: 8 * 2^2 / 16
+  CHECK(ranking.ranked()[0].distance == doctest::Approx(2));
+  CHECK(ranking.ranked()[1].sample == 1);  // one step off in 8 cells: (8 * 1 + 8 * 2^2) / 16
+  CHECK(ranking.ranked()[1].distance == doctest::Approx(2.5));
+  CHECK(ranking.ranked()[2].sample == 2);  // two steps off, nothing beside it: 8 * 2^2 / 8
+  CHECK(ranking.ranked()[2].distance == doctest::Approx(4));
 }
 
 TEST_CASE("images rendered from the model are those that the bake rendered, on any number of threads") {

@@ -31,7 +31,8 @@ Images random_images(std::size_t cells, unsigned seed) {
   std::uniform_int_distribution<int> depth(1, 65'535), coin(0, 3);
   Images images;
   for (std::size_t i = 0; i < cells; ++i) {
-    images.observed.push_back(coin(random) == 0 ? -1e9f : static_cast<float>(depth(random)) + 0.25f);
+    const int kind = coin(random), hidden = coin(random);
+    images.observed.push_back(kind > 0 ? static_cast<float>(depth(random)) + 0.25f : hidden > 0 ? nothing_seen : not_observed);
     images.sample.push_back(coin(random) == 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(depth(random)));
   }
   return images;
@@ -39,14 +40,14 @@ Images random_images(std::size_t cells, unsigned seed) {
 
 }  // namespace
 
-TEST_CASE("cells cost their capped difference, or the price of the silhouette") {
+TEST_CASE("cells cost their capped difference, or the price of the silhouette, or nothing where something hid them") {
   const CellPrices prices{4'000, 2'500};
   for (const std::size_t cells : {32u, 64u, 3'072u}) {
     const Images images = random_images(cells, static_cast<unsigned>(cells));
     double squares = 0, filled = 0;
     std::vector<double> residuals;
     for (std::size_t i = 0; i < cells; ++i) {
-      const bool in_frame = images.observed[i] >= 0, in_sample = images.sample[i] > 0;
+      const bool in_frame = images.observed[i] >= 0, in_sample = images.sample[i] > 0 && images.observed[i] != not_observed;
       const double difference = static_cast<double>(images.sample[i]) - static_cast<double>(images.observed[i]);
       const double residual = in_frame && in_sample ? std::clamp(difference, -4'000.0, 4'000.0) : in_frame ? -2'500.0 : in_sample ? 2'500.0 : 0.0;
       residuals.push_back(residual);
