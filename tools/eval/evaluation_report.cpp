@@ -31,6 +31,8 @@ Json to_json(const Round& round) {
     if (!std::isnan(summary.scores[c].mean)) json["methods"][std::string(contender_names[c])] = to_json(summary.scores[c]);
   for (std::size_t v = 0; v < summary.verdicts.size(); ++v)
     json["verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = summary.verdicts[v];
+  for (std::size_t v = 0; v < summary.test_verdicts.size(); ++v)
+    json["test_verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = or_null(summary.test_verdicts[v]);
   json["own_simulation"] = or_null(summary.named);
   json["field"] = {{"true_mean", or_null(summary.field.true_mean)}, {"matched", or_null(summary.field.matched)}, {"inferred", or_null(summary.field.inferred)},
                    {"hidden", or_null(summary.field.hidden)},       {"within_two_spreads", or_null(summary.field.within_spread)}};
@@ -70,7 +72,7 @@ struct Cells {
 
 std::string frames_csv(const Evaluation& evaluation) {
   Cells cells;
-  cells.out << "experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,coverage,oracle";
+  cells.out << "experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict,coverage,oracle";
   for (const auto name : contender_names) cells.out << ',' << name;
   cells.out << ",fit_is_own,residual,estimate_residual,misfit,spread,tracked_probability,branch_probability,field_true,field_matched,field_inferred,x1,x2,x3\n";
   for (const Round& round : evaluation.rounds)
@@ -78,7 +80,7 @@ std::string frames_csv(const Evaluation& evaluation) {
       for (const FrameTrial& frame : test.frames) {
         cells.text(round.title), cells.text(mode_name(round.mode)), cells.text(round.disturbance.name), cells.text(test.experiment);
         cells.number(test.branch), cells.number(frame.step), cells.number(frame.time_s), cells.number(frame.points);
-        cells.text(to_string(frame.status)), cells.text(to_string(frame.verdict)), cells.number(frame.coverage), cells.number(frame.best.error);
+        cells.text(to_string(frame.status)), cells.text(to_string(frame.verdict)), cells.text(to_string(frame.test_verdict)), cells.number(frame.coverage), cells.number(frame.best.error);
         for (const double error : frame.errors) cells.number(error);
         cells.number(test.contained && frame.samples[static_cast<std::size_t>(Contender::fit)] == frame.own ? 1 : 0);
         cells.number(frame.fit.residual), cells.number(frame.fit.estimate_residual), cells.number(frame.fit.misfit), cells.number(frame.fit.spread);

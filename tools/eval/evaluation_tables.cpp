@@ -38,7 +38,7 @@ std::string errors_table(const Round& round, const std::string& unit) {
 }
 
 std::string robustness_table(const Evaluation& evaluation, const std::string& title) {
-  constexpr std::array shown{Contender::vtp, Contender::lbea, Contender::look_alike, Contender::fit, Contender::estimate, Contender::tracked};
+  constexpr std::array shown{Contender::vtp, Contender::lbea, Contender::look_alike, Contender::fit, Contender::estimate, Contender::tracked, Contender::path};
   std::string text = "### Disturbed frames, " + title + "\n\n| frames | oracle |";
   for (const Contender c : shown) text += " " + std::string(contender_names[static_cast<std::size_t>(c)]) + " |";
   text += " own sample (fit) | own simulation (tracker) | no simulation fits |\n|---|---|";
@@ -61,23 +61,26 @@ std::string robustness_table(const Evaluation& evaluation, const std::string& ti
 }
 
 std::string verdict_table(const Evaluation& evaluation) {
-  std::string text = "### Verdicts, shares of the frames\n\n| experiments | frames | matched | ambiguous | no simulation fits | not asked | after parting |\n|---|---|---|---|---|---|---|\n";
+  std::string text = "### Verdicts, shares of the frames\n\n| experiments | frames | matched | ambiguous | no simulation fits | unknown | after parting | test: matched | test: ambiguous | test: no simulation fits | test: after parting |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Round& round : evaluation.rounds) {
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode) continue;
     const Summary s = summarise(round.tests);
     const auto share = [&](Verdict verdict) { return percent(s.verdicts[static_cast<std::size_t>(verdict)]); };
-    std::string parted = "-";
+    const auto test_share = [&](Verdict verdict) { return percent(s.test_verdicts[static_cast<std::size_t>(verdict)]); };
+    std::string parted = "-", test_parted = "-";
     const auto beside = std::ranges::find_if(evaluation.rounds, [&](const Round& other) {
       return round.title.ends_with(" removed") && other.title == round.title.substr(0, round.title.size() - 7) + "present";
     });
     if (beside != evaluation.rounds.end()) {
       const Parted after = parted_frames(round.tests, beside->tests);
       parted = percent(after.no_simulation_fits) + format(" of %zu", after.frames);
+      test_parted = percent(after.test_says_so);
     }
     text += "| " + round.title + format(" | %zu | ", s.frames) + share(Verdict::matched) + " | " + share(Verdict::ambiguous) + " | " +
-            share(Verdict::no_simulation_fits) + " | " + share(Verdict::unknown) + " | " + parted + " |\n";
+            share(Verdict::no_simulation_fits) + " | " + share(Verdict::unknown) + " | " + parted + " | " +
+            test_share(Verdict::matched) + " | " + test_share(Verdict::ambiguous) + " | " + test_share(Verdict::no_simulation_fits) + " | " + test_parted + " |\n";
   }
-  return text + "\nAfter parting: *no simulation fits* among the frames in which the oracle without the branch is more than twice as far off as with it.\n\n";
+  return text + "\nTest: the verdict on the test so far, from its fourth frame on. After parting: *no simulation fits* among the frames in which the oracle without the branch is more than twice as far off as with it.\n\n";
 }
 
 std::string field_table(const Evaluation& evaluation) {

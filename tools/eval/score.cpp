@@ -29,6 +29,16 @@ double overall(std::span<const TestTrial> tests, const Value& value) {
   return mean(means_over_time(tests, value));
 }
 
+// A test's first frames have none yet.
+std::array<double, 4> verdicts_of_tests(std::span<const TestTrial> tests) {
+  std::array<std::vector<double>, 4> said;
+  for (const TestTrial& test : tests)
+    for (const FrameTrial& frame : test.frames)
+      for (std::size_t v = 0; v < said.size() && frame.test_verdict != Verdict::unknown; ++v)
+        said[v].push_back(frame.test_verdict == static_cast<Verdict>(v) ? 1 : 0);
+  return {mean(said[0]), mean(said[1]), mean(said[2]), mean(said[3])};
+}
+
 double exact_hits(std::span<const TestTrial> tests, std::size_t contender) {
   std::vector<double> hits;
   for (const TestTrial& test : tests)
@@ -75,6 +85,7 @@ Summary summarise(std::span<const TestTrial> tests) {
     }
   }
   for (double& share : summary.verdicts) share /= static_cast<double>(std::max<std::size_t>(summary.frames, 1));
+  summary.test_verdicts = verdicts_of_tests(tests);
   summary.named = mean(named);
   summary.low_coverage = mean(covered);
   const auto best = means_over_time(tests, [](const FrameTrial& frame) { return frame.best.error; });
@@ -88,7 +99,7 @@ Summary summarise(std::span<const TestTrial> tests) {
 
 Parted parted_frames(std::span<const TestTrial> without, std::span<const TestTrial> with) {
   Parted parted;
-  std::vector<double> refused;
+  std::vector<double> refused, refused_by_test;
   for (const TestTrial& test : without) {
     const auto same = std::ranges::find(with, test.experiment, &TestTrial::experiment);
     if (same == with.end()) continue;
@@ -96,10 +107,12 @@ Parted parted_frames(std::span<const TestTrial> without, std::span<const TestTri
       const auto beside = std::ranges::find(same->frames, frame.step, &FrameTrial::step);
       if (beside == same->frames.end() || frame.best.error <= 2 * beside->best.error) continue;
       refused.push_back(frame.verdict == Verdict::no_simulation_fits ? 1 : 0);
+      if (frame.test_verdict != Verdict::unknown) refused_by_test.push_back(frame.test_verdict == Verdict::no_simulation_fits ? 1 : 0);
     }
   }
   parted.frames = refused.size();
   parted.no_simulation_fits = mean(refused);
+  parted.test_says_so = mean(refused_by_test);
   return parted;
 }
 

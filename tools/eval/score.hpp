@@ -22,7 +22,8 @@ struct Summary {
   std::size_t tests = 0, frames = 0;
   Score oracle;
   std::array<Score, contenders> scores;
-  std::array<double, 4> verdicts{};  // shares of the frames, by Verdict
+  std::array<double, 4> verdicts{};       // shares of the frames, by Verdict
+  std::array<double, 4> test_verdicts{};  // of the test so far: shares of the frames from which on it is given; NaN: of none
   double low_coverage = not_measured;  // share of the frames
   double named = not_measured;         // share of the contained tests in which the own simulation was named at the end
   FieldError field;
@@ -39,7 +40,8 @@ struct Summary {
 /// branches have not parted and other simulations fit rightly. `with` and `without`: the same tests and frames.
 struct Parted {
   std::size_t frames = 0;
-  double no_simulation_fits = not_measured;  // share of them
+  double no_simulation_fits = not_measured;  // share of them, frame by frame
+  double test_says_so = not_measured;        // share of them that have a verdict of the test so far, by that
 };
 [[nodiscard]] Parted parted_frames(std::span<const TestTrial> without, std::span<const TestTrial> with);
 

@@ -64,6 +64,7 @@ class Test {
  private:
   FrameTrial frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher& fit, Tracker& tracker);
   void find_field();
+  void score_path(TestTrial& trial);
   void write_meshes(const FrameTrial& row, const MatchResult& result);
   [[nodiscard]] FieldError field_error(const MatchResult& result);
   [[nodiscard]] Matcher matcher(Method method) const {
@@ -94,6 +95,7 @@ class Test {
   bool has_field_ = false;
   SimulationState state_;
   std::vector<float> truth_;
+  std::vector<std::vector<Match>> evidence_;  // per frame
   Inferred inferred_;
   std::filesystem::path folder_;  // of the meshes
   std::vector<PvdEntry> estimates_, matches_;
@@ -120,7 +122,17 @@ TestTrial Test::run(const FrameDone& done) {
     write_pvd(folder_ / "matched.pvd", matches_);
   }
   trial.named = model_.simulation_name(tracker.state().simulation);
+  score_path(trial);
   return trial;
+}
+
+void Test::score_path(TestTrial& trial) {
+  const auto path = likeliest_path(model_, evidence_);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    reader_->read(trial.frames[i].step, state_);
+    mesh_.positions(state_.positions, truth_);
+    score(trial.frames[i], Contender::path, model_.sample_index(path[i]));
+  }
 }
 
 FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher& fit, Tracker& tracker) {
@@ -149,7 +161,9 @@ FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher&
     row.field = field_error(by_fit);
     if (!folder_.empty()) write_meshes(row, by_fit);
   }
+  evidence_.emplace_back(by_fit.fit.candidates.begin(), by_fit.fit.candidates.end());
   const TestState& state = tracker.update(by_fit);
+  row.test_verdict = state.verdict;
   if (state.frames > 0) score(row, Contender::tracked, model_.sample_index(state.sample));
   row.simulation = state.simulation;
   row.simulation_probability = state.simulation_probabilities[state.simulation];

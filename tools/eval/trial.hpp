@@ -23,9 +23,10 @@ namespace lbea {
 
 /// vtp, lbea, icp: the preprint's. look_alike: the sample whose depth image is nearest to the frame's. fit: the sample
 /// nearest to the estimate. estimate: the shape between the samples. tracked: the likeliest sample given all frames so far.
-enum class Contender : std::size_t { vtp, lbea, icp, look_alike, fit, estimate, tracked };
-inline constexpr std::size_t contenders = 7;
-inline constexpr std::array<std::string_view, contenders> contender_names{"vtp", "lbea", "icp", "look_alike", "fit", "estimate", "tracked"};
+/// path: the same after the test, given all of its frames.
+enum class Contender : std::size_t { vtp, lbea, icp, look_alike, fit, estimate, tracked, path };
+inline constexpr std::size_t contenders = 8;
+inline constexpr std::array<std::string_view, contenders> contender_names{"vtp", "lbea", "icp", "look_alike", "fit", "estimate", "tracked", "path"};
 
 inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 
@@ -46,7 +47,8 @@ struct FrameTrial {
   std::array<double, contenders> errors{};     // EE; NaN: not run
   std::array<std::uint32_t, contenders> samples{};  // rows of the model; samples(): none
   std::uint32_t own = 0;                       // the experiment's own sample; samples(): not in S
-  Verdict verdict = Verdict::unknown;
+  Verdict verdict = Verdict::unknown;          // of this frame
+  Verdict test_verdict = Verdict::unknown;     // of the test so far
   SurfaceFit fit;                              // its numbers; the spans are cut off
   float coverage = 0;
   std::uint32_t simulation = 0;                // the likeliest of the test so far
