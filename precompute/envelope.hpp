@@ -1,7 +1,7 @@
 // Where the ensemble can be: frame points outside are background. runtime/FORMAT.md sections 17 and 18.
 #pragma once
 
-#include "precompute/mesh_laplacian.hpp"
+#include "precompute/quad.hpp"
 
 #include <array>
 #include <cstdint>

@@ -1,17 +1,15 @@
 // Method step 5: the discrete Laplace-Beltrami operator of a surface mesh, L psi = lambda M psi.
 #pragma once
 
+#include "precompute/quad.hpp"
+
 #include <Eigen/SparseCore>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace lbea {
-
-/// A quad, split along its nodes 0-2; a triangle repeats its last node.
-using Quad = std::array<std::uint32_t, 4>;
 
 struct MeshLaplacian {
   Eigen::SparseMatrix<double> stiffness;  // L, n x n, cotangents, positive semi-definite, without unit
