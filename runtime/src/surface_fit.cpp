@@ -21,10 +21,10 @@ std::vector<std::uint32_t> spread_out(std::uint32_t nodes, std::uint32_t most) {
 SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings)
     : model_(model), views_(std::move(views)), settings_(settings), code_(kernels()), frame_(views_.data()->camera),
       best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings.metric), matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
-      residuals_(best_.capacity() * padded_cells(views_.data()->camera)), gram_(best_.capacity() * best_.capacity()),
+      matched_(matches_.capacity()), residuals_(best_.capacity() * padded_cells(views_.data()->camera)), gram_(best_.capacity() * best_.capacity()),
       products_(best_.capacity()), linear_(best_.capacity()), simplex_(best_.capacity()),
       landmark_nodes_(spread_out(model.info.nodes, settings.most_landmarks)), landmark_floats_(3 * landmark_nodes_.size()),
-      landmarks_(best_.capacity() * landmark_floats_), estimate_landmarks_(landmark_floats_), from_best_(best_.capacity()),
+      landmarks_(best_.capacity() * landmark_floats_), estimate_landmarks_(landmark_floats_), from_best_(best_.capacity()), from_estimate_(best_.capacity()),
       plausibility_(best_.capacity()), shares_(best_.capacity()), candidates_(best_.capacity()), estimate_(best_.capacity()) {}
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
@@ -83,13 +83,21 @@ void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
     for (std::size_t c = 0; c < from.size(); ++c) estimate_landmarks_[c] += shares_[i] * from[c];
     for (std::size_t j = 0; j < k; ++j) squared += shares_[i] * shares_[j] * gram_[i * k + j];
   }
-  matches_.clear();
-  for (std::size_t i = 0; i < k; ++i)
-    matches_.offer(best_.ranked()[i].sample, mean_distance(landmarks(i), estimate_landmarks_));
+  for (std::size_t i = 0; i < k; ++i) from_estimate_[i] = mean_distance(landmarks(i), estimate_landmarks_);
+  rank();
   result.candidates = std::span<const Match>(candidates_).first(k);
   result.estimate = std::span<const WeightedSample>(estimate_).first(used);
   result.residual = candidates_[0].distance;
   result.estimate_residual = std::sqrt(std::max(squared, 0.0f));
+}
+
+void SurfaceFitter::rank() noexcept {
+  const auto square = [](float v) { return v * v; };
+  matches_.clear();
+  for (std::uint32_t i = 0; i < count(); ++i)
+    matches_.offer(i, square(from_estimate_[i]) + settings_.residual_rank * square(candidates_[i].distance));
+  std::ranges::transform(matches_.ranked(), matched_.begin(),
+                         [this](const RankedSample& match) { return RankedSample{best_.ranked()[match.sample].sample, from_estimate_[match.sample]}; });
 }
 
 void SurfaceFitter::judge(SurfaceFit& result) noexcept {
@@ -101,7 +109,7 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
     plausibility_[i] = std::exp(-settings_.sharpness * (square(candidates_[i].distance) - best) / (best + noise));
     all += plausibility_[i];
     expected += plausibility_[i] * square(views.expected[best_.ranked()[i].sample]);
-    spread += plausibility_[i] * mean_distance(landmarks(i), estimate_landmarks_);
+    spread += plausibility_[i] * from_estimate_[i];
   }
   result.spread = spread / all;
   result.misfit = std::sqrt((best + noise) / (expected / all + noise));

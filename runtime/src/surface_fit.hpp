@@ -24,6 +24,8 @@ struct FitSettings {
   // What a share of a sample costs in the estimate, beside the squared residual of the combination:
   float residual_price = 0.2f;     // its own squared residual
   float distance_price = 0.05f;    // its squared mean distance from the best candidate: a blend of two branches is no shape
+  // What a candidate's squared residual weighs in its rank, beside its squared mean distance from the estimate:
+  float residual_rank = 0.2f;
   float sharpness = 8;             // plausibility = exp(-sharpness * excess of the squared residual over the best one's)
   std::uint32_t most_landmarks = 512;  // nodes by which meshes are compared
 };
@@ -36,8 +38,8 @@ class SurfaceFitter {
   /// `proposed`: samples worth a look, any order. Needs an index with at least one point. No allocation.
   /// The answer's spans, and matches(), are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
-  /// The candidates nearest to the estimate, nearest first.
-  [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return matches_.ranked(); }
+  /// The candidates by nearness to the estimate and own residual, best first; distance: to the estimate.
+  [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return std::span(matched_).first(matches_.ranked().size()); }
   [[nodiscard]] Verdict verdict() const noexcept { return verdict_; }
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
@@ -45,6 +47,7 @@ class SurfaceFitter {
   void choose_candidates(std::span<const RankedSample> proposed) noexcept;
   void combine_candidates() noexcept;
   void weigh(SurfaceFit& result) noexcept;
+  void rank() noexcept;
   void judge(SurfaceFit& result) noexcept;
   void take_landmarks(std::uint32_t sample, std::span<float> into) const noexcept;
   [[nodiscard]] float mean_distance(std::span<const float> a, std::span<const float> b) const noexcept;
@@ -59,14 +62,15 @@ class SurfaceFitter {
   const Kernels& code_;
   FrameView frame_;
   ViewRanking best_;                    // by residual
-  BestSamples matches_;                 // by distance from the estimate
+  BestSamples matches_;                 // by nearness to the estimate and own residual; candidates, not samples
+  std::vector<RankedSample> matched_;
   std::vector<float> residuals_;        // candidates x cells, depth steps
   std::vector<float> gram_, products_, linear_;
   SimplexProblem simplex_;
   std::vector<std::uint32_t> landmark_nodes_;
   std::size_t landmark_floats_;
   std::vector<float> landmarks_, estimate_landmarks_;  // candidates x 3 x landmarks
-  std::vector<float> from_best_, plausibility_, shares_;
+  std::vector<float> from_best_, from_estimate_, plausibility_, shares_;
   std::vector<Match> candidates_;
   std::vector<WeightedSample> estimate_;
   float filled_ = 1;  // cells that the frame or the best candidate fills

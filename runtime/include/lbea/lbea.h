@@ -97,7 +97,7 @@ typedef struct lbea_weighted_sample {
 typedef struct lbea_config {
   uint32_t struct_size;
   uint32_t max_points;  /**< a larger frame is refused, never cut short */
-  uint32_t max_matches; /**< how many samples to return, nearest first */
+  uint32_t max_matches; /**< how many samples to return, best first */
   int32_t method;       /**< lbea_method */
   float trusted_distance; /**< length unit; a vertex counts as seen when a point lies this near */
   float min_coverage;     /**< below this share seen, the status is LBEA_LOW_COVERAGE */
@@ -115,7 +115,7 @@ typedef struct lbea_result {
   int64_t stamp_ns;
   float coverage; /**< share of the best sample's observed surface that the frame shows */
   float leading_coordinates[3]; /**< the coefficients that vary most over the samples */
-  const lbea_match* matches;    /**< match_count, nearest first */
+  const lbea_match* matches;    /**< match_count, best first */
   const float* coefficients;    /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
   const lbea_match* candidates; /**< fit: the samples that look most like the frame; distance: residual, below */
   const lbea_weighted_sample* estimate; /**< fit: the shape between the samples that explains the frame best */

@@ -217,7 +217,7 @@ class LBEA_API SensorViews {
 
 struct MatcherConfig {
   std::uint32_t max_points = 131'072;  // a larger frame is refused, never cut short
-  std::uint32_t max_matches = 5;       // how many samples to return, nearest first
+  std::uint32_t max_matches = 5;       // how many samples to return, best first
   Method method = Method::lbea;
   float trusted_distance = 3.0f;  // length unit; a vertex counts as seen when a point lies this near
   float min_coverage = 0.25f;     // below this share seen, status is low_coverage (result still filled)
@@ -263,7 +263,7 @@ struct MatchResult {
   PointTally points{};
   float coverage = 0;                       // share of the best sample's observed surface that the frame shows
   std::span<const float> coefficients{};    // the frame's positions in the basis, modes() x 3, mode-major
-  std::span<const Match> matches{};         // nearest first
+  std::span<const Match> matches{};         // best first; by fit: distance and residual decide
   std::array<float, 3> leading_coordinates{};  // the coefficients that vary most over the samples, Model::leading_axes()
   SurfaceFit fit{};
   Verdict verdict = Verdict::unknown;
