@@ -11,7 +11,7 @@
 
 namespace lbea {
 
-enum class MessageKind : std::uint8_t { unknown, frame, result, state, control };
+enum class MessageKind : std::uint8_t { unknown, frame, result, state, control, inference };
 /// By the file identifier alone; the decoders check the rest.
 [[nodiscard]] MessageKind message_kind(std::span<const std::byte> message) noexcept;
 
@@ -78,6 +78,7 @@ class Encoder {
   std::span<const std::byte> result(const WireResult& result);
   std::span<const std::byte> state(const WireState& state);
   std::span<const std::byte> control(const Control& control);
+  std::span<const std::byte> inference(const WireInference& inference);
 
  private:
   struct Buffers;
@@ -94,5 +95,6 @@ void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t 
 [[nodiscard]] WireStatus decode_result(std::span<const std::byte> message, WireResult& into);
 [[nodiscard]] WireStatus decode_state(std::span<const std::byte> message, WireState& into);
 [[nodiscard]] WireStatus decode_control(std::span<const std::byte> message, Control& into);
+[[nodiscard]] WireStatus decode_inference(std::span<const std::byte> message, WireInference& into);
 
 }  // namespace lbea

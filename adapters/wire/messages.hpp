@@ -189,6 +189,19 @@ struct ModelSummary {
   std::vector<std::string> simulations;  // names
 };
 
+/// A baked field on the whole component, as the samples that explain a frame have it: see Inferred.
+struct WireInference {
+  std::uint64_t sequence = 0;  // rises by one per matched frame
+  std::uint64_t session = 0;
+  std::uint64_t frame_id = 0;
+  std::int64_t stamp_ns = 0;
+  std::string field{}, unit{};
+  FieldInfo::Location location = FieldInfo::Location::element;
+  std::vector<float> values{};
+  std::vector<float> spread{};  // one per value
+  std::uint64_t model_checksum = 0;
+};
+
 /// How the matcher program is set up and how it is doing.
 struct WireState {
   std::uint64_t sequence = 0;

@@ -4,6 +4,7 @@
 #include "adapters/wire/verified.hpp"
 #include "control_generated.h"
 #include "frame_generated.h"
+#include "inference_generated.h"
 #include "result_generated.h"
 #include "state_generated.h"
 
@@ -173,6 +174,7 @@ MessageKind message_kind(std::span<const std::byte> message) noexcept {
   if (detail::has_identifier(message, wire::ResultIdentifier())) return MessageKind::result;
   if (detail::has_identifier(message, wire::StateIdentifier())) return MessageKind::state;
   if (detail::has_identifier(message, wire::ControlIdentifier())) return MessageKind::control;
+  if (detail::has_identifier(message, wire::InferenceIdentifier())) return MessageKind::inference;
   return MessageKind::unknown;
 }
 

@@ -19,6 +19,10 @@ assert all(r["simulation"] != "run_043" for r in rows), "the experiment is not i
 assert all(float(r["EE"]) >= float(r["oracle_EE"]) for r in rows), "nobody is better than the oracle"
 ratio = sum(float(r["EE"]) for r in rows) / sum(float(r["oracle_EE"]) for r in rows)
 assert ratio < 1.5, f"mean EE is {ratio:.2f} times the oracle's; fit reaches about 1.1 to 1.3, the preprint's methods about 2"
+mean = lambda column: sum(float(r[column]) for r in rows) / len(rows)
+assert mean("estimate_EE") < mean("EE"), "between the samples it is nearer than at the best of them"
+assert len({r["path_simulation"] for r in rows}) <= 3, "a test that has happened once was not many simulations"
+assert all(float(r["path_EE"]) >= float(r["oracle_EE"]) - 1e-6 for r in rows), "nor does the path beat the oracle"
 assert len(list((out / "evaluation").glob("matched_*.vtu"))) == 21 and (out / "evaluation/matched.pvd").exists()
 tally = (out / "serve.out").read_text()
 assert "captured 21 = matched 21 " in tally, tally

@@ -1,4 +1,4 @@
-// Any bytes as a result or a state: refused, or read and, once written again, read as the same.
+// Any bytes as a result, a state or an inference: refused, or read and, once written again, read as the same.
 #include "adapters/wire/codec.hpp"
 
 #include <cstdlib>
@@ -21,6 +21,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (lbea::WireState state, again; lbea::decode_state(message, state) == lbea::WireStatus::ok) {
     require(lbea::decode_state(encoder.state(state), again) == lbea::WireStatus::ok);
     require(again.model.simulations == state.model.simulations && again.version == state.version);
+  }
+  if (lbea::WireInference inference, again; lbea::decode_inference(message, inference) == lbea::WireStatus::ok) {
+    require(lbea::decode_inference(encoder.inference(inference), again) == lbea::WireStatus::ok);
+    require(again.values.size() == inference.values.size() && again.field == inference.field);
   }
   return 0;
 }

@@ -1,4 +1,5 @@
 """The wire in plain Python, against a real lbea-serve and lbea-send: programs, model and clouds come in the environment."""
+import json
 import os
 import random
 import signal
@@ -12,7 +13,7 @@ import numpy
 
 import lbea_client
 
-SERVE, SEND, KEYGEN, MODEL = (os.environ[name] for name in ("LBEA_SERVE", "LBEA_SEND", "LBEA_KEYGEN", "LBEA_DEMO"))
+SERVE, SEND, KEYGEN, MODEL, SENSOR = (os.environ[name] for name in ("LBEA_SERVE", "LBEA_SEND", "LBEA_KEYGEN", "LBEA_DEMO", "LBEA_SENSOR"))
 CORPUS = Path(os.environ["LBEA_FUZZ_CORPUS"])
 
 
@@ -116,6 +117,21 @@ class LiveTest(unittest.TestCase):
         server.send_signal(signal.SIGINT)
         self.assertEqual(server.wait(30), 0)
         self.assertIn("received 4", server.stdout.read())
+
+    def test_reads_what_the_cameras_cannot_see(self):
+        lbea, endpoint = __import__("lbea"), f"ipc://{self.folder.name}/inference"
+        model = lbea.Model(MODEL)
+        self.serve("--method", "fit", "--infer", "plastic_strain", "--inference", endpoint, "--pose", SENSOR)
+        T = numpy.array(json.loads(Path(SENSOR).read_text())["T_reference_sensor"], float).reshape(-1, 4)[:3]
+        with lbea_client.Inferences(endpoint) as inferences, lbea_client.FrameSender(self.frames) as sender:
+            inference, sent = None, 0
+            while inference is None and sent < 100:  # until the subscription has got through
+                sender.send((model.node_positions(sent) - T[:, 3]) @ T[:, :3], timeout_s=5)
+                sent, inference = sent + 1, inferences.receive(0.2)
+            self.assertEqual((inference.field, inference.location, inference.session), ("plastic_strain", "element", sender.session))
+            self.assertEqual((inference.values.shape, inference.spread.shape), ((model.elements,), (model.elements,)))
+            self.assertEqual((inference.model_checksum, inferences.damaged), (model.checksum, 0))
+            self.assertTrue((inference.spread >= 0).all() and numpy.isfinite(inference.values).all())
 
     def test_receives_what_lbea_send_sends(self):
         clouds = []

@@ -1,11 +1,13 @@
 // The parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
+#include "runtime/src/weighted_rows.hpp"
 #include "tests/support/synthetic_model.hpp"
 #include "tools/eval/disturbance.hpp"
-#include "tools/eval/field_inference.hpp"
 #include "tools/eval/icp_baseline.hpp"
 #include "tools/eval/score.hpp"
 #include "tools/eval/split.hpp"
 #include "tools/eval/true_mesh.hpp"
+
+#include <lbea/inference.hpp>
 
 #include <doctest/doctest.h>
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <tuple>
 
 using namespace lbea;
 
@@ -159,6 +160,29 @@ TEST_CASE("what a sender says comes back as it was, from any address, and never 
   CHECK(decode_control(encoder.control({1, static_cast<ControlKind>(3), 10, 1}), read) == WireStatus::damaged);
   CHECK(decode_control(std::vector<std::byte>(257), read) == WireStatus::message_too_large);
   CHECK(decode_control(encoder.end_of_stream(1, 1), read) == WireStatus::wrong_kind);
+}
+
+TEST_CASE("an inference comes back as it was, for any number of values, and never half") {
+  Encoder encoder;
+  for (const std::size_t count : {0u, 1u, 2u, 5'000u}) {
+    WireInference sent{1, 2, 3, -4, "plastic_strain", "1", FieldInfo::Location::node, {}, {}, 5};
+    for (std::size_t i = 0; i < count; ++i) sent.values.push_back(static_cast<float>(i) * 0.5f), sent.spread.push_back(static_cast<float>(i) * 0.25f);
+    const auto message = encoder.inference(sent);
+    CHECK(message_kind(message) == MessageKind::inference);
+    WireInference read;
+    REQUIRE(decode_inference(message, read) == WireStatus::ok);
+    CHECK(std::tuple(read.sequence, read.session, read.frame_id, read.stamp_ns, read.model_checksum) == std::tuple(1u, 2u, 3u, -4, 5u));
+    CHECK(std::tuple(read.field, read.unit, read.location) == std::tuple("plastic_strain", "1", FieldInfo::Location::node));
+    CHECK(read.values == sent.values);
+    CHECK(read.spread == sent.spread);
+    const std::vector<std::byte> whole(message.begin(), message.end());
+    for (std::size_t length = 8; length < whole.size(); length += 1 + whole.size() / 200)
+      if (decode_inference(std::span(whole).first(length), read) == WireStatus::ok)  // only the padding at the end may go
+        CHECK((read.values == sent.values && read.field == sent.field && length + 8 > whole.size()));
+  }
+  WireInference read;
+  CHECK(decode_inference(encoder.inference({.values = {1, 2}, .spread = {1}}), read) == WireStatus::damaged);
+  CHECK(decode_inference(encoder.result({}), read) == WireStatus::wrong_kind);
 }
 
 TEST_CASE("results and states are told apart, and cut ones refused") {

@@ -1,8 +1,11 @@
 // lbea-serve as the program it is, with the demo ensemble's model; frames and results in this process.
+#include "adapters/sensor/sensor_json.hpp"
 #include "adapters/wire/codec.hpp"
 #include "adapters/wire/streams.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
+
+#include <lbea/inference.hpp>
 
 #include <doctest/doctest.h>
 
@@ -39,17 +42,18 @@ class Bench {
   test::TemporaryFolder folder;
 };
 
-/// Sends the model's own samples as frames: all nodes, in reference coordinates.
+/// Sends the model's own samples as frames: all nodes, in sensor coordinates.
 class Camera {
  public:
-  Camera(WireContext& context, const std::string& endpoint) : sink_(context, endpoint) {
+  Camera(WireContext& context, const std::string& endpoint, const RigidTransform& T_reference_sensor = identity_transform)
+      : sink_(context, endpoint), T_(T_reference_sensor) {
     REQUIRE(sink_.wait_ready(30s));
   }
   [[nodiscard]] std::span<const std::byte> encode(std::uint64_t id, std::uint32_t sample) {
     const auto positions = model_.node_positions(sample);
     points_.clear();
     for (std::size_t i = 0; i + 2 < positions.size(); i += 3)
-      points_.push_back({positions[i], positions[i + 1], positions[i + 2]});
+      points_.push_back(seen({positions[i], positions[i + 1], positions[i + 2]}));
     return encoder_.frame({id, 0, points_}, 1);
   }
   bool send(std::uint64_t id, std::uint32_t sample, std::chrono::milliseconds patience = 30s) {
@@ -59,8 +63,14 @@ class Camera {
   [[nodiscard]] FrameSink& sink() { return sink_; }
 
  private:
+  [[nodiscard]] Point seen(const Point& p) const {  // the inverse of the pose
+    const float x = p.x - T_[3], y = p.y - T_[7], z = p.z - T_[11];
+    return {T_[0] * x + T_[4] * y + T_[8] * z, T_[1] * x + T_[5] * y + T_[9] * z, T_[2] * x + T_[6] * y + T_[10] * z};
+  }
+
   Model model_ = Model::open(LBEA_MODEL);
   FrameSink sink_;
+  RigidTransform T_;
   Encoder encoder_;
   std::vector<Point> points_;
 };
@@ -207,6 +217,37 @@ TEST_CASE("a second instance refuses; after a kill -9 the next one starts") {
   CHECK(third->wait() == 0);
 }
 
+TEST_CASE("what the cameras cannot see is published frame by frame, as the estimate's samples have it") {
+  Bench bench;
+  const std::string endpoint = "ipc://" + bench.file("inference");
+  const auto server = bench.serve({"--method", "fit", "--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", endpoint});
+  WireContext context;
+  ResultSource results(context, bench.results()), inferences(context, endpoint);
+  Camera camera(context, bench.frames(), read_pose(LBEA_SENSOR));
+  wait_for_state(results);
+  const Model& model = camera.model();
+  std::map<std::uint64_t, WireFit> explained;
+  WireInference inference;
+  for (std::uint64_t id = 0; id < 200 && explained.size() < 3; ++id) {  // the first ones may come before the subscription does
+    REQUIRE(camera.send(id, static_cast<std::uint32_t>(11 * id % model.samples())));
+    const WireResult result = next_result(results);
+    const auto message = inferences.receive(id == 0 ? 1s : 100ms);
+    if (!message) continue;
+    REQUIRE(decode_inference(*message, inference) == WireStatus::ok);
+    REQUIRE(inference.frame_id == result.frame_id);
+    explained[result.frame_id] = result.fit;
+    CHECK(inference.sequence == result.frame_id + 1);
+    CHECK(inference.field == "plastic_strain");
+    CHECK(inference.model_checksum == model.checksum());
+    Inferred expected;
+    infer_field(model, 0, result.fit.estimate, plausible_samples(result.fit.candidates), expected);
+    CHECK(inference.values == expected.mean);
+    CHECK(inference.spread == expected.spread);
+    CHECK(inference.values.size() == model.elements());
+  }
+  CHECK(explained.size() == 3);
+}
+
 TEST_CASE("what cannot be done is said in a sentence") {
   Bench bench;
   const auto fails = [&](const std::vector<std::string>& arguments, int code, const std::string& sentence) {
@@ -227,6 +268,12 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({LBEA_MODEL, "--frames", "tcp://0.0.0.0:5555", "--results", results}, 1,
         "use 127.0.0.1 instead of 0.0.0.0");
   fails({LBEA_MODEL, "--frames", frames, "--results", frames}, 1, "in use");
+  fails({LBEA_MODEL, "--frames", frames, "--results", results, "--infer", "plastic_strain"}, 2, "--inference");
+  const auto infer = [&](const std::string& method, const std::string& field, const std::string& sentence) {
+    fails({LBEA_MODEL, "--frames", frames, "--results", results, "--method", method, "--pose", LBEA_SENSOR, "--infer", field, "--inference", "ipc://" + bench.file("inference")}, 1, sentence);
+  };
+  infer("lbea", "plastic_strain", "--method fit");
+  infer("fit", "temperature", "it has plastic_strain");
   CHECK(bench.start({"--help"})->wait() == 0);
   CHECK(contains(text_of(bench.file("serve.out")), "exit code is 1 when any"));
   CHECK(bench.start({"--version"})->wait() == 0);

@@ -1,7 +1,8 @@
 #include "tools/eval/mesh_series.hpp"
 
 #include "adapters/export/vtu.hpp"
-#include "tools/eval/field_inference.hpp"
+
+#include <lbea/inference.hpp>
 
 #include <string>
 #include <vector>

@@ -3,9 +3,10 @@
 #include "adapters/export/vtu.hpp"
 #include "precompute/sensor/counter_random.hpp"
 #include "precompute/sensor/virtual_sensor.hpp"
-#include "tools/eval/field_inference.hpp"
 #include "tools/eval/mesh_series.hpp"
 #include "tools/eval/true_mesh.hpp"
+
+#include <lbea/inference.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -19,7 +19,7 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
   tool.add_option("--trigger-ns", matcher.trigger_ns, "the sender's clock at impact");
   tool.add_option("--max-points", matcher.max_points, "larger frames are refused")
       ->check(CLI::Range(1u, 16'777'216u));
-  tool.add_option("--matches", matcher.max_matches, "samples per result, nearest first")
+  tool.add_option("--matches", matcher.max_matches, "samples per result, best first")
       ->check(CLI::Range(1u, 1000u));
   tool.add_option("--trusted-distance", matcher.trusted_distance,
                   "a vertex counts as seen when a point lies this near, mm")
@@ -50,6 +50,11 @@ void add_options(Tool& tool, ServeOptions& options) {
       ->required();
   tool.add_option("--preview", options.preview_endpoint,
                   "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. ipc:///tmp/preview.ipc");
+  auto* inferred = tool.add_option("--infer", options.inferred_field,
+                                   "with fit: field to infer on the whole component, hidden parts too, for every frame, e.g. plastic_strain");
+  tool.add_option("--inference", options.inference_endpoint, "endpoint to publish it on, with its spread over the plausible samples")
+      ->needs(inferred);
+  inferred->needs("--inference");
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
       ->check(CLI::Range(1u, 4096u));

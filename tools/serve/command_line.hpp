@@ -12,7 +12,7 @@
 namespace lbea {
 
 struct ServeOptions {
-  std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, pose_file, metrics_address;
+  std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, inference_endpoint, inferred_field, pose_file, metrics_address;
   MatcherConfig matcher;
   PipelineConfig pipeline;
   RecordingOptions recording;

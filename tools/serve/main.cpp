@@ -5,6 +5,7 @@
 #include "tools/common/service_notify.hpp"
 #include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
+#include "tools/serve/inference_publisher.hpp"
 #include "tools/serve/metrics_page.hpp"
 #include "tools/serve/model_engine.hpp"
 #include "tools/serve/preview.hpp"
@@ -58,6 +59,11 @@ void check_memory(const ServeOptions& options) {
                                                 options.pipeline.queue_slots, options.matcher.max_points, needed >> 20, installed >> 20));
 }
 
+std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
+  if (options.matcher.method != Method::fit) throw Error(Status::bad_config, "--infer needs the estimate of --method fit");
+  return find_field(model, options.inferred_field);
+}
+
 void report(const std::vector<Privilege>& privileges) {
   for (const Privilege& privilege : privileges)
     spdlog::log(privilege.granted ? spdlog::level::info : spdlog::level::warn, "--{}: {}", privilege.name, privilege.detail);
@@ -104,6 +110,9 @@ int serve(ServeOptions options) {
   if (!options.preview_endpoint.empty())
     observers.add(&preview.emplace(context, options.preview_endpoint,
                                    PreviewConfig{.limits = config.limits, .T_reference_sensor = options.matcher.T_reference_sensor, .access = access}));
+  std::optional<InferencePublisher> inference;
+  if (!options.inference_endpoint.empty())
+    observers.add(&inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
   config.observer = &observers;
   Pipeline pipeline(config, engine, std::move(frames), std::move(results));
   std::optional<MetricsServer> metrics;

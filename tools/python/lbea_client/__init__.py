@@ -5,8 +5,9 @@
 
 Needs numpy, pyzmq and flatbuffers (Debian: python3-numpy, python3-zmq, python3-flatbuffers).
 """
-from .messages import DamagedMessage, Frame, decode_frame, decode_result, encode_end_of_stream, encode_frame
-from .sockets import FrameReceiver, FrameSender, Results
+from .messages import DamagedMessage, Frame, Inference, decode_frame, decode_inference, decode_result, encode_end_of_stream, encode_frame
+from .sockets import FrameReceiver, FrameSender, Inferences, Results
 
-__all__ = ["DamagedMessage", "Frame", "FrameReceiver", "FrameSender", "Results", "decode_frame", "decode_result",
+__all__ = ["DamagedMessage", "Frame", "FrameReceiver", "FrameSender", "Inference", "Inferences", "Results", "decode_frame",
+           "decode_inference", "decode_result",
            "encode_end_of_stream", "encode_frame"]

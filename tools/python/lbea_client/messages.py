@@ -7,11 +7,14 @@ import flatbuffers
 import numpy
 
 from ._schema import Control, ControlKind
+from ._schema import FieldLocation
 from ._schema import Frame as frame_schema
+from ._schema import Inference as inference_schema
 from ._schema import NumericType, PackedElementField, PointCloud, Result, SenderCondition, State, Verdict, WireStatus
 from ._schema import Time as time_schema
 
 most_result_bytes = 1 << 22  # of a result or state: a larger one is nobody's
+most_inference_bytes = 1 << 26
 
 
 class DamagedMessage(ValueError):
@@ -28,6 +31,22 @@ class Frame:
     points: numpy.ndarray
     frame_id: str = "sensor"
     end_of_stream: bool = False
+
+
+@dataclass
+class Inference:
+    """A baked field on the whole component, inferred from one frame. values, spread: one per element or node of the model."""
+
+    sequence: int
+    session: int
+    frame_id: int
+    stamp_ns: int
+    field: str
+    unit: str
+    location: str  # "element" or "node"
+    values: numpy.ndarray
+    spread: numpy.ndarray  # standard deviation over the plausible samples
+    model_checksum: int
 
 
 def names_of(enumeration):
@@ -79,6 +98,23 @@ def decode_result(message):
     if kind == "result":
         found.matches = found.matches or []
     return found
+
+
+def decode_inference(message):
+    """What the cameras cannot see: an Inference with values and spread as float32 arrays. Raises DamagedMessage."""
+    try:
+        if identifier(message) != b"LBIN":
+            raise ValueError(f"identifier {identifier(message)!r}")
+        found = inference_schema.Inference.GetRootAs(message)
+        values, spread = (numpy.empty(0, numpy.float32) if none else array()
+                          for none, array in ((found.ValuesIsNone(), found.ValuesAsNumpy), (found.SpreadIsNone(), found.SpreadAsNumpy)))
+        if len(values) != len(spread):
+            raise ValueError("values and spread differ in number")
+        location = names_of(FieldLocation.FieldLocation)[found.Location()]
+        return Inference(found.Sequence(), found.Session(), found.FrameId(), found.StampNs(), (found.Field() or b"").decode(),
+                         (found.Unit() or b"").decode(), location, values, spread, found.ModelChecksum())
+    except Exception as error:
+        raise DamagedMessage(f"not an inference: {error!r}") from error
 
 
 def decode_frame(message):

@@ -8,8 +8,8 @@ import time
 import zmq
 
 from .keys import client_keys
-from .messages import (DamagedMessage, decode_frame, decode_result, encode_control, encode_end_of_stream, encode_frame, is_control,
-                       most_result_bytes)
+from .messages import (DamagedMessage, decode_frame, decode_inference, decode_result, encode_control, encode_end_of_stream,
+                       encode_frame, is_control, most_inference_bytes, most_result_bytes)
 
 most_frame_bytes = 1 << 28
 
@@ -20,8 +20,7 @@ def make_socket(kind, high_water_mark, most_bytes, linger_ms=0, keys=None):
     socket.setsockopt(zmq.LINGER, linger_ms)
     socket.setsockopt(zmq.MAXMSGSIZE, most_bytes)
     socket.setsockopt(zmq.IMMEDIATE, 1)
-    for option, milliseconds in ((zmq.HEARTBEAT_IVL, 1000), (zmq.HEARTBEAT_TIMEOUT, 5000), (zmq.HANDSHAKE_IVL, 5000)):
-        socket.setsockopt(option, milliseconds)
+    socket.setsockopt(zmq.HANDSHAKE_IVL, 5000)  # no ZMQ_HEARTBEAT_IVL: adapters/wire/WIRE.md says why
     for option, value in (keys or {}).items():
         socket.setsockopt(option, value)
     return socket
@@ -40,38 +39,35 @@ class Closing:
         self.socket.close()
 
 
-class Results(Closing):
-    """Subscribes to the results of a running lbea-serve: iterate over it, or call receive().
+class Subscriber(Closing):
+    """Listens to what a running lbea-serve publishes: iterate over it, or call receive().
 
-    state: the latest state message, which says what model and method the results are of; None before the first.
     lost: messages this subscriber was too slow for. damaged: messages that could not be read.
     """
 
-    def __init__(self, endpoint, timeout_s=None, server_key=None, key=None):
+    def __init__(self, endpoint, timeout_s=None, server_key=None, key=None, *, decode, held, most_bytes):
         """timeout_s: iteration ends when nothing came for so long; None: never. server_key, key: key files, for a matcher
         that has keys."""
-        self.timeout_s, self.state, self.lost, self.damaged = timeout_s, None, 0, 0
-        self._next_sequence = None
-        self.socket = make_socket(zmq.SUB, 10_000, most_result_bytes, keys=client_keys(server_key, key))
+        self.timeout_s, self.lost, self.damaged = timeout_s, 0, 0
+        self._next_sequence, self._decode_message = None, decode
+        self.socket = make_socket(zmq.SUB, held, most_bytes, keys=client_keys(server_key, key))
         self.socket.setsockopt(zmq.SUBSCRIBE, b"")
         self.socket.connect(endpoint)
 
     def receive(self, timeout_s=None):
-        """The next result; None when none came within timeout_s seconds (None: waits for ever)."""
+        """The next one; None when none came within timeout_s seconds (None: waits for ever)."""
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
             wait_ms = None if deadline is None else max(0, round(1000 * (deadline - time.monotonic())))
             if not self.socket.poll(wait_ms):
                 return None
             message = self._decode(self.socket.recv())
-            if message is not None and message.kind == "result":
+            if message is not None and self._wanted(message):
                 return message
-            if message is not None:
-                self.state = message
 
     def _decode(self, raw):
         try:
-            message = decode_result(raw)
+            message = self._decode_message(raw)
         except DamagedMessage:
             self.damaged += 1
             return None
@@ -80,9 +76,32 @@ class Results(Closing):
         self._next_sequence = message.sequence + 1
         return message
 
+    def _wanted(self, message):
+        return True
+
     def __iter__(self):
         while (result := self.receive(self.timeout_s)) is not None:
             yield result
+
+
+class Results(Subscriber):
+    """The results. state: the latest state message, which says what model and method they are of; None before the first."""
+
+    def __init__(self, endpoint, timeout_s=None, server_key=None, key=None):
+        self.state = None
+        super().__init__(endpoint, timeout_s, server_key, key, decode=decode_result, held=10_000, most_bytes=most_result_bytes)
+
+    def _wanted(self, message):
+        if message.kind == "state":
+            self.state = message
+        return message.kind == "result"
+
+
+class Inferences(Subscriber):
+    """What the cameras cannot see, of an lbea-serve with --infer and --inference."""
+
+    def __init__(self, endpoint, timeout_s=None, server_key=None, key=None):
+        super().__init__(endpoint, timeout_s, server_key, key, decode=decode_inference, held=100, most_bytes=most_inference_bytes)
 
 
 class FrameSender(Closing):

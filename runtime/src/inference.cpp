@@ -1,4 +1,6 @@
-#include "tools/eval/field_inference.hpp"
+#include "runtime/src/weighted_rows.hpp"
+
+#include <lbea/inference.hpp>
 
 #include <algorithm>
 #include <cmath>
