@@ -4,6 +4,9 @@
 #include "adapters/wire/streams.hpp"
 #include "tools/eval/experiment_error.hpp"
 
+#include <lbea/inference.hpp>
+#include <lbea/tracker.hpp>
+
 #include <algorithm>
 
 namespace lbea {
@@ -14,10 +17,16 @@ constexpr std::chrono::milliseconds poll_interval{50};
 
 double ms(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
 
+std::vector<float> estimated_positions(const Model& model, const std::vector<WeightedSample>& estimate) {
+  Inferred inferred;
+  infer_positions(model, estimate, {}, inferred);
+  return std::move(inferred.mean);
+}
+
 LiveRow judge(WireResult result, const Model& model, Truth* truth) {
   LiveRow row;
   const StageTimes& stages = result.elapsed_ns.match;
-  row.match_ms = ms(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching + stages.coverage);
+  row.match_ms = ms(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching + stages.fit + stages.coverage);
   row.total_ms = ms(result.elapsed_ns.total);
   const Truth::Row* real = truth == nullptr ? nullptr : truth->at(result.stamp_ns);
   if (real != nullptr && !result.matches.empty()) {
@@ -28,23 +37,36 @@ LiveRow judge(WireResult result, const Model& model, Truth* truth) {
     const auto& positions = truth->positions(*real);
     row.error = experiment_error(positions, model.node_positions(sample));
     row.oracle_error = oracle(model, positions).error;
+    if (!result.fit.estimate.empty()) row.estimate_error = experiment_error(positions, estimated_positions(model, result.fit.estimate));
   }
   row.result = std::move(result);
   return row;
 }
 
-std::optional<double> mean(const std::vector<LiveRow>& rows, std::optional<double> LiveRow::* value) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const LiveRow& row : rows)
-    if (row.*value) sum += *(row.*value), ++count;
-  return count == 0 ? std::nullopt : std::optional(sum / static_cast<double>(count));
+void find_path(LiveSummary& summary, const Model& model, Truth* truth) {
+  std::vector<std::vector<Match>> evidence;
+  for (const LiveRow& row : summary.rows) evidence.push_back(row.result.fit.candidates);
+  summary.has_path = std::ranges::any_of(evidence, [](const auto& candidates) { return !candidates.empty(); });
+  if (!summary.has_path) return;
+  const auto path = likeliest_path(model, evidence);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    LiveRow& row = summary.rows[i];
+    row.on_path = path[i];
+    row.path_simulation = model.simulation_name(path[i].simulation);
+    const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
+    if (real != nullptr) row.path_error = experiment_error(truth->positions(*real), model.node_positions(model.sample_index(path[i])));
+  }
 }
 
 }  // namespace
 
-std::optional<double> LiveSummary::mean_error() const { return mean(rows, &LiveRow::error); }
-std::optional<double> LiveSummary::mean_oracle_error() const { return mean(rows, &LiveRow::oracle_error); }
+std::optional<double> LiveSummary::mean(std::optional<double> LiveRow::* error) const {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const LiveRow& row : rows)
+    if (row.*error) sum += *(row.*error), ++count;
+  return count == 0 ? std::nullopt : std::optional(sum / static_cast<double>(count));
+}
 
 double LiveSummary::median_match_ms() const {
   if (rows.empty()) return 0;
@@ -86,6 +108,7 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
     summary.rows.push_back(judge(std::move(result), model, truth));
     row(summary.rows.back());
   }
+  find_path(summary, model, truth);
   return summary;
 }
 

@@ -63,8 +63,14 @@ std::string table_line(const LiveRow& row) {
 std::string table_summary(const LiveSummary& summary, const Model& model) {
   std::string text = format("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
                             summary.complete ? "" : ", stream not ended by its sender", summary.median_match_ms());
-  if (const auto error = summary.mean_error(), best = summary.mean_oracle_error(); error && best)
+  if (const auto error = summary.mean(&LiveRow::error), best = summary.mean(&LiveRow::oracle_error); error && best)
     text += format("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(), *best, *error / *best);
+  if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += format("; between the samples %.2f", *estimate);
+  if (summary.has_path) {
+    const Sample last = summary.rows.back().on_path;
+    text += format("\nthe whole test, looking back: %s, ended at time step %u", std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
+    if (const auto path = summary.mean(&LiveRow::path_error)) text += format("; mean EE %.2f", *path);
+  }
   return text;
 }
 
@@ -80,18 +86,27 @@ std::string to_json(const LiveSummary& summary) {
       line["distance"] = best.distance;
     }
     if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
+    if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
+    if (summary.has_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path.time_step}};
+    if (row.path_error) line["path"]["EE"] = *row.path_error;
     line["match_ms"] = row.match_ms;
     line["total_ms"] = row.total_ms;
     rows.push_back(std::move(line));
   }
   nlohmann::ordered_json all{{"complete", summary.complete}, {"median_match_ms", summary.median_match_ms()}, {"frames", std::move(rows)}};
-  if (const auto error = summary.mean_error()) all["mean_EE"] = *error, all["mean_oracle_EE"] = *summary.mean_oracle_error();
+  const auto put_mean = [&](const char* key, std::optional<double> LiveRow::* error) {
+    if (const auto mean = summary.mean(error)) all[key] = *mean;
+  };
+  put_mean("mean_EE", &LiveRow::error);
+  put_mean("mean_oracle_EE", &LiveRow::oracle_error);
+  put_mean("mean_estimate_EE", &LiveRow::estimate_error);
+  put_mean("mean_path_EE", &LiveRow::path_error);
   return all.dump(2);
 }
 
 void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
   std::ostringstream out;
-  out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms\n";
+  out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms,verdict,test_verdict,estimate_EE,path_simulation,path_time_step,path_EE\n";
   for (const LiveRow& row : summary.rows) {
     const WireResult& r = row.result;
     out << r.frame_id << ',' << r.stamp_ns << ',' << to_string(r.status) << ',';
@@ -102,7 +117,14 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
     out << r.coverage << ',';
     if (row.error) out << *row.error << ',' << *row.oracle_error;
     else out << ',';
-    out << ',' << row.match_ms << ',' << row.total_ms << '\n';
+    out << ',' << row.match_ms << ',' << row.total_ms << ',' << to_string(r.verdict) << ',' << to_string(r.test.verdict) << ',';
+    if (row.estimate_error) out << *row.estimate_error;
+    out << ',';
+    if (summary.has_path) out << row.path_simulation << ',' << row.on_path.time_step;
+    else out << ',';
+    out << ',';
+    if (row.path_error) out << *row.path_error;
+    out << '\n';
   }
   write_text(file, out.str());
 }
