@@ -16,7 +16,7 @@
 namespace lbea {
 
 struct BakeProgress {
-  std::string_view stage;  // "reading", "bases", "samples"
+  std::string_view stage;  // "reading", "bases", "samples", "merging"
   std::uint64_t done = 0, total = 0;
 };
 
@@ -28,6 +28,7 @@ struct BakeOptions {
   std::function<std::unique_ptr<ViewRenderer>(const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>& high)> views;
   std::function<void(const BakeProgress&)> progress;  // called from any thread, one call at a time
   std::function<bool()> cancelled;  // asked after every state; true ends the bake with BakeCancelled
+  bool leaves_out_broken = false;  // runs that cannot be read are left out and named; false: they end the bake
 };
 
 /// The caller's wish, not a failure. Nothing stands under the output's name then.

@@ -97,10 +97,22 @@ std::vector<std::size_t> best_groups(std::span<const std::vector<float>> rows) {
   return best;
 }
 
-}  // namespace
+// The group whose rows are nearest on the average; ties to the lower one.
+std::size_t nearest_group(const std::vector<float>& row, const std::vector<std::vector<float>>& rows,
+                          const std::vector<std::size_t>& group) {
+  std::vector<double> sum(rows.size(), 0), count(rows.size(), 0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    sum[group[i]] += mean_distance(row, rows[i]);
+    count[group[i]] += 1;
+  }
+  std::size_t nearest = group.front();
+  for (std::size_t g = 0; g < rows.size(); ++g)
+    if (count[g] > 0 && sum[g] / count[g] < sum[nearest] / count[nearest]) nearest = g;
+  return nearest;
+}
 
-std::vector<std::uint32_t> deformation_branches(std::span<const std::vector<float>> last_states) {
-  const std::vector<std::size_t> group = best_groups(last_states);
+// Numbered as they come.
+std::vector<std::uint32_t> in_order(const std::vector<std::size_t>& group) {
   std::vector<std::uint32_t> branch(group.size());
   std::vector<std::size_t> seen;
   for (std::size_t i = 0; i < group.size(); ++i) {
@@ -109,6 +121,25 @@ std::vector<std::uint32_t> deformation_branches(std::span<const std::vector<floa
     branch[i] = static_cast<std::uint32_t>(place);
   }
   return branch;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> deformation_branches(std::span<const std::vector<float>> last_states) {
+  return in_order(best_groups(last_states));
+}
+
+std::vector<std::uint32_t> deformation_branches(
+    std::size_t simulations, const std::function<std::vector<float>(std::size_t simulation)>& last_state,
+    std::size_t most_grouped) {
+  const std::size_t every = std::max<std::size_t>(1, (simulations + most_grouped - 1) / most_grouped);
+  std::vector<std::vector<float>> rows;
+  for (std::size_t i = 0; i < simulations; i += every) rows.push_back(last_state(i));
+  const std::vector<std::size_t> grouped = best_groups(rows);
+  std::vector<std::size_t> group(simulations);
+  for (std::size_t i = 0; i < simulations; ++i)
+    group[i] = i % every == 0 ? grouped[i / every] : nearest_group(last_state(i), rows, grouped);
+  return in_order(group);
 }
 
 }  // namespace lbea

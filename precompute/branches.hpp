@@ -1,7 +1,9 @@
 // Deformation branches: simulations whose last states look alike.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -11,5 +13,12 @@ namespace lbea {
 /// last_states: one row per simulation, of positions x 3, the same length each. Average linkage, cut into the
 /// two to eight groups with the greatest mean silhouette; when even that is not clear, all simulations are one branch.
 [[nodiscard]] std::vector<std::uint32_t> deformation_branches(std::span<const std::vector<float>> last_states);
+
+/// The same, rows read one by one, each at most twice. Of more than `most_grouped` simulations every k-th is
+/// grouped and the others join the group they are nearest to, on the average: the work grows with their number, the
+/// memory does not.
+[[nodiscard]] std::vector<std::uint32_t> deformation_branches(
+    std::size_t simulations, const std::function<std::vector<float>(std::size_t simulation)>& last_state,
+    std::size_t most_grouped = 512);
 
 }  // namespace lbea

@@ -59,6 +59,23 @@ bool same_numbering(const SimulationMesh& a, const SimulationMesh& b) {
 
 }  // namespace
 
+std::vector<std::uint8_t> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
+                                          std::span<const std::uint8_t> alive, const std::string& run) {
+  check_sizes(mesh, run);
+  if (alive.size() != mesh.elements.size())
+    throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(alive.size()) +
+                                       " elements, but there are " + std::to_string(mesh.elements.size()));
+  if (same_numbering(mesh, reference)) return {alive.begin(), alive.end()};
+  (void)index_nodes(mesh.node_ids, run);
+  const ElementIndex index = index_elements(mesh);
+  std::vector<std::uint8_t> common(reference.elements.size());
+  for (std::size_t e = 0; e < common.size(); ++e) {
+    const auto found = index.find(key_of(reference.node_ids, reference.elements[e], reference.element_ids[e]));
+    common[e] = found != index.end() && alive[found->second] != 0;
+  }
+  return common;
+}
+
 CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string& run)
     : reference_(std::move(reference)), kept_(reference_.elements.size(), 1) {
   check_sizes(reference_, run);
@@ -67,21 +84,11 @@ CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string
 
 void CommonMeshBuilder::keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive,
                                     const std::string& run) {
-  check_sizes(mesh, run);
-  if (alive.size() != mesh.elements.size())
-    throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(alive.size()) +
-                                       " elements, but there are " + std::to_string(mesh.elements.size()));
-  if (same_numbering(mesh, reference_)) {
-    for (std::size_t e = 0; e < kept_.size(); ++e) kept_[e] = kept_[e] && alive[e];
-    return;
-  }
-  (void)index_nodes(mesh.node_ids, run);
-  const ElementIndex index = index_elements(mesh);
-  for (std::size_t e = 0; e < kept_.size(); ++e) {
-    const auto found =
-        index.find(key_of(reference_.node_ids, reference_.elements[e], reference_.element_ids[e]));
-    kept_[e] = kept_[e] && found != index.end() && alive[found->second];
-  }
+  keep(common_elements(reference_, mesh, alive, run));
+}
+
+void CommonMeshBuilder::keep(std::span<const std::uint8_t> common) {
+  for (std::size_t e = 0; e < kept_.size(); ++e) kept_[e] = kept_[e] && common[e];
 }
 
 CommonMesh CommonMeshBuilder::finish() const {

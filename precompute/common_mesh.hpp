@@ -1,7 +1,7 @@
 // Method step 2: the nodes and elements common to all samples, by the solver's numbering.
 #pragma once
 
-#include "precompute/mesh_laplacian.hpp"
+#include "precompute/quad.hpp"
 #include "precompute/simulation.hpp"
 
 #include <span>
@@ -24,6 +24,11 @@ struct MeshMapping {
   std::vector<std::uint32_t> elements;  // E: index in the run
 };
 
+/// Which elements of `reference` a run has and keeps: one flag each. alive: the run's elements, 0 when eroded in any
+/// used state. Throws Error{bad_input} naming `run` when its mesh is not one.
+[[nodiscard]] std::vector<std::uint8_t> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
+                                                        std::span<const std::uint8_t> alive, const std::string& run);
+
 /// Narrows the reference run's mesh down, run by run; the order of the runs does not matter.
 /// An element is the same when its id and the ids of its nodes are. Errors name `run`.
 class CommonMeshBuilder {
@@ -32,6 +37,8 @@ class CommonMeshBuilder {
   CommonMeshBuilder(SimulationMesh reference, const std::string& run);
   /// `alive`: the run's elements, 0 when eroded in any used state.
   void keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive, const std::string& run);
+  /// What common_elements() said of a run.
+  void keep(std::span<const std::uint8_t> common);
   /// Throws Error{bad_input} when nothing is common. Nodes without a common element are left out.
   [[nodiscard]] CommonMesh finish() const;
   [[nodiscard]] const SimulationMesh& reference() const noexcept { return reference_; }

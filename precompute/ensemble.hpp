@@ -15,6 +15,7 @@ struct EnsembleRun {
   std::string name;
   std::vector<double> parameters;  // in the order of Ensemble::parameter_names; NaN: not given
   std::function<std::unique_ptr<SimulationReader>()> open;
+  std::string source = {};  // what another process opens it by, a path for instance; empty: only this one can
 };
 
 struct Ensemble {

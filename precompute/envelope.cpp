@@ -85,6 +85,11 @@ void EnvelopeBuilder::add(std::span<const float> positions, std::span<const Quad
   }
 }
 
+void EnvelopeBuilder::add(std::span<const std::uint64_t> bits) {
+  for (std::size_t i = 0; i < std::min(bits.size(), surface_.bits.size()); ++i)
+    std::atomic_ref<std::uint64_t>(surface_.bits[i]).fetch_or(bits[i], std::memory_order_relaxed);
+}
+
 // Marks all cells of the bounding box once that is not larger than a cell, halving the edges until then.
 void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corner& c) {
   Corner min{}, max{}, ab{}, bc{}, ca{};

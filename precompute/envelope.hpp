@@ -31,8 +31,11 @@ class EnvelopeBuilder {
   EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max, double margin);
   /// positions: N x 3 of one sample. Safe from several threads; the result does not depend on them.
   void add(std::span<const float> positions, std::span<const Quad> elements);
+  /// What another builder of the same box and margin has collected: its layout()'s bits. Safe from several threads.
+  void add(std::span<const std::uint64_t> bits);
   /// Call once, after the last add().
   [[nodiscard]] EnvelopeGrid finish() const;
+  /// The grid, and in its bits what has been collected so far.
   [[nodiscard]] const EnvelopeGrid& layout() const noexcept { return surface_; }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <vector>
 
 namespace lbea {
 
@@ -54,17 +55,6 @@ std::array<std::uint32_t, 3> Moments::leading_axes() const {
   const auto at = [&](std::uint32_t place) { return variance(place / 3, place % 3); };
   std::ranges::stable_sort(places, std::ranges::greater{}, at);
   return {places[0], places[std::min<std::size_t>(1, places.size() - 1)], places[std::min<std::size_t>(2, places.size() - 1)]};
-}
-
-void MomentsInOrder::add(std::size_t run, std::vector<Moments> of_run) {
-  const std::lock_guard lock(mutex_);
-  if (waiting_.size() <= run) waiting_.resize(run + 1);
-  waiting_[run] = std::move(of_run);
-  for (; next_ < waiting_.size() && waiting_[next_]; ++next_) {
-    for (std::size_t reference = 0; reference < sum_.size(); ++reference)
-      sum_[reference].add((*waiting_[next_])[reference]);
-    waiting_[next_].reset();
-  }
 }
 
 }  // namespace lbea

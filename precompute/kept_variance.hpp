@@ -4,11 +4,7 @@
 #include <Eigen/Dense>
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
-#include <mutex>
-#include <optional>
-#include <vector>
 
 namespace lbea {
 
@@ -28,23 +24,6 @@ struct Moments {
   [[nodiscard]] double kept() const;                              // sum of |alpha - mean alpha|^2
   /// The three (mode, coordinate) pairs that vary most, as places in a mode-major p x 3 array; ties to the lower place.
   [[nodiscard]] std::array<std::uint32_t, 3> leading_axes() const;
-};
-
-/// Adds up the runs' moments in the order of the runs, whoever comes first: sums of floating-point numbers depend on
-/// their order, models must not. Safe from several threads.
-class MomentsInOrder {
- public:
-  explicit MomentsInOrder(std::size_t references) : sum_(references) {}
-  /// of_run: one per reference.
-  void add(std::size_t run, std::vector<Moments> of_run);
-  /// Per reference, after all runs.
-  [[nodiscard]] const std::vector<Moments>& sum() const noexcept { return sum_; }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::optional<std::vector<Moments>>> waiting_;  // per run
-  std::size_t next_ = 0;
-  std::vector<Moments> sum_;
 };
 
 }  // namespace lbea

@@ -6,8 +6,8 @@
 #include "precompute/envelope.hpp"
 #include "precompute/model_writer.hpp"
 #include "precompute/reference_basis.hpp"
-#include "precompute/sample_views.hpp"
 #include "precompute/survey.hpp"
+#include "precompute/view_learning.hpp"
 
 #include <cstddef>
 #include <span>
@@ -62,11 +62,11 @@ class SmallSections {
                                            const EnvelopeGrid& envelope);
 
 /// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes,
-/// branches, leading axes and, unless `views` is null, depth images.
+/// branches, leading axes and, unless `camera` is null, depth images.
 void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
-                         bool with_correspondence, std::size_t provenance_size, const SampleViews* views);
+                         bool with_correspondence, std::size_t provenance_size, const ViewCamera* camera);
 
-/// Sections 64 to 67.
-void write_views(ModelWriter& writer, const SampleViews& views);
+/// Sections 64, 65 and 67.
+void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntViews& learnt);
 
 }  // namespace lbea

@@ -16,7 +16,6 @@
 #include <utility>
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 namespace lbea {
@@ -84,6 +83,14 @@ std::filesystem::path replaceable(std::filesystem::path file) {
 
 }  // namespace
 
+void check_replaceable(const std::filesystem::path& file) { (void)replaceable(file); }
+
+std::uint64_t model_size(const std::vector<PlannedSection>& sections) {
+  std::uint64_t size = sizeof(format::Header) + sections.size() * sizeof(format::SectionEntry);
+  for (const PlannedSection& section : sections) size += format::aligned(entry_of(section).length);
+  return size;
+}
+
 ModelWriter::ModelWriter(std::filesystem::path file, std::vector<PlannedSection> sections)
     : file_(replaceable(std::move(file))) {
   plan(std::move(sections));
@@ -143,16 +150,38 @@ void ModelWriter::reserve() {
   if (::ftruncate(descriptor_, size) != 0) fail("reserve space for", where, errno);
 }
 
-void ModelWriter::write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin,
-                              std::span<const std::byte> bytes) {
+std::size_t ModelWriter::place_of(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::size_t bytes) const {
   const std::pair key(static_cast<std::uint32_t>(id), part);
   const auto entry = std::ranges::lower_bound(directory_, key, {}, key_of);
   if (entry == directory_.end() || key_of(*entry) != key)
     throw std::logic_error("section " + title(id) + " is not planned");
-  if (begin > entry->length || bytes.size() > entry->length - begin)
+  if (begin > entry->length || bytes > entry->length - begin)
     throw std::logic_error("more bytes for " + name_of(*entry) + " than planned");
-  write_at(entry->offset + begin, bytes, name_of(*entry));
-  written_[static_cast<std::size_t>(entry - directory_.begin())].bytes += bytes.size();
+  return static_cast<std::size_t>(entry - directory_.begin());
+}
+
+void ModelWriter::write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin,
+                              std::span<const std::byte> bytes) {
+  const std::size_t place = place_of(id, part, begin, bytes.size());
+  write_at(directory_[place].offset + begin, bytes, name_of(directory_[place]));
+  written_[place].bytes += bytes.size();
+}
+
+void ModelWriter::read_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin,
+                             std::span<std::byte> bytes) const {
+  const std::size_t place = place_of(id, part, begin, bytes.size());
+  read_at(directory_[place].offset + begin, bytes, name_of(directory_[place]));
+}
+
+void ModelWriter::read_at(std::uint64_t offset, std::span<std::byte> bytes, const std::string& where) const {
+  while (!bytes.empty()) {
+    const ssize_t n = ::pread(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer),
+                              static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail("read back", where, n < 0 ? errno : EIO);
+    offset += static_cast<std::uint64_t>(n);
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
 }
 
 void ModelWriter::write_at(std::uint64_t offset, std::span<const std::byte> bytes, const std::string& where) {
@@ -187,14 +216,18 @@ void ModelWriter::check_complete() const {
 
 // Sections were written piece by piece in any order: their checksums are those of what the file now holds.
 void ModelWriter::fill_checksums() {
-  const auto size = static_cast<std::size_t>(header_.file_size);
-  void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, descriptor_, 0);
-  if (mapping == MAP_FAILED) fail("read back", "all sections", errno);
-  const std::span<const std::byte> image(static_cast<const std::byte*>(mapping), size);
-  for (format::SectionEntry& entry : directory_)
-    entry.checksum = checksum(
-        image.subspan(static_cast<std::size_t>(entry.offset), static_cast<std::size_t>(entry.length)));
-  ::munmap(mapping, size);
+  std::vector<std::byte> buffer(std::size_t{1} << 20);
+  XXH3_state_t state;
+  for (format::SectionEntry& entry : directory_) {
+    XXH3_64bits_reset(&state);
+    for (std::uint64_t done = 0; done < entry.length;) {
+      const auto piece = std::span(buffer).first(static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), entry.length - done)));
+      read_at(entry.offset + done, piece, name_of(entry));
+      XXH3_64bits_update(&state, piece.data(), piece.size());
+      done += piece.size();
+    }
+    entry.checksum = XXH3_64bits_digest(&state);
+  }
 }
 
 void ModelWriter::publish() {

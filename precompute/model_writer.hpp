@@ -20,6 +20,12 @@ struct PlannedSection {
   std::vector<std::uint64_t> shape;  // 1 to 3 dimensions
 };
 
+/// Throws Error{write_failed} when something stands under this name that is not a model: it would be lost.
+void check_replaceable(const std::filesystem::path& file);
+
+/// Bytes of the model with these sections.
+[[nodiscard]] std::uint64_t model_size(const std::vector<PlannedSection>& sections);
+
 /// The file appears under its name when commit() returns, whole; until then there is a temporary one beside it, which
 /// the destructor removes. Every failure is Error{write_failed} that names file, section and the system's reason.
 /// The bytes do not depend on the order of the writes.
@@ -40,6 +46,12 @@ class ModelWriter {
   /// The same in bytes from `begin`.
   void write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin,
                    std::span<const std::byte> bytes);
+  /// Elements that were written before, from any thread.
+  template <typename T>
+  void read(format::SectionId id, std::uint32_t part, std::uint64_t first, std::span<T> values) const {
+    read_bytes(id, part, first * sizeof(T), std::as_writable_bytes(values));
+  }
+  void read_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::span<std::byte> bytes) const;
   /// Throws std::logic_error when a section was not written completely.
   void commit();
 
@@ -54,6 +66,8 @@ class ModelWriter {
   void create();
   void reserve();
 
+  [[nodiscard]] std::size_t place_of(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::size_t bytes) const;
+  void read_at(std::uint64_t offset, std::span<std::byte> bytes, const std::string& where) const;
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes, const std::string& where);
   void check_complete() const;
   void fill_checksums();

@@ -64,6 +64,12 @@ std::string inputs_json(const Ensemble& ensemble, const Survey& survey) {
   return json_array(runs);
 }
 
+std::string names_json(const std::vector<std::string>& names) {
+  std::vector<std::string> texts;
+  for (const std::string& name : names) texts.push_back(json_string(name));
+  return json_array(texts);
+}
+
 std::string basis_json(const std::vector<ReferenceBasis>& references) {
   const auto worst = std::ranges::max_element(references, {}, &ReferenceBasis::residual);
   return JsonObject()
@@ -76,8 +82,9 @@ std::string basis_json(const std::vector<ReferenceBasis>& references) {
 
 std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble,
                             const Survey& survey, const std::vector<ReferenceBasis>& references,
-                            double kept_variance) {
-  return JsonObject()
+                            double kept_variance, const std::vector<std::string>& left_out) {
+  JsonObject json;
+  json
       .add("made_by", json_string("lbea-bake " LBEA_VERSION_STRING))
       .add("units", JsonObject()
                         .add("length", json_string(description.length_unit))
@@ -86,8 +93,9 @@ std::string provenance_json(const EnsembleDescription& description, const Ensemb
       .add("configuration", configuration_json(description, ensemble))
       .add("basis", basis_json(references))
       .add("kept_variance", json_number(kept_variance))
-      .add("inputs", inputs_json(ensemble, survey))
-      .text();
+      .add("inputs", inputs_json(ensemble, survey));
+  if (!left_out.empty()) json.add("left_out", names_json(left_out));
+  return json.text();
 }
 
 }  // namespace lbea

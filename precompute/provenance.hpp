@@ -12,9 +12,9 @@
 namespace lbea {
 
 /// Depends on the inputs alone: no paths, times of day, machines or numbers of threads.
-/// kept_variance: NaN becomes null.
+/// kept_variance: NaN becomes null. left_out: names of runs that could not be read; without any there is no word of it.
 [[nodiscard]] std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble,
                                           const Survey& survey, const std::vector<ReferenceBasis>& references,
-                                          double kept_variance);
+                                          double kept_variance, const std::vector<std::string>& left_out);
 
 }  // namespace lbea

@@ -1,39 +1,39 @@
 // Second pass over the runs, method steps 3 and 5: every sample brought onto every reference mesh and projected.
 #pragma once
 
-#include "precompute/ensemble.hpp"
-#include "precompute/envelope.hpp"
-#include "precompute/model_writer.hpp"
 #include "precompute/reference_basis.hpp"
-#include "precompute/sample_views.hpp"
+#include "precompute/shards/run_record.hpp"
 #include "precompute/stage.hpp"
-#include "precompute/survey.hpp"
+#include "runtime/src/cloud_index.hpp"
+#include "runtime/src/positions.hpp"
 
 #include <Eigen/Dense>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace lbea {
 
-struct ProjectionTask {
-  const Ensemble& ensemble;
-  const Survey& survey;
-  const std::vector<ReferenceBasis>& references;
-  bool with_correspondence = true;
-  SampleViews* views = nullptr;  // rendered into, when given
-};
+/// What all runs are projected with, read-only.
+class SampleProjection {
+ public:
+  /// Keeps references to both.
+  SampleProjection(const BakePlan& plan, const std::vector<ReferenceBasis>& bases);
 
-struct ProjectedSamples {
-  double kept_variance = 0;  // share of the samples' variance the modes keep, over all references; NaN when nothing varies
-  std::vector<std::array<std::uint32_t, 3>> leading_axes;  // per reference, see Moments
-  std::vector<std::vector<float>> last_states;             // per run: some of its last sample's nodes, x 3
-};
+  /// Reads a run and writes its record, with one state in memory; a step of the stage is a sample.
+  /// low, high: the box of its nodes as surveyed.
+  /// Throws Error{bad_input} naming the run, also when it leaves that box, Error{write_failed} and BakeCancelled.
+  void project_run(std::size_t run, SimulationReader& reader, const std::array<std::array<float, 3>, 2>& box,
+                   WorkWriter& record, Stage& stage) const;
 
-/// Writes node positions, fields, coefficients and correspondences of all samples and adds their surfaces to the
-/// envelope. A step of the stage is a sample.
-[[nodiscard]] ProjectedSamples project_samples(const ProjectionTask& task, ModelWriter& writer,
-                                     EnvelopeBuilder& envelope, unsigned threads, Stage& stage);
+ private:
+  friend class RunProjector;
+  const BakePlan& plan_;
+  const std::vector<ReferenceBasis>& bases_;
+  std::vector<Eigen::MatrixXd> reference_positions_;     // per reference, n x 3
+  std::vector<Eigen::MatrixXd> reference_coefficients_;  // per reference, p x 3
+};
 
 }  // namespace lbea

@@ -1,22 +1,20 @@
 #include "precompute/survey.hpp"
 
 #include "precompute/file_hash.hpp"
-#include "precompute/parallel.hpp"
 
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <numeric>
+#include <utility>
 #include <unordered_map>
 
 namespace lbea {
 
 namespace {
 
-using Extent = std::array<float, 6>;  // min x, y, z, max x, y, z of one node
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr Extent nowhere{infinity, infinity, infinity, -infinity, -infinity, -infinity};
 
@@ -27,40 +25,47 @@ void widen(Extent& extent, const Extent& by) {
   }
 }
 
-/// What one run does in its used states.
-struct RunHistory {
-  std::vector<std::uint8_t> alive;  // elements, throughout
-  std::vector<Extent> extents;      // nodes
+/// Where the run's nodes are and which elements it keeps, in its own numbering.
+struct Movement {
+  std::vector<std::uint8_t> alive;
+  std::vector<Extent> extents;
 };
 
-RunHistory read_history(SimulationReader& reader, const std::vector<std::uint32_t>& steps,
-                        const std::string& run, Stage& stage) {
+Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t>& steps, const std::string& run,
+                       Stage& stage) {
   const SimulationMesh& mesh = reader.mesh();
-  RunHistory history{std::vector<std::uint8_t>(mesh.elements.size(), 1),
-                     std::vector<Extent>(mesh.nodes(), nowhere)};
+  Movement movement{std::vector<std::uint8_t>(mesh.elements.size(), 1), std::vector<Extent>(mesh.nodes(), nowhere)};
   SimulationState state;
   for (const std::uint32_t step : steps) {
     stage.check();
     reader.read(step, state);
     check_state(reader, state, run, step);
-    for (std::size_t e = 0; e < state.alive.size(); ++e)
-      history.alive[e] = history.alive[e] && state.alive[e];
+    for (std::size_t e = 0; e < state.alive.size(); ++e) movement.alive[e] = movement.alive[e] && state.alive[e];
     for (std::size_t i = 0; i < mesh.nodes(); ++i) {
       const float* p = &state.positions[3 * i];
-      widen(history.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
+      widen(movement.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
     }
   }
-  return history;
+  return movement;
 }
 
-std::vector<double> step_times(const SimulationReader& reader, const std::vector<std::uint32_t>& steps,
-                               double factor, const std::string& run) {
-  std::vector<double> times;
-  for (const std::uint32_t step : steps) {
-    times.push_back(reader.time_s(step) * factor);
-    if (!std::isfinite(times.back()))
-      throw Error(Status::bad_input,
-                  "run " + run + ": the time of state " + std::to_string(step) + " is not finite");
+std::vector<Extent> in_numbering_of(const SimulationMesh& reference, const SimulationMesh& mesh,
+                                    const std::vector<Extent>& extents) {
+  if (mesh.node_ids == reference.node_ids) return extents;
+  std::unordered_map<std::uint32_t, std::size_t> place;  // node id -> index in the run
+  for (std::size_t i = 0; i < mesh.nodes(); ++i) place.emplace(mesh.node_ids[i], i);
+  std::vector<Extent> result(reference.nodes(), nowhere);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    if (const auto found = place.find(reference.node_ids[i]); found != place.end()) result[i] = extents[found->second];
+  return result;
+}
+
+std::vector<double> step_times(std::vector<double> times, const std::vector<std::uint32_t>& steps, double factor,
+                               const std::string& run) {
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    times[i] *= factor;
+    if (!std::isfinite(times[i]))
+      throw Error(Status::bad_input, "run " + run + ": the time of state " + std::to_string(steps[i]) + " is not finite");
   }
   return times;
 }
@@ -102,52 +107,6 @@ std::vector<SimulationField> chosen_fields(const std::vector<std::string>& names
   for (std::size_t i = 0; const std::uint32_t place : find_fields(chosen, present, run))
     chosen[i++] = present[place];
   return chosen;
-}
-
-/// Collects the runs' histories in the reference run's numbering; the order of the runs does not matter.
-class Collection {
- public:
-  Collection(const SimulationReader& reference, const std::string& run)
-      : mesh_(reference.mesh(), run), extents_(reference.mesh().nodes(), nowhere) {
-    for (std::size_t i = 0; i < extents_.size(); ++i) place_.emplace(reference.mesh().node_ids[i], i);
-  }
-
-  void add(const SimulationMesh& mesh, const RunHistory& history, const std::string& run) {
-    const std::lock_guard lock(mutex_);
-    mesh_.keep_common(mesh, history.alive, run);
-    for (std::size_t i = 0; i < mesh.nodes(); ++i) {
-      const auto found = place_.find(mesh.node_ids[i]);
-      if (found != place_.end()) widen(extents_[found->second], history.extents[i]);
-    }
-  }
-
-  void finish(Survey& survey) const {
-    survey.mesh = mesh_.finish();
-    survey.reference_node_ids = mesh_.reference().node_ids;
-    Extent all = nowhere;
-    for (const std::uint32_t id : survey.mesh.node_ids) widen(all, extents_[place_.at(id)]);
-    std::copy_n(all.begin(), 3, survey.min.begin());
-    std::copy_n(all.begin() + 3, 3, survey.max.begin());
-  }
-
- private:
-  std::mutex mutex_;
-  CommonMeshBuilder mesh_;
-  std::unordered_map<std::uint32_t, std::size_t> place_;  // node id -> index in the reference
-  std::vector<Extent> extents_;
-};
-
-RunSurvey survey_run(const EnsembleRun& run, const EnsembleDescription& description,
-                     const std::vector<SimulationField>& fields, Collection& collection, Stage& stage) {
-  const auto reader = run.open();
-  RunSurvey survey;
-  survey.steps = used_steps(description.steps, reader->states(), run.name);
-  survey.times_s = step_times(*reader, survey.steps, description.time_factor, run.name);
-  survey.fields = find_fields(fields, reader->fields(), run.name);
-  collection.add(reader->mesh(), read_history(*reader, survey.steps, run.name, stage), run.name);
-  survey.files = hashed_files(*reader);
-  stage.step();
-  return survey;
 }
 
 }  // namespace
@@ -196,20 +155,63 @@ std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint3
   return steps;
 }
 
-Survey survey_runs(const Ensemble& ensemble, const EnsembleDescription& description, unsigned threads,
-                   Stage& stage) {
-  const EnsembleRun& reference_run = ensemble.runs.at(ensemble.reference_run);
-  const auto reference = reference_run.open();
-  Collection collection(*reference, reference_run.name);
-  Survey survey;
-  survey.fields = chosen_fields(description.fields, reference->fields(), reference_run.name);
-  survey.runs.resize(ensemble.runs.size());
-  work_in_parallel(ensemble.runs.size(), threads, [&](const auto& next) {
-    for (std::size_t run = next(); run < ensemble.runs.size(); run = next())
-      survey.runs[run] = survey_run(ensemble.runs[run], description, survey.fields, collection, stage);
-  });
-  collection.finish(survey);
+RunHistory survey_run(SimulationReader& reader, const std::string& run, const EnsembleDescription& description,
+                      const SimulationReader& reference, Stage& stage) {
+  RunHistory history;
+  history.steps = used_steps(description.steps, reader.states(), run);
+  for (const std::uint32_t step : history.steps) history.times.push_back(reader.time_s(step));
+  (void)step_times(history.times, history.steps, description.time_factor, run);
+  history.fields = reader.fields();
+  (void)find_fields(chosen_fields(description.fields, reference.fields(), run), history.fields, run);
+  const Movement movement = read_movement(reader, history.steps, run, stage);
+  history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run);
+  history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
+  history.files = hashed_files(reader);
+  return history;
+}
+
+SurveyCollection::SurveyCollection(const SimulationReader& reference, const EnsembleDescription& description,
+                                   const std::string& run)
+    : time_factor_(description.time_factor), mesh_(reference.mesh(), run), extents_(reference.mesh().nodes(), nowhere) {
+  survey_.fields = chosen_fields(description.fields, reference.fields(), run);
+  survey_.reference_node_ids = reference.mesh().node_ids;
+}
+
+void SurveyCollection::add(RunHistory history, const std::string& run) {
+  RunSurvey survey;
+  survey.fields = find_fields(survey_.fields, history.fields, run);
+  survey.times_s = step_times(std::move(history.times), history.steps, time_factor_, run);
+  survey.steps = std::move(history.steps);
+  survey.files = std::move(history.files);
+  if (history.extents.size() != extents_.size() || history.common.size() != mesh_.reference().elements.size())
+    throw Error(Status::bad_input, "run " + run + " was surveyed with another reference; delete the survey");
+  mesh_.keep(history.common);
+  for (std::size_t i = 0; i < extents_.size(); ++i) widen(extents_[i], history.extents[i]);
+  survey_.runs.push_back(std::move(survey));
+}
+
+Survey SurveyCollection::finish() const {
+  Survey survey = survey_;
+  survey.mesh = mesh_.finish();
+  const auto box = box_of(extents_, reference_places(survey));
+  survey.min = box[0];
+  survey.max = box[1];
   return survey;
+}
+
+std::vector<std::uint32_t> reference_places(const Survey& survey) {
+  std::unordered_map<std::uint32_t, std::uint32_t> place;  // node id -> index in the reference run
+  for (std::uint32_t i = 0; i < survey.reference_node_ids.size(); ++i) place.emplace(survey.reference_node_ids[i], i);
+  std::vector<std::uint32_t> places;
+  for (const std::uint32_t id : survey.mesh.node_ids) places.push_back(place.at(id));
+  return places;
+}
+
+std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
+                                           const std::vector<std::uint32_t>& places) {
+  Extent all = nowhere;
+  for (const std::uint32_t place : places) widen(all, extents.at(place));
+  return {{{all[0], all[1], all[2]}, {all[3], all[4], all[5]}}};
 }
 
 }  // namespace lbea

@@ -46,9 +46,47 @@ struct Survey {
 void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
                  std::uint32_t step);
 
-/// One run at a time per thread, each state once; a step of the stage is a run.
-/// Throws Error{bad_input | bad_config} naming the run.
-[[nodiscard]] Survey survey_runs(const Ensemble& ensemble, const EnsembleDescription& description,
-                                 unsigned threads, Stage& stage);
+using Extent = std::array<float, 6>;  // min x, y, z, max x, y, z
+
+/// What one run told, in the numbering of the reference run's mesh.
+struct RunHistory {
+  std::vector<std::uint32_t> steps;     // stored states used, ascending
+  std::vector<double> times;            // per step, in the run's unit
+  std::vector<SimulationField> fields;  // all that it has
+  std::vector<InputFile> files;
+  std::vector<std::uint8_t> common;  // per element: 1 when the run has it in all its steps
+  std::vector<Extent> extents;       // per node: where it is in those steps; upside down when the run lacks it
+};
+
+/// Each used state once, one in memory. Throws Error{bad_input | bad_config} naming the run, and BakeCancelled.
+[[nodiscard]] RunHistory survey_run(SimulationReader& reader, const std::string& run,
+                                    const EnsembleDescription& description, const SimulationReader& reference,
+                                    Stage& stage);
+
+/// Puts the histories together, run by run.
+class SurveyCollection {
+ public:
+  /// Throws Error{bad_config} when the reference run lacks a field.
+  SurveyCollection(const SimulationReader& reference, const EnsembleDescription& description, const std::string& run);
+  /// Throws Error{bad_input | bad_config} naming the run; it is not part of the collection then.
+  void add(RunHistory history, const std::string& run);
+  /// A run that is left out: no samples.
+  void add_nothing() { survey_.runs.emplace_back(); }
+  /// Throws Error{bad_input} when nothing is common.
+  [[nodiscard]] Survey finish() const;
+
+ private:
+  double time_factor_;
+  CommonMeshBuilder mesh_;
+  std::vector<Extent> extents_;  // of the reference run's nodes
+  Survey survey_;
+};
+
+/// Node of the common mesh -> node of the reference run's.
+[[nodiscard]] std::vector<std::uint32_t> reference_places(const Survey& survey);
+
+/// min x, y, z and max x, y, z of the nodes at `places` of a history's extents.
+[[nodiscard]] std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
+                                                         const std::vector<std::uint32_t>& places);
 
 }  // namespace lbea

@@ -14,7 +14,7 @@ namespace lbea {
 struct BakeCommand {
   std::filesystem::path toml, output;
   unsigned threads = 0;
-  bool json = false;
+  bool json = false, leave_out_broken = false;
 
   // Each replaces what the TOML file or the default says.
   std::vector<std::filesystem::path> runs;

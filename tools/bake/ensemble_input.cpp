@@ -48,7 +48,7 @@ std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, c
 Ensemble open_ensemble(const EnsembleDescription& description) {
   Ensemble ensemble;
   for (const std::filesystem::path& run : description.runs)
-    ensemble.runs.push_back({run_name(run), {}, [run] { return open_simulation(run); }});
+    ensemble.runs.push_back({run_name(run), {}, [run] { return open_simulation(run); }, std::filesystem::absolute(run).string()});
   if (!description.reference_run.empty()) {
     const auto found = std::ranges::find(description.runs, description.reference_run);
     ensemble.reference_run = static_cast<std::size_t>(found - description.runs.begin());

@@ -1,31 +1,15 @@
 // lbea-bake: an ensemble of simulations becomes one model file.
+#include "adapters/simulation/open.hpp"
 #include "precompute/bake.hpp"
 #include "tools/bake/command_line.hpp"
 #include "tools/bake/ensemble_input.hpp"
 #include "tools/bake/report.hpp"
-#include "tools/common/progress.hpp"
-
-#include <optional>
-#include <string>
+#include "tools/bake/stage_progress.hpp"
+#include "tools/bake/subcommands.hpp"
 
 namespace {
 
 using namespace lbea;
-
-/// One progress line per stage.
-class StageProgress {
- public:
-  void show(const BakeProgress& progress) {
-    if (!line_ || progress.stage != stage_) line_.emplace(std::string(progress.stage), progress.total);
-    stage_ = progress.stage;
-    line_->advance_to(progress.done);
-  }
-  void end() { line_.reset(); }
-
- private:
-  std::string stage_;
-  std::optional<Progress> line_;
-};
 
 int run(const BakeCommand& command) {
   catch_stop_signals();
@@ -38,6 +22,7 @@ int run(const BakeCommand& command) {
   options.views = view_rendering(description.views);
   options.progress = [&](const BakeProgress& stage) { progress.show(stage); };
   options.cancelled = [] { return stop_requested != 0; };
+  options.leaves_out_broken = command.leave_out_broken;
   const BakeSummary summary = bake(open_ensemble(description), description, description.output, options);
   progress.end();
   command.json ? print_json(summary, description.output) : print_table(summary, description.output);
@@ -47,11 +32,18 @@ int run(const BakeCommand& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  Tool tool("lbea-bake", "Bakes an ensemble of simulations into one model file for the runtime.",
+  if (const auto exit_code = lbea::run_subcommand(argc, argv)) return *exit_code;
+  Tool tool("lbea-bake",
+            "Bakes an ensemble of simulations into one model file for the runtime.\n"
+            "What one machine cannot hold is baked in steps, by many: lbea-bake plan, shard, merge; status shows how\n"
+            "far they are. Each has its own --help.",
             "lbea-bake ensemble.toml -o rail.lbea\n"
-            "  lbea-bake --run runs/run_001 --run runs/run_002 --region-nodes nodes.txt -o rail.lbea");
+            "  lbea-bake --run runs/run_001 --run runs/run_002 --region-nodes nodes.txt -o rail.lbea\n"
+            "  lbea-bake plan ensemble.toml --work work -o rail.lbea");
   BakeCommand command;
   declare(tool, command);
+  tool.list_formats_by(list_simulation_formats());
+  tool.add_flag("--leave-out-broken", command.leave_out_broken, "runs that cannot be read are left out and named, as plan does");
   tool.final_callback([&] {
     if (command.toml.empty() && command.runs.empty())
       throw CLI::ValidationError("name an ensemble.toml, or runs with --run");

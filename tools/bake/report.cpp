@@ -2,10 +2,27 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 namespace lbea {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void print(const Json& json) {
+  std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+}
+
+double gigabytes(std::uint64_t bytes) { return static_cast<double>(bytes) / 1e9; }
+
+std::size_t count(const std::vector<RunStatus>& runs, RunProgress progress) {
+  return static_cast<std::size_t>(std::ranges::count(runs, progress, &RunStatus::progress));
+}
+
+}  // namespace
 
 void print_table(const BakeSummary& summary, const std::filesystem::path& model) {
   const auto& seconds = summary.seconds;
@@ -24,12 +41,16 @@ void print_table(const BakeSummary& summary, const std::filesystem::path& model)
     std::printf("kept variance  the samples do not vary\n");
   else
     std::printf("kept variance  %.4f %%\n", 100 * summary.kept_variance);
+  for (const RunLeftOut& run : summary.left_out)
+    std::printf("left out       %s: %s\n", run.name.c_str(), run.reason.c_str());
   std::printf("time           %.2f s: reading %.2f, bases %.2f, samples %.2f, writing %.2f\n", all,
               seconds.reading, seconds.bases, seconds.samples, seconds.writing);
 }
 
 void print_json(const BakeSummary& summary, const std::filesystem::path& model) {
-  const nlohmann::ordered_json json{{"model", model.string()},
+  Json left_out = Json::array();
+  for (const RunLeftOut& run : summary.left_out) left_out.push_back({{"run", run.name}, {"reason", run.reason}});
+  const Json json{{"model", model.string()},
                                     {"file_size", summary.file_size},
                                     {"samples", summary.samples},
                                     {"simulations", summary.simulations},
@@ -45,12 +66,65 @@ void print_json(const BakeSummary& summary, const std::filesystem::path& model) 
                                     {"basis_solver", summary.basis_solver},
                                     {"degenerate_triangles", summary.degenerate_triangles},
                                     {"kept_variance", summary.kept_variance},
+                                    {"left_out", left_out},
                                     {"seconds",
                                      {{"reading", summary.seconds.reading},
                                       {"bases", summary.seconds.bases},
                                       {"samples", summary.seconds.samples},
                                       {"writing", summary.seconds.writing}}}};
-  std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+  print(json);
+}
+
+void print_table(const BakePlan& plan, const BakeEstimate& estimate) {
+  const double seconds = estimate.seconds_per_sample * static_cast<double>(estimate.samples);
+  std::printf("work           %zu runs, %zu samples\n", estimate.runs, estimate.samples);
+  std::printf("model          %.3f GB, and %.3f GB in the work folder\n", gigabytes(estimate.model_bytes), gigabytes(estimate.work_bytes));
+  std::printf("memory         %.2f GB per shard, and %.2f GB per thread beside what reading a state takes\n",
+              gigabytes(estimate.shared_bytes), gigabytes(estimate.thread_bytes));
+  std::printf("time           %.1f ms per sample on this machine: %.2f processor hours\n", 1e3 * estimate.seconds_per_sample, seconds / 3600);
+  for (std::size_t run = 0; run < plan.runs.size(); ++run)
+    if (!plan.runs[run].failure.empty())
+      std::printf("left out       %s: %s\n", plan.ensemble.runs[run].name.c_str(), plan.runs[run].failure.c_str());
+}
+
+void print_json(const BakePlan& plan, const BakeEstimate& estimate) {
+  Json left_out = Json::array();
+  for (std::size_t run = 0; run < plan.runs.size(); ++run)
+    if (!plan.runs[run].failure.empty())
+      left_out.push_back({{"run", plan.ensemble.runs[run].name}, {"reason", plan.runs[run].failure}});
+  print({{"runs", estimate.runs},
+         {"samples", estimate.samples},
+         {"model_bytes", estimate.model_bytes},
+         {"work_bytes", estimate.work_bytes},
+         {"shared_bytes", estimate.shared_bytes},
+         {"thread_bytes", estimate.thread_bytes},
+         {"seconds_per_sample", estimate.seconds_per_sample},
+         {"left_out", left_out}});
+}
+
+void print_table(const BakePlan& plan, const std::vector<RunStatus>& runs) {
+  std::printf("finished  %zu of %zu\nrunning   %zu\nwaiting   %zu\nfailed    %zu\n", count(runs, RunProgress::finished), runs.size(),
+              count(runs, RunProgress::running), count(runs, RunProgress::waiting), count(runs, RunProgress::failed));
+  for (std::size_t run = 0; run < runs.size(); ++run)
+    if (runs[run].progress == RunProgress::failed)
+      std::printf("  %s: %s\n", plan.ensemble.runs[run].name.c_str(), runs[run].reason.c_str());
+}
+
+void print_json(const BakePlan& plan, const std::vector<RunStatus>& runs) {
+  Json failed = Json::array();
+  for (std::size_t run = 0; run < runs.size(); ++run)
+    if (runs[run].progress == RunProgress::failed)
+      failed.push_back({{"run", plan.ensemble.runs[run].name}, {"reason", runs[run].reason}});
+  print({{"runs", runs.size()},
+         {"finished", count(runs, RunProgress::finished)},
+         {"running", count(runs, RunProgress::running)},
+         {"waiting", count(runs, RunProgress::waiting)},
+         {"failed", failed}});
+}
+
+void print_table(const ShardSummary& summary) {
+  std::printf("%zu runs in this shard: %zu were finished, %zu baked, %zu failed\n", summary.runs, summary.finished,
+              summary.runs - summary.finished - summary.failed, summary.failed);
 }
 
 }  // namespace lbea

@@ -1,13 +1,25 @@
-// What a bake made, for people and for programs.
+// What a bake made, will make and is making, for people and for programs.
 #pragma once
 
-#include "precompute/bake.hpp"
+#include "precompute/bake_summary.hpp"
+#include "precompute/shards/bake_shard.hpp"
+#include "precompute/shards/estimate.hpp"
+#include "precompute/shards/run_status.hpp"
 
 #include <filesystem>
+#include <vector>
 
 namespace lbea {
 
 void print_table(const BakeSummary& summary, const std::filesystem::path& model);
 void print_json(const BakeSummary& summary, const std::filesystem::path& model);
+
+void print_table(const BakePlan& plan, const BakeEstimate& estimate);
+void print_json(const BakePlan& plan, const BakeEstimate& estimate);
+
+void print_table(const BakePlan& plan, const std::vector<RunStatus>& runs);
+void print_json(const BakePlan& plan, const std::vector<RunStatus>& runs);
+
+void print_table(const ShardSummary& summary);
 
 }  // namespace lbea

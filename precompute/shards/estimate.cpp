@@ -1,0 +1,77 @@
+#include "precompute/shards/estimate.hpp"
+
+#include "precompute/sample_projection.hpp"
+#include "precompute/shards/archive.hpp"
+#include "precompute/shards/bake_shard.hpp"
+#include "precompute/shards/model_plan.hpp"
+#include "precompute/stopwatch.hpp"
+
+#include <filesystem>
+#include <system_error>
+
+namespace lbea {
+
+namespace {
+
+/// The plan of one sample: the reference run's first, under a name of its own.
+BakePlan probe(const BakePlan& plan) {
+  std::vector<bool> is_kept(plan.runs.size(), false);
+  is_kept[plan.ensemble.reference_run] = true;
+  BakePlan one = without_runs(plan, is_kept);
+  RunSurvey& survey = one.survey.runs.front();
+  survey.steps.resize(1);
+  survey.times_s.resize(1);
+  one.runs.front().record = key_of(std::string("probe"), one.runs.front().record);
+  one.runs.front().footprint = key_of(std::string("probe"), one.runs.front().footprint);
+  return one;
+}
+
+double seconds_of_a_sample(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {
+  const BakePlan one = probe(plan);
+  BakeOptions quietly = options;
+  quietly.progress = {};
+  quietly.leaves_out_broken = false;
+  bake_shard(work, one, {}, quietly);  // once for what is set up once
+  const auto forget = [&] {
+    std::error_code none;
+    std::filesystem::remove(work.file(one.runs.front().record_name()), none);
+    std::filesystem::remove(work.file(one.runs.front().footprint_name()), none);
+  };
+  forget();
+  Stopwatch watch;
+  bake_shard(work, one, {}, quietly);
+  const double seconds = watch.lap();
+  forget();
+  return seconds;
+}
+
+}  // namespace
+
+BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {
+  std::vector<bool> is_kept;
+  std::vector<std::string> left_out;
+  for (std::size_t run = 0; run < plan.runs.size(); ++run) {
+    is_kept.push_back(plan.runs[run].failure.empty());
+    if (!is_kept.back()) left_out.push_back(plan.ensemble.runs[run].name);
+  }
+  const BakePlan kept = without_runs(plan, is_kept);
+  const std::vector<ReferenceBasis> bases = read_bases(work, plan);
+  const EnvelopeBuilder envelope(plan.survey.min, plan.survey.max, plan.description.envelope_margin);
+  const SampleRecord sample(plan, bases);
+  const std::size_t nodes = plan.survey.mesh.node_ids.size(), vertices = bases.front().vertex_nodes.size();
+
+  BakeEstimate result;
+  result.runs = kept.runs.size();
+  result.samples = kept.survey.samples();
+  result.model_bytes = model_size(plan_model(kept, bases, envelope.layout(), left_out).sections);
+  const std::size_t image = plan.camera ? padded_cells(*plan.camera) * sizeof(std::uint16_t) : 0;
+  const std::size_t moments = bases.size() * 24 * (vertices + 2 * plan.description.modes);
+  const std::size_t survey = 24 * plan.survey.reference_node_ids.size() + plan.survey.mesh.elements.size();
+  result.work_bytes = result.samples * (sample.bytes() + image) + result.runs * (moments + 8 * envelope.layout().bits.size() + survey);
+  for (const ReferenceBasis& basis : bases) result.shared_bytes += static_cast<std::uint64_t>(basis.projection.size()) * sizeof(double);
+  result.thread_bytes = 2 * sample.bytes() + 160 * nodes + 80 * vertices + moments;
+  result.seconds_per_sample = seconds_of_a_sample(work, plan, options);
+  return result;
+}
+
+}  // namespace lbea

@@ -1,0 +1,50 @@
+// Where a bake in shards keeps what is finished: one folder that all its processes see.
+#pragma once
+
+#include "precompute/shards/work_file.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace lbea {
+
+class WorkFolder {
+ public:
+  /// Creates nothing yet. is_durable: see WorkWriter.
+  explicit WorkFolder(std::filesystem::path folder, bool is_durable = true);
+
+  /// Throws Error{write_failed} when it cannot.
+  void create() const;
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return folder_; }
+  /// By kind and key; the plan has no key, there is one.
+  [[nodiscard]] std::filesystem::path file(WorkName name) const;
+  [[nodiscard]] bool has(WorkName name) const { return is_finished(file(name), name); }
+  [[nodiscard]] WorkWriter writer(WorkName name) const { return {file(name), name, is_durable_}; }
+  [[nodiscard]] WorkReader reader(WorkName name) const { return {file(name), name}; }
+
+  /// Why a record could not be made: kept for status and merge until it can.
+  void note_failure(std::uint64_t record, const std::string& reason) const;
+  void forget_failure(std::uint64_t record) const;
+  [[nodiscard]] std::optional<std::string> failure(std::uint64_t record) const;
+
+ private:
+  std::filesystem::path folder_;
+  bool is_durable_;
+};
+
+/// For a bake in one process: beside the model, gone with this object.
+class PassingWorkFolder {
+ public:
+  /// Throws Error{write_failed}.
+  explicit PassingWorkFolder(const std::filesystem::path& model);
+  ~PassingWorkFolder();
+  PassingWorkFolder(const PassingWorkFolder&) = delete;
+  PassingWorkFolder& operator=(const PassingWorkFolder&) = delete;
+  [[nodiscard]] const WorkFolder& folder() const noexcept { return folder_; }
+
+ private:
+  WorkFolder folder_;
+};
+
+}  // namespace lbea

@@ -1,0 +1,26 @@
+// The steps of a bake as programs take them: lbea-bake's subcommands, and the driver for MPI.
+#pragma once
+
+#include "precompute/bake_summary.hpp"
+#include "precompute/shards/bake_shard.hpp"
+#include "precompute/shards/estimate.hpp"
+#include "precompute/shards/run_status.hpp"
+#include "tools/bake/command_line.hpp"
+
+#include <filesystem>
+
+namespace lbea {
+
+/// Progress lines, Ctrl-C, the sensor that `views` describes; broken runs are left out.
+[[nodiscard]] BakeOptions step_options(unsigned threads, const std::filesystem::path& views);
+
+/// Writes the plan into `work`.
+BakePlan plan_step(const BakeCommand& command, const WorkFolder& work);
+/// The share of plan_step() that reads, before it.
+void survey_step(const BakeCommand& command, const WorkFolder& work, const Shard& shard);
+[[nodiscard]] BakePlan read_plan(const WorkFolder& work);
+ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads);
+/// output: empty for the plan's own.
+BakeSummary merge_step(const WorkFolder& work, const BakePlan& plan, std::filesystem::path& output, unsigned threads);
+
+}  // namespace lbea

@@ -1,0 +1,11 @@
+// lbea-bake plan, survey, shard, merge and status: a bake in several processes.
+#pragma once
+
+#include <optional>
+
+namespace lbea {
+
+/// The exit code; nothing when the first argument is none of these words.
+[[nodiscard]] std::optional<int> run_subcommand(int argc, char** argv);
+
+}  // namespace lbea
