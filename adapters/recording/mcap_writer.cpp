@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t footer_crc_bytes = sizeof(std::uint32_t);
 
-std::uint64_t total(std::span<const Bytes> pieces) {
+std::uint64_t bytes_of(std::span<const Bytes> pieces) {
   std::uint64_t sum = 0;
   for (const Bytes piece : pieces) sum += piece.size();
   return sum;
@@ -48,7 +48,7 @@ int Writer::begin(const Header& header) {
 
 int Writer::append(std::span<const Bytes> pieces, std::uint32_t crc) {
   if (const int error = sink_.append(pieces); error != 0) return error;
-  const std::uint64_t bytes = total(pieces);
+  const std::uint64_t bytes = bytes_of(pieces);
   crc_ = crc32_joined(crc_, crc, bytes);
   size_ += bytes;
   return 0;
@@ -82,7 +82,7 @@ Writer::Contents Writer::survey(std::span<const Bytes> pieces) {
 
 int Writer::chunk(std::span<const Bytes> pieces) {
   Contents contents = survey(pieces);
-  Chunk chunk{contents.start_time, contents.end_time, total(pieces), 0, std::string(name_of(compression_)), {}};
+  Chunk chunk{contents.start_time, contents.end_time, bytes_of(pieces), 0, std::string(name_of(compression_)), {}};
   for (const Bytes piece : pieces) chunk.uncompressed_crc = crc32(piece, chunk.uncompressed_crc);
   Stored stored{{}, pieces, chunk.uncompressed_size, chunk.uncompressed_crc};
   Bytes compressed;

@@ -8,10 +8,10 @@ namespace lbea {
 
 namespace {
 
+using detail::text;
+
 constexpr std::size_t max_inference_bytes = 64 << 20;
 constexpr flatbuffers::uoffset_t max_inference_tables = 2;
-
-std::string text(const flatbuffers::String* string) { return string == nullptr ? std::string() : string->str(); }
 
 std::vector<float> values(const flatbuffers::Vector<float>* from) {
   return from == nullptr ? std::vector<float>() : std::vector<float>(from->begin(), from->end());

@@ -16,13 +16,10 @@ namespace {
 
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
+using detail::text;
 
 constexpr std::size_t max_result_bytes = 16 << 20;
 constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
-
-std::string text(const flatbuffers::String* string) {
-  return string == nullptr ? std::string() : string->str();
-}
 
 Offset<wire::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
   const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());

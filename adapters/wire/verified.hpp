@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace lbea::detail {
@@ -28,6 +29,8 @@ inline std::span<const std::byte> aligned(std::span<const std::byte> bytes,
   std::memcpy(scratch.data(), bytes.data(), bytes.size());
   return std::as_bytes(std::span{scratch}).first(bytes.size());
 }
+
+inline std::string text(const flatbuffers::String* string) { return string == nullptr ? std::string() : string->str(); }
 
 inline bool has_identifier(std::span<const std::byte> bytes, const char* identifier) noexcept {
   return bytes.size() >= 8 && std::memcmp(bytes.data() + 4, identifier, 4) == 0;

@@ -14,7 +14,7 @@ constexpr std::array<std::size_t, 10> sample_counts{100,   200,    500,    1'000
                                                     5'000, 10'000, 20'000, 50'000, 100'000};
 constexpr float coefficient_jitter = 0.02f;  // of a coefficient's standard deviation over the samples
 constexpr std::size_t searches = 100;
-constexpr std::size_t most_clouds = 8;
+constexpr std::size_t clouds_used = 8;
 
 struct Table {
   std::size_t modes = 0, stride = 0;
@@ -71,8 +71,8 @@ std::vector<Positions> coefficients_of(const Model& model, MatcherConfig config,
   config.method = Method::lbea;
   Matcher matcher(model, config);
   std::vector<Positions> found;
-  for (std::size_t k = 0; k < std::min(most_clouds, clouds.size()); ++k) {
-    const std::size_t cloud = k * clouds.size() / std::min(most_clouds, clouds.size());
+  for (std::size_t k = 0; k < std::min(clouds_used, clouds.size()); ++k) {
+    const std::size_t cloud = k * clouds.size() / std::min(clouds_used, clouds.size());
     const MatchResult result = matcher.match(clouds[cloud].frame());
     Positions positions(model.modes());
     for (std::size_t j = 0; j < result.coefficients.size() / 3; ++j)

@@ -24,9 +24,9 @@ double extent_of(const EnvelopeView& envelope) {
 
 // Of a point that lands in the envelope: |p| = |R p| <= sqrt(3) (extent + |t|), and each row of R has length 1.
 double largest_term_sum(const RigidTransform& T, double extent) {
-  constexpr double root_3 = 1.7320509;
+  constexpr double root_of_3 = 1.7320509;
   const double translation = std::max({std::abs(T[3]), std::abs(T[7]), std::abs(T[11])});
-  return root_3 * (extent + root_3 * translation) + translation;
+  return root_of_3 * (extent + root_of_3 * translation) + translation;
 }
 
 bool holds(const EnvelopeView& envelope, const std::array<double, 3>& cell) {

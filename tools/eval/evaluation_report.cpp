@@ -1,6 +1,6 @@
 #include "tools/eval/evaluation_report.hpp"
 
-#include "adapters/file/atomic_file.hpp"
+#include "tools/eval/report_text.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -111,12 +111,6 @@ std::string view_csv(const Evaluation& evaluation) {
       cells.end();
     }
   return cells.out.str();
-}
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
 }
 
 }  // namespace

@@ -1,31 +1,24 @@
 #include "tools/eval/evaluation_report.hpp"
+#include "tools/eval/report_text.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace lbea {
 
 namespace {
 
-template <typename... Values>
-std::string format(const char* pattern, Values... values) {
-  std::array<char, 512> line{};
-  std::snprintf(line.data(), line.size(), pattern, values...);
-  return line.data();
-}
+std::string number(double value, int digits = 2) { return std::isnan(value) ? "-" : formatted("%.*f", digits, value); }
+std::string percent(double value) { return std::isnan(value) ? "-" : formatted("%.1f %%", 100 * value); }
 
-std::string number(double value, int digits = 2) { return std::isnan(value) ? "-" : format("%.*f", digits, value); }
-std::string percent(double value) { return std::isnan(value) ? "-" : format("%.1f %%", 100 * value); }
-
-std::string mode_name(ReferenceMode mode) { return mode == ReferenceMode::impact ? "at impact" : "over time"; }
+std::string mode_words(ReferenceMode mode) { return mode == ReferenceMode::impact ? "at impact" : "over time"; }
 
 bool undisturbed(const Round& round) { return round.disturbance.name == Disturbance{}.name; }
 
 std::string errors_table(const Round& round, const std::string& unit) {
   const Summary summary = summarise(round.tests);
-  std::string text = format("### %s experiments, reference %s\n\n%zu tests, %zu frames.\n\n", round.title.c_str(), mode_name(round.mode).c_str(), summary.tests, summary.frames);
+  std::string text = formatted("### %s experiments, reference %s\n\n%zu tests, %zu frames.\n\n", round.title.c_str(), mode_words(round.mode).c_str(), summary.tests, summary.frames);
   text += "| method | mean EE [" + unit + "] | median | ratio to the oracle | own sample |\n|---|---|---|---|---|\n";
   const auto row = [&](std::string_view name, const Score& score) {
     text += "| " + std::string(name) + " | " + number(score.mean, 3) + " | " + number(score.median, 3) + " | " + number(score.ratio) + " | " + percent(score.exact) + " |\n";
@@ -73,10 +66,10 @@ std::string verdict_table(const Evaluation& evaluation) {
     });
     if (beside != evaluation.rounds.end()) {
       const Parted after = parted_frames(round.tests, beside->tests);
-      parted = percent(after.no_simulation_fits) + format(" of %zu", after.frames);
+      parted = percent(after.no_simulation_fits) + formatted(" of %zu", after.frames);
       test_parted = percent(after.test_says_so);
     }
-    text += "| " + round.title + format(" | %zu | ", s.frames) + share(Verdict::matched) + " | " + share(Verdict::ambiguous) + " | " +
+    text += "| " + round.title + formatted(" | %zu | ", s.frames) + share(Verdict::matched) + " | " + share(Verdict::ambiguous) + " | " +
             share(Verdict::no_simulation_fits) + " | " + share(Verdict::unknown) + " | " + parted + " | " +
             test_share(Verdict::matched) + " | " + test_share(Verdict::ambiguous) + " | " + test_share(Verdict::no_simulation_fits) + " | " + test_parted + " |\n";
   }
@@ -108,7 +101,7 @@ std::string branch_table(const Evaluation& evaluation) {
     std::ranges::copy_if(round.tests, std::back_inserter(tests), [&](const TestTrial& test) { return test.branch == branch; });
     if (tests.empty()) continue;
     const Summary s = summarise(tests);
-    text += format("| %u | %zu | ", branch, s.tests) + number(s.oracle.mean) + " |";
+    text += formatted("| %u | %zu | ", branch, s.tests) + number(s.oracle.mean) + " |";
     for (const Score& score : s.scores) text += " " + number(score.ratio) + " |";
     text += "\n";
   }

@@ -1,36 +1,22 @@
 #include "tools/eval/report.hpp"
 
 #include "adapters/export/vtu.hpp"
-#include "adapters/file/atomic_file.hpp"
 #include "adapters/pointcloud/pointcloud.hpp"
 #include "tools/eval/mesh_series.hpp"
+#include "tools/eval/report_text.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include <cstdio>
 #include <sstream>
 
 namespace lbea {
 
 namespace {
 
-template <typename... Values>
-std::string format(const char* pattern, Values... values) {
-  std::array<char, 256> line{};
-  std::snprintf(line.data(), line.size(), pattern, values...);
-  return line.data();
-}
-
-std::string number_or_dash(const std::optional<double>& value) { return value ? format("%8.3f", *value) : "       -"; }
+std::string number_or_dash(const std::optional<double>& value) { return value ? formatted("%8.3f", *value) : "       -"; }
 
 std::string numbered(const char* stem, std::uint64_t frame, const char* ending) {
-  return format("%s_%05llu%s", stem, static_cast<unsigned long long>(frame), ending);
-}
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(std::as_bytes(std::span(text)));
-  file.commit();
+  return formatted("%s_%05llu%s", stem, static_cast<unsigned long long>(frame), ending);
 }
 
 void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T) {
@@ -46,30 +32,30 @@ void write_cloud(const std::filesystem::path& file, const std::filesystem::path&
 
 std::string table_header(const Model& model) {
   const std::string unit(model.length_unit());
-  return format("%6s  %-20s %5s %11s %9s %11s %11s %9s", "frame", "best simulation", "step", "distance", "coverage",
+  return formatted("%6s  %-20s %5s %11s %9s %11s %11s %9s", "frame", "best simulation", "step", "distance", "coverage",
                 ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms");
 }
 
 std::string table_line(const LiveRow& row) {
   const WireResult& r = row.result;
   const auto id = static_cast<unsigned long long>(r.frame_id);
-  if (r.matches.empty()) return format("%6llu  not matched: %s", id, std::string(to_string(r.status)).c_str());
+  if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(to_string(r.status)).c_str());
   const WireMatch& best = r.matches.front();
-  return format("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(), best.sample.time_step,
+  return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(), best.sample.time_step,
                 static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage), number_or_dash(row.error).c_str(),
                 number_or_dash(row.oracle_error).c_str(), row.match_ms);
 }
 
 std::string table_summary(const LiveSummary& summary, const Model& model) {
-  std::string text = format("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
+  std::string text = formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
                             summary.complete ? "" : ", stream not ended by its sender", summary.median_match_ms());
   if (const auto error = summary.mean(&LiveRow::error), best = summary.mean(&LiveRow::oracle_error); error && best)
-    text += format("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(), *best, *error / *best);
-  if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += format("; between the samples %.2f", *estimate);
+    text += formatted("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(), *best, *error / *best);
+  if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += formatted("; between the samples %.2f", *estimate);
   if (summary.has_path) {
     const Sample last = summary.rows.back().on_path;
-    text += format("\nthe whole test, looking back: %s, ended at time step %u", std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
-    if (const auto path = summary.mean(&LiveRow::path_error)) text += format("; mean EE %.2f", *path);
+    text += formatted("\nthe whole test, looking back: %s, ended at time step %u", std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
+    if (const auto path = summary.mean(&LiveRow::path_error)) text += formatted("; mean EE %.2f", *path);
   }
   return text;
 }

@@ -2,6 +2,7 @@
 
 #include "runtime/src/mapped_file.hpp"
 #include "runtime/src/section_reader.hpp"
+#include "tools/inspect/hexadecimal.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -20,12 +21,6 @@ using Json = nlohmann::ordered_json;
 const char* type_name(std::uint32_t type) {
   constexpr std::array names{"?", "u8", "u32", "u64", "f32", "f64"};
   return type < names.size() ? names[type] : names[0];
-}
-
-std::string hexadecimal(std::uint64_t number) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
 }
 
 Json sizes_json(const Model& model) {

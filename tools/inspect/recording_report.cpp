@@ -1,6 +1,7 @@
 #include "tools/inspect/recording_report.hpp"
 
 #include "adapters/recording/recovery.hpp"
+#include "tools/inspect/hexadecimal.hpp"
 #include "tools/recording/run_audit.hpp"
 
 #include <nlohmann/json.hpp>
@@ -15,12 +16,6 @@ namespace lbea {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string hexadecimal(std::uint64_t number) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
-}
 
 Json sessions_json(const RunAudit& audit) {
   Json sessions = Json::array();
@@ -108,11 +103,11 @@ void print_text(const std::filesystem::path& file, const RunAudit& audit) {
               hexadecimal(audit.settings.model_checksum).c_str(), audit.settings.method.c_str());
 }
 
-std::string text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
+std::string as_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
 
 void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& done, bool as_json) {
   if (as_json) {
-    std::printf("%s\n", text(Json{{"file", fixed.string()},
+    std::printf("%s\n", as_text(Json{{"file", fixed.string()},
                                   {"chunks", done.chunks},
                                   {"messages", done.messages},
                                   {"undefined_messages", done.undefined_messages},
@@ -143,7 +138,7 @@ bool is_recording(const std::filesystem::path& file) {
 bool print_recording(const std::filesystem::path& file, bool as_json) {
   const RunAudit audit = audit_run(file);
   if (as_json)
-    std::printf("%s\n", text(report(file, audit)).c_str());
+    std::printf("%s\n", as_text(report(file, audit)).c_str());
   else
     print_text(file, audit);
   return audit.is_complete();

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t most_points_read = std::uint32_t{1} << 24;
 constexpr std::size_t most_sessions = 256;
-constexpr std::size_t rows_at_once = 2048;
+constexpr std::size_t records_at_once = 2048;
 
 template <class Number>
 Number number_in(std::string_view target, std::string_view key, Number otherwise) {
@@ -118,7 +118,7 @@ std::string RecordingFeed::rows_packet(std::string_view target) const {
   const TestLog& log = log_of(number_in<std::uint64_t>(target, "session", 0));
   LogCursor cursor{log.epoch(), std::min(number_in<std::size_t>(target, "first", 0), log.rows().size())};
   if (cursor.row == 0) cursor.epoch = 0;  // also without rows the packet says so
-  std::string packet = next_rows(log, cursor, rows_at_once);
+  std::string packet = next_rows(log, cursor, records_at_once);
   return packet;
 }
 

@@ -9,7 +9,7 @@ namespace lbea {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr auto stop_interval = 50ms;
+constexpr auto ready_interval = 50ms;
 constexpr auto longest_farewell = 2000ms;
 
 /// Round 0 keeps the session; others get one that is as good as new.
@@ -24,7 +24,7 @@ void send_round(RecordedRun& run, std::uint64_t round, const SocketReplayConfig&
   while (const auto message = run.next()) {
     if (message->kind != RecordedMessage::Kind::frame) continue;
     if (!pace.wait_for(message->log_time_ns)) return;
-    while (config.waits && !stop() && !sink.wait_ready(stop_interval)) {
+    while (config.waits && !stop() && !sink.wait_ready(ready_interval)) {
     }
     if (stop()) return;
     const std::uint64_t session = session_of(message->session, round);
