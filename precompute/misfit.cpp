@@ -49,19 +49,21 @@ float ExpectedResiduals::at(std::uint32_t time_step) const {
 }
 
 MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected) {
-  constexpr double frame_deviations = 3, test_deviations = 4;
+  constexpr double frame_deviations = 3, test_deviations = 3.5;
   constexpr double least = 1.2;
   constexpr std::size_t first_frames = 3;  // a mean over fewer says little
   const double noise = double{ViewMetric{}.mesh_noise} * double{ViewMetric{}.mesh_noise};
   std::vector<double> misfits, means;
-  double sum = 0;
+  double sum = 0, weights = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
-    if (i == 0 || answers[i].sample.simulation != answers[i - 1].sample.simulation) sum = 0, count = 0;
+    if (i == 0 || answers[i].sample.simulation != answers[i - 1].sample.simulation) sum = weights = 0, count = 0;
     const double usual = double{expected.at(answers[i].sample.time_step)};
     misfits.push_back(0.5 * std::log((double{answers[i].mean_square} + noise) / (usual * usual + noise)));
-    sum += misfits.back();
-    if (++count > first_frames) means.push_back(sum / static_cast<double>(count));
+    const double weight = 1 / (usual * usual + noise);  // as Tracker weighs its frames
+    sum += weight * misfits.back();
+    weights += weight;
+    if (++count > first_frames) means.push_back(sum / weights);
   }
   MisfitLimits limits;
   if (misfits.size() < 8) return limits;

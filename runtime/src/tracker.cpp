@@ -1,4 +1,5 @@
 #include "runtime/src/evidence.hpp"
+#include "runtime/src/view_data.hpp"
 
 #include <lbea/tracker.hpp>
 
@@ -38,12 +39,12 @@ struct Tracker::State {
   void predict() noexcept;
   void weigh(std::span<const Match> evidence) noexcept;
   void publish() noexcept;
-  void judge(float misfit) noexcept;
+  void judge(const SurfaceFit& fit) noexcept;
 
   Model model;
   TrackerConfig config;
   float misfit_limit;  // 0: no views, no verdict
-  double log_misfits = 0;
+  double log_misfits = 0, weights = 0;
   std::uint64_t judged = 0;  // frames
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
@@ -54,7 +55,7 @@ struct Tracker::State {
 void Tracker::State::reset() noexcept {
   std::ranges::fill(probability, 1.0 / static_cast<double>(probability.size()));
   state = {};
-  log_misfits = 0;
+  log_misfits = weights = 0;
   judged = 0;
   publish();
 }
@@ -101,14 +102,18 @@ void Tracker::State::publish() noexcept {
   state.branch_probabilities = branches;
 }
 
-// Misfits scatter from frame to frame; over a test their mean tells an unknown branch from an unseen run.
-void Tracker::State::judge(float misfit) noexcept {
-  if (!(misfit > 0) || !(misfit_limit > 0)) return;
+// Misfits scatter from frame to frame; over a test their mean tells an unknown branch from an unseen run. Frames in which
+// unseen runs leave little count for more: a frame's weight is one over the square of the residual expected of it.
+void Tracker::State::judge(const SurfaceFit& fit) noexcept {
+  if (!(fit.misfit > 0) || !(misfit_limit > 0)) return;
   constexpr std::uint64_t least_frames = 4;
   constexpr float sure = 0.9f;
-  log_misfits += std::log(double{misfit});
-  state.misfit = static_cast<float>(std::exp(log_misfits / static_cast<double>(++judged)));
-  if (judged < least_frames) return;
+  const double noise = double{ViewMetric{}.mesh_noise}, residual = double{fit.residual}, misfit = double{fit.misfit};
+  const double weight = misfit * misfit / (residual * residual + noise * noise);
+  log_misfits += weight * std::log(misfit);
+  weights += weight;
+  state.misfit = static_cast<float>(std::exp(log_misfits / weights));
+  if (++judged < least_frames) return;
   const bool one_branch = *std::ranges::max_element(branches) >= sure;
   state.verdict = state.misfit > misfit_limit ? Verdict::no_simulation_fits : one_branch ? Verdict::matched : Verdict::ambiguous;
 }
@@ -126,12 +131,12 @@ void Tracker::reset() noexcept { state_->reset(); }
 
 const TestState& Tracker::update(const MatchResult& result) noexcept {
   const auto evidence = result.fit.candidates.empty() ? result.matches : result.fit.candidates;
-  if (result.status == Status::low_coverage) state_->judge(result.fit.misfit);  // too little to name a sample, enough to doubt
+  if (result.status == Status::low_coverage) state_->judge(result.fit);  // too little to name a sample, enough to doubt
   if (result.status != Status::ok || evidence.empty()) return state_->state;
   if (state_->state.frames++ > 0) state_->predict();
   state_->weigh(evidence);
   state_->publish();
-  state_->judge(result.fit.misfit);
+  state_->judge(result.fit);
   return state_->state;
 }
 

@@ -29,7 +29,7 @@ struct TestState {
   std::uint32_t simulation = 0;                      // the likeliest of the whole test so far
   std::span<const float> simulation_probabilities{}; // simulations(), of the whole test so far
   std::span<const float> branch_probabilities{};     // branches()
-  float misfit = 0;                                  // geometric mean of the frames' misfits; 0: none told
+  float misfit = 0;                                  // geometric mean of the frames' misfits, weighted by how little is expected of them; 0: none told
   Verdict verdict = Verdict::unknown;                // of the whole test so far; a few frames have to come first
 };
 
