@@ -31,7 +31,7 @@ build_and_test() {  # preset, target to build, then arguments for ctest
   printf '\n== %s\n' "$preset"
   cmake --preset "$preset" "${launcher[@]}" >/dev/null
   cmake --build --preset "$preset" --target "$target"
-  ctest --preset "$preset" "$@"
+  ctest --preset "$preset" --parallel 2 "$@"
 }
 
 export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1

@@ -1,6 +1,7 @@
 // Recording, inspecting, recovering and replaying as the programs do it, with the demo ensemble's model.
 #include "adapters/wire/codec.hpp"
 #include "adapters/wire/streams.hpp"
+#include "tests/support/instrumented.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
@@ -192,7 +193,7 @@ TEST_CASE("frames that are refused, repeated or missing are recorded as what the
   CHECK(against.exit_code == 0);
 }
 
-TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in part and again") {
+TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in part and again" * doctest::skip(test::is_instrumented)) {
   Bench bench;
   {
     const auto server = bench.serve({"--record", bench.file("run.mcap")});

@@ -1,6 +1,7 @@
 // lbea-send as the program it is, against a pipeline in this process.
 #include "adapters/wire/codec.hpp"
 #include "adapters/wire/streams.hpp"
+#include "tests/support/instrumented.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
 
@@ -116,7 +117,7 @@ TEST_CASE("clouds without a stamp get the present one") {
   CHECK(received.frames[1].header.stamp_ns <= now_ns());
 }
 
-TEST_CASE("the pace: at a rate, and by the stamps") {
+TEST_CASE("the pace: at a rate, and by the stamps" * doctest::skip(test::is_instrumented)) {
   Bench bench(5);
   WireContext context;
   FrameSource source(context, bench.endpoint());
