@@ -1,6 +1,6 @@
 #include "adapters/file/atomic_file.hpp"
+#include "adapters/file/text_line.hpp"
 #include "adapters/pointcloud/ply_rows.hpp"
-#include "adapters/pointcloud/text_line.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,15 +13,15 @@ namespace {
 
 class AsciiRows {
  public:
-  AsciiRows(std::string_view text, const PlyHeader& header, const std::string& name)
+  AsciiRows(std::string_view text, const ply::Header& header, const std::string& name)
       : lines_(text.substr(header.bytes)), header_lines_(header.lines), name_(name) {}
 
-  void skip(const PlyElement& element) {
+  void skip(const ply::Element& element) {
     if (element.properties.empty()) return;
     for (std::uint64_t row = 0; row < element.count; ++row) (void)next_row(element, row);
   }
 
-  std::vector<Point> read(const PlyElement& vertex) {
+  std::vector<Point> read(const ply::Element& vertex) {
     std::vector<Point> points;
     points.reserve(std::min(static_cast<std::size_t>(vertex.count), most_rows(vertex)));
     for (std::uint64_t row = 0; row < vertex.count; ++row)
@@ -31,41 +31,41 @@ class AsciiRows {
 
  private:
   /// Every value takes a digit and a separator.
-  std::size_t most_rows(const PlyElement& element) const {
+  std::size_t most_rows(const ply::Element& element) const {
     return lines_.rest().size() / (2 * element.properties.size()) + 1;
   }
 
-  std::string_view next_row(const PlyElement& element, std::uint64_t row) {
+  std::string_view next_row(const ply::Element& element, std::uint64_t row) {
     std::string_view line;
     while (lines_.next(line))
-      if (!trimmed(line).empty()) return line;
+      if (!text::trimmed(line).empty()) return line;
     fail("the file ends after " + std::to_string(row) + " of " + std::to_string(element.count) +
          " rows of element \"" + element.name + "\"; it is cut short");
   }
 
-  Point read_point(const PlyElement& vertex, std::string_view line) const {
+  Point read_point(const ply::Element& vertex, std::string_view line) const {
     std::array<float, 4> row{};
     std::size_t missing = 3;
-    for (const PlyProperty& property : vertex.properties) {
+    for (const ply::Property& property : vertex.properties) {
       if (missing == 0) break;
       const std::size_t axis = axis_of(property);
       if (property.count_type) skip_list(line);
-      else if (axis == no_axis) (void)next_word(line);
-      else row[axis] = number(next_word(line)), --missing;
+      else if (axis == no_axis) (void)text::next_word(line);
+      else row[axis] = number(text::next_word(line)), --missing;
     }
     return {row[0], row[1], row[2]};
   }
 
   void skip_list(std::string_view& line) const {
-    const float count = number(next_word(line));
+    const float count = number(text::next_word(line));
     if (!(count >= 0)) fail("a list with a negative count");
-    for (float i = 0; i < count && !line.empty(); ++i) (void)next_word(line);
+    for (float i = 0; i < count && !line.empty(); ++i) (void)text::next_word(line);
   }
 
   float number(std::string_view word) const {
     float value = 0;
     if (word.empty()) fail("too few values");
-    if (!parse_number(word, value)) fail("\"" + std::string(word.substr(0, 40)) + "\" is not a number");
+    if (!text::parse_number(word, value)) fail("\"" + std::string(word.substr(0, 40)) + "\" is not a number");
     return value;
   }
 
@@ -74,14 +74,14 @@ class AsciiRows {
                 name_ + ", line " + std::to_string(header_lines_ + lines_.line()) + ": " + what);
   }
 
-  LineReader lines_;
+  text::LineReader lines_;
   std::size_t header_lines_;
   const std::string& name_;
 };
 
 }  // namespace
 
-std::vector<Point> read_ascii_points(std::span<const std::byte> bytes, const PlyHeader& header,
+std::vector<Point> read_ascii_points(std::span<const std::byte> bytes, const ply::Header& header,
                                      const std::string& name) {
   return read_points(AsciiRows(as_text(bytes), header, name), header.elements);
 }

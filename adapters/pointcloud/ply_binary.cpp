@@ -10,64 +10,36 @@ namespace lbea::pointcloud {
 
 namespace {
 
-std::uint64_t load_bits(const std::byte* at, std::size_t size, bool big_endian) {
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < size; ++i)
-    bits |= std::to_integer<std::uint64_t>(at[big_endian ? size - 1 - i : i]) << (8 * i);
-  return bits;
-}
-
-float load_float(const std::byte* at, PlyScalar type, bool big_endian) {
-  const std::uint64_t bits = load_bits(at, size_of(type), big_endian);
-  switch (type) {
-    case PlyScalar::int8:
-      return static_cast<float>(static_cast<std::int8_t>(bits));
-    case PlyScalar::int16:
-      return static_cast<float>(static_cast<std::int16_t>(bits));
-    case PlyScalar::int32:
-      return static_cast<float>(static_cast<std::int32_t>(bits));
-    case PlyScalar::float32:
-      return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
-    case PlyScalar::float64:
-      return static_cast<float>(std::bit_cast<double>(bits));
-    case PlyScalar::uint8:
-    case PlyScalar::uint16:
-    case PlyScalar::uint32:
-      break;
-  }
-  return static_cast<float>(bits);
-}
-
-bool is_signed(PlyScalar type) {
-  return type == PlyScalar::int8 || type == PlyScalar::int16 || type == PlyScalar::int32;
+bool is_signed(ply::Scalar type) {
+  return type == ply::Scalar::int8 || type == ply::Scalar::int16 || type == ply::Scalar::int32;
 }
 
 /// Least bytes a row takes: lists may be empty.
-std::size_t least_size(const PlyElement& element) {
+std::size_t least_size(const ply::Element& element) {
   std::size_t size = 0;
-  for (const PlyProperty& property : element.properties)
-    size += size_of(property.count_type.value_or(property.type));
+  for (const ply::Property& property : element.properties)
+    size += ply::size_of(property.count_type.value_or(property.type));
   return size;
 }
 
-bool has_list(const PlyElement& element) {
+bool has_list(const ply::Element& element) {
   return std::any_of(element.properties.begin(), element.properties.end(),
-                     [](const PlyProperty& property) { return property.count_type.has_value(); });
+                     [](const ply::Property& property) { return property.count_type.has_value(); });
 }
 
 class BinaryRows {
  public:
-  BinaryRows(std::span<const std::byte> bytes, const PlyHeader& header, const std::string& name)
-      : bytes_(bytes), at_(header.bytes), big_endian_(header.format == PlyFormat::big_endian), name_(name) {}
+  BinaryRows(std::span<const std::byte> bytes, const ply::Header& header, const std::string& name)
+      : bytes_(bytes), at_(header.bytes), big_endian_(header.format == ply::Format::big_endian), name_(name) {}
 
-  void skip(const PlyElement& element) {
+  void skip(const ply::Element& element) {
     check_count(element);
     if (!has_list(element)) at_ += static_cast<std::size_t>(element.count) * least_size(element);
     else
       for (std::uint64_t row = 0; row < element.count; ++row) read_row(element);
   }
 
-  std::vector<Point> read(const PlyElement& vertex) {
+  std::vector<Point> read(const ply::Element& vertex) {
     check_count(vertex);
     std::vector<Point> points(static_cast<std::size_t>(vertex.count));
     if (is_packed(vertex)) {
@@ -82,30 +54,30 @@ class BinaryRows {
   }
 
  private:
-  bool is_packed(const PlyElement& vertex) const {
+  bool is_packed(const ply::Element& vertex) const {
     const auto& p = vertex.properties;
     if (big_endian_ || p.size() != 3 || std::endian::native != std::endian::little) return false;
     for (std::size_t i = 0; i < 3; ++i)
-      if (axis_of(p[i]) != i || p[i].type != PlyScalar::float32) return false;
+      if (axis_of(p[i]) != i || p[i].type != ply::Scalar::float32) return false;
     return true;
   }
 
   /// x, y, z; the last place takes what is not asked for.
-  std::array<float, 4> read_row(const PlyElement& element) {
+  std::array<float, 4> read_row(const ply::Element& element) {
     std::array<float, 4> row{};
-    for (const PlyProperty& property : element.properties) {
+    for (const ply::Property& property : element.properties) {
       if (property.count_type) skip_list(property);
-      else row[axis_of(property)] = load_float(take(size_of(property.type)), property.type, big_endian_);
+      else row[axis_of(property)] = static_cast<float>(ply::load(take(ply::size_of(property.type)), property.type, big_endian_));
     }
     return row;
   }
 
-  void skip_list(const PlyProperty& property) {
-    const PlyScalar type = *property.count_type;
-    const std::size_t size = size_of(type);
-    const std::uint64_t count = load_bits(take(size), size, big_endian_);
+  void skip_list(const ply::Property& property) {
+    const ply::Scalar type = *property.count_type;
+    const std::size_t size = ply::size_of(type);
+    const std::uint64_t count = ply::load_bits(take(size), size, big_endian_);
     if (is_signed(type) && (count >> (8 * size - 1)) != 0) fail("a list with a negative count");
-    take(static_cast<std::size_t>(count) * size_of(property.type));  // at most 2^32 * 8
+    take(static_cast<std::size_t>(count) * ply::size_of(property.type));  // at most 2^32 * 8
   }
 
   const std::byte* take(std::size_t size) {
@@ -114,7 +86,7 @@ class BinaryRows {
     return bytes_.data() + at_ - size;
   }
 
-  void check_count(const PlyElement& element) const {
+  void check_count(const ply::Element& element) const {
     const std::size_t size = least_size(element);
     if (size > 0 && element.count > (bytes_.size() - at_) / size)
       fail("element \"" + element.name + "\" declares " + std::to_string(element.count) + " rows of at least " +
@@ -134,7 +106,7 @@ class BinaryRows {
 
 }  // namespace
 
-std::vector<Point> read_binary_points(std::span<const std::byte> bytes, const PlyHeader& header,
+std::vector<Point> read_binary_points(std::span<const std::byte> bytes, const ply::Header& header,
                                       const std::string& name) {
   return read_points(BinaryRows(bytes, header, name), header.elements);
 }

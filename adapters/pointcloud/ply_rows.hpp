@@ -1,7 +1,7 @@
 // The rows of a PLY file after its header, down to the points.
 #pragma once
 
-#include "adapters/pointcloud/ply_header.hpp"
+#include "adapters/file/ply_header.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -14,18 +14,18 @@ namespace lbea::pointcloud {
 
 inline constexpr std::size_t no_axis = 3;
 /// 0, 1, 2 for the properties x, y, z; no_axis for any other.
-[[nodiscard]] std::size_t axis_of(const PlyProperty& property) noexcept;
+[[nodiscard]] std::size_t axis_of(const ply::Property& property) noexcept;
 
 /// The points of the element "vertex"; the elements before it are skipped, those after it not looked at.
 /// `bytes` is the whole file. Throws Error{bad_input} with line or byte.
-[[nodiscard]] std::vector<Point> read_ascii_points(std::span<const std::byte> bytes, const PlyHeader& header,
+[[nodiscard]] std::vector<Point> read_ascii_points(std::span<const std::byte> bytes, const ply::Header& header,
                                                    const std::string& name);
-[[nodiscard]] std::vector<Point> read_binary_points(std::span<const std::byte> bytes, const PlyHeader& header,
+[[nodiscard]] std::vector<Point> read_binary_points(std::span<const std::byte> bytes, const ply::Header& header,
                                                     const std::string& name);
 
 template <class Rows>
-std::vector<Point> read_points(Rows rows, const std::vector<PlyElement>& elements) {
-  for (const PlyElement& element : elements) {
+std::vector<Point> read_points(Rows rows, const std::vector<ply::Element>& elements) {
+  for (const ply::Element& element : elements) {
     if (element.name == "vertex") return rows.read(element);
     rows.skip(element);
   }

@@ -1,8 +1,8 @@
 #include "adapters/pointcloud/xyz_columns.hpp"
 
 #include "adapters/file/atomic_file.hpp"
+#include "adapters/file/text_line.hpp"
 #include "adapters/pointcloud/pointcloud.hpp"
-#include "adapters/pointcloud/text_line.hpp"
 
 #include <algorithm>
 
@@ -20,7 +20,7 @@ class XyzParser {
   PointCloud parse() {
     cloud_.source = name_;
     for (std::string_view line; lines_.next(line);) {
-      line = trimmed(line);
+      line = text::trimmed(line);
       if (line.empty()) continue;
       if (const std::size_t mark = comment_mark(line)) take_comment(line.substr(mark));
       else if (columns_) take_point(line);
@@ -37,8 +37,8 @@ class XyzParser {
   }
 
   void take_comment(std::string_view comment) {
-    if (!cloud_.stamp_ns) cloud_.stamp_ns = find_stamp(comment);
-    if (!columns_) remark_ = trimmed(comment);
+    if (!cloud_.stamp_ns) cloud_.stamp_ns = text::find_stamp(comment);
+    if (!columns_) remark_ = text::trimmed(comment);
   }
 
   /// The first line that is no comment: names, or already a point.
@@ -76,7 +76,7 @@ class XyzParser {
     throw Error(Status::bad_input, name_ + ", line " + std::to_string(lines_.line()) + ": " + what);
   }
 
-  LineReader lines_;
+  text::LineReader lines_;
   const std::string& name_;
   PointCloud cloud_;
   std::string_view names_, remark_;

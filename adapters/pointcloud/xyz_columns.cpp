@@ -1,6 +1,6 @@
 #include "adapters/pointcloud/xyz_columns.hpp"
 
-#include "adapters/pointcloud/text_line.hpp"
+#include "adapters/file/text_line.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -29,7 +29,7 @@ bool commas_are_decimal(std::string_view line) {
   return true;
 }
 
-bool has_blank(std::string_view field) { return std::any_of(field.begin(), field.end(), is_blank); }
+bool has_blank(std::string_view field) { return std::any_of(field.begin(), field.end(), text::is_blank); }
 
 char separator_of(std::string_view line) {
   if (line.find(';') != std::string_view::npos) return ';';
@@ -96,12 +96,12 @@ Axes first_numeric(const std::vector<std::string_view>& fields, bool has_decimal
 
 bool Fields::next(std::string_view& field) noexcept {
   if (separator_ == blanks) {
-    field = next_word(rest_);
+    field = text::next_word(rest_);
     if (field.empty()) return false;
   } else {
     if (at_end_) return false;
     const std::size_t stop = rest_.find(separator_);
-    field = trimmed(rest_.substr(0, stop));
+    field = text::trimmed(rest_.substr(0, stop));
     at_end_ = stop == std::string_view::npos;
     if (!at_end_) rest_.remove_prefix(stop + 1);
   }
@@ -115,11 +115,11 @@ bool parse_field(std::string_view field, bool has_decimal_comma, float& value) n
     value = std::numeric_limits<float>::quiet_NaN();
     return true;
   }
-  if (!has_decimal_comma || field.find(',') == std::string_view::npos) return parse_number(field, value);
+  if (!has_decimal_comma || field.find(',') == std::string_view::npos) return text::parse_number(field, value);
   std::array<char, longest_number> digits{};
   if (field.size() > digits.size()) return false;
   std::replace_copy(field.begin(), field.end(), digits.begin(), ',', '.');
-  return parse_number({digits.data(), field.size()}, value);
+  return text::parse_number({digits.data(), field.size()}, value);
 }
 
 bool is_name_line(std::string_view line) {

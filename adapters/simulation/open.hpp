@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include <lbea/lbea.hpp>
 
@@ -10,10 +11,15 @@
 
 namespace lbea {
 
-/// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot.
-/// The format is told by content, not by name.
+/// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another format.
+/// The format is told by content, not by name. Files whose names differ in the number before the extension are states of one
+/// run: they share one mesh, as do all states. Their times are the files' own, in their unit, else the number of the state.
 /// Throws Error{file_not_found | bad_input | unsupported_input} with a sentence that names file, byte and what to do.
 std::unique_ptr<SimulationReader> open_simulation(const std::filesystem::path& path);
+
+/// The names of all formats, separated by commas; and a table of them for people, a line each.
+[[nodiscard]] std::string simulation_format_names();
+[[nodiscard]] std::string list_simulation_formats();
 
 /// Opens an LS-DYNA d3plot family by its first file (`d3plot`; `d3plot01`, `d3plot02`, ... `d3plot100` beside it
 /// are found and read in numeric order, gaps are allowed).

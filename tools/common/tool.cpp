@@ -17,6 +17,12 @@ Tool::Tool(std::string name, std::string description, std::string example)
   option_defaults()->always_capture_default();
 }
 
+void Tool::list_formats_by(const std::string& formats) {
+  add_flag_callback(
+      "--list-formats", [formats] { throw CLI::CallForVersion(formats, CLI::ExitCodes::Success); },
+      "the files that are read, and exit");
+}
+
 int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   try {
     parse(argc, argv);

@@ -15,6 +15,8 @@ enum ExitCode : int { exit_ok = 0, exit_failed = 1, exit_usage = 2 };
 class Tool : public CLI::App {
  public:
   Tool(std::string name, std::string description, std::string example);
+  /// --list-formats prints this text and ends the program, whatever else is asked for.
+  void list_formats_by(const std::string& formats);
   /// Parses, runs `body` and turns its outcome into an exit code: what body returns; 1 and one sentence on
   /// stderr for an exception; 2 for a wrong command line.
   int run(int argc, char** argv, const std::function<int()>& body);

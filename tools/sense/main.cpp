@@ -151,5 +151,6 @@ int main(int argc, char** argv) {
   Tool tool("lbea-sense", "Looks at a simulated run through a virtual stereo sensor and writes the frames.",
             "lbea-sense runs/run_013 --sensor sensor.json --out frames --steps 2:30:4");
   declare(tool, options);
+  tool.list_formats_by(list_simulation_formats());
   return tool.run(argc, argv, [&] { return run(options); });
 }

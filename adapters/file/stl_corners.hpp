@@ -1,0 +1,19 @@
+// The corners of the triangles of an STL file: a mesh to some, a cloud to others.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lbea::stl {
+
+/// Whether a file of this size that starts so is binary STL: the number of triangles fits its size.
+[[nodiscard]] bool is_binary(std::string_view start, std::uint64_t file_bytes) noexcept;
+/// Whether a file that starts so is STL as text.
+[[nodiscard]] bool is_text(std::string_view start) noexcept;
+
+/// Triangles x 3 corners x 3 coordinates, in file order. Throws Error{bad_input} with line or byte.
+[[nodiscard]] std::vector<float> corners(std::string_view bytes, const std::string& name);
+
+}  // namespace lbea::stl

@@ -1,0 +1,146 @@
+// Series of VTK files as runs: numbered files, ParaView's collections, displacements in one file.
+#include <doctest/doctest.h>
+
+#include "adapters/simulation/open.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
+#include "tests/support/test_data.hpp"
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// As OpenRadioss's converter writes it: two shells whose nodes stand in another order than their ids, the wall's drawing
+/// behind them with ids 0, and one of the shells eroded.
+std::string state(const std::string& time, const std::string& z, const std::string& alive = "1", const std::string& id = "3") {
+  return "# vtk DataFile Version 3.0\nvtk output\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 2\nTIME 1 1 double\n" +
+         time + "\nCYCLE 1 1 int\n0\nPOINTS 8 float\n1 0 0\n0 0 0\n0 1 0\n1 1 " + z +
+         "\n2 0 0\n2 1 0\n9 9 9\n9 9 9\n\nCELLS 4 19\n4 1 0 3 2\n3 0 4 5\n4 7 7 7 7\n4 6 7 7 6\n\nCELL_TYPES 4\n9\n5\n9\n9\n\n"
+         "POINT_DATA 8\nSCALARS NODE_ID int 1\nLOOKUP_TABLE default\n2\n1\n4\n3\n5\n6\n0\n0\n\n"
+         "CELL_DATA 4\nSCALARS ELEMENT_ID int 1\nLOOKUP_TABLE default\n8\n" + id + "\n0\n0\nSCALARS PART_ID int 1\n"
+         "LOOKUP_TABLE default\n1\n2\n1\n1\nSCALARS EROSION_STATUS int 1\nLOOKUP_TABLE default\n1\n" + alive +
+         "\n1\n1\nSCALARS 2DELEM_Plastic_Strain float 1\nLOOKUP_TABLE default\n0.25\n0.5\n0\n0\n"
+         "SCALARS 3DELEM_Plastic_Strain float 1\nLOOKUP_TABLE default\n7\n7\n7\n7\n";
+}
+
+std::string grid_xml(const std::string& z, const std::string& point_data) {
+  return "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points><DataArray "
+         "type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 " + z + " 1 0 0 0 1 0</DataArray></Points><Polys>"
+         "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int64\" "
+         "Name=\"offsets\" format=\"ascii\">3</DataArray></Polys><PointData>" + point_data +
+         "</PointData></Piece></PolyData></VTKFile>";
+}
+
+std::string values(const std::string& name, int components, const std::string& text) {
+  return "<DataArray type=\"Float32\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
+         "\" format=\"ascii\">" + text + "</DataArray>";
+}
+
+}  // namespace
+
+TEST_CASE("a series as the solver's converter writes it: by ids, without the wall's drawing, eroded elements known") {
+  const TemporaryFolder folder;
+  put(folder / "A001.vtk", state("0", "0"));
+  put(folder / "A10.vtk", state("2.5", "-7", "0"));  // by number, not by name
+  put(folder / "A2.vtk", state("1.5", "5"));
+  for (const fs::path& given : {folder.path(), folder / "A10.vtk"}) {
+    const auto run = open_simulation(given);
+    CHECK(run->mesh().node_ids == std::vector<std::uint32_t>{1, 2, 3, 4, 5, 6});
+    CHECK(run->mesh().element_ids == std::vector<std::uint32_t>{3, 8});
+    CHECK(run->mesh().element_parts == std::vector<std::uint32_t>{2, 1});
+    CHECK(run->mesh().elements[0] == std::array<std::uint32_t, 4>{1, 4, 5, 5});
+    CHECK(run->mesh().elements[1] == std::array<std::uint32_t, 4>{0, 1, 2, 3});
+    REQUIRE(run->states() == 3);
+    CHECK(run->files().back() == folder / "A10.vtk");
+    SimulationState read;
+    run->read(2, read);
+    CHECK(read.time_s == 2.5);
+    CHECK(read.positions[3 * 2 + 2] == -7);
+    CHECK(read.alive == std::vector<std::uint8_t>{0, 1});
+    CHECK(read.fields == std::vector<std::vector<float>>{{0.5f, 0.25f}});
+    run->read(1, read);
+    CHECK(read.time_s == 1.5);
+    CHECK(read.positions[3 * 2 + 2] == 5);
+    CHECK(read.alive == std::vector<std::uint8_t>{1, 1});
+  }
+}
+
+TEST_CASE("states that do not belong together are refused by name and number") {
+  const TemporaryFolder folder;
+  put(folder / "A1.vtk", state("0", "0"));
+  const auto second = [&](const std::string& text) {
+    put(folder / "A2.vtk", text);
+    return error_of([&] {
+      const auto run = open_simulation(folder / "A1.vtk");
+      SimulationState read;
+      run->read(1, read);
+    });
+  };
+  check_error(second(state("1", "0", "1", "4")), Status::bad_input, {"A2.vtk", "A1.vtk", "8 points and 4 cells"});
+  check_error(second(state("-1", "0")), Status::bad_input, {"A2.vtk", "time"});
+  check_error(second("# vtk DataFile Version 3.0\n\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n"
+                     "3 0 1 2\n"), Status::bad_input, {"A2.vtk", "time"});
+  check_error(second("nothing"), Status::bad_input, {"A2.vtk", "byte"});
+  put(folder / "B1.vtk", state("0", "0"));
+  check_error(error_of([&] { static_cast<void>(open_simulation(folder.path())); }), Status::bad_input,
+              {"more than one run", "A1.vtk", "B1.vtk"});
+}
+
+TEST_CASE("damage in a legacy file is refused with the byte") {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& from, const std::string& to, const std::vector<std::string>& words) {
+    std::string text = state("0", "0");
+    text.replace(text.find(from), from.size(), to);
+    const fs::path file = put(folder / "a.vtk", text);
+    check_error(error_of([&] { static_cast<void>(open_simulation(file)); }), Status::bad_input, words);
+  };
+  refused("CELLS 4 19\n4 1", "CELLS 4 19\n9999 1", {"a.vtk", "byte", "past the end"});
+  refused("4 1 0 3 2", "4 1 0 3 8", {"cell 0", "point 8"});
+  refused("POINTS 8 float", "POINTS 4000000000 float", {"too few values"});
+  refused("SCALARS NODE_ID int 1", "SCALARS NODE_ID int 99999999999999999999", {"count"});
+  refused("default\n2\n1\n4", "default\n2\n1\n2", {"node id 2", "two points"});
+  refused("default\n2\n1\n4", "default\n2.5\n1\n2", {"NODE_ID", "not an id"});
+  refused("SCALARS PART_ID", "SCALERS PART_ID", {"unknown keyword"});
+}
+
+TEST_CASE("a collection names files and their times") {
+  const TemporaryFolder folder;
+  put(folder.path() / "data" / "b.vtp", grid_xml("5", ""));
+  put(folder.path() / "data" / "a.vtp", grid_xml("0", ""));
+  put(folder / "run.pvd", "<?xml version=\"1.0\"?><VTKFile type=\"Collection\"><Collection>"
+                          "<DataSet timestep=\"0.5\" file=\"data/b.vtp\"/><DataSet timestep=\"0.25\" file=\"data/a.vtp\"/>"
+                          "</Collection></VTKFile>");
+  const auto run = open_simulation(folder.path());
+  REQUIRE(run->states() == 2);
+  SimulationState state;
+  run->read(1, state);
+  CHECK(state.time_s == 0.5);
+  CHECK(state.positions[2] == 5);
+  CHECK(run->time_s(0) == 0.25);
+  put(folder / "run.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"gone.vtu\"/></Collection></VTKFile>");
+  check_error(error_of([&] { static_cast<void>(open_simulation(folder / "run.pvd")); }), Status::file_not_found, {"gone.vtu"});
+}
+
+TEST_CASE("displacements in one file are a run") {
+  const TemporaryFolder folder;
+  const fs::path file = put(folder / "run.vtp",
+                            grid_xml("0", values("displacement_t0.005", 3, "0 0 -3 0 0 0 0 0 0") +
+                                              values("displacement_t0.000", 3, "0 0 0 0 0 0 0 0 0") +
+                                              values("plastic_strain_t0.000", 1, "0 0 0") +
+                                              values("plastic_strain_t0.005", 1, "0.1 0.2 0.6") + values("mass", 1, "1 1 1")));
+  const auto run = open_simulation(file);
+  REQUIRE(run->states() == 2);
+  REQUIRE(run->fields().size() == 1);
+  CHECK(run->fields()[0].name == "plastic_strain");
+  SimulationState state;
+  run->read(1, state);
+  CHECK(state.time_s == 0.005);
+  CHECK(state.positions[2] == -3);
+  CHECK(state.fields[0][0] == doctest::Approx(0.3));  // the mean of the corners
+  run->read(0, state);
+  CHECK(state.positions[2] == 0);
+  CHECK(state.fields[0][0] == 0);
+}
