@@ -19,6 +19,6 @@ namespace lbea {
 /// memory does not.
 [[nodiscard]] std::vector<std::uint32_t> deformation_branches(
     std::size_t simulations, const std::function<std::vector<float>(std::size_t simulation)>& last_state,
-    std::size_t most_grouped = 512);
+    std::size_t most_grouped = 256);
 
 }  // namespace lbea

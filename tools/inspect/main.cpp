@@ -1,5 +1,6 @@
 // lbea-inspect: verifies a model or a recording and prints what is inside.
 #include "tools/common/tool.hpp"
+#include "tools/inspect/model_diff.hpp"
 #include "tools/inspect/model_report.hpp"
 #include "tools/inspect/recording_report.hpp"
 
@@ -10,7 +11,7 @@ namespace lbea {
 namespace {
 
 struct Options {
-  std::filesystem::path file, output;
+  std::filesystem::path file, output, other;
   bool json = false, recovers = false;
 };
 
@@ -24,6 +25,10 @@ int inspect(const Options& options) {
     recover_recording(options.file, options.output, options.json);
     return exit_ok;
   }
+  if (!options.other.empty()) {
+    options.json ? print_diff_json(options.file, options.other) : print_diff(options.file, options.other);
+    return exit_ok;
+  }
   if (is_recording(options.file)) return print_recording(options.file, options.json) ? exit_ok : exit_failed;
   options.json ? print_model_json(options.file) : print_model(options.file);
   return exit_ok;
@@ -35,12 +40,13 @@ int inspect(const Options& options) {
 
 int main(int argc, char** argv) {
   lbea::Options options;
-  lbea::Tool tool("lbea-inspect", lbea::description, "lbea-inspect rail.lbea\n  lbea-inspect --recover cut.mcap.partial -o whole.mcap");
+  lbea::Tool tool("lbea-inspect", lbea::description, "lbea-inspect rail.lbea\n  lbea-inspect rail.lbea --diff rail-with-new-runs.lbea\n  lbea-inspect --recover cut.mcap.partial -o whole.mcap");
   tool.add_option("FILE", options.file, "the model or recording")->required();
   auto* output = tool.add_option("-o,--output", options.output, "with --recover: the new file");
   auto* recover = tool.add_flag("--recover", options.recovers, "write what can be read of FILE to a new, indexed recording");
   recover->needs(output);
   output->needs(recover);
+  tool.add_option("--diff", options.other, "a later model: says which runs came, went or changed, and what else did")->excludes(recover);
   tool.add_flag("--json", options.json, "print as JSON");
   return tool.run(argc, argv, [&] { return lbea::inspect(options); });
 }

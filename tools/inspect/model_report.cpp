@@ -85,17 +85,6 @@ Json provenance_json(const Model& model) {
   return provenance.is_discarded() ? Json(model.provenance()) : provenance;
 }
 
-Json report(const std::filesystem::path& file) {
-  const Model model = Model::open(file);
-  return {{"file", file.string()},
-          {"bytes", std::filesystem::file_size(file)},
-          {"sizes", sizes_json(model)},
-          {"fields", fields_json(model)},
-          {"simulations", simulations_json(model)},
-          {"sections", sections_json(file)},
-          {"provenance", provenance_json(model)}};
-}
-
 std::string text(const Json& json) {
   return json.is_string() ? json.get<std::string>()
                           : json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -127,8 +116,19 @@ void print_sections(const Json& sections) {
 
 }  // namespace
 
+Json model_report(const std::filesystem::path& file) {
+  const Model model = Model::open(file);
+  return {{"file", file.string()},
+          {"bytes", std::filesystem::file_size(file)},
+          {"sizes", sizes_json(model)},
+          {"fields", fields_json(model)},
+          {"simulations", simulations_json(model)},
+          {"sections", sections_json(file)},
+          {"provenance", provenance_json(model)}};
+}
+
 void print_model(const std::filesystem::path& file) {
-  Json json = report(file);
+  Json json = model_report(file);
   std::printf("%s: intact, %s bytes\n", text(json["file"]).c_str(), text(json["bytes"]).c_str());
   print_pairs(json["sizes"]);
   std::printf("\nfields\n");
@@ -145,7 +145,7 @@ void print_model(const std::filesystem::path& file) {
 }
 
 void print_model_json(const std::filesystem::path& file) {
-  std::printf("%s\n", report(file).dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  std::printf("%s\n", model_report(file).dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
 }  // namespace lbea

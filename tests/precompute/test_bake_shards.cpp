@@ -1,0 +1,279 @@
+// Bakes in shards: whatever dies, in whatever division, the model is that of a single process.
+#include "tests/precompute/shard_plates.hpp"
+#include "tests/support/refusals.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <random>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
+
+class Schedule {
+ public:
+  explicit Schedule(unsigned seed) : random_(seed) {}
+
+  int below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
+  /// In a process that may die anywhere.
+  void run(const std::function<void(const BakeOptions&)>& body) {
+    const Death when = death();
+    const bool lived = in_a_process(when, body, static_cast<unsigned>(1 + below(3))) > 0;
+    ++(lived ? lived_ : died_);
+  }
+  [[nodiscard]] unsigned died() const noexcept { return died_; }
+  [[nodiscard]] unsigned lived() const noexcept { return lived_; }
+
+  Shard shard() {
+    const auto of = static_cast<std::uint32_t>(1 + below(5));
+    return {static_cast<std::uint32_t>(below(static_cast<int>(of))), of};
+  }
+
+ private:
+  Death death() {
+    switch (below(5)) {
+      case 0:
+      case 1: return {1 + below(8), 0};
+      case 2:
+      case 3: return {0, 50L + below(2500)};
+      default: return {};
+    }
+  }
+
+  std::mt19937 random_;
+  unsigned died_ = 0, lived_ = 0;
+};
+
+/// Some tries to plan, of which most die, each anywhere.
+void plan_through(Schedule& schedule, const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description) {
+  for (int tries = schedule.below(3); tries > 0; --tries)
+    schedule.run([&](const BakeOptions& options) {
+      schedule.below(2) == 0 ? survey_shard(work, ensemble, description, schedule.shard(), options)
+                             : static_cast<void>(plan_bake(work, ensemble, description, options));
+    });
+}
+
+std::string through_kills(Schedule& schedule, const CountedPlates& plates, const EnsembleDescription& description) {
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  plan_through(schedule, work, plates.ensemble, description);
+  const BakePlan plan = plan_bake(work, plates.ensemble, description, shard_options(1));
+  for (int tries = schedule.below(8); tries > 0; --tries) {
+    const Shard shard = schedule.shard();
+    schedule.run([&](const BakeOptions& options) { bake_shard(work, plan, shard, options); });
+  }
+  const auto of = static_cast<std::uint32_t>(1 + schedule.below(6));
+  for (std::uint32_t index = 0; index < of; ++index) bake_shard(work, plan, {index, of}, shard_options(1));
+  schedule.run([&](const BakeOptions& options) { merge_shards(work, plan, folder / "m.lbea", options); });
+  merge_shards(work, plan, folder / "m.lbea", shard_options(2));
+  return text_of(folder / "m.lbea");
+}
+
+}  // namespace
+
+TEST_CASE("schedules of kills, shard counts and re-runs all end in the bytes of a single process") {
+  const unsigned schedules = is_long_run() ? 200 : 12;
+  const CountedPlates plates = counted_plates(5);
+  unsigned died = 0, lived = 0;
+  for (const ReferenceMode mode : {ReferenceMode::impact, ReferenceMode::over_time}) {
+    const EnsembleDescription description = shard_description(mode);
+    const std::string alone = baked_alone(plates.ensemble, description);
+    REQUIRE_FALSE(alone.empty());
+    for (unsigned seed = 0; seed < schedules / 2; ++seed) {
+      CAPTURE(seed);
+      Schedule schedule(seed);
+      const bool is_same = through_kills(schedule, plates, description) == alone;
+      CHECK(is_same);
+      died += schedule.died();
+      lived += schedule.lived();
+    }
+  }
+  MESSAGE(died << " processes died, " << lived << " lived");
+  CHECK(died > schedules);
+  CHECK(lived > schedules / 2);
+}
+
+TEST_CASE("what is finished is not read again") {
+  const CountedPlates plates = counted_plates(4);
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  bake_shard(work, plan, {1, 2}, shard_options());
+  const int of_run_1 = *plates.reads[1];
+  const ShardSummary again = bake_shard(work, plan, {0, 1}, shard_options());
+  CHECK(again.runs == 4);
+  CHECK(again.finished == 2);
+  CHECK(*plates.reads[1] == of_run_1);
+  CHECK(of_run_1 == 2 * 3);  // surveyed and projected, each state once
+}
+
+TEST_CASE("runs are added and withdrawn without reading the others, whether the ensemble grows by it or not") {
+  const CountedPlates plates = counted_plates(6);
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  const auto bake_some = [&](const std::vector<std::size_t>& runs) {
+    Ensemble some{{}, plates.ensemble.parameter_names, 0};
+    for (const std::size_t run : runs) some.runs.push_back(plates.ensemble.runs[run]);
+    const BakePlan plan = plan_bake(work, some, shard_description(), shard_options());
+    bake_shard(work, plan, {}, shard_options());
+    const std::string model = merged(work, plan);
+    std::vector<int> reads;
+    for (const std::size_t run : runs) reads.push_back(*plates.reads[run]);
+    CHECK(model == baked_alone(some, shard_description()));
+    for (std::size_t i = 0; i < runs.size(); ++i) *plates.reads[runs[i]] = 0;
+    return reads;
+  };
+  CHECK(bake_some({0, 3, 4}) == std::vector<int>{7, 6, 6});  // the reference mesh is one of run 0's states, read once more
+  CHECK(bake_some({0, 3, 4, 5}) == std::vector<int>{1, 0, 0, 6});
+  CHECK(bake_some({0, 1, 2, 3, 4, 5}) == std::vector<int>{1, 6, 6, 0, 0, 0});  // runs 1 and 2 bend the farthest
+  CHECK(bake_some({0, 2, 5}) == std::vector<int>{1, 0, 0});
+  CHECK(bake_some({0, 3, 4}) == std::vector<int>{1, 0, 0});
+}
+
+TEST_CASE("one broken run does not stop the rest, and is named") {
+  CountedPlates plates = counted_plates(4);
+  const std::string without = [&] {
+    Ensemble rest = plates.ensemble;
+    rest.runs.erase(rest.runs.begin() + 2);
+    return baked_alone(rest, shard_description());
+  }();
+  const TemporaryFolder folder;
+  std::ofstream(folder / "without.lbea", std::ios::binary) << without;
+  const Model expected = Model::open(folder / "without.lbea");
+  const auto healthy = plates.ensemble.runs[2].open;
+  const auto broken = [] () -> std::unique_ptr<SimulationReader> { throw Error(Status::bad_input, "d3plot ends at byte 17"); };
+  for (const bool breaks_early : {true, false}) {
+    CAPTURE(breaks_early);
+    const WorkFolder work(folder / (breaks_early ? "early" : "late"), false);
+    plates.ensemble.runs[2].open = breaks_early ? broken : healthy;
+    BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+    plan.ensemble.runs[2].open = broken;
+    const ShardSummary shard = bake_shard(work, plan, {}, shard_options());
+    CHECK(shard.failed == (breaks_early ? 0 : 1));
+    CHECK(run_status(work, plan)[2].progress == RunProgress::failed);
+    CHECK(contains(run_status(work, plan)[2].reason, "d3plot ends at byte 17"));
+    const BakeSummary summary = merge_shards(work, plan, folder / "m.lbea", shard_options());
+    REQUIRE(summary.left_out.size() == 1);
+    CHECK(summary.left_out[0].name == "plate_2");
+    CHECK(contains(summary.left_out[0].reason, "d3plot ends at byte 17"));
+    const Model model = Model::open(folder / "m.lbea");
+    CHECK(contains(std::string(model.provenance()), "\"left_out\":[\"plate_2\"]"));
+    CHECK_FALSE(contains(std::string(expected.provenance()), "left_out"));
+    REQUIRE(model.samples() == expected.samples());
+    for (std::uint32_t s = 0; s < model.samples(); ++s)
+      CHECK(std::ranges::equal(model.node_positions(s), expected.node_positions(s)));
+  }
+  plates.ensemble.runs[2].open = healthy;  // repaired: only what failed is done
+  const WorkFolder work(folder / "late", false);
+  const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  CHECK(bake_shard(work, plan, {}, shard_options()).finished == 3);
+  CHECK(merged(work, plan) == baked_alone(plates.ensemble, shard_description()));
+}
+
+TEST_CASE("a broken reference run ends the plan, and without leave to go on every broken run does") {
+  CountedPlates plates = counted_plates(3);
+  const TemporaryFolder folder;
+  const auto broken = [] () -> std::unique_ptr<SimulationReader> { throw Error(Status::bad_input, "d3plot ends at byte 17"); };
+  plates.ensemble.runs[1].open = broken;
+  BakeOptions strict = shard_options();
+  strict.leaves_out_broken = false;
+  check_error(error_of([&] { (void)plan_bake(WorkFolder(folder / "a"), plates.ensemble, shard_description(), strict); }),
+              Status::bad_input, {"byte 17"});
+  plates.ensemble.reference_run = 1;
+  check_error(error_of([&] { (void)plan_bake(WorkFolder(folder / "b"), plates.ensemble, shard_description(), shard_options()); }),
+              Status::bad_input, {"byte 17"});
+}
+
+TEST_CASE("merge names what is missing and what is damaged, and leaves no model") {
+  const CountedPlates plates = counted_plates(3);
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  bake_shard(work, plan, {0, 2}, shard_options());
+  const auto refused = [&] {
+    const Error error = error_of([&] { merge_shards(work, plan, folder / "m.lbea", shard_options()); });
+    CHECK(files_in(folder.path()) == 1);  // the work folder
+    return error;
+  };
+  check_error(refused(), Status::bad_input, {"1 of 3 runs are not baked yet: plate_1"});
+  bake_shard(work, plan, {1, 2}, shard_options());
+
+  for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].footprint_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
+    const std::string whole = text_of(work.file(name));
+    for (std::size_t byte = 40; byte < whole.size(); byte += whole.size() / 17) {
+      std::string bytes = whole;
+      bytes[byte] = static_cast<char>(bytes[byte] ^ 0x10);
+      put(work.file(name), bytes);
+      check_error(refused(), Status::bad_input, {work.file(name).string(), "delete it"});
+    }
+    put(work.file(name), whole);
+  }
+  put(work.file(plan.runs[0].record_name()), text_of(work.file(plan.runs[0].record_name())).substr(0, 1000));
+  CHECK_FALSE(work.has(plan.runs[0].record_name()));  // cut: to be made again
+  bake_shard(work, plan, {}, shard_options());
+  CHECK(merged(work, plan) == baked_alone(plates.ensemble, shard_description()));
+}
+
+TEST_CASE("another sensor than the planned one, and shards that do not exist, are refused") {
+  const CountedPlates plates = counted_plates(2);
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  BakeOptions other = shard_options();
+  other.views = [](const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>&) {
+    return std::make_unique<FormulaRenderer>(low, std::array{low[0], low[1], low[2] + 1});
+  };
+  check_error(error_of([&] { bake_shard(work, plan, {}, other); }), Status::bad_config, {"sensor", "plan again"});
+  check_error(error_of([&] { bake_shard(work, plan, {2, 2}, shard_options()); }), Status::bad_config, {"no shard 2 of 2"});
+}
+
+TEST_CASE("the plan comes back from its file as it was") {
+  CountedPlates plates = counted_plates(3);
+  for (EnsembleRun& run : plates.ensemble.runs) run.source = run.name;
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  (void)plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  const BakePlan read = read_plan(work, [&](const std::string& source) {
+    return std::ranges::find(plates.ensemble.runs, source, &EnsembleRun::name)->open();
+  });
+  for (const RunStatus& run : run_status(work, read)) CHECK(run.progress == RunProgress::waiting);
+  bake_shard(work, read, {}, shard_options());
+  for (const RunStatus& run : run_status(work, read)) CHECK(run.progress == RunProgress::finished);
+  CHECK(merged(work, read) == baked_alone(plates.ensemble, shard_description()));
+  CHECK_THROWS_WITH_AS((void)read_plan(WorkFolder(folder / "none"), {}), doctest::Contains("holds no plan"), Error);
+}
+
+// Both grow by ten times the runs; what stays in memory per run is its name, steps, times and keys: less than 2 kB. The
+// branches are grouped from at most 256 runs: 256 rows of 6 kB, and twice 256 x 256 distances, 2.6 MB.
+TEST_CASE("the memory of a shard and of the merge does not grow with the ensemble") {
+  const std::uint32_t few = is_long_run() ? 100 : 20, many = 10 * few;
+  const PlateShape shape{40, 25, 390, 240};
+  struct Peak {
+    long shard = 0, merge = 0;
+    std::uintmax_t model = 0;
+  };
+  const auto peak = [&](std::uint32_t runs) {
+    const TemporaryFolder folder;
+    const WorkFolder work(folder / "work", false);
+    const CountedPlates plates = counted_plates(runs, 2, shape);
+    const auto opener = [&](const std::string& source) { return plates.ensemble.runs.at(std::stoul(source)).open(); };
+    Ensemble ensemble = plates.ensemble;
+    for (std::uint32_t run = 0; run < runs; ++run) ensemble.runs[run].source = std::to_string(run);
+    in_a_process({}, [&](const BakeOptions& options) { (void)plan_bake(work, ensemble, shard_description(), options); });
+    Peak result;
+    result.shard = in_a_process({}, [&](const BakeOptions& options) { bake_shard(work, read_plan(work, opener), {}, options); });
+    result.merge = in_a_process({}, [&](const BakeOptions& options) { merge_shards(work, read_plan(work, opener), folder / "m.lbea", options); });
+    result.model = std::filesystem::file_size(folder / "m.lbea") / 1024;
+    return result;
+  };
+  const Peak small = peak(few), large = peak(many);
+  MESSAGE(few << " runs: shard " << small.shard << " kB, merge " << small.merge << " kB, model " << small.model << " kB; " << many
+              << " runs: shard " << large.shard << " kB, merge " << large.merge << " kB, model " << large.model << " kB");
+  const long allowed = 2L * (many - few) + 2'600;
+  CHECK(large.model - small.model > static_cast<std::uintmax_t>(2 * allowed));
+  CHECK(large.shard - small.shard < allowed);
+  CHECK(large.merge - small.merge < allowed);
+}

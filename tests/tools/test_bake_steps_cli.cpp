@@ -1,0 +1,104 @@
+// lbea-bake plan, survey, shard, merge, status and lbea-inspect --diff as a user meets them.
+#include "tests/support/program.hpp"
+#include "tests/support/refusals.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+const std::string demo = (data() / "rail-demo").string();
+const std::string few = " --modes 10 --steps 0,20 ";
+
+Outcome lbea_bake(const TemporaryFolder& folder, const std::string& arguments) {
+  const Outcome outcome = run_program(std::string(LBEA_BAKE) + " " + arguments, folder.path());
+  CAPTURE(arguments);
+  CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+  return outcome;
+}
+
+nlohmann::json json_of(const TemporaryFolder& folder, const std::string& arguments) {
+  return nlohmann::json::parse(lbea_bake(folder, arguments + " --json").out);
+}
+
+}  // namespace
+
+TEST_CASE("plan, shards and merge make the bytes of lbea-bake; status follows them") {
+  const TemporaryFolder folder;
+  lbea_bake(folder, demo + "/ensemble.toml -o alone.lbea" + few);
+  for (const char* index : {"0", "1"})
+    lbea_bake(folder, "survey " + demo + "/ensemble.toml --work work --of 2 --index " + index + few);
+  const auto plan = json_of(folder, "plan " + demo + "/ensemble.toml --work work -o steps.lbea" + few);
+  CHECK(plan["runs"] == 10);
+  CHECK(plan["samples"] == 20);
+  CHECK(plan["model_bytes"] == std::filesystem::file_size(folder / "alone.lbea"));
+  CHECK(plan["seconds_per_sample"].get<double>() > 0);
+  CHECK(json_of(folder, "status --work work")["waiting"] == 10);
+  CHECK(contains(lbea_bake(folder, "shard --work work --index 1 --of 3").out, "3 runs in this shard: 0 were finished, 3 baked, 0 failed"));
+  CHECK(json_of(folder, "status --work work")["finished"] == 3);
+  const Outcome early = run_program(std::string(LBEA_BAKE) + " merge --work work", folder.path());
+  CHECK(early.exit_code == 1);
+  CHECK(contains(early.err, "7 of 10 runs are not baked yet"));
+  std::filesystem::create_directory(folder / "elsewhere");  // paths in the plan do not depend on where one stands
+  CHECK(run_program(std::string(LBEA_BAKE) + " shard --work ../work --index 0 --of 1", folder / "elsewhere").exit_code == 0);
+  lbea_bake(folder, "merge --work work");
+  CHECK(text_of(folder / "steps.lbea") == text_of(folder / "alone.lbea"));
+}
+
+TEST_CASE("a run that is cut off is named by plan, status, merge and the model; withdrawn it is gone; --diff says so") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "runs");
+  for (const char* run : {"run_023", "run_038", "run_045"})
+    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run, std::filesystem::copy_options::recursive);
+  put(folder / "runs/broken/d3plot", text_of(data() / "rail-demo/runs/run_038/d3plot").substr(0, 5000));
+  put(folder / "e.toml", "runs = ['runs/*']\nreference_run = 'run_023'\n");
+  lbea_bake(folder, "plan e.toml --work work -o m.lbea" + few);
+  lbea_bake(folder, "shard --work work --index 0 --of 1");
+  const auto status = json_of(folder, "status --work work");
+  REQUIRE(status["failed"].size() == 1);
+  CHECK(status["failed"][0]["run"] == "broken");
+  CHECK(contains(lbea_bake(folder, "status --work work").out, "broken: "));
+  CHECK(contains(lbea_bake(folder, "merge --work work").out, "left out       broken: "));
+  CHECK(contains(std::string(Model::open(folder / "m.lbea").provenance()), "\"left_out\":[\"broken\"]"));
+
+  const Outcome plain = run_program(std::string(LBEA_BAKE) + " e.toml -o plain.lbea" + few, folder.path());
+  CHECK(plain.exit_code == 1);
+  lbea_bake(folder, "e.toml -o plain.lbea --leave-out-broken" + few);
+  CHECK(text_of(folder / "plain.lbea") == text_of(folder / "m.lbea"));
+
+  put(folder / "e.toml", "runs = ['runs/*']\nexclude = ['broken', 'run_038']\nreference_run = 'run_023'\n");
+  lbea_bake(folder, "plan e.toml --work work -o fewer.lbea" + few);
+  lbea_bake(folder, "shard --work work --index 0 --of 1");
+  lbea_bake(folder, "merge --work work");
+  const Outcome same = run_program(std::string(LBEA_INSPECT) + " m.lbea --diff m.lbea", folder.path());
+  CHECK(contains(same.out, "hold the same"));
+  const Outcome outcome = run_program(std::string(LBEA_INSPECT) + " m.lbea --diff fewer.lbea --json", folder.path());
+  const auto diff = nlohmann::json::parse(outcome.out);
+  CHECK(diff["runs"]["withdrawn"] == nlohmann::json{"run_038"});
+  CHECK(diff["runs"]["added"].empty());
+  CHECK(diff["runs"]["changed"].empty());
+  CHECK(diff["settings"]["left_out"]["after"].is_null());
+  CHECK_FALSE(diff["same"].get<bool>());
+  const Outcome back = run_program(std::string(LBEA_INSPECT) + " fewer.lbea --diff m.lbea", folder.path());
+  CHECK(contains(back.out, "run      added      run_038"));
+}
+
+TEST_CASE("steps that cannot be are refused with a sentence") {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& arguments, int exit_code, const std::string& words) {
+    const Outcome outcome = run_program(std::string(LBEA_BAKE) + " " + arguments, folder.path());
+    CAPTURE(arguments);
+    CHECK(outcome.exit_code == exit_code);
+    CHECK_MESSAGE(contains(outcome.err, words), outcome.err);
+  };
+  refused("shard --work none --index 0 --of 1", 1, "none holds no plan");
+  refused("status --work none", 1, "none holds no plan");
+  refused("merge", 2, "--work");
+  refused("shard --work none --index 0", 2, "--of");
+  refused("plan --work work", 2, "name an ensemble.toml");
+}
