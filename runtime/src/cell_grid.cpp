@@ -8,6 +8,8 @@ namespace lbea {
 
 namespace {
 
+constexpr std::size_t most_octants = 1 << 20;  // an index keeps four bytes for each
+
 // Every third bit of the result, from bit 0 on: 16 bits of a cell coordinate spread for a Morton key.
 std::uint64_t spread(std::uint64_t bits) noexcept {
   std::uint64_t result = 0;
@@ -27,7 +29,11 @@ void rank_cells(CellGrid& grid, Holds holds) {
         if (holds(cell)) curve.emplace_back(spread(x) | spread(y) << 1 | spread(z) << 2, cell);
   std::ranges::sort(curve);
   grid.rank.assign(count + 1, CellGrid::outside);  // the last one: for positions outside
-  for (const auto& [key, place] : curve) grid.rank[place] = grid.ranks++;
+  grid.halvings = curve.size() <= most_octants / 8 ? 1 : 0;
+  for (const auto& [key, place] : curve) {
+    grid.rank[place] = grid.ranks;
+    grid.ranks += 1u << (3 * grid.halvings);
+  }
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 #include "runtime/src/cloud_index.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <utility>
 
 namespace lbea {
 
@@ -9,12 +11,15 @@ namespace {
 
 constexpr std::size_t groups_of(std::size_t count) noexcept { return (count + CloudIndex::fanout - 1) / CloudIndex::fanout; }
 
+void count_outside(std::span<const Point> points, PointTally& tally) noexcept {
+  for (const Point& p : points) ++(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? tally.culled : tally.invalid);
+}
+
 }  // namespace
 
 CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code)
-    : kernels_(code), grid_(std::move(grid)), rank_(groups_of(max_points) * fanout), next_(std::size_t{grid_.ranks} + 1),
-      sorted_(max_points), leaves_(groups_of(max_points)) {
-  for (auto& coordinate : xyz_) coordinate.resize(rank_.size());
+    : kernels_(code), grid_(std::move(grid)), placed_(groups_of(max_points) * fanout), rank_(placed_.size()), runs_(std::size_t{max_points} + 1),
+      cells_(grid_.ranks), occupied_((grid_.ranks + 63) / 64), sorted_(max_points), leaves_(groups_of(max_points)) {
   for (std::size_t boxes = leaves_.size(); levels_.empty() || boxes > 1; boxes = groups_of(boxes))
     levels_.emplace_back(groups_of(boxes));
   tree_.leaves = leaves_.data();
@@ -23,43 +28,83 @@ CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& c
 
 PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform& T) noexcept {
   const GridView grid{{grid_.corner[0], grid_.corner[1], grid_.corner[2]}, grid_.cells_per_length,
-                      {grid_.cells[0], grid_.cells[1], grid_.cells[2]}, grid_.rank.data()};
-  float* const xyz[3] = {xyz_[0].data(), xyz_[1].data(), xyz_[2].data()};
+                      {grid_.cells[0], grid_.cells[1], grid_.cells[2]}, grid_.halvings, grid_.rank.data()};
   const float* coordinates = points.empty() ? nullptr : &points.front().x;
-  kernels_.place(coordinates, points.size(), T.data(), grid, xyz, rank_.data());
-  sort(points.size());
+  PointTally tally{.received = static_cast<std::uint32_t>(points.size())};
+  kernels_.place(coordinates, points.size(), T.data(), grid, placed_.data(), rank_.data());
+  find_runs(points.size());
+  count_runs(points, tally);
+  lay_out();
+  move_points(points.size());
   enclose();
-  return tally(points);
-}
-
-PointTally CloudIndex::tally(std::span<const Point> points) const noexcept {
-  PointTally tally{.received = static_cast<std::uint32_t>(points.size()), .used = size_};
-  if (tally.used == tally.received) return tally;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (rank_[i] != CellGrid::outside) continue;
-    const bool finite = std::isfinite(points[i].x) && std::isfinite(points[i].y) && std::isfinite(points[i].z);
-    ++(finite ? tally.culled : tally.invalid);
-  }
+  tally.used = size_;
   return tally;
 }
 
-// Counting sort by cell: stable, so points of one cell keep the frame's order.
-void CloudIndex::sort(std::size_t count) noexcept {
-  std::ranges::fill(next_, 0u);
-  for (std::size_t i = 0; i < count; ++i)
-    if (rank_[i] != CellGrid::outside) ++next_[rank_[i] + 1];
-  for (std::size_t rank = 1; rank < next_.size(); ++rank) next_[rank] += next_[rank - 1];
-  size_ = next_.back();
-  for (std::size_t i = 0; i < count; ++i)
-    if (rank_[i] != CellGrid::outside)
-      sorted_[next_[rank_[i]]++] = {xyz_[0][i], xyz_[1][i], xyz_[2][i], static_cast<std::uint32_t>(i)};
+// A counting sort by cell, but by runs: neighbours in a frame mostly fall into the same cell, and a count that is raised
+// point by point waits for itself. Where a run ends is hard to foretell: these loops do not branch on it.
+void CloudIndex::find_runs(std::size_t count) noexcept {
+  run_count_ = 0;
+  std::uint32_t rank = count > 0 ? ~rank_[0] : 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    runs_[run_count_].begin = i;
+    run_count_ += static_cast<std::size_t>(rank_[i] != rank);
+    rank = rank_[i];
+  }
+  runs_[run_count_].begin = static_cast<std::uint32_t>(count);
+}
+
+void CloudIndex::count_runs(std::span<const Point> points, PointTally& tally) noexcept {
+  std::ranges::fill(occupied_, 0u);
+  for (std::size_t run = 0; run < run_count_; ++run) {
+    const std::uint32_t begin = runs_[run].begin, end = runs_[run + 1].begin, rank = rank_[begin];
+    if (rank == CellGrid::outside) {
+      count_outside(points.subspan(begin, end - begin), tally);
+      continue;
+    }
+    cells_[rank].points += end - begin;
+    occupied_[rank / 64] |= std::uint64_t{1} << (rank % 64);
+  }
+}
+
+// From how many points each cell has to where its first one goes, along the curve.
+void CloudIndex::lay_out() noexcept {
+  size_ = 0;
+  for (std::size_t word = 0; word < occupied_.size(); ++word)
+    for (std::uint64_t bits = occupied_[word]; bits != 0; bits &= bits - 1) {
+      Cell& cell = cells_[word * 64 + static_cast<std::size_t>(std::countr_zero(bits))];
+      cell.next = size_;
+      size_ += std::exchange(cell.points, 0u);
+    }
+}
+
+// Stable: points of one cell keep the frame's order. Those outside go behind all others, where nobody looks.
+void CloudIndex::move_points(std::size_t count) noexcept {
+  for (std::size_t run = 0; run < run_count_; ++run) {
+    const std::uint32_t begin = runs_[run].begin, rank = rank_[begin];
+    const bool is_inside = rank != CellGrid::outside;
+    runs_[run].shift = (is_inside ? cells_[rank].next : size_) - begin;
+    if (is_inside) cells_[rank].next += runs_[run + 1].begin - begin;
+  }
+  std::size_t run = 0;
+  std::uint32_t rank = count > 0 ? rank_[0] : 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    run += static_cast<std::size_t>(rank_[i] != rank);
+    rank = rank_[i];
+    sorted_[i + runs_[run].shift] = placed_[i];
+  }
 }
 
 // The last point of the cell or, when it is empty, of the last cell before it on the curve that is not.
 std::uint32_t CloudIndex::hint(const std::array<float, 3>& position) const noexcept {
   const std::uint32_t rank = grid_.rank_of(position);
   if (rank == CellGrid::outside || size_ == 0) return NearestPoint::none;
-  return next_[rank] == 0 ? 0 : next_[rank] - 1;
+  if (is_occupied(rank)) return cells_[rank].next - 1;
+  std::size_t word = rank / 64;
+  std::uint64_t before = occupied_[word] & ((std::uint64_t{1} << (rank % 64)) - 1);
+  while (before == 0 && word > 0) before = occupied_[--word];
+  if (before == 0) return 0;
+  return cells_[word * 64 + static_cast<std::size_t>(std::bit_width(before)) - 1].next - 1;
 }
 
 void CloudIndex::enclose() noexcept {

@@ -21,7 +21,8 @@ class CloudIndex {
   CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code = kernels());
 
   /// Brings the points into reference coordinates, drops those outside the grid and indexes the rest.
-  /// `points` may not be more than max_points. Linear in their number; no allocation.
+  /// `points` may not be more than max_points. Linear in their number, and fastest when points that follow each other
+  /// are neighbours; no allocation.
   PointTally build(std::span<const Point> points, const RigidTransform& T_reference_sensor) noexcept;
 
   /// The exact nearest point among those with squared distance <= bound.squared; `bound` itself when none
@@ -54,16 +55,31 @@ class CloudIndex {
   }
 
  private:
-  [[nodiscard]] PointTally tally(std::span<const Point> points) const noexcept;
-  void sort(std::size_t count) noexcept;
+  /// Points that follow each other in the frame and lie in one cell; the last one's end is the next one's begin.
+  struct Run {
+    std::uint32_t begin;
+    std::uint32_t shift;  // place after sorting less place in the frame, modulo 2^32
+  };
+  struct Cell {
+    std::uint32_t points;  // how many, while they are counted; 0 otherwise
+    std::uint32_t next;    // of an occupied one: where its next point goes, at last the end of its points
+  };
+  void find_runs(std::size_t count) noexcept;
+  void count_runs(std::span<const Point> points, PointTally& tally) noexcept;
+  void lay_out() noexcept;
+  void move_points(std::size_t count) noexcept;
   void enclose() noexcept;
+  [[nodiscard]] bool is_occupied(std::uint32_t rank) const noexcept { return (occupied_[rank / 64] >> (rank % 64) & 1u) != 0; }
 
   const Kernels& kernels_;
   CellGrid grid_;
   std::uint32_t size_ = 0;
-  std::array<std::vector<float>, 3> xyz_;  // per point of the frame: reference coordinates
-  std::vector<std::uint32_t> rank_;        // and the rank of its cell
-  std::vector<std::uint32_t> next_;        // per rank: where its next point goes
+  std::vector<PlacedPoint> placed_;      // per point of the frame: reference coordinates
+  std::vector<std::uint32_t> rank_;      // and the rank of its cell
+  std::vector<Run> runs_;
+  std::size_t run_count_ = 0;
+  std::vector<Cell> cells_;              // per rank
+  std::vector<std::uint64_t> occupied_;  // bit per rank
   std::vector<PlacedPoint> sorted_;
   std::vector<Leaf> leaves_;
   std::vector<std::vector<BoxGroup>> levels_;  // [0]: the leaves' boxes

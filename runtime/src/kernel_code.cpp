@@ -35,29 +35,50 @@ Block load_last_points(const float* points, std::size_t count) {
 
 Floats row(const float* T, const Block& p) { return T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3]; }
 
-// The cell coordinate along one axis; `inside` loses the lanes beyond the grid, and NaN.
-Ints cell_along(Floats position, const GridView& grid, std::size_t axis, Ints& inside) {
+// The cell coordinate along one axis, or twice that where cells are halved; `inside` loses the lanes beyond the grid,
+// and NaN.
+Ints fine_cell_along(Floats position, const GridView& grid, std::size_t axis, Ints& inside) {
   const Floats cell = (position - grid.corner[axis]) * grid.cells_per_length;
-  const float cells = static_cast<float>(grid.cells[axis]);
+  const float cells = static_cast<float>(grid.cells[axis]), halves = static_cast<float>(1u << grid.halvings);
   inside &= (cell >= 0.0f) & (cell < cells);
-  const Floats clamped = minimum(maximum(cell, Floats{}), all(cells - 1));  // what the conversion can represent
+  const Floats clamped = minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1));  // what the conversion can represent
   return __builtin_convertvector(clamped, Ints);
 }
 
-void place(const float* points, std::size_t count, const float* T, const GridView& grid, float* const xyz[3], std::uint32_t* rank) {
+// Four coordinates of sixteen points, point by point.
+void store_placed(Floats x, Floats y, Floats z, Ints number, PlacedPoint* to) {
+  Floats p;
+  __builtin_memcpy(&p, &number, sizeof(p));
+  const auto lower_pairs = [](Floats a, Floats b) { return pick<0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23>(a, b); };
+  const auto upper_pairs = [](Floats a, Floats b) { return pick<8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31>(a, b); };
+  const auto lower_fours = [](Floats a, Floats b) { return pick<0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23>(a, b); };
+  const auto upper_fours = [](Floats a, Floats b) { return pick<8, 9, 24, 25, 10, 11, 26, 27, 12, 13, 28, 29, 14, 15, 30, 31>(a, b); };
+  const Floats xy[2] = {lower_pairs(x, y), upper_pairs(x, y)}, zp[2] = {lower_pairs(z, p), upper_pairs(z, p)};
+  for (std::size_t half = 0; half < 2; ++half) {
+    store(&to[8 * half].x, lower_fours(xy[half], zp[half]));
+    store(&to[8 * half + 4].x, upper_fours(xy[half], zp[half]));
+  }
+}
+
+void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed, std::uint32_t* rank) {
+  const auto halvings = static_cast<std::int32_t>(grid.halvings);
+  const Ints first_numbers{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   const auto nx = static_cast<std::int32_t>(grid.cells[0]), ny = static_cast<std::int32_t>(grid.cells[1]);
   const std::int32_t no_cell = nx * ny * static_cast<std::int32_t>(grid.cells[2]);
   for (std::size_t begin = 0; begin < count; begin += lanes) {
     const Block sensor = count - begin >= lanes ? load_points(points + 3 * begin) : load_last_points(points + 3 * begin, count - begin);
     const Floats position[3] = {row(T, sensor), row(T + 4, sensor), row(T + 8, sensor)};
     Ints inside = Ints{} - 1;
-    const Ints x = cell_along(position[0], grid, 0, inside), y = cell_along(position[1], grid, 1, inside),
-               z = cell_along(position[2], grid, 2, inside);
-    const Ints cells = inside ? x + nx * (y + ny * z) : Ints{} + no_cell;
+    const Ints x = fine_cell_along(position[0], grid, 0, inside), y = fine_cell_along(position[1], grid, 1, inside),
+               z = fine_cell_along(position[2], grid, 2, inside);
+    const Ints cells = inside ? (x >> halvings) + nx * ((y >> halvings) + ny * (z >> halvings)) : Ints{} + no_cell;
+    const Ints octants = (x & halvings) | (y & halvings) << 1 | (z & halvings) << 2;
     std::int32_t cell[lanes];
+    std::uint32_t octant[lanes];
     store(cell, cells);
-    for (std::size_t axis = 0; axis < 3; ++axis) store(xyz[axis] + begin, position[axis]);
-    for (std::size_t i = 0; i < lanes; ++i) rank[begin + i] = grid.rank[cell[i]];
+    store(octant, octants);
+    store_placed(position[0], position[1], position[2], first_numbers + static_cast<std::int32_t>(begin), placed + begin);
+    for (std::size_t i = 0; i < lanes; ++i) rank[begin + i] = grid.rank[cell[i]] | octant[i];
   }
 }
 
@@ -202,11 +223,6 @@ struct Queries {
   }
 };
 
-Floats squared_distances(const Leaf& leaf, std::size_t i, const Queries& q) {
-  const Floats dx = leaf.x[i] - q.x, dy = leaf.y[i] - q.y, dz = leaf.z[i] - q.z;
-  return dx * dx + dy * dy + dz * dz;
-}
-
 void offer(NearestPoints& best, std::size_t query, float squared, std::uint32_t point, std::uint32_t slot) {
   if (squared > best.squared[query] || (squared == best.squared[query] && point >= best.point[query])) return;
   best.squared[query] = squared;
@@ -214,38 +230,36 @@ void offer(NearestPoints& best, std::size_t query, float squared, std::uint32_t 
   best.slot[query] = slot;
 }
 
-// Sixteen points for one query.
-void take_in_for(std::size_t query, const Leaf& leaf, std::size_t number, Queries& q) {
+// Sixteen points for one query; whether one of them is as near as what is known.
+bool take_in_for(std::size_t query, const Leaf& leaf, std::size_t number, Queries& q) {
   const Floats dx = load(leaf.x) - q.planes[0][query], dy = load(leaf.y) - q.planes[1][query], dz = load(leaf.z) - q.planes[2][query];
   const Floats squared = dx * dx + dy * dy + dz * dz;
-  for (std::uint32_t near = at_most(squared, all(-greatest(-squared))); near != 0; near &= near - 1) {
+  std::uint32_t near = at_most(squared, all(q.best.squared[query]));
+  if (near == 0) return false;
+  if ((near & (near - 1)) != 0) near = at_most(squared, all(-greatest(-squared)));
+  for (; near != 0; near &= near - 1) {
     const auto i = static_cast<std::uint32_t>(__builtin_ctz(near));
     offer(q.best, query, squared[i], leaf.point[i], static_cast<std::uint32_t>(number * lanes) + i);
   }
+  return true;
 }
 
-// Sixteen points for sixteen queries. Mostly none is nearer than what is known; those that find one look again.
-void take_in_leaf(const Leaf& leaf, std::size_t number, Queries& q) {
-  Floats even = squared_distances(leaf, 0, q), odd = squared_distances(leaf, 1, q);
-  for (std::size_t i = 2; i < lanes; i += 2) {
-    even = minimum(even, squared_distances(leaf, i, q));
-    odd = minimum(odd, squared_distances(leaf, i + 1, q));
-  }
-  std::uint32_t finding = at_most(minimum(even, odd), q.squared);
-  if (finding == 0) return;
-  for (; finding != 0; finding &= finding - 1) take_in_for(static_cast<std::size_t>(__builtin_ctz(finding)), leaf, number, q);
-  q.look();
+// Sixteen points for those queries that hope to find something.
+void take_in_leaf(const Leaf& leaf, std::size_t number, std::uint32_t hoping, Queries& q) {
+  bool found = false;
+  for (; hoping != 0; hoping &= hoping - 1) found |= take_in_for(static_cast<std::size_t>(__builtin_ctz(hoping)), leaf, number, q);
+  if (found) q.look();
 }
 
-// Whether any query may find something in this box; the sixteen distances bound better than that of their common box.
-bool may_hold_nearer(const BoxGroup& group, std::size_t i, const Queries& q) {
+// Bit by query: whether it may find something in this box. The sixteen distances bound better than that of their common box.
+std::uint32_t hoping_for(const BoxGroup& group, std::size_t i, const Queries& q) {
   Floats squared{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Floats& position = axis == 0 ? q.x : axis == 1 ? q.y : q.z;
     const Floats outward = maximum(maximum(group.low[axis][i] - position, position - group.high[axis][i]), Floats{});
     squared += outward * outward;
   }
-  return at_most(squared, q.squared) != 0;
+  return at_most(squared, q.squared);
 }
 
 Floats squared_gaps(const BoxGroup& group, const Corners& box) {
@@ -265,10 +279,11 @@ void search_group_16(const CloudTree& tree, std::size_t level, std::size_t group
   for (open &= ~now; (now | open) != 0; now = open, open = 0)
     for (; now != 0; now &= now - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(now));
-      if (!may_hold_nearer(boxes, i, q)) continue;
+      const std::uint32_t hoping = hoping_for(boxes, i, q);
+      if (hoping == 0) continue;
       const std::size_t child = group * lanes + i;
       if (level == 0)
-        take_in_leaf(tree.leaves[child], child, q);
+        take_in_leaf(tree.leaves[child], child, hoping, q);
       else
         search_group_16(tree, level - 1, child, q);
     }

@@ -28,6 +28,7 @@ struct GridView {
   float corner[3];
   float cells_per_length;
   std::uint32_t cells[3];
+  std::uint32_t halvings;     // of a cell's edges: 0 or 1
   const std::uint32_t* rank;  // one more than there are cells: the last for positions outside
 };
 
@@ -84,9 +85,9 @@ struct CellSums {
 struct Kernels {
   const char* name;
 
-  /// x, y, z: the `count` points (3 floats each) times the 3x4 matrix T; rank: of each one's cell. Whole groups of 16
-  /// values are written; those beyond `count` mean nothing.
-  void (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, float* const xyz[3],
+  /// placed: the `count` points (3 floats each) times the 3x4 matrix T, numbered; rank: of each one's cell. Whole groups
+  /// of 16 are written; those beyond `count` mean nothing.
+  void (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
                 std::uint32_t* rank);
   /// Moves `count` sorted points into leaves and encloses each leaf.
   void (*fill_leaves)(const PlacedPoint* points, std::size_t count, Leaf* leaves, BoxGroup* boxes);
