@@ -6,6 +6,7 @@
 #include "precompute/shards/model_plan.hpp"
 #include "precompute/stopwatch.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 
@@ -13,36 +14,41 @@ namespace lbea {
 
 namespace {
 
-/// The plan of one sample: the reference run's first, under a name of its own.
-BakePlan probe(const BakePlan& plan) {
+/// The plan of a few samples: the reference run's first, under a name of its own.
+BakePlan probe(const BakePlan& plan, std::size_t samples) {
   std::vector<bool> is_kept(plan.runs.size(), false);
   is_kept[plan.ensemble.reference_run] = true;
-  BakePlan one = without_runs(plan, is_kept);
-  RunSurvey& survey = one.survey.runs.front();
-  survey.steps.resize(1);
-  survey.times_s.resize(1);
-  one.runs.front().record = key_of(std::string("probe"), one.runs.front().record);
-  one.runs.front().footprint = key_of(std::string("probe"), one.runs.front().footprint);
-  return one;
+  BakePlan few = without_runs(plan, is_kept);
+  RunSurvey& survey = few.survey.runs.front();
+  survey.steps.resize(samples);
+  survey.times_s.resize(samples);
+  PlannedRun& run = few.runs.front();
+  run.record = key_of(std::string("probe"), run.record, std::uint64_t{samples});
+  run.footprint = key_of(run.record);
+  return few;
 }
 
-double seconds_of_a_sample(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {
-  const BakePlan one = probe(plan);
+double seconds_of(const WorkFolder& work, const BakePlan& probe, const BakeOptions& options) {
   BakeOptions quietly = options;
   quietly.progress = {};
   quietly.leaves_out_broken = false;
-  bake_shard(work, one, {}, quietly);  // once for what is set up once
-  const auto forget = [&] {
-    std::error_code none;
-    std::filesystem::remove(work.file(one.runs.front().record_name()), none);
-    std::filesystem::remove(work.file(one.runs.front().footprint_name()), none);
-  };
-  forget();
   Stopwatch watch;
-  bake_shard(work, one, {}, quietly);
+  bake_shard(work, probe, {}, quietly);
   const double seconds = watch.lap();
-  forget();
+  std::error_code none;
+  std::filesystem::remove(work.file(probe.runs.front().record_name()), none);
+  std::filesystem::remove(work.file(probe.runs.front().footprint_name()), none);
   return seconds;
+}
+
+// What a run costs beside its samples is left out by taking differences, as far as it has more than one.
+double seconds_of_a_sample(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {
+  constexpr std::size_t most = 4;
+  const std::size_t samples = std::min(most, plan.survey.runs[plan.ensemble.reference_run].steps.size());
+  const double first = seconds_of(work, probe(plan, 1), options);
+  if (samples == 1) return first;
+  const double all = seconds_of(work, probe(plan, samples), options);
+  return std::max((all - first) / static_cast<double>(samples - 1), 1e-6);
 }
 
 }  // namespace

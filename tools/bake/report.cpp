@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -16,7 +17,12 @@ void print(const Json& json) {
   std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
-double gigabytes(std::uint64_t bytes) { return static_cast<double>(bytes) / 1e9; }
+std::string size_text(std::uint64_t bytes) {
+  const bool is_large = bytes >= 1'000'000'000;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f %s", static_cast<double>(bytes) / (is_large ? 1e9 : 1e6), is_large ? "GB" : "MB");
+  return text.data();
+}
 
 std::size_t count(const std::vector<RunStatus>& runs, RunProgress progress) {
   return static_cast<std::size_t>(std::ranges::count(runs, progress, &RunStatus::progress));
@@ -78,10 +84,10 @@ void print_json(const BakeSummary& summary, const std::filesystem::path& model) 
 void print_table(const BakePlan& plan, const BakeEstimate& estimate) {
   const double seconds = estimate.seconds_per_sample * static_cast<double>(estimate.samples);
   std::printf("work           %zu runs, %zu samples\n", estimate.runs, estimate.samples);
-  std::printf("model          %.3f GB, and %.3f GB in the work folder\n", gigabytes(estimate.model_bytes), gigabytes(estimate.work_bytes));
-  std::printf("memory         %.2f GB per shard, and %.2f GB per thread beside what reading a state takes\n",
-              gigabytes(estimate.shared_bytes), gigabytes(estimate.thread_bytes));
-  std::printf("time           %.1f ms per sample on this machine: %.2f processor hours\n", 1e3 * estimate.seconds_per_sample, seconds / 3600);
+  std::printf("model          %s, and %s in the work folder\n", size_text(estimate.model_bytes).c_str(), size_text(estimate.work_bytes).c_str());
+  std::printf("memory         %s per shard, and %s per thread beside what reading a state takes\n",
+              size_text(estimate.shared_bytes).c_str(), size_text(estimate.thread_bytes).c_str());
+  std::printf("time           %.1f ms per sample on this machine: %.3f processor hours\n", 1e3 * estimate.seconds_per_sample, seconds / 3600);
   for (std::size_t run = 0; run < plan.runs.size(); ++run)
     if (!plan.runs[run].failure.empty())
       std::printf("left out       %s: %s\n", plan.ensemble.runs[run].name.c_str(), plan.runs[run].failure.c_str());

@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# A one-node Slurm runs the job script on the demo, with a task that is killed on the way, and the merge behind it: the
+# bytes of a single process.  slurm.sh <folder of the programs>; LBEA_LONG_TESTS=1 only, needs root.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+source "$here/common.sh"
+[ "${LBEA_LONG_TESTS:-0}" = 1 ] || skip "a long test; set LBEA_LONG_TESTS=1 or use tests/run.sh --long"
+[ "$(id -u)" -eq 0 ] || skip "needs root, to start munged, slurmctld and slurmd"
+for program in munged slurmctld slurmd sbatch; do command -v $program >/dev/null || skip "no $program here"; done
+
+pids=()
+at_the_end() {
+  for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
+  for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
+}
+waits() {  # for a command to succeed, at most a minute
+  for _ in $(seq "${patience:-600}"); do "$@" >/dev/null 2>&1 && return; sleep 0.1; done
+  echo "still not: $*"; cat ./*.log; return 1
+}
+
+# Everything of this Slurm lives in the test's folder, on ports of its own, beside whatever the machine runs.
+mkdir -p munge slurm spool/d
+chmod 755 .  # munged wants others to be able to reach its socket, and nobody to write above it
+chmod 711 munge
+dd if=/dev/urandom of=munge/key bs=1024 count=1 status=none
+chmod 400 munge/key
+munged --foreground --force --key-file="$PWD/munge/key" --socket="$PWD/munge/socket" --pid-file="$PWD/munge/pid" \
+  --log-file="$PWD/munge.log" --seed-file="$PWD/munge/seed" >munged.out 2>&1 &
+pids+=($!)
+waits test -S munge/socket
+read -r low _ </proc/sys/net/ipv4/ip_local_port_range
+port=$((low - 200 + $$ % 100))
+cat >slurm/slurm.conf <<CONF
+ClusterName=test
+SlurmctldHost=$(hostname -s)(127.0.0.1)
+SlurmUser=root
+SlurmctldPort=$port
+SlurmdPort=$((port + 100))
+AuthType=auth/munge
+AuthInfo=socket=$PWD/munge/socket
+CredType=cred/munge
+StateSaveLocation=$PWD/spool
+SlurmdSpoolDir=$PWD/spool/d
+SlurmctldPidFile=$PWD/slurmctld.pid
+SlurmdPidFile=$PWD/slurmd.pid
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU
+SchedulerParameters=bf_interval=1,sched_min_interval=0
+MinJobAge=2
+MpiDefault=none
+ReturnToService=2
+NodeName=$(hostname -s) NodeAddr=127.0.0.1 CPUs=$(nproc) State=UNKNOWN
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+CONF
+echo 'CgroupPlugin=cgroup/v1' >slurm/cgroup.conf
+export SLURM_CONF=$PWD/slurm/slurm.conf
+slurmctld -D -i >slurmctld.log 2>&1 &
+pids+=($!)
+slurmd -D >slurmd.log 2>&1 &
+pids+=($!)
+waits sh -c 'sinfo -h -o %T | grep -q idle'
+
+PATH=$1/tools/bake:$PATH
+export PATH
+lbea-bake "$demo/ensemble.toml" "${few[@]}" -o alone.lbea >/dev/null
+lbea-bake plan "$demo/ensemble.toml" "${few[@]}" --work work -o array.lbea
+script=$here/../../docs/examples/cluster/bake.slurm
+array=$(sbatch --parsable --array=0-3 "$script" work)
+scancel --signal=KILL "${array}_2" || true  # wherever it is; the next array does what is missing
+again=$(sbatch --parsable --array=0-2 --dependency=afterany:"$array" "$script" work)
+merge=$(sbatch --parsable --dependency=afterany:"$again" --wrap "lbea-bake merge --work work")
+waits test -e array.lbea
+cmp alone.lbea array.lbea
+lbea-bake status --work work | grep -q 'finished  10 of 10'
+echo "jobs $array, $again, $merge: the same bytes"
