@@ -17,8 +17,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-METHODS = ["oracle", "vtp", "lbea", "icp", "look_alike", "fit", "estimate", "tracked"]
-COLOURS = dict(zip(METHODS, ["#000000", "#9a9a9a", "#1f77b4", "#8c564b", "#17becf", "#2ca02c", "#d62728", "#ff7f0e"]))
+METHODS = ["oracle", "vtp", "lbea", "icp", "look_alike", "fit", "estimate", "tracked", "path"]
+COLOURS = dict(zip(METHODS, ["#000000", "#9a9a9a", "#1f77b4", "#8c564b", "#17becf", "#2ca02c", "#d62728", "#ff7f0e", "#bcbd22"]))
 
 
 def number(text):
@@ -83,7 +83,7 @@ def draw_robustness(rows, file):
     names = list(dict.fromkeys(r["frames_are"] for r in rows if r["experiments"] == "unseen"))
     if len(names) < 2:
         return
-    methods = ["oracle", "lbea", "fit", "estimate", "tracked"]
+    methods = ["oracle", "lbea", "fit", "estimate", "tracked", "path"]
     figure, axes = plt.subplots(figsize=(9, 4))
     for i, method in enumerate(methods):
         heights = [mean_per_test([r for r in rows if r["experiments"] == "unseen" and r["frames_are"] == n
