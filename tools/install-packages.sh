@@ -15,6 +15,8 @@ packages=(
   pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
   help2man doxygen file debootstrap                # manual pages, reference, Debian packages and their test
   libboost-dev chromium                            # monitor: its web server; the browser that tests its page
+  libopenmpi-dev openmpi-bin                       # bake on clusters: the optional MPI driver
+  slurmctld slurmd slurm-client munge              # tests: a one-node Slurm
   doctest-dev python3-vtk9                         # tests: the runner, an oracle for VTU
   python3 python3-numpy python3-matplotlib         # pictures of the demo
 )
