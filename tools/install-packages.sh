@@ -8,7 +8,7 @@ packages=(
   cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # wire
   libisal-dev liblz4-dev libzstd-dev zlib1g-dev    # recordings: checksums, compressed chunks
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
-  libpugixml-dev                                   # VTK's XML files
+  libpugixml-dev liblzf-dev                        # VTK's XML files, packed PCD clouds
   libcli11-dev libspdlog-dev                       # programs
   libboost-dev                                     # metrics: Beast, headers alone
   libnanoflann-dev libbenchmark-dev                # benchmark: a baseline, loops one by one

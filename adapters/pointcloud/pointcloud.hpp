@@ -1,4 +1,4 @@
-// Point clouds in files: PLY, and text with a point per line (.xyz, .txt, .csv, .asc).
+// Point clouds in files: PLY, PCD, STL, and text with a point per line (.xyz, .txt, .csv, .asc).
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -29,6 +29,19 @@ struct PointCloud {
 /// PLY, ASCII or binary of either byte order. Takes the properties x, y, z of the element "vertex", whatever
 /// their scalar type, and skips all else. Throws Error{bad_input | unsupported_input}.
 [[nodiscard]] PointCloud parse_ply(std::span<const std::byte> bytes, const std::string& name);
+
+/// PCD, as text, binary or packed (LZF); of the fields only x, y, z. In organised clouds (HEIGHT above 1) pixels without a
+/// point, NaN or 0 0 0, become NaN. Throws Error{bad_input | unsupported_input}.
+[[nodiscard]] PointCloud parse_pcd(std::span<const std::byte> bytes, const std::string& name);
+
+/// The corners of an STL file's triangles, each position once, in the order of the file. Throws Error{bad_input}.
+[[nodiscard]] PointCloud parse_stl_cloud(std::span<const std::byte> bytes, const std::string& name);
+
+/// Points at the origin become NaN: pixels of an organised cloud that hold no point.
+void mark_empty_pixels(std::vector<Point>& points) noexcept;
+
+/// A table of the formats for people, a line each.
+[[nodiscard]] std::string list_cloud_formats();
 
 /// Text, a point per line. Columns are separated by blanks, tabs, commas or semicolons (with the latter, and with
 /// tabs, a comma may be the decimal sign). A line of names, which may be a comment, tells the columns x, y, z;

@@ -123,8 +123,7 @@ TEST_CASE("the kind of a file is told from its content") {
           "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
           "end_header\n1 2 3\n");
   CHECK(same(read_point_cloud(ply).points, {{1, 2, 3}}));
-  CHECK(error_of([&] { (void)read_point_cloud(put("c.pcd", "# .PCD v0.7\n")); }).status ==
-        Status::unsupported_input);
+  CHECK(error_of([&] { (void)read_point_cloud(put("c.pcd", "# .PCD v0.7\n")); }).status == Status::bad_input);
   CHECK(error_of([&] { (void)read_point_cloud(put("d.bin", std::string("\1\0\2", 3))); }).status ==
         Status::unsupported_input);
   CHECK(error_of([&] { (void)read_point_cloud(put("e.xyz", "")); }).status == Status::bad_input);

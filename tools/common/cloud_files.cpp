@@ -1,5 +1,7 @@
 #include "tools/common/cloud_files.hpp"
 
+#include "adapters/pointcloud/stamps.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
@@ -12,7 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Text tables in a folder of PLY clouds say something about them; in a folder without any they are the clouds.
+bool is_cloud(const fs::path& file) {
+  constexpr std::array<std::string_view, 3> extensions{".ply", ".pcd", ".stl"};
+  return std::find(extensions.begin(), extensions.end(), file.extension().string()) != extensions.end();
+}
+
+// Text tables in a folder of such clouds say something about them; in a folder without any they are the clouds.
 bool is_text_cloud(const fs::path& file) {
   constexpr std::array<std::string_view, 4> extensions{".xyz", ".txt", ".csv", ".asc"};
   return std::find(extensions.begin(), extensions.end(), file.extension().string()) != extensions.end();
@@ -22,13 +29,13 @@ void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
   std::vector<fs::path> found, texts;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
-    if (entry.path().extension() == ".ply") found.push_back(entry.path());
-    if (is_text_cloud(entry.path())) texts.push_back(entry.path());
+    if (is_cloud(entry.path())) found.push_back(entry.path());
+    if (is_text_cloud(entry.path()) && entry.path().filename() != stamp_table_name) texts.push_back(entry.path());
   }
   if (found.empty()) found = std::move(texts);
   if (found.empty())
     throw Error{Status::file_not_found,
-                folder.string() + ": no clouds in this folder (.ply .xyz .txt .csv .asc); give another one"};
+                folder.string() + ": no clouds in this folder (.ply .pcd .stl .xyz .txt .csv .asc); give another one"};
   std::sort(found.begin(), found.end());
   files.insert(files.end(), found.begin(), found.end());
 }

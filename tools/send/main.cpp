@@ -1,4 +1,5 @@
 // lbea-send: plays point clouds from files to a matcher, as a camera would.
+#include "adapters/pointcloud/pointcloud.hpp"
 #include "adapters/wire/handshake.hpp"
 #include "tools/common/access_options.hpp"
 #include "tools/common/progress.hpp"
@@ -16,6 +17,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> paths;
+  std::filesystem::path stamps;
   std::string endpoint, results_endpoint, frame_id = "sensor";
   double rate_hz = 0;
   bool realtime = false, wait_ready = false, json = false;
@@ -24,7 +26,7 @@ struct Options {
 };
 
 constexpr auto description =
-    "Sends point clouds (PLY, XYZ) as frames. All clouds are read and encoded before the first one leaves.\n"
+    "Sends point clouds (PLY, PCD, STL, XYZ) as frames. All clouds are read and encoded before the first one leaves.\n"
     "With --rate or --realtime a frame that finds no room at the receiver is refused and counted, as a camera\n"
     "cannot wait; without, sending waits. With --results nothing is sent before the matcher has said that it\n"
     "counts, and at the end it says what it has. The exit code is 1 when a frame was refused, did not leave here\n"
@@ -39,6 +41,8 @@ void add_options(Tool& tool, Options& options) {
                   "endpoint of the matcher's results: agree on the start and compare counts at the end");
   auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(CLI::Range(1e-3, 1e6));
   tool.add_flag("--realtime", options.realtime, "pace by the clouds' stamps")->excludes(rate);
+  tool.add_option("--stamps", options.stamps,
+                  "table of file,stamp_ns (or _us, _ms, _s): when each cloud was captured (default: stamps.csv beside them)");
   tool.add_option("--loop", options.play.rounds, "how often to send all of them; 0: until stopped")
       ->check(CLI::Range(0, 1'000'000));
   tool.add_option("--frame-id", options.frame_id, "name of the coordinate system the points are in");
@@ -106,7 +110,7 @@ std::string tally_line(const Account& account) {
 std::vector<EncodedCloud> load(const Options& options) {
   const auto files = find_clouds(options.paths);
   Progress progress("reading", files.size());
-  return encode_clouds(files, options.play.session, options.frame_id,
+  return encode_clouds(files, options.stamps, options.play.session, options.frame_id,
                        [&](std::size_t done) { progress.advance_to(done); });
 }
 
@@ -158,5 +162,6 @@ int main(int argc, char** argv) {
   lbea::Tool tool("lbea-send", lbea::description,
                   "lbea-send frames/ --to ipc:///tmp/frames.ipc --rate 1000 --wait-ready");
   lbea::add_options(tool, options);
+  tool.list_formats_by(lbea::list_cloud_formats());
   return tool.run(argc, argv, [&] { return lbea::send(options); });
 }

@@ -1,19 +1,44 @@
 #include "tools/send/playlist.hpp"
 
 #include "adapters/pointcloud/pointcloud.hpp"
+#include "adapters/pointcloud/stamps.hpp"
 #include "adapters/wire/codec.hpp"
+
+#include <map>
 
 namespace lbea {
 
 namespace fs = std::filesystem;
 
-std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, std::uint64_t session,
-                                        const std::string& frame_id,
+namespace {
+
+/// The tables that say when clouds were captured, each read once.
+class StampTables {
+ public:
+  explicit StampTables(fs::path given) : given_(std::move(given)) {}
+
+  std::optional<std::int64_t> of(const fs::path& file, std::optional<std::int64_t> in_file) {
+    const fs::path table = given_.empty() ? file.parent_path() / stamp_table_name : given_;
+    if (given_.empty() && !fs::exists(table)) return CloudStamps().of(file, in_file);
+    return tables_.try_emplace(table, table).first->second.of(file, in_file);
+  }
+
+ private:
+  fs::path given_;
+  std::map<fs::path, CloudStamps> tables_;
+};
+
+}  // namespace
+
+std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, const fs::path& stamps,
+                                        std::uint64_t session, const std::string& frame_id,
                                         const std::function<void(std::size_t)>& progress) {
   std::vector<EncodedCloud> clouds;
   Encoder encoder;
+  StampTables tables(stamps);
   for (const fs::path& file : files) {
-    const PointCloud cloud = read_point_cloud(file);
+    PointCloud cloud = read_point_cloud(file);
+    cloud.stamp_ns = tables.of(file, cloud.stamp_ns);
     const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, frame_id);
     if (message.empty())
       throw Error{Status::bad_input, file.string() +

@@ -17,13 +17,15 @@ namespace lbea {
 struct EncodedCloud {
   std::filesystem::path file;
   std::shared_ptr<std::vector<std::byte>> message;
-  std::optional<std::int64_t> stamp_ns;  // as in the file
+  std::optional<std::int64_t> stamp_ns;  // nothing when neither table, file nor name have one
 };
 
-/// Reads and encodes; `progress` is called with the number done. Throws what read_point_cloud throws, and
+/// Reads and encodes. Stamps are those of the table `stamps` or, when it is empty, of a file stamps.csv beside the clouds, else
+/// the clouds' own, else those in their names. `progress` is called with the number done. Throws what read_point_cloud throws, and
 /// Error{bad_input} for a stamp that does not fit on the wire.
 [[nodiscard]] std::vector<EncodedCloud> encode_clouds(const std::vector<std::filesystem::path>& files,
-                                                      std::uint64_t session, const std::string& frame_id,
+                                                      const std::filesystem::path& stamps, std::uint64_t session,
+                                                      const std::string& frame_id,
                                                       const std::function<void(std::size_t)>& progress);
 
 /// Due times in ns after the first cloud, one per cloud, then one for the second round's first: as the stamps

@@ -1,0 +1,56 @@
+#include "adapters/pointcloud/stamps.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/refusals.hpp"
+#include "tests/support/test_data.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using namespace lbea::test;
+
+TEST_CASE("stamps in names, exact to the nanosecond") {
+  CHECK(stamp_in_name("cloud_1000050ns") == 1'000'050);
+  CHECK(stamp_in_name("run3-left-12.5ms") == 12'500'000);
+  CHECK(stamp_in_name("a_0.000000001s") == 1);
+  CHECK(stamp_in_name("00017_250us") == 250'000);
+  CHECK(stamp_in_name("frame_t0.0125") == 12'500'000);
+  CHECK(stamp_in_name("frame_t=3") == 3'000'000'000);
+  CHECK(stamp_in_name("1403636579763555584") == 1'403'636'579'763'555'584);
+  CHECK(stamp_in_name("1403636579.763555584") == 1'403'636'579'763'555'584);
+  CHECK(stamp_in_name("1403636579763") == 1'403'636'579'763'000'000);
+  CHECK(stamp_in_name("0007_1403636579763555") == 1'403'636'579'763'555'000);
+}
+
+TEST_CASE("other numbers in names are no stamps") {
+  for (const char* name : {"frame_000123", "scan12", "run_013_step02", "v1.5", "left", "", "t", "shot3", "12start", "20221121_143000",
+                           "99999999999999999999s"}) {
+    CAPTURE(name);
+    CHECK_FALSE(stamp_in_name(name).has_value());
+  }
+}
+
+TEST_CASE("a table's stamps go before the file's, and these before the name's") {
+  const TemporaryFolder folder;
+  const CloudStamps table(put(folder / "stamps.csv", "frame;file;time [ms]\n1; clouds/a.ply; 0.5\n2; \"b\"; -2\n\n"));
+  CHECK(table.of("x/a.ply", 7) == 500'000);
+  CHECK(table.of("b.pcd", std::nullopt) == -2'000'000);
+  CHECK(table.of("c_9ns.pcd", 7) == 7);
+  CHECK(table.of("c_9ns.pcd", std::nullopt) == 9);
+  CHECK_FALSE(CloudStamps().of("c.pcd", std::nullopt).has_value());
+  CHECK(CloudStamps(put(folder / "t.txt", "# filename stamp_ns\na.pcd 123\n")).of("a.pcd", {}) == 123);
+  CHECK(CloudStamps(put(folder / "t.csv", "timestamp_us,name\r\n1.5,a\r\n")).of("a.pcd", {}) == 1500);
+}
+
+TEST_CASE("a table that says too little is refused with the line") {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& text, const std::vector<std::string>& words) {
+    const auto file = put(folder / "stamps.csv", text);
+    check_error(error_of([&] { CloudStamps{file}; }), Status::bad_input, words);
+  };
+  refused("", {"stamps.csv", "empty"});
+  refused("file,timestamp\na,1\n", {"line 1", "stamp_ns"});
+  refused("file,stamp_ns\na\n", {"line 2", "too few"});
+  refused("file,stamp_ns\na,soon\n", {"line 2", "soon"});
+  refused("file,stamp_s\na,99999999999999999999\n", {"line 2", "not a time"});
+  CHECK(error_of([&] { CloudStamps{folder / "none.csv"}; }).status == Status::file_not_found);
+}
