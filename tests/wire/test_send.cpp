@@ -117,6 +117,23 @@ TEST_CASE("clouds without a stamp get the present one") {
   CHECK(received.frames[1].header.stamp_ns <= now_ns());
 }
 
+TEST_CASE("clouds of another format, stamped by a table beside them") {
+  Bench bench(0);
+  for (const char* name : {"a", "b"})
+    test::put(bench.folder / ("clouds/" + std::string(name) + ".pcd"),
+              "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3\n");
+  test::put(bench.folder / "clouds/stamps.csv", "file,stamp_ms\na.pcd,1000\nb.pcd,1000.5\n");
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint()});
+  const Received received = receive_all(source);
+  CHECK(sender->wait() == 0);
+  REQUIRE(received.frames.size() == 2);
+  CHECK(received.frames[0].header.stamp_ns == 1'000'000'000);
+  CHECK(received.frames[1].header.stamp_ns == 1'000'500'000);
+  CHECK(received.frames[1].points.at(0).z == 3.0f);
+}
+
 TEST_CASE("the pace: at a rate, and by the stamps" * doctest::skip(test::is_instrumented)) {
   Bench bench(5);
   WireContext context;
@@ -212,6 +229,8 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({bench.clouds(), "--to", bench.endpoint()}, 1, "nobody listens there");
   CHECK(bench.run({"--help"}) == 0);
   CHECK(contains(text_of(bench.out()), "lbea-send frames/"));
+  CHECK(bench.run({"--list-formats"}) == 0);
+  CHECK(contains(text_of(bench.out()), "PCD"));
   CHECK(bench.run({"--version"}) == 0);
 
   Bench unstamped(1, false);
