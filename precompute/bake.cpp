@@ -2,6 +2,7 @@
 
 #include "precompute/model_writer.hpp"
 #include "precompute/shards/bake_shard.hpp"
+#include "precompute/shards/estimate.hpp"
 #include "precompute/shards/merge_shards.hpp"
 #include "precompute/shards/plan_bake.hpp"
 #include "precompute/stopwatch.hpp"
@@ -13,6 +14,7 @@ BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& descriptio
   check_replaceable(output);
   const PassingWorkFolder passing(output);
   const BakePlan plan = plan_bake(passing.folder(), ensemble, description, options);
+  check_space(passing.folder(), plan);
   Stopwatch watch;
   bake_shard(passing.folder(), plan, {0, 1}, options);
   const double samples_seconds = watch.lap();

@@ -6,6 +6,8 @@
 #include "precompute/shards/model_plan.hpp"
 #include "precompute/stopwatch.hpp"
 
+#include <lbea/lbea.hpp>
+
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
@@ -51,9 +53,7 @@ double seconds_of_a_sample(const WorkFolder& work, const BakePlan& plan, const B
   return std::max((all - first) / static_cast<double>(samples - 1), 1e-6);
 }
 
-}  // namespace
-
-BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {
+BakeEstimate sizes(const WorkFolder& work, const BakePlan& plan) {
   std::vector<bool> is_kept;
   std::vector<std::string> left_out;
   for (std::size_t run = 0; run < plan.runs.size(); ++run) {
@@ -76,6 +76,23 @@ BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOp
   result.work_bytes = result.samples * (sample.bytes() + image) + result.runs * (moments + 8 * envelope.layout().bits.size() + survey);
   for (const ReferenceBasis& basis : bases) result.shared_bytes += static_cast<std::uint64_t>(basis.projection.size()) * sizeof(double);
   result.thread_bytes = 2 * sample.bytes() + 160 * nodes + 80 * vertices + moments;
+  return result;
+}
+
+}  // namespace
+
+void check_space(const WorkFolder& work, const BakePlan& plan) {
+  const BakeEstimate needed = sizes(work, plan);
+  std::error_code error;
+  const auto free = std::filesystem::space(work.path(), error).available;
+  if (!error && free < needed.model_bytes + needed.work_bytes)
+    throw Error(Status::write_failed, "the model needs " + std::to_string(needed.model_bytes) + " bytes and its making " +
+                                          std::to_string(needed.work_bytes) + ", but " + work.path().parent_path().string() +
+                                          " has " + std::to_string(free) + " free; make room or choose another folder");
+}
+
+BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {
+  BakeEstimate result = sizes(work, plan);
   result.seconds_per_sample = seconds_of_a_sample(work, plan, options);
   return result;
 }

@@ -18,6 +18,9 @@ struct BakeEstimate {
   std::uint64_t thread_bytes = 0;   // and what each thread needs beside its reader, about
 };
 
+/// Throws Error{write_failed} when the disk that holds `work` has no room for the records and the model.
+void check_space(const WorkFolder& work, const BakePlan& plan);
+
 /// Throws what a shard throws.
 [[nodiscard]] BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options);
 

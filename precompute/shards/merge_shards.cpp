@@ -201,6 +201,7 @@ BakeSummary merge_shards(const WorkFolder& work, const BakePlan& planned, const 
   provenance.resize(model.provenance_size, ' ');
   writer.write<char>(SectionId::provenance, 0, 0, provenance);
   writer.commit();
+  work.sweep();
   summary.file_size = writer.file_size();
   summary.left_out = runs.left_out;
   summary.seconds = {planned.reading_seconds, planned.bases_seconds, 0, watch.lap()};

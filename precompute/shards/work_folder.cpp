@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -56,6 +57,17 @@ fs::path WorkFolder::file(WorkName name) const {
   std::array<char, 17> key{};
   std::snprintf(key.data(), key.size(), "%016llx", static_cast<unsigned long long>(name.key));
   return folder_ / kind_names.at(static_cast<std::size_t>(name.kind)) / key.data();
+}
+
+void WorkFolder::sweep() const {
+  std::error_code error;
+  std::vector<fs::path> remains;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_, error)) {
+    const std::string name = entry.path().filename().string();
+    const auto end = name.find(".tmp-");
+    if (end != std::string::npos && fs::exists(entry.path().parent_path() / name.substr(0, end), error)) remains.push_back(entry.path());
+  }
+  for (const fs::path& path : remains) fs::remove(path, error);
 }
 
 void WorkFolder::note_failure(std::uint64_t record, const std::string& reason) const {

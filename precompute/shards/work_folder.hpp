@@ -23,6 +23,9 @@ class WorkFolder {
   [[nodiscard]] WorkWriter writer(WorkName name) const { return {file(name), name, is_durable_}; }
   [[nodiscard]] WorkReader reader(WorkName name) const { return {file(name), name}; }
 
+  /// Removes what writers that died left behind of files that others have finished since.
+  void sweep() const;
+
   /// Why a record could not be made: kept for status and merge until it can.
   void note_failure(std::uint64_t record, const std::string& reason) const;
   void forget_failure(std::uint64_t record) const;

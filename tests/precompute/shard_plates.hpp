@@ -125,8 +125,13 @@ struct Death {
   long after_us = 0;
 };
 
-/// Runs `body` in a process of its own; returns its peak memory in kB, 0 when it died.
-inline long in_a_process(const Death& death, const std::function<void(BakeOptions)>& body, unsigned threads = 1) {
+struct Usage {
+  long peak_kb = 0;
+  double cpu_s = 0;
+};
+
+/// Runs `body` in a process of its own; returns what it took, 0 when it died.
+inline Usage in_a_process(const Death& death, const std::function<void(BakeOptions)>& body, unsigned threads = 1) {
   const pid_t child = ::fork();
   if (child == 0) {
     BakeOptions options = shard_options(threads);
@@ -151,7 +156,9 @@ inline long in_a_process(const Death& death, const std::function<void(BakeOption
   REQUIRE(::wait4(child, &status, 0, &usage) == child);
   const bool failed = WIFEXITED(status) && WEXITSTATUS(status) != 0;
   CHECK_FALSE(failed);
-  return WIFEXITED(status) && !failed ? usage.ru_maxrss : 0;
+  if (!WIFEXITED(status) || failed) return {};
+  const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+  return {usage.ru_maxrss, seconds(usage.ru_utime) + seconds(usage.ru_stime)};
 }
 
 }  // namespace lbea::test
