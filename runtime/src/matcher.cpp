@@ -5,6 +5,7 @@
 #include "runtime/src/model_view.hpp"
 #include "runtime/src/nearest_samples.hpp"
 #include "runtime/src/projection.hpp"
+#include "runtime/src/sample_tree.hpp"
 #include "runtime/src/stopwatch.hpp"
 #include "runtime/src/surface_fit.hpp"
 
@@ -23,9 +24,11 @@ struct Matcher::State {
         best(std::min(config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches, view.info.samples)),
         matches(std::min(config.max_matches, view.info.samples)), surface(view.info.vertices) {
     if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
+    if (config.method != Method::vtp && is_worth_a_tree(view.info.samples, best.capacity()))
+      for (const ReferenceView& reference : view.references) trees.emplace_back(reference.coefficients, view.info.modes);
   }
 
-  void search(const ReferenceView& reference) noexcept;
+  void search(std::uint32_t reference) noexcept;
   void fit(MatchResult& result) noexcept;
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return fitter ? fitter->matches() : best.ranked(); }
   float coverage_of(const RankedSample& sample, const ReferenceView& reference) noexcept;
@@ -39,6 +42,7 @@ struct Matcher::State {
   Positions coefficients;   // e_j, eq. 3
   std::vector<float> public_coefficients;
   BestSamples best;
+  std::vector<SampleTree> trees;  // per reference, of many samples
   std::optional<SurfaceFitter> fitter;
   std::vector<Match> matches;
   std::vector<std::array<float, 3>> surface;  // the best sample's vertices
@@ -70,7 +74,7 @@ MatchResult Matcher::match(const Frame& frame) noexcept {
   result.elapsed_ns.correspondence = watch.lap();
   project(reference.projection, s.corresponding, s.coefficients);                         // step 5: Psi' M e
   result.elapsed_ns.projection = watch.lap();
-  s.search(reference);                                                                    // eq. 1 or eq. 3
+  s.search(result.reference);                                                                // eq. 1 or eq. 3
   result.elapsed_ns.matching = watch.lap();
   s.fit(result);                                                                          // what the sensor would see decides
   result.elapsed_ns.fit = watch.lap();
@@ -81,9 +85,10 @@ MatchResult Matcher::match(const Frame& frame) noexcept {
   return result;
 }
 
-void Matcher::State::search(const ReferenceView& reference) noexcept {
-  if (config.method == Method::vtp) return search_vtp(view, reference, corresponding, best);
-  search_lbea(reference, coefficients, best);
+void Matcher::State::search(std::uint32_t reference) noexcept {
+  if (config.method == Method::vtp) return search_vtp(view, view.references[reference], corresponding, best);
+  if (!trees.empty()) return trees[reference].search(coefficients, best);
+  search_lbea(view.references[reference], coefficients, best);
 }
 
 void Matcher::State::fit(MatchResult& result) noexcept {

@@ -8,10 +8,11 @@
 namespace lbea {
 
 void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
-  if (!(distance < bound())) return;
+  const auto is_before = [&](const RankedSample& other) { return distance < other.distance || (distance == other.distance && sample < other.sample); };
+  if (!(distance < std::numeric_limits<float>::infinity()) || (size_ == ranked_.size() && !is_before(ranked_.back()))) return;
   if (size_ < ranked_.size()) ++size_;
   std::size_t place = size_ - 1;
-  for (; place > 0 && distance < ranked_[place - 1].distance; --place) ranked_[place] = ranked_[place - 1];
+  for (; place > 0 && is_before(ranked_[place - 1]); --place) ranked_[place] = ranked_[place - 1];
   ranked_[place] = {sample, distance};
 }
 

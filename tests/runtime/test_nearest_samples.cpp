@@ -1,4 +1,5 @@
 #include "runtime/src/nearest_samples.hpp"
+#include "runtime/src/sample_tree.hpp"
 
 #include <doctest/doctest.h>
 
@@ -62,6 +63,54 @@ TEST_CASE("the best k of eq. 3 equal a naive scan, for every number of modes aro
     }
 }
 
+// Curves in time through the coefficients, as simulations are, some samples twice.
+std::vector<float> curves(std::size_t samples, std::size_t modes, std::size_t stride, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> value(0, 1);
+  std::vector<float> table(samples * 3 * stride), way(3 * stride);
+  for (std::size_t s = 0; s < samples; ++s) {
+    if (s % 31 == 0) std::ranges::generate(way, [&] { return value(random); });
+    const std::size_t like = s > 40 && s % 17 == 0 ? s - 40 : s;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t j = 0; j < modes; ++j) {
+        const float decay = 1.0f / static_cast<float>(1 + j), noise = 0.02f * value(random);
+        table[(3 * s + axis) * stride + j] = like == s ? decay * (static_cast<float>(s % 31) * way[axis * stride + j] + noise) : table[(3 * like + axis) * stride + j];
+      }
+  }
+  return table;
+}
+
+TEST_CASE("the tree finds what a look at every sample finds, to the bit, whatever was found before") {
+  for (const std::size_t modes : {1u, 16u, 100u})
+    for (const std::size_t samples : {1u, 2u, 31u, 32u, 33u, 64u, 65u, 1'000u, 5'000u}) {
+      CAPTURE(modes);
+      CAPTURE(samples);
+      Positions e(modes);
+      const auto table = curves(samples, modes, e.planes[0].size(), static_cast<unsigned>(samples + modes));
+      ReferenceView reference;
+      reference.coefficients = table;
+      const SampleTree tree(table, modes);
+      std::mt19937 random(5);
+      std::normal_distribution<float> value(0, 0.05f);
+      for (const std::uint32_t k : {1u, 5u}) {
+        BestSamples found(std::min(k, static_cast<std::uint32_t>(samples))), expected(static_cast<std::uint32_t>(found.capacity()));
+        for (std::size_t query = 0; query < 40; ++query) {
+          const std::size_t near = random() % samples;
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            for (std::size_t j = 0; j < modes; ++j)
+              e.planes[axis][j] = table[(3 * near + axis) * e.planes[0].size() + j] + (query % 4 == 0 ? 0.0f : query % 4 == 3 ? 40.0f : 1.0f) * value(random);
+          search_lbea(reference, e, expected);
+          tree.search(e, found);
+          REQUIRE(found.ranked().size() == expected.ranked().size());
+          for (std::size_t i = 0; i < found.ranked().size(); ++i) {
+            CHECK(found.ranked()[i].sample == expected.ranked()[i].sample);
+            CHECK(found.ranked()[i].distance == expected.ranked()[i].distance);
+          }
+        }
+      }
+    }
+}
+
 TEST_CASE("ties between samples go to the lower index") {
   Positions e(4);
   const std::vector<float> table(10 * 3 * e.planes[0].size());  // ten equal samples
@@ -69,6 +118,8 @@ TEST_CASE("ties between samples go to the lower index") {
   reference.coefficients = table;
   BestSamples best(3);
   search_lbea(reference, e, best);
+  for (std::uint32_t i = 0; i < 3; ++i) CHECK(best.ranked()[i].sample == i);
+  SampleTree(table, 4).search(e, best);
   for (std::uint32_t i = 0; i < 3; ++i) CHECK(best.ranked()[i].sample == i);
 }
 

@@ -28,7 +28,7 @@ using Announce = std::function<void(const std::string&)>;
                                                         const MakePipelines& make, std::span<const BenchCloud> clouds,
                                                         const Announce& announce);
 
-/// search_lbea and a plain loop over 100 to 100 k samples: the model's own, repeated with jitter.
+/// The product's search and a plain loop over 100 to 1,000,000 samples: the model's own, repeated with jitter.
 [[nodiscard]] std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,
                                                          std::span<const BenchCloud> clouds, const Announce& announce);
 

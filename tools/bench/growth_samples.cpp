@@ -1,17 +1,19 @@
 // The search alone, over tables larger than the model's.
+#include "runtime/src/sample_tree.hpp"
 #include "tools/bench/growth.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <random>
 
 namespace lbea::bench {
 
 namespace {
 
-constexpr std::array<std::size_t, 10> sample_counts{100,   200,    500,    1'000,  2'000,
-                                                    5'000, 10'000, 20'000, 50'000, 100'000};
+constexpr std::array<std::size_t, 13> sample_counts{100,    200,    500,    1'000,   2'000,   5'000,    10'000,
+                                                    20'000, 50'000, 100'000, 200'000, 500'000, 1'000'000};
 constexpr float coefficient_jitter = 0.02f;  // of a coefficient's standard deviation over the samples
 constexpr std::size_t searches = 100;
 constexpr std::size_t clouds_used = 8;
@@ -109,14 +111,16 @@ std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConf
     const Table table = replicated(model.view().references.front(), samples);
     ReferenceView reference = model.view().references.front();
     reference.coefficients = table.coefficients;
+    std::optional<SampleTree> tree;
+    if (is_worth_a_tree(samples, best.capacity())) tree.emplace(table.coefficients, table.modes);
     std::vector<double> product_us, plain_us;
     for (std::size_t i = 0; i < searches; ++i) {
       const Positions& frame = e[i % e.size()];
-      product_us.push_back(processor_us([&] { search_lbea(reference, frame, best); }));
+      product_us.push_back(processor_us([&] { tree ? tree->search(frame, best) : search_lbea(reference, frame, best); }));
       plain_us.push_back(processor_us([&] { search_plainly(table, frame, plain_best); }));
       check(best, plain_best, table.modes);
     }
-    rows.push_back({samples, "search_lbea", statistics_of(product_us)});
+    rows.push_back({samples, "search of S_proj", statistics_of(product_us)});
     rows.push_back({samples, "plain loop", statistics_of(plain_us)});
   }
   return rows;
