@@ -113,8 +113,9 @@ void EnvelopeBuilder::mark(const Corner& min, const Corner& max) {
   std::array<std::size_t, 3> first{}, last{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double end = static_cast<double>(surface_.cells[axis]) - 1;
-    first[axis] = static_cast<std::size_t>(std::clamp(std::floor(min[axis]), 0.0, end));
-    last[axis] = static_cast<std::size_t>(std::clamp(std::floor(max[axis]), 0.0, end));
+    const auto cell = [end](double along) { return static_cast<std::size_t>(static_cast<std::int64_t>(std::clamp(along, 0.0, end))); };
+    first[axis] = cell(min[axis]);
+    last[axis] = cell(max[axis]);
   }
   for (std::size_t z = first[2]; z <= last[2]; ++z)
     for (std::size_t y = first[1]; y <= last[1]; ++y)
