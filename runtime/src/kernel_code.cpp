@@ -2,28 +2,13 @@
 #include "runtime/src/kernel_views.hpp"
 #include "runtime/src/kernels.hpp"
 #include "runtime/src/lanes.hpp"
+#include "runtime/src/point_lanes.hpp"
 
 namespace lbea::LBEA_KERNELS {
 
 namespace {
 
-constexpr float infinity = __builtin_inff(), largest_finite = 3.4028234e38f;
-
-struct Block {
-  Floats x, y, z;
-};
-
-// Three vectors of packed x y z, apart by coordinate: lanes 0-15 name the first vector, 16-31 the second.
-Block apart(Floats a, Floats b, Floats c) {
-  const Floats x = pick<0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0>(a, b);
-  const Floats y = pick<1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0>(a, b);
-  const Floats z = pick<2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0>(a, b);
-  return {pick<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29>(x, c),
-          pick<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30>(y, c),
-          pick<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31>(z, c)};
-}
-
-Block load_points(const float* points) { return apart(load(points), load(points + lanes), load(points + 2 * lanes)); }
+constexpr float largest_finite = 3.4028234e38f;
 
 // The last, incomplete group: its last point again and again.
 Block load_last_points(const float* points, std::size_t count) {
@@ -41,80 +26,30 @@ Ints fine_cell_along(Floats position, const GridView& grid, std::size_t axis, In
   const Floats cell = (position - grid.corner[axis]) * grid.cells_per_length;
   const float cells = static_cast<float>(grid.cells[axis]), halves = static_cast<float>(1u << grid.halvings);
   inside &= (cell >= 0.0f) & (cell < cells);
-  const Floats clamped = minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1));  // what the conversion can represent
-  return __builtin_convertvector(clamped, Ints);
-}
-
-// Four coordinates of sixteen points, point by point.
-void store_placed(Floats x, Floats y, Floats z, Ints number, PlacedPoint* to) {
-  Floats p;
-  __builtin_memcpy(&p, &number, sizeof(p));
-  const auto lower_pairs = [](Floats a, Floats b) { return pick<0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23>(a, b); };
-  const auto upper_pairs = [](Floats a, Floats b) { return pick<8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31>(a, b); };
-  const auto lower_fours = [](Floats a, Floats b) { return pick<0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23>(a, b); };
-  const auto upper_fours = [](Floats a, Floats b) { return pick<8, 9, 24, 25, 10, 11, 26, 27, 12, 13, 28, 29, 14, 15, 30, 31>(a, b); };
-  const Floats xy[2] = {lower_pairs(x, y), upper_pairs(x, y)}, zp[2] = {lower_pairs(z, p), upper_pairs(z, p)};
-  for (std::size_t half = 0; half < 2; ++half) {
-    store(&to[8 * half].x, lower_fours(xy[half], zp[half]));
-    store(&to[8 * half + 4].x, upper_fours(xy[half], zp[half]));
-  }
+  return to_ints(minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1)));  // what an int can represent
 }
 
 void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed, std::uint32_t* rank) {
   const auto halvings = static_cast<std::int32_t>(grid.halvings);
-  const Ints first_numbers{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  constexpr std::int32_t counted[lanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const Ints first_numbers = loaded<Ints>(counted);
   const auto nx = static_cast<std::int32_t>(grid.cells[0]), ny = static_cast<std::int32_t>(grid.cells[1]);
   const std::int32_t no_cell = nx * ny * static_cast<std::int32_t>(grid.cells[2]);
   for (std::size_t begin = 0; begin < count; begin += lanes) {
     const Block sensor = count - begin >= lanes ? load_points(points + 3 * begin) : load_last_points(points + 3 * begin, count - begin);
     const Floats position[3] = {row(T, sensor), row(T + 4, sensor), row(T + 8, sensor)};
-    Ints inside = Ints{} - 1;
+    Ints inside = all_of(std::int32_t{-1});
     const Ints x = fine_cell_along(position[0], grid, 0, inside), y = fine_cell_along(position[1], grid, 1, inside),
                z = fine_cell_along(position[2], grid, 2, inside);
-    const Ints cells = inside ? (x >> halvings) + nx * ((y >> halvings) + ny * (z >> halvings)) : Ints{} + no_cell;
+    const Ints cells = choose(inside, (x >> halvings) + nx * ((y >> halvings) + ny * (z >> halvings)), all_of(no_cell));
     const Ints octants = (x & halvings) | (y & halvings) << 1 | (z & halvings) << 2;
     std::int32_t cell[lanes];
     std::uint32_t octant[lanes];
     store(cell, cells);
     store(octant, octants);
-    store_placed(position[0], position[1], position[2], first_numbers + static_cast<std::int32_t>(begin), placed + begin);
+    store_placed({position[0], position[1], position[2]}, first_numbers + static_cast<std::int32_t>(begin), placed + begin);
     for (std::size_t i = 0; i < lanes; ++i) rank[begin + i] = grid.rank[cell[i]] | octant[i];
   }
-}
-
-struct Corners {
-  float low[3], high[3];
-};
-constexpr Corners inverted{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-
-Floats halves_swapped(Floats v) { return pick<8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7>(v, v); }
-Floats quarters_swapped(Floats v) { return pick<4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11>(v, v); }
-
-// Four points in a vector, x y z and number each: lanes 0, 1, 2 of what is folded hold the box.
-Corners corners(Floats low, Floats high) {
-  low = minimum(low, halves_swapped(low));
-  low = minimum(low, quarters_swapped(low));
-  high = maximum(high, halves_swapped(high));
-  high = maximum(high, quarters_swapped(high));
-  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
-}
-
-// Of eight points x y z p: eight x and eight y, or eight z and eight p.
-Floats pick_xy(Floats a, Floats b) { return pick<0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29>(a, b); }
-Floats pick_zp(Floats a, Floats b) { return pick<2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31>(a, b); }
-Floats first_halves(Floats a, Floats b) { return pick<0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23>(a, b); }
-Floats second_halves(Floats a, Floats b) { return pick<8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31>(a, b); }
-
-Corners fill_whole_leaf(const PlacedPoint* points, Leaf& leaf) {
-  const float* from = &points->x;
-  const Floats a = load(from), b = load(from + lanes), c = load(from + 2 * lanes), d = load(from + 3 * lanes);
-  // Pairs of coordinates of the first and the last eight points, then one coordinate of all sixteen.
-  const Floats xy_low = pick_xy(a, b), xy_high = pick_xy(c, d), zp_low = pick_zp(a, b), zp_high = pick_zp(c, d);
-  store(leaf.x, first_halves(xy_low, xy_high));
-  store(leaf.y, second_halves(xy_low, xy_high));
-  store(leaf.z, first_halves(zp_low, zp_high));
-  store(leaf.point, second_halves(zp_low, zp_high));
-  return corners(minimum(minimum(a, b), minimum(c, d)), maximum(maximum(a, b), maximum(c, d)));
 }
 
 Corners fill_last_leaf(const PlacedPoint* points, std::size_t count, Leaf& leaf) {
@@ -217,9 +152,7 @@ struct Queries {
   void look() {
     squared = load(best.squared);
     if (!any) return;
-    Ints points;
-    __builtin_memcpy(&points, best.point, sizeof(points));
-    squared = points != static_cast<std::int32_t>(NearestPoint::none) ? all(-1.0f) : squared;
+    squared = choose(loaded<Ints>(best.point) != static_cast<std::int32_t>(NearestPoint::none), all(-1.0f), squared);
   }
 };
 

@@ -1,8 +1,9 @@
 // Sixteen floats at a time, in the compiler's own vector types: one source becomes SSE2, AVX2, AVX-512 or NEON code,
 // whichever the file that includes it is compiled for. Sixteen lanes everywhere, so that sums are added in the same
-// order and every machine gets the same bits.
+// order and every machine gets the same bits. Where a register holds fewer, sixteen lanes are several registers: said in
+// so many words, because compilers keep a vector that is wider than their registers in memory.
 //
-// Included by kernel_code.cpp alone. No standard-library templates here: an inline function compiled for AVX-512 must
+// Included by the kernel files alone. No standard-library templates here: an inline function compiled for AVX-512 must
 // not be the copy that the linker keeps for everyone.
 #pragma once
 
@@ -16,77 +17,248 @@
 namespace lbea::LBEA_KERNELS {
 
 inline constexpr std::size_t lanes = 16;
-using Floats = float __attribute__((vector_size(64)));
-using Ints = std::int32_t __attribute__((vector_size(64)));
-
-static inline Floats load(const float* from) {
-  Floats value;
-  __builtin_memcpy(&value, from, sizeof(value));
-  return value;
-}
-template <typename Scalar, typename Vector>
-static inline void store(Scalar* to, Vector value) {
-  static_assert(sizeof(Scalar) * lanes == sizeof(Vector));
-  __builtin_memcpy(to, &value, sizeof(value));
-}
-static inline Floats all(float value) { return Floats{} + value; }
-// A comparison with NaN is false, so the second operand wins: minimum(NaN, b) = b.
-static inline Floats minimum(Floats a, Floats b) { return a < b ? a : b; }
-static inline Floats maximum(Floats a, Floats b) { return a > b ? a : b; }
-
-static inline Floats square_roots(Floats value) {
 #if defined(__AVX512F__)
-  return reinterpret_cast<Floats>(_mm512_sqrt_ps(reinterpret_cast<__m512>(value)));
+inline constexpr std::size_t register_bytes = 64;
+#elif defined(__AVX2__)
+inline constexpr std::size_t register_bytes = 32;
 #else
-  for (std::size_t i = 0; i < lanes; ++i) value[i] = __builtin_sqrtf(value[i]);
-  return value;
+inline constexpr std::size_t register_bytes = 16;
 #endif
+
+template <typename Scalar>
+struct Lanes {
+  static constexpr std::size_t parts = lanes * sizeof(Scalar) / register_bytes, width = lanes / parts;
+  typedef Scalar Part __attribute__((vector_size(register_bytes)));
+  Part part[parts];
+
+  Scalar operator[](std::size_t lane) const { return part[lane / width][lane % width]; }
+};
+using Floats = Lanes<float>;
+using Ints = Lanes<std::int32_t>;
+
+/// Part by part.
+template <typename Result, typename Work>
+static inline Result each(Work work) {
+  Result result;
+  for (std::size_t i = 0; i < Result::parts; ++i) result.part[i] = work(i);
+  return result;
+}
+template <typename Scalar>
+static inline Lanes<Scalar> all_of(Scalar value) {
+  return each<Lanes<Scalar>>([&](std::size_t) { return typename Lanes<Scalar>::Part{} + value; });
+}
+static inline Floats all(float value) { return all_of(value); }
+
+#define LBEA_LANES_BINARY(op)                                                              \
+  template <typename Scalar>                                                               \
+  static inline Lanes<Scalar> operator op(const Lanes<Scalar>& a, const Lanes<Scalar>& b) { \
+    return each<Lanes<Scalar>>([&](std::size_t i) { return a.part[i] op b.part[i]; });     \
+  }                                                                                        \
+  template <typename Scalar>                                                               \
+  static inline Lanes<Scalar> operator op(const Lanes<Scalar>& a, Scalar b) {              \
+    return each<Lanes<Scalar>>([&](std::size_t i) { return a.part[i] op b; });             \
+  }                                                                                        \
+  template <typename Scalar>                                                               \
+  static inline Lanes<Scalar> operator op(Scalar a, const Lanes<Scalar>& b) {              \
+    return each<Lanes<Scalar>>([&](std::size_t i) { return a op b.part[i]; });             \
+  }
+LBEA_LANES_BINARY(+)
+LBEA_LANES_BINARY(-)
+LBEA_LANES_BINARY(*)
+LBEA_LANES_BINARY(/)
+LBEA_LANES_BINARY(&)
+LBEA_LANES_BINARY(|)
+LBEA_LANES_BINARY(^)
+LBEA_LANES_BINARY(<<)
+LBEA_LANES_BINARY(>>)
+#undef LBEA_LANES_BINARY
+
+/// All bits of a lane where it holds, none elsewhere.
+#define LBEA_LANES_COMPARISON(op)                                                              \
+  static inline Ints operator op(const Floats& a, const Floats& b) {                           \
+    return each<Ints>([&](std::size_t i) { return a.part[i] op b.part[i]; });                  \
+  }                                                                                            \
+  static inline Ints operator op(const Floats& a, float b) {                                   \
+    return each<Ints>([&](std::size_t i) { return a.part[i] op (Floats::Part{} + b); });       \
+  }                                                                                            \
+  static inline Ints operator op(const Ints& a, std::int32_t b) {                              \
+    return each<Ints>([&](std::size_t i) { return a.part[i] op (Ints::Part{} + b); });         \
+  }
+LBEA_LANES_COMPARISON(<)
+LBEA_LANES_COMPARISON(>)
+LBEA_LANES_COMPARISON(<=)
+LBEA_LANES_COMPARISON(>=)
+LBEA_LANES_COMPARISON(!=)
+#undef LBEA_LANES_COMPARISON
+
+template <typename Scalar>
+static inline Lanes<Scalar> operator-(const Lanes<Scalar>& a) {
+  return each<Lanes<Scalar>>([&](std::size_t i) { return -a.part[i]; });
+}
+static inline Ints operator<(const Ints& a, const Ints& b) {
+  return each<Ints>([&](std::size_t i) { return a.part[i] < b.part[i]; });
+}
+template <typename Scalar, typename Other>
+static inline Lanes<Scalar>& operator+=(Lanes<Scalar>& a, const Other& b) {
+  return a = a + b;
+}
+static inline Ints& operator&=(Ints& a, const Ints& b) { return a = a & b; }
+
+/// Lane by lane: a where it holds, b elsewhere.
+template <typename Scalar>
+static inline Lanes<Scalar> choose(const Ints& holds, const Lanes<Scalar>& a, const Lanes<Scalar>& b) {
+  return each<Lanes<Scalar>>([&](std::size_t i) { return holds.part[i] ? a.part[i] : b.part[i]; });
+}
+
+// Register by register: all of it at once would be copied through memory.
+template <typename Vector, typename Scalar>
+static inline Vector loaded(const Scalar* from) {
+  static_assert(sizeof(Scalar) * lanes == sizeof(Vector));
+  return each<Vector>([&](std::size_t i) {
+    typename Vector::Part part;
+    __builtin_memcpy(&part, from + i * Vector::width, sizeof(part));
+    return part;
+  });
+}
+static inline Floats load(const float* from) { return loaded<Floats>(from); }
+template <typename Scalar, typename Vector>
+static inline void store(Scalar* to, const Vector& value) {
+  static_assert(sizeof(Scalar) * lanes == sizeof(Vector));
+  for (std::size_t i = 0; i < Vector::parts; ++i) __builtin_memcpy(to + i * Vector::width, &value.part[i], sizeof(value.part[i]));
+}
+
+/// Truncated; what an int cannot represent is the caller's to avoid.
+static inline Ints to_ints(const Floats& value) {
+  return each<Ints>([&](std::size_t i) { return __builtin_convertvector(value.part[i], Ints::Part); });
+}
+static inline Floats to_floats(const Ints& value) {
+  return each<Floats>([&](std::size_t i) { return __builtin_convertvector(value.part[i], Floats::Part); });
+}
+
+// A comparison with NaN is false, so the second operand wins: minimum(NaN, b) = b.
+static inline Floats minimum(const Floats& a, const Floats& b) {
+  return each<Floats>([&](std::size_t i) { return a.part[i] < b.part[i] ? a.part[i] : b.part[i]; });
+}
+static inline Floats maximum(const Floats& a, const Floats& b) {
+  return each<Floats>([&](std::size_t i) { return a.part[i] > b.part[i] ? a.part[i] : b.part[i]; });
+}
+
+static inline Floats square_roots(const Floats& value) {
+  return each<Floats>([&](std::size_t i) {
+#if defined(__AVX512F__)
+    return Floats::Part(_mm512_sqrt_ps(__m512(value.part[i])));
+#elif defined(__AVX2__)
+    return Floats::Part(_mm256_sqrt_ps(__m256(value.part[i])));
+#elif defined(__SSE2__)
+    return Floats::Part(_mm_sqrt_ps(__m128(value.part[i])));
+#else
+    Floats::Part roots = value.part[i];
+    for (std::size_t lane = 0; lane < Floats::width; ++lane) roots[lane] = __builtin_sqrtf(roots[lane]);
+    return roots;
+#endif
+  });
 }
 
 /// Bit i: a[i] <= b[i].
-static inline std::uint32_t at_most(Floats a, Floats b) {
+static inline std::uint32_t at_most(const Floats& a, const Floats& b) {
 #if defined(__AVX512F__)
-  return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(a), reinterpret_cast<__m512>(b), _CMP_LE_OQ);
-#elif defined(__SSE2__)
-  const Ints holds = a <= b;
+  return _mm512_cmp_ps_mask(__m512(a.part[0]), __m512(b.part[0]), _CMP_LE_OQ);
+#else
   std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < Floats::parts; ++i) {
 #if defined(__AVX2__)
-  __m256 part[2];
-  __builtin_memcpy(part, &holds, sizeof(part));
-  for (unsigned i = 0; i < 2; ++i) bits |= static_cast<std::uint32_t>(_mm256_movemask_ps(part[i])) << (8 * i);
+    const int part = _mm256_movemask_ps(_mm256_cmp_ps(__m256(a.part[i]), __m256(b.part[i]), _CMP_LE_OQ));
+#elif defined(__SSE2__)
+    const int part = _mm_movemask_ps(_mm_cmple_ps(__m128(a.part[i]), __m128(b.part[i])));
 #else
-  __m128 part[4];
-  __builtin_memcpy(part, &holds, sizeof(part));
-  for (unsigned i = 0; i < 4; ++i) bits |= static_cast<std::uint32_t>(_mm_movemask_ps(part[i])) << (4 * i);
+    int part = 0;
+    for (std::size_t lane = 0; lane < Floats::width; ++lane) part |= (a.part[i][lane] <= b.part[i][lane] ? 1 : 0) << lane;
 #endif
-  return bits;
-#else
-  std::uint32_t bits = 0;
-  for (std::size_t i = 0; i < lanes; ++i) bits |= static_cast<std::uint32_t>(a[i] <= b[i]) << i;
+    bits |= static_cast<std::uint32_t>(part) << (Floats::width * i);
+  }
   return bits;
 #endif
 }
 
+#if defined(__AVX512F__)
 /// Lanes of two vectors by number: 0-15 of the first, 16-31 of the second.
 template <int... Lane>
-static inline Floats pick(Floats a, Floats b) {
-  return __builtin_shufflevector(a, b, Lane...);
+static inline Floats pick(const Floats& a, const Floats& b) {
+  return {{__builtin_shufflevector(a.part[0], b.part[0], Lane...)}};
 }
+#endif
+
+/// Four lanes: a point's four coordinates, or one coordinate of four points.
+using Four = float __attribute__((vector_size(16)));
+
+static inline Four load_four(const float* from) {
+  Four value;
+  __builtin_memcpy(&value, from, sizeof(value));
+  return value;
+}
+static inline void store_four(float* to, Four value) { __builtin_memcpy(to, &value, sizeof(value)); }
+
+/// Rows become columns.
+struct Fours {
+  Four at[4];
+};
+static inline Fours transposed(const Fours& rows) {
+  const auto& [a, b, c, d] = rows.at;
+  const Four low_ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), high_ab = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const Four low_cd = __builtin_shufflevector(c, d, 0, 4, 1, 5), high_cd = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  return {{__builtin_shufflevector(low_ab, low_cd, 0, 1, 4, 5), __builtin_shufflevector(low_ab, low_cd, 2, 3, 6, 7),
+           __builtin_shufflevector(high_ab, high_cd, 0, 1, 4, 5), __builtin_shufflevector(high_ab, high_cd, 2, 3, 6, 7)}};
+}
+
+#if !defined(__AVX512F__)
+static inline Floats joined(const Fours& fours) {
+#if defined(__AVX2__)
+  return {{__builtin_shufflevector(fours.at[0], fours.at[1], 0, 1, 2, 3, 4, 5, 6, 7),
+           __builtin_shufflevector(fours.at[2], fours.at[3], 0, 1, 2, 3, 4, 5, 6, 7)}};
+#else
+  return {{fours.at[0], fours.at[1], fours.at[2], fours.at[3]}};
+#endif
+}
+static inline Fours divided(const Floats& value) {
+#if defined(__AVX2__)
+  const auto low = [](Floats::Part v) { return __builtin_shufflevector(v, v, 0, 1, 2, 3); };
+  const auto high = [](Floats::Part v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); };
+  return {{low(value.part[0]), high(value.part[0]), low(value.part[1]), high(value.part[1])}};
+#else
+  return {{value.part[0], value.part[1], value.part[2], value.part[3]}};
+#endif
+}
+#endif
 
 /// By halves: each step folds the upper lanes onto the lower ones.
 template <typename Fold>
-static inline float folded(Floats value, Fold fold) {
-  value = fold(value, pick<8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7>(value, value));
-  value = fold(value, pick<4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11>(value, value));
-  value = fold(value, pick<2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13>(value, value));
-  value = fold(value, pick<1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14>(value, value));
-  return value[0];
+static inline float folded(const Floats& value, Fold fold) {
+  Floats::Part part[Floats::parts];
+  for (std::size_t i = 0; i < Floats::parts; ++i) part[i] = value.part[i];
+  for (std::size_t half = Floats::parts / 2; half > 0; half /= 2)
+    for (std::size_t i = 0; i < half; ++i) part[i] = fold(part[i], part[i + half]);
+#if defined(__AVX512F__)
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7));
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11));
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13));
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14));
+#elif defined(__AVX2__)
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 4, 5, 6, 7, 0, 1, 2, 3));
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 2, 3, 0, 1, 6, 7, 4, 5));
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 1, 0, 3, 2, 5, 4, 7, 6));
+#else
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 2, 3, 0, 1));
+  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 1, 0, 3, 2));
+#endif
+  return part[0][0];
 }
-static inline float greatest(Floats value) { return folded(value, maximum); }
+static inline float greatest(const Floats& value) {
+  return folded(value, [](Floats::Part a, Floats::Part b) { return a > b ? a : b; });
+}
 
 /// In a fixed order: halves, quarters, eighths, sixteenths.
-static inline float sum(Floats value) {
-  return folded(value, [](Floats a, Floats b) { return a + b; });
+static inline float sum(const Floats& value) {
+  return folded(value, [](Floats::Part a, Floats::Part b) { return a + b; });
 }
 
 }  // namespace lbea::LBEA_KERNELS
