@@ -4,6 +4,7 @@
 #include "precompute/simulation.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,11 +12,18 @@
 
 namespace lbea {
 
+struct InputFile {
+  std::string name;  // without folder
+  std::uint64_t size = 0;
+  std::uint64_t hash = 0;  // XXH3-64
+};
+
 struct EnsembleRun {
   std::string name;
   std::vector<double> parameters;  // in the order of Ensemble::parameter_names; NaN: not given
   std::function<std::unique_ptr<SimulationReader>()> open;
   std::string source = {};  // what another process opens it by, a path for instance; empty: only this one can
+  std::vector<InputFile> files = {};  // what it consists of, when that is known: not hashed again then
 };
 
 struct Ensemble {

@@ -155,18 +155,18 @@ std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint3
   return steps;
 }
 
-RunHistory survey_run(SimulationReader& reader, const std::string& run, const EnsembleDescription& description,
+RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const EnsembleDescription& description,
                       const SimulationReader& reference, Stage& stage) {
   RunHistory history;
-  history.steps = used_steps(description.steps, reader.states(), run);
+  history.steps = used_steps(description.steps, reader.states(), run.name);
   for (const std::uint32_t step : history.steps) history.times.push_back(reader.time_s(step));
-  (void)step_times(history.times, history.steps, description.time_factor, run);
+  (void)step_times(history.times, history.steps, description.time_factor, run.name);
   history.fields = reader.fields();
-  (void)find_fields(chosen_fields(description.fields, reference.fields(), run), history.fields, run);
-  const Movement movement = read_movement(reader, history.steps, run, stage);
-  history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run);
+  (void)find_fields(chosen_fields(description.fields, reference.fields(), run.name), history.fields, run.name);
+  const Movement movement = read_movement(reader, history.steps, run.name, stage);
+  history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run.name);
   history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
-  history.files = hashed_files(reader);
+  history.files = run.files.empty() ? hashed_files(reader) : run.files;
   return history;
 }
 

@@ -13,12 +13,6 @@
 
 namespace lbea {
 
-struct InputFile {
-  std::string name;  // without folder
-  std::uint64_t size = 0;
-  std::uint64_t hash = 0;  // XXH3-64
-};
-
 /// One run's share of the samples.
 struct RunSurvey {
   std::vector<std::uint32_t> steps;   // stored states used, ascending
@@ -59,7 +53,7 @@ struct RunHistory {
 };
 
 /// Each used state once, one in memory. Throws Error{bad_input | bad_config} naming the run, and BakeCancelled.
-[[nodiscard]] RunHistory survey_run(SimulationReader& reader, const std::string& run,
+[[nodiscard]] RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run,
                                     const EnsembleDescription& description, const SimulationReader& reference,
                                     Stage& stage);
 

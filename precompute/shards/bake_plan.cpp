@@ -31,7 +31,7 @@ static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
     d.time_factor, d.envelope_margin, d.correspondence, d.views, d.output);
 }
-static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source); }
+static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source, r.files); }
 static void members(auto& a, Ensemble& e) {
   std::uint64_t reference_run = e.reference_run;
   a(e.runs, e.parameter_names, reference_run);

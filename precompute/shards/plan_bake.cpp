@@ -43,7 +43,7 @@ PlannedRun surveyed(const WorkFolder& work, const EnsembleRun& run, const Ensemb
   const auto files = reader->files();
   planned.modified = last_changes(files);
   planned.survey = survey_key(common_key, run.name, files, planned.modified);
-  if (!work.has(planned.survey_name())) write_survey(work, planned, survey_run(*reader, run.name, description, reference, stage));
+  if (!work.has(planned.survey_name())) write_survey(work, planned, survey_run(*reader, run, description, reference, stage));
   return planned;
 }
 

@@ -88,6 +88,42 @@ TEST_CASE("a run that is cut off is named by plan, status, merge and the model; 
   CHECK(contains(back.out, "run      added      run_038"));
 }
 
+TEST_CASE("runs are added to a model without reading those that it holds, and withdrawn from it") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "runs");
+  for (const char* run : {"run_023", "run_038", "run_045", "run_052"})
+    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run, std::filesystem::copy_options::recursive);
+  const auto toml = [&](const char* name, const std::string& exclude) {
+    put(folder / name, "runs = ['runs/*']\nexclude = [" + exclude + "]\nreference_run = 'run_023'\ntime_unit = 'ms'\nviews = '" + demo + "/sensor.json'\n");
+  };
+  toml("three.toml", "'run_052'");
+  toml("all.toml", "");
+  toml("fewer.toml", "'run_045'");
+  lbea_bake(folder, "three.toml -o three.lbea" + few);
+  lbea_bake(folder, "all.toml -o all.lbea" + few);
+  lbea_bake(folder, "fewer.toml -o fewer.lbea" + few);
+
+  // Nobody reads the second half of these any more.
+  for (const char* run : {"run_038", "run_045"})
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "runs" / run)) {
+      std::string bytes = text_of(entry.path());
+      if (bytes.size() > 100'000) std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), bytes.end(), '\x7f');
+      put(entry.path(), bytes);
+    }
+  lbea_bake(folder, "all.toml --from three.lbea -o added.lbea" + few);
+  CHECK(text_of(folder / "added.lbea") == text_of(folder / "all.lbea"));
+  lbea_bake(folder, "plan fewer.toml --from added.lbea --work work -o withdrawn.lbea" + few);
+  lbea_bake(folder, "shard --work work --index 0 --of 1");
+  lbea_bake(folder, "merge --work work");
+  CHECK(text_of(folder / "withdrawn.lbea") == text_of(folder / "fewer.lbea"));
+
+  const Outcome other = run_program(std::string(LBEA_BAKE) + " all.toml --from three.lbea -o x.lbea --modes 10 --steps 0,10", folder.path());
+  CHECK(other.exit_code == 1);
+  CHECK(contains(other.err, "does not hold state 10"));
+  const Outcome unit = run_program(std::string(LBEA_BAKE) + " all.toml --from three.lbea -o x.lbea --time-factor 1" + few, folder.path());
+  CHECK(contains(unit.err, "another unit"));
+}
+
 TEST_CASE("steps that cannot be are refused with a sentence") {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& arguments, int exit_code, const std::string& words) {

@@ -96,6 +96,9 @@ void declare(Tool& tool, BakeCommand& command) {
   tool.add_option("ENSEMBLE", command.toml, "ensemble.toml: what to bake; the flags overrule it");
   tool.add_option("-o,--output", command.output,
                   "the model (default: the TOML file's output, else its name with .lbea, here)");
+  tool.add_option("--from", command.earlier,
+                  "an earlier model: runs that it holds are taken from it and not read again")
+      ->default_str("");
   tool.add_option("--run", command.runs,
                   "a run's first file or folder; repeat it, instead of the TOML file's runs")
       ->default_str("");

@@ -12,7 +12,7 @@
 namespace lbea {
 
 struct BakeCommand {
-  std::filesystem::path toml, output;
+  std::filesystem::path toml, output, earlier;
   unsigned threads = 0;
   bool json = false, leave_out_broken = false;
 

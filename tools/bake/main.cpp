@@ -5,6 +5,7 @@
 #include "tools/bake/ensemble_input.hpp"
 #include "tools/bake/report.hpp"
 #include "tools/bake/stage_progress.hpp"
+#include "tools/bake/steps.hpp"
 #include "tools/bake/subcommands.hpp"
 
 namespace {
@@ -23,7 +24,7 @@ int run(const BakeCommand& command) {
   options.progress = [&](const BakeProgress& stage) { progress.show(stage); };
   options.cancelled = [] { return stop_requested != 0; };
   options.leaves_out_broken = command.leave_out_broken;
-  const BakeSummary summary = bake(open_ensemble(description), description, description.output, options);
+  const BakeSummary summary = bake(ensemble_of(command, description), description, description.output, options);
   progress.end();
   command.json ? print_json(summary, description.output) : print_table(summary, description.output);
   return exit_ok;

@@ -1,7 +1,7 @@
 #include "tools/bake/steps.hpp"
 
-#include "adapters/simulation/open.hpp"
 #include "precompute/shards/merge_shards.hpp"
+#include "tools/bake/earlier_model.hpp"
 #include "tools/bake/ensemble_input.hpp"
 #include "tools/bake/stage_progress.hpp"
 
@@ -32,20 +32,26 @@ BakeOptions step_options(unsigned threads, const std::filesystem::path& views) {
   return options;
 }
 
+Ensemble ensemble_of(const BakeCommand& command, const EnsembleDescription& description) {
+  Ensemble ensemble = open_ensemble(description);
+  if (!command.earlier.empty()) take_from_model(ensemble, description, command.earlier);
+  return ensemble;
+}
+
 BakePlan plan_step(const BakeCommand& command, const WorkFolder& work) {
   const EnsembleDescription description = placed(command);
   BakeOptions options = step_options(command.threads, description.views);
   options.visible_nodes = visibility(description.region, command.threads);
-  return plan_bake(work, open_ensemble(description), description, options);
+  return plan_bake(work, ensemble_of(command, description), description, options);
 }
 
 void survey_step(const BakeCommand& command, const WorkFolder& work, const Shard& shard) {
   const EnsembleDescription description = placed(command);
-  survey_shard(work, open_ensemble(description), description, shard, step_options(command.threads, {}));
+  survey_shard(work, ensemble_of(command, description), description, shard, step_options(command.threads, {}));
 }
 
 BakePlan read_plan(const WorkFolder& work) {
-  return read_plan(work, [](const std::string& source) { return open_simulation(source); });
+  return read_plan(work, [](const std::string& source) { return open_source(source); });
 }
 
 ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads) {

@@ -14,6 +14,9 @@ namespace lbea {
 /// Progress lines, Ctrl-C, the sensor that `views` describes; broken runs are left out.
 [[nodiscard]] BakeOptions step_options(unsigned threads, const std::filesystem::path& views);
 
+/// The description's runs, those of --from taken from that model.
+[[nodiscard]] Ensemble ensemble_of(const BakeCommand& command, const EnsembleDescription& description);
+
 /// Writes the plan into `work`.
 BakePlan plan_step(const BakeCommand& command, const WorkFolder& work);
 /// The share of plan_step() that reads, before it.
