@@ -60,6 +60,15 @@ std::string counts(const Cells& cells, std::size_t points) {
   return std::to_string(points) + " points and " + std::to_string(cells.size()) + " cells";
 }
 
+void require_finite(const std::vector<float>& positions, const std::vector<std::uint32_t>& node_ids,
+                    const std::filesystem::path& file) {
+  const auto bad = std::find_if(positions.begin(), positions.end(), [](float value) { return !std::isfinite(value); });
+  if (bad == positions.end()) return;
+  const auto node = static_cast<std::size_t>(bad - positions.begin()) / 3;
+  throw Error{Status::bad_input, file.string() + ": node " + std::to_string(node_ids[node]) +
+                                     " has a position that is not a number; the run has diverged or the file is damaged"};
+}
+
 }  // namespace
 
 GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time) : read_(read_grid) {
@@ -76,6 +85,7 @@ GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGr
   ids_ = all_ids(grid_);
   if (files_.size() == 1) find_displacements(grid_);
   sourced_ = mesh_of(grid_, name);
+  require_finite(sourced_.mesh.positions, sourced_.mesh.node_ids, files_.front());
   if (states_.empty()) find_times(states, grid_, read_time);
   sources_ = fields_of(grid_, states_.front().suffix);
   for (const FieldSource& source : sources_) fields_.push_back(source.field);
@@ -158,6 +168,7 @@ void GridReader::read(std::uint32_t state, SimulationState& into) {
   load(at.file);
   into.time_s = at.time;
   copy_positions(at, into.positions);
+  require_finite(into.positions, sourced_.mesh.node_ids, files_[at.file]);
   into.alive = alive_elements(grid_, sourced_);
   into.fields.resize(sources_.size());
   for (std::size_t f = 0; f < sources_.size(); ++f)

@@ -95,6 +95,7 @@ TEST_CASE("numbered OBJ files are a run") {
   check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input,
               {"s_2.obj", "3 points and 1 cells", "s_1.obj", "4 points and 2 cells"});
   check_error(refusal(put(folder / "t.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n")), Status::bad_input, {"t.obj", "point 8"});
+  check_error(refusal(put(folder / "n.obj", "v nan 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")), Status::bad_input, {"n.obj", "node 1"});
   check_error(refusal(put(folder / "u.obj", "v 0 0 0\nf 1 0 1\n")), Status::bad_input, {"u.obj, line 2"});
 }
 

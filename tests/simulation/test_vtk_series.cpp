@@ -1,6 +1,7 @@
 // Series of VTK files as runs: numbered files, ParaView's collections, displacements in one file.
 #include <doctest/doctest.h>
 
+#include "adapters/export/vtu.hpp"
 #include "adapters/simulation/open.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
@@ -122,6 +123,35 @@ TEST_CASE("a collection names files and their times") {
   CHECK(run->time_s(0) == 0.25);
   put(folder / "run.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"gone.vtu\"/></Collection></VTKFile>");
   check_error(error_of([&] { static_cast<void>(open_simulation(folder / "run.pvd")); }), Status::file_not_found, {"gone.vtu"});
+}
+
+TEST_CASE("what this project exports it reads: numbered VTU files with ids and times") {
+  const TemporaryFolder folder;
+  const std::vector<std::uint32_t> corners{0, 1, 3, 2, 1, 4, 3, 3}, node_ids{10, 20, 30, 40, 50}, element_ids{6, 5}, parts{1, 2};
+  for (const double time : {1.0, 2.0}) {
+    const auto z = static_cast<float>(time);
+    const std::vector<float> positions{0, 0, z, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 0, 0}, strain{0.5f * z, z};
+    VtuGrid grid;
+    grid.positions = positions;
+    grid.element_nodes = corners;
+    grid.time_s = time;
+    grid.point_arrays.push_back({"node_id", std::span<const std::uint32_t>(node_ids), 1});
+    grid.cell_arrays.push_back({"element_id", std::span<const std::uint32_t>(element_ids), 1});
+    grid.cell_arrays.push_back({"part", std::span<const std::uint32_t>(parts), 1});
+    grid.cell_arrays.push_back({"plastic_strain", std::span<const float>(strain), 1});
+    write_vtu(folder / ("mesh_" + std::to_string(static_cast<int>(time)) + ".vtu"), grid);
+  }
+  const auto run = open_simulation(folder.path());
+  CHECK(run->mesh().node_ids == node_ids);
+  CHECK(run->mesh().element_ids == std::vector<std::uint32_t>{5, 6});
+  CHECK(run->mesh().element_parts == std::vector<std::uint32_t>{2, 1});
+  CHECK(run->mesh().elements[0] == std::array<std::uint32_t, 4>{1, 4, 3, 3});
+  REQUIRE(run->states() == 2);
+  CHECK(run->time_s(1) == 2);
+  SimulationState state;
+  run->read(1, state);
+  CHECK(state.positions[2] == 2);
+  CHECK(state.fields == std::vector<std::vector<float>>{{2, 1}});
 }
 
 TEST_CASE("displacements in one file are a run") {
