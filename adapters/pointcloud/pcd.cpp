@@ -76,7 +76,7 @@ std::vector<std::byte> unpacked(std::span<const std::byte> data, std::uint64_t s
   return bytes;
 }
 
-std::vector<Point> read_points(std::span<const std::byte> bytes, const PcdHeader& header, const std::string& name) {
+std::vector<Point> read_pcd_points(std::span<const std::byte> bytes, const PcdHeader& header, const std::string& name) {
   if (header.storage == PcdStorage::text) return text_points(as_text(bytes), header, name);
   const auto data = bytes.subspan(header.bytes);
   const std::uint64_t size = header.point_bytes();
@@ -94,7 +94,7 @@ std::vector<Point> read_points(std::span<const std::byte> bytes, const PcdHeader
 
 PointCloud parse_pcd(std::span<const std::byte> bytes, const std::string& name) {
   const pointcloud::PcdHeader header = pointcloud::parse_pcd_header(as_text(bytes), name);
-  PointCloud cloud{pointcloud::read_points(bytes, header, name), header.stamp_ns, name};
+  PointCloud cloud{pointcloud::read_pcd_points(bytes, header, name), header.stamp_ns, name};
   if (header.is_organised) mark_empty_pixels(cloud.points);
   return cloud;
 }

@@ -53,10 +53,10 @@ class XmlParser {
     if (xml.size() < bytes.size()) {
       const std::string_view behind = bytes.substr(xml.size());
       const std::size_t tag = behind.find('>');
-      const std::size_t mark = behind.find('_', std::min(tag, behind.size()));
-      if (tag == std::string_view::npos || mark == std::string_view::npos) fail("ends within its appended data");
+      const std::size_t underscore = behind.find('_', std::min(tag, behind.size()));
+      if (tag == std::string_view::npos || underscore == std::string_view::npos) fail("ends within its appended data");
       storage_.is_appended_raw = behind.substr(0, tag).find("raw") != std::string_view::npos;
-      storage_.appended = behind.substr(mark + 1);
+      storage_.appended = behind.substr(underscore + 1);
       xml += "</VTKFile>";
     }
     const pugi::xml_parse_result result = document_.load_buffer(xml.data(), xml.size());

@@ -1,5 +1,6 @@
 #include "tools/inspect/model_diff.hpp"
 
+#include "tools/inspect/json_words.hpp"
 #include "tools/inspect/model_report.hpp"
 
 #include <cstdio>
@@ -80,10 +81,6 @@ Json diff(const std::filesystem::path& before, const std::filesystem::path& afte
     for (const Json& names : result[what]) is_same = is_same && names.empty();
   result["same"] = is_same;
   return result;
-}
-
-std::string text(const Json& json) {
-  return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 void print_names(const char* what, const Json& changes) {

@@ -3,6 +3,7 @@
 #include "runtime/src/mapped_file.hpp"
 #include "runtime/src/section_reader.hpp"
 #include "tools/inspect/hexadecimal.hpp"
+#include "tools/inspect/json_words.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -83,11 +84,6 @@ Json sections_json(const std::filesystem::path& file) {
 Json provenance_json(const Model& model) {
   Json provenance = Json::parse(model.provenance(), nullptr, false);
   return provenance.is_discarded() ? Json(model.provenance()) : provenance;
-}
-
-std::string text(const Json& json) {
-  return json.is_string() ? json.get<std::string>()
-                          : json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 void print_pairs(const Json& object) {
