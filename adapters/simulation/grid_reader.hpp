@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "adapters/simulation/grid_fields.hpp"
 #include "adapters/simulation/grid_mesh.hpp"
 
 namespace lbea::grid {

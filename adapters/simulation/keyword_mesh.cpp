@@ -39,7 +39,8 @@ class KeywordParser {
  private:
   void begin(std::string_view line) {
     std::string keyword(text::next_word(line));
-    std::transform(keyword.begin(), keyword.end(), keyword.begin(), [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c; });
+    std::transform(keyword.begin(), keyword.end(), keyword.begin(),
+                   [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c; });
     if (keyword == "*KEYWORD") {
       if (line.find("LONG=Y") != std::string_view::npos) general_ = {20, 20};
       if (line.find("I10=Y") != std::string_view::npos) general_.integer = 10;
