@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <csignal>
 #include <string>
 
 using namespace lbea::test;
@@ -70,6 +71,26 @@ TEST_CASE("clouds that the model has nothing to do with are not timed") {
   CHECK(run.exit_code == 1);
   CHECK(contains(run.err, "--pose"));
   CHECK(run.out == "");
+}
+
+TEST_CASE("from the camera to the result, when there is somebody to give one") {
+  const TemporaryFolder folder;
+  const std::string endpoints = "ipc://" + (folder / "frames").string() + ",ipc://" + (folder / "results").string();
+  const Outcome alone = bench(model + " " + frames + pose + " --through " + endpoints);
+  CHECK(alone.exit_code == 1);
+  CHECK(contains(alone.err, "start lbea-serve"));
+  CHECK(bench(model + " " + frames + pose + " --through ipc:///frames").exit_code == 1);
+  const auto comma = endpoints.find(',');
+  Process server({LBEA_SERVE, model, "--frames", endpoints.substr(0, comma), "--results", endpoints.substr(comma + 1)}, (folder / "out").string(),
+                 (folder / "err").string());
+  const Outcome timed = bench(model + " " + frames + pose + " --frames 20 --warm-up 2 --json --through " + endpoints);
+  CHECK(timed.exit_code == 0);
+  const auto report = nlohmann::json::parse(timed.out);
+  CHECK(report["frames"] == 20);
+  CHECK(report["p50_us"] > 0);
+  CHECK(report["p50_us"] <= report["max_us"]);
+  server.signal(SIGINT);
+  CHECK(server.wait() == 0);
 }
 
 TEST_CASE("wrong usage") {

@@ -3,6 +3,8 @@
 #include "tools/bench/growth.hpp"
 #include "tools/bench/machine.hpp"
 #include "tools/bench/report.hpp"
+#include "tools/bench/round_trip.hpp"
+#include "tools/bench/statistics.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/tool.hpp"
 
@@ -13,7 +15,7 @@ namespace lbea::bench {
 namespace {
 
 struct Options {
-  std::string model_file, pose_file, csv_file, growth_folder, kernels_name;
+  std::string model_file, pose_file, csv_file, growth_folder, kernels_name, endpoints;
   std::vector<std::string> cloud_paths, baselines;
   std::optional<std::uint32_t> points;
   MatcherConfig matcher;
@@ -57,6 +59,8 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--markdown", options.markdown, "print as Markdown")->excludes(json);
   tool.add_option("--growth", options.growth_folder,
                   "instead: measure against numbers of points and samples, write the tables into this folder");
+  tool.add_option("--through", options.endpoints,
+                  "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; time from sending a frame to its result, one at a time");
 }
 
 std::unique_ptr<Pipeline> make_product(const std::string& kernels_name, const Model& model,
@@ -123,6 +127,18 @@ int grow(const Options& options, const Model& model, std::span<const BenchCloud>
   return exit_ok;
 }
 
+int send_round(const Options& options, std::span<const BenchCloud> clouds) {
+  Progress progress("sending", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
+  const auto times = round_trips(parse_endpoints(options.endpoints), clouds, options.schedule, [&](std::uint64_t done) { progress.advance_to(done); });
+  const Statistics s = statistics_of(times);
+  if (options.json)
+    std::printf("{\"frames\": %zu, \"p50_us\": %.1f, \"p90_us\": %.1f, \"p99_us\": %.1f, \"p99.9_us\": %.1f, \"max_us\": %.1f}\n", s.count, s.p50, s.p90, s.p99,
+                s.p99_9, s.max);
+  else
+    std::printf("camera to result: %zu frames, us: p50 %.1f, p90 %.1f, p99 %.1f, p99.9 %.1f, max %.1f\n", s.count, s.p50, s.p90, s.p99, s.p99_9, s.max);
+  return exit_ok;
+}
+
 Report measured(const Options& options, const Model& model, Pipelines pipelines, std::vector<BenchCloud> clouds) {
   Report report{circumstances(), std::move(clouds), {}};
   report.facts.emplace_back("model", "n = " + std::to_string(model.vertices()) +
@@ -144,6 +160,7 @@ int bench(Options options) {
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);
   if (!options.growth_folder.empty()) return grow(options, model, clouds);
+  if (!options.endpoints.empty()) return send_round(options, clouds);
   const auto pipelines = make_pipelines(options, model, options.matcher);
   const Question question{model.view(), options.matcher.method, options.matcher.T_reference_sensor,
                           options.matcher.max_matches};
