@@ -1,17 +1,20 @@
 // match() promises: no allocation. Every way to the heap is counted here, over 10,000 frames, malformed ones included.
+#include "runtime/src/sample_tree.hpp"
 #include "tests/runtime/frames.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
+#include <lbea/lbea.h>
 #include <lbea/tracker.hpp>
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <random>
 
 namespace {
-thread_local std::uint64_t heap_calls = 0;
+thread_local std::uint64_t heap_calls = 0, heap_bytes = 0;
 }
 
 // glibc's own doors, so that also plain malloc in a library is seen.
@@ -21,10 +24,10 @@ void __libc_free(void*);
 void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 
-void* malloc(std::size_t size) { return ++heap_calls, __libc_malloc(size); }
+void* malloc(std::size_t size) { return ++heap_calls, heap_bytes += size, __libc_malloc(size); }
 void free(void* memory) { ++heap_calls, __libc_free(memory); }
-void* calloc(std::size_t count, std::size_t size) { return ++heap_calls, __libc_calloc(count, size); }
-void* realloc(void* memory, std::size_t size) { return ++heap_calls, __libc_realloc(memory, size); }
+void* calloc(std::size_t count, std::size_t size) { return ++heap_calls, heap_bytes += count * size, __libc_calloc(count, size); }
+void* realloc(void* memory, std::size_t size) { return ++heap_calls, heap_bytes += size, __libc_realloc(memory, size); }
 }
 
 using namespace lbea;
@@ -59,4 +62,68 @@ TEST_CASE("10,000 frames, malformed ones included, without one call to the heap"
     CHECK(refused > 4'000);
   }
   CHECK(heap_calls > 0);  // the counter counts
+}
+
+TEST_CASE("the same through the C interface") {
+  const TemporaryFolder folder;
+  bake(bent_plates(), bent_plates_description(), folder / "plates.lbea");
+  lbea_model* model = nullptr;
+  REQUIRE(lbea_model_open((folder / "plates.lbea").c_str(), &model) == LBEA_OK);
+  lbea_config config;
+  REQUIRE(lbea_config_init(&config, sizeof config) == LBEA_OK);
+  lbea_matcher* matcher = nullptr;
+  REQUIRE(lbea_matcher_create(model, &config, &matcher) == LBEA_OK);
+  const auto points = points_of(Model::open(folder / "plates.lbea"), 5);
+  std::vector<lbea_point> c_points;
+  for (const Point& p : points) c_points.push_back({p.x, p.y, p.z});
+  lbea_frame frame{sizeof(lbea_frame), 0, 0, nullptr, 0};
+  lbea_result result;
+  result.struct_size = sizeof result;
+  const std::uint64_t before = heap_calls;
+  std::uint64_t matched = 0, refused = 0;
+  for (std::uint64_t id = 0; id < 1'000; ++id) {
+    frame.id = id;
+    frame.points = id % 2 == 0 ? c_points.data() : nullptr;
+    frame.point_count = id % 2 == 0 ? c_points.size() : 0;
+    (lbea_matcher_match(matcher, &frame, &result) == LBEA_OK && result.match_count > 0 ? matched : refused) += 1;
+  }
+  CHECK(heap_calls == before);
+  CHECK(matched == 500);
+  CHECK(refused == 500);
+  lbea_matcher_destroy(matcher);
+  lbea_model_close(model);
+}
+
+TEST_CASE("a matcher for 62,000 points takes less than 16 MiB beside its model") {
+  const TemporaryFolder folder;
+  bake(bent_plates(), bent_plates_description(), folder / "plates.lbea", with_views());
+  const Model model = Model::open(folder / "plates.lbea");
+  for (const Method method : {Method::lbea, Method::vtp, Method::fit}) {
+    MatcherConfig config = fit_config();
+    config.max_points = 62'000;
+    config.method = method;
+    const std::uint64_t before = heap_bytes;
+    const Matcher matcher(model, config);
+    const std::uint64_t bytes = heap_bytes - before;
+    MESSAGE(bytes, " bytes");
+    CHECK(bytes < 16u << 20);
+  }
+}
+
+TEST_CASE("many samples are searched without one call to the heap") {
+  constexpr std::size_t samples = 3'000, modes = 20;
+  Positions e(modes);
+  std::mt19937 random(1);
+  std::normal_distribution<float> value(0, 1);
+  std::vector<float> table(samples * 3 * e.planes[0].size());
+  std::ranges::generate(table, [&] { return value(random); });
+  const SampleTree tree(table, modes);
+  BestSamples best(5);
+  const std::uint64_t before = heap_calls;
+  for (int query = 0; query < 100; ++query) {
+    for (auto& plane : e.planes) std::generate_n(plane.begin(), modes, [&] { return value(random); });
+    tree.search(e, best);
+  }
+  CHECK(heap_calls == before);
+  CHECK(best.ranked().size() == 5);
 }
