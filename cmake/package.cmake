@@ -48,6 +48,7 @@ if(LBEA_PYTHON AND LBEA_BUILD_TOOLS)
   lbea_package(python python3-lbea python "matches point clouds with crash simulations, Python"
     "The matcher on numpy arrays, and a client for the frames and results it"
     "exchanges over ZeroMQ.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/python/prerm)
   math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}~), \
 python3 (<< ${Python_VERSION_MAJOR}.${next_minor}), python3-numpy, python3-zmq, python3-flatbuffers")

@@ -68,5 +68,6 @@ fi
 
 step "and away again"
 quietly apt-get purge -y -qq '*lbea*'
-[ -z "$(find /usr -name '*lbea*')" ]
+left=$(find /usr -name '*lbea*')
+[ -z "$left" ] || { echo "left behind: $left"; exit 1; }
 echo "all steps done"
