@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 
@@ -22,6 +23,8 @@
 #include <unistd.h>
 
 namespace lbea::test {
+
+inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 
 /// A plate whose states are computed when they are read: any number of runs takes no memory.
 class FormulaPlate : public SimulationReader {

@@ -3,15 +3,12 @@
 #include "tests/support/refusals.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <random>
 
 using namespace lbea;
 using namespace lbea::test;
 
 namespace {
-
-bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 
 class Schedule {
  public:
@@ -246,58 +243,4 @@ TEST_CASE("the plan comes back from its file as it was") {
   for (const RunStatus& run : run_status(work, read)) CHECK(run.progress == RunProgress::finished);
   CHECK(merged(work, read) == baked_alone(plates.ensemble, shard_description()));
   CHECK_THROWS_WITH_AS((void)read_plan(WorkFolder(folder / "none"), {}), doctest::Contains("holds no plan"), Error);
-}
-
-// What stays in memory per run is its name, steps, times and keys: less than 2 kB. The branches are grouped from at most
-// 256 runs: 256 rows of 6 kB, and twice 256 x 256 distances, 2.6 MB.
-TEST_CASE("memory, and time per run, of a shard and of the merge do not grow with the ensemble") {
-  const std::uint32_t few = is_long_run() ? 100 : 20, many = 10 * few;
-  const PlateShape shape{40, 25, 390, 240};
-  struct Cost {
-    Usage shard, merge;
-    std::uintmax_t model_kb = 0;
-  };
-  const auto cost = [&](std::uint32_t runs) {
-    const TemporaryFolder folder;
-    const WorkFolder work(folder / "work", false);
-    const CountedPlates plates = counted_plates(runs, 2, shape);
-    const auto opener = [&](const std::string& source) { return plates.ensemble.runs.at(std::stoul(source)).open(); };
-    Ensemble ensemble = plates.ensemble;
-    for (std::uint32_t run = 0; run < runs; ++run) ensemble.runs[run].source = std::to_string(run);
-    in_a_process({}, [&](const BakeOptions& options) { (void)plan_bake(work, ensemble, shard_description(), options); });
-    Cost result;
-    result.shard = in_a_process({}, [&](const BakeOptions& options) { bake_shard(work, read_plan(work, opener), {}, options); });
-    result.merge = in_a_process({}, [&](const BakeOptions& options) { merge_shards(work, read_plan(work, opener), folder / "m.lbea", options); });
-    result.model_kb = std::filesystem::file_size(folder / "m.lbea") / 1024;
-    MESSAGE(runs << " runs: shard " << result.shard.peak_kb << " kB, " << 1e3 * result.shard.cpu_s / runs << " ms a run; merge "
-                 << result.merge.peak_kb << " kB, " << 1e3 * result.merge.cpu_s / runs << " ms a run; model " << result.model_kb << " kB");
-    return result;
-  };
-  const Cost small = cost(few), large = cost(many);
-  const long allowed = 2L * (many - few) + 2'600;
-  CHECK(large.model_kb - small.model_kb > static_cast<std::uintmax_t>(2 * allowed));
-  CHECK(large.shard.peak_kb - small.shard.peak_kb < allowed);
-  CHECK(large.merge.peak_kb - small.merge.peak_kb < allowed);
-  CHECK(large.shard.cpu_s / many < 2 * small.shard.cpu_s / few);
-  CHECK(large.merge.cpu_s / many < 2 * small.merge.cpu_s / few);
-}
-
-TEST_CASE("a million vertices and a hundred modes in less than 16 GiB") {
-  if (!is_long_run()) return;
-  const TemporaryFolder folder;
-  EnsembleDescription description = shard_description();
-  description.modes = 100;
-  const CountedPlates plates = counted_plates(1, 2, {1200, 834, 1000, 700});
-  const Usage usage = in_a_process({}, [&](BakeOptions options) {
-    options.views = {};
-    bake(plates.ensemble, description, folder / "m.lbea", options);
-  });
-  const Model model = Model::open(folder / "m.lbea");
-  CHECK(model.vertices() == 1200 * 834);
-  const std::string provenance(model.provenance());
-  const std::string key = "\"largest_residual\":";
-  const double residual = std::stod(provenance.substr(provenance.find(key) + key.size()));
-  MESSAGE("peak " << usage.peak_kb / 1024 << " MiB, " << usage.cpu_s << " s, largest residual " << residual);
-  CHECK(usage.peak_kb < 16L * 1024 * 1024);
-  CHECK(residual < 1e-9);  // relative to the largest eigenvalue
 }
