@@ -7,6 +7,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <fstream>
 
 using namespace lbea;
@@ -94,6 +96,22 @@ TEST_CASE("a folder arrives by name, with rising ids, the files' stamps and an e
     CHECK(frame.points.back().z == 0.5f);
   }
   CHECK(contains(text_of(bench.out()), R"("captured":12,"sent":12,"refused":0,"handed_over":12)"));
+}
+
+// Once every frame wrote a line of progress when nobody knew how many there would be.
+TEST_CASE("sent for ever, progress is a line every few seconds" * doctest::skip(std::getenv("LBEA_LONG_TESTS") == nullptr)) {
+  Bench bench(2);
+  WireContext context;
+  FrameSource source(context, bench.endpoint());
+  const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint(), "--rate", "200", "--loop", "0"});
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 1'300; ++i) REQUIRE(next_frame(source));  // 6.5 s
+  sender->signal(SIGINT);
+  static_cast<void>(sender->wait());
+  const std::string said = text_of(bench.err());
+  const auto seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  CHECK(contains(said, "sending: "));
+  CHECK(static_cast<double>(std::ranges::count(said, '\n')) <= seconds / 5 + 3);
 }
 
 TEST_CASE("clouds without a stamp get the present one") {

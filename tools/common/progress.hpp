@@ -9,6 +9,7 @@ namespace lbea {
 
 class Progress {
  public:
+  /// total 0: nobody knows how much there is; then what is done is counted.
   Progress(std::string label, std::uint64_t total);
   ~Progress();
   Progress(const Progress&) = delete;
