@@ -1,12 +1,13 @@
 // What a bake in shards takes of memory and time: no more for an ensemble ten times as large, and a million vertices.
 #include "tests/precompute/shard_plates.hpp"
+#include "tests/support/instrumented.hpp"
 
 using namespace lbea;
 using namespace lbea::test;
 
 // What stays in memory per run is its name, steps, times and keys: less than 2 kB. The branches are grouped from at most
 // 256 runs: 256 rows of 6 kB, and twice 256 x 256 distances, 2.6 MB.
-TEST_CASE("memory, and time per run, of a shard and of the merge do not grow with the ensemble") {
+TEST_CASE("memory, and time per run, of a shard and of the merge do not grow with the ensemble" * doctest::skip(is_instrumented)) {
   const std::uint32_t few = is_long_run() ? 100 : 20, many = 10 * few;
   const PlateShape shape{40, 25, 390, 240};
   struct Cost {
@@ -38,7 +39,7 @@ TEST_CASE("memory, and time per run, of a shard and of the merge do not grow wit
   CHECK(large.merge.cpu_s / many < 2 * small.merge.cpu_s / few);
 }
 
-TEST_CASE("a million vertices and a hundred modes in less than 16 GiB") {
+TEST_CASE("a million vertices and a hundred modes in less than 16 GiB" * doctest::skip(is_instrumented)) {
   if (!is_long_run()) return;
   const TemporaryFolder folder;
   EnsembleDescription description = shard_description();

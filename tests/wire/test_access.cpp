@@ -223,7 +223,7 @@ TEST_CASE("as many peers as may be, and a place that becomes free") {
     CHECK(delivers(first, source, 30s));
     auto second = std::make_unique<FrameSink>(context, source.endpoint(), 16, client);
     CHECK(delivers(*second, source, 30s));
-    CHECK(source.peers().peers == 2);
+    CHECK(eventually([&] { return source.peers().peers == 2; }));
     FrameSink third(context, source.endpoint(), 16, client);
     CHECK_FALSE(third.send(some_bytes, 300ms));
     CHECK(source.peers().excess >= 1);
