@@ -1,4 +1,5 @@
 // The page: takes in what the server sends, shows the latest of it.
+import "./plain_canvas.js";
 import { map, paint } from "./colours.js";
 import { DistanceChart, ProbabilityChart } from "./charts.js";
 import { connect } from "./connection.js";
@@ -9,7 +10,7 @@ import { Rows } from "./rows.js";
 import { Scene3d } from "./scene3d.js";
 import { Timeline } from "./timeline.js";
 
-const chartInterval = 200, farFromServer = 3000;  // ms
+const chartInterval = 200, wordsInterval = 100, farFromServer = 3000;  // ms
 const byId = (id) => document.getElementById(id);
 const isChecked = (id) => byId(id).checked;
 
@@ -18,7 +19,8 @@ class Page {
     this.model = model;
     this.rows = new Rows();
     this.snapshot = null;
-    this.isStale = { scene: false, charts: false };
+    this.isStale = { scene: false, charts: false, words: false };
+    this.nextWords = 0;
     this.scene = new Scene3d(byId("canvas"), model);
     const nameOf = (simulation) => model.simulations[simulation]?.name ?? `#${simulation}`;
     this.probability = new ProbabilityChart(byId("probability-chart"), byId("probability-list"), nameOf);
@@ -33,7 +35,8 @@ class Page {
     setInterval(() => this.drawCharts(), chartInterval);
     const loop = () => {
       requestAnimationFrame(loop);
-      if (this.isStale.scene) this.drawScene();
+      if (this.isStale.scene && this.scene.isFree()) this.drawScene();
+      if (this.isStale.words && performance.now() >= this.nextWords) this.showWords();
     };
     loop();
   }
@@ -44,7 +47,7 @@ class Page {
   }
   addControls() {
     for (const id of ["show-cloud", "show-mesh", "show-edges", "show-ghost", "side-by-side", "mesh-kind", "colour"])
-      byId(id).addEventListener("change", () => (this.isStale.scene = true));
+      byId(id).addEventListener("change", () => (this.isStale.scene = this.isStale.words = this.snapshot !== null));
     byId("fit-view").addEventListener("click", () => this.scene.fit());
     byId("save-png").addEventListener("click", () => this.savePicture());
   }
@@ -54,8 +57,12 @@ class Page {
       this.isStale.charts = true;
     } else if (packet.head.type === "snapshot") {
       this.snapshot = packet;
-      this.isStale.scene = true;
+      this.isStale.scene = this.isStale.words = true;
     }
+  }
+  /// What was taken in last is on the screen, or about to be with the next picture.
+  get hasShownAll() {
+    return !this.isStale.scene && !this.scene.isDirty;
   }
   drawScene() {
     this.isStale.scene = false;
@@ -69,7 +76,6 @@ class Page {
       edges: isChecked("show-edges"), ghost: isChecked("show-ghost") && Boolean(arrays.ghost), split: isChecked("side-by-side") });
     byId("side-labels").hidden = !isChecked("side-by-side");
     this.showLegend(colour);
-    this.showWords(head, kind);
     document.documentElement.dataset.frame = head.scene.frame;
   }
   placeMesh(mesh, arrays, kind, colour) {
@@ -94,7 +100,11 @@ class Page {
     for (let i = 0; i < 256; ++i) image.data.set([map[i * 3], map[i * 3 + 1], map[i * 3 + 2], 255], i * 4);
     context.putImageData(image, 0, 0);
   }
-  showWords(head, kind) {
+  /// Ten times a second: nobody reads faster, and every change of a word makes the browser lay out and paint.
+  showWords() {
+    this.isStale.words = false;
+    this.nextWords = performance.now() + wordsInterval;
+    const { head } = this.snapshot, kind = byId("mesh-kind").value;
     this.verdict.update(head.result, head.test);
     this.parameters.update(head.result);
     if (head.health) this.health.update(head.health, head.test);

@@ -4,6 +4,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { paint, style } from "./colours.js";
 
 const turnStep = 0.12, zoomStep = 1.15;
+const slowPicture = 50;  // ms; software draws, not a graphics processor
 const plainMesh = { light: 0x9fb2c4, dark: 0x5f7387 };
 
 class Mesh {
@@ -95,7 +96,8 @@ export class Scene3d {
     this.lo = new THREE.Vector3(...model.lo);
     this.hi = new THREE.Vector3(...model.hi);
     this.isSplit = false;
-    this.dirty = true;
+    this.isDirty = true;
+    this.restUntil = this.renderBegin = 0;
     canvas.addEventListener("keydown", (event) => this.key(event));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
@@ -103,17 +105,24 @@ export class Scene3d {
     this.fit();
     const loop = () => {
       requestAnimationFrame(loop);
-      if (this.dirty && this.hasDrawn()) this.render();
+      if (this.isDirty && this.isFree()) this.render();
     };
     loop();
   }
-  /// Whether the graphics processor is done with the last picture. Where software draws, more would only pile up and make
-  /// the page slow to answer.
+  /// Whether the graphics processor is done with the last picture and, where pictures take long, has had as long for the rest of
+  /// the page. Where software draws, more would only pile up and make the page slow to answer.
+  isFree() {
+    if (!this.hasDrawn()) return false;
+    return performance.now() >= this.restUntil;
+  }
   hasDrawn() {
+    if (!this.fence) return true;
     const gl = this.renderer.getContext();
-    if (this.fence && !gl.isContextLost() && gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return false;
-    if (this.fence) gl.deleteSync(this.fence);
+    if (!gl.isContextLost() && gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return false;
+    gl.deleteSync(this.fence);
     this.fence = null;
+    const took = performance.now() - this.renderBegin;
+    if (took > slowPicture) this.restUntil = performance.now() + took;
     return true;
   }
   makeCloud() {
@@ -215,10 +224,11 @@ export class Scene3d {
     this.draw();
   }
   draw() {
-    this.dirty = true;
+    this.isDirty = true;
   }
   render() {
-    this.dirty = false;
+    this.isDirty = false;
+    this.renderBegin = performance.now();
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     this.renderer.setScissorTest(this.isSplit);
     if (this.isSplit) {

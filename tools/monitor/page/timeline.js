@@ -51,7 +51,8 @@ export class Timeline {
     clearInterval(this.timer);
     if (!on) return;
     this.timer = setInterval(() => {
-      if (this.isBusy) return;
+      // Not before the last one was seen: a slow machine plays slowly, and leaves nothing out.
+      if (this.isBusy || !this.page.hasShownAll) return;
       this.slider.value = Number(this.slider.value) < Number(this.slider.max) ? Number(this.slider.value) + 1 : 0;
       this.show();
     }, playInterval);

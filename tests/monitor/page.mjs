@@ -1,62 +1,10 @@
 // The page in a real browser, fed by the real programs with the demo's test.
-//   node browser.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON OUT_DIR
+//   node page.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON OUT_DIR
 // Exit code 77: skipped, because there is no chromium or this is no long run.
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import { tmpdir } from "node:os";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-
-const [build, model, frames, sensor, out] = process.argv.slice(2);
-const chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
-if (!chromium) {
-  console.log("skipped: chromium is not installed; tools/install-packages.sh installs it");
-  process.exit(77);
-}
-if (process.env.LBEA_LONG_TESTS !== "1") {
-  // A browser that draws in software beside a running test: minutes on two cores, and too slow on a busy machine.
-  console.log("skipped: the page in a browser is tested by bash tests/run.sh --long");
-  process.exit(77);
-}
-const require = createRequire(join(process.env.LBEA_NODE_MODULES ?? process.cwd(), "browser.mjs"));
-const playwright = require("playwright-core");
-mkdirSync(out, { recursive: true });
-
-const sockets = mkdtempSync(join(tmpdir(), "lbea-monitor-test-"));
-const endpoint = (name) => `ipc://${join(sockets, name)}`;
-const running = new Set();
-
-/// Starts a program and waits until it says `ready` on stderr.
-function start(program, ...parameters) {
-  const child = spawn(join(build, "tools", program.slice(5), program), parameters, { stdio: ["ignore", "ignore", "pipe"] });
-  running.add(child);
-  child.ended = new Promise((done) => child.on("exit", (code) => (running.delete(child), done(code))));
-  child.said = "";
-  child.stderr.on("data", (text) => (child.said += text));
-  child.ready = () => until(() => /ready/.test(child.said), () => `${program} is not ready: ${child.said}`);
-  return child;
-}
-
-async function until(holds, complaint, patience = 30_000) {
-  const deadline = Date.now() + patience;
-  while (!(await holds())) {
-    if (Date.now() > deadline) assert.fail(typeof complaint === "function" ? complaint() : complaint);
-    await new Promise((done) => setTimeout(done, 30));
-  }
-}
-
-const serve = async (...more) => {
-  const server = start("lbea-serve", model, "--frames", endpoint("frames"), "--results", endpoint("results"), "--preview", endpoint("preview"),
-    "--pose", sensor, "--method", "fit", ...more);
-  await server.ready();
-  return server;
-};
-const send = (...more) => start("lbea-send", frames, "--to", endpoint("frames"), ...more);
-const stop = async (child) => {
-  child.kill("SIGINT");
-  await child.ended;
-};
+import { count, launchBrowser, monitor, noteFrames, out, require, run, send, serve, skipUnlessLong, sockets, start, stop, until, words } from "./browser_support.mjs";
 
 /// What of the 3D view is drawn: pixels that differ from the background, and how many are cloud and mesh coloured.
 const look = (page) =>
@@ -81,11 +29,6 @@ const look = (page) =>
   });
 
 const set = (page, id, on) => page.locator(`#${id}`).setChecked(on);
-const words = (page, id) => page.locator(`#${id}`).textContent();
-const count = async (page, name) => {
-  const text = await page.locator("#counters > div", { has: page.getByText(name, { exact: true }) }).locator("dd").textContent();
-  return Number(text.replaceAll(",", "").replace(" !", ""));
-};
 /// After `action`, until the view has changed: drawing takes a while in software.
 const shows = async (page, holds, complaint) => {
   let seen;
@@ -177,26 +120,11 @@ async function checkKeyboard(page) {
   await page.keyboard.press("f");
 }
 
-/// Time from a key's press to its handling while the page is busy.
-async function checkResponse(page) {
-  const delay = await page.evaluate(async () => {
-    let worst = 0;
-    for (let i = 0; i < 40; ++i) {
-      const begin = performance.now();
-      await new Promise((done) => setTimeout(done, 25));
-      worst = Math.max(worst, performance.now() - begin - 25);
-    }
-    return worst;
-  });
-  console.log(`longest wait for the page's thread ${delay.toFixed(0)} ms`);
-  return delay;
-}
-
 /// The recording of the test, in the same page: any frame can be gone to.
 async function checkRecording(browser, recording) {
-  const monitor = start("lbea-monitor", recording, "--http", "127.0.0.1:0");
-  await monitor.ready();
-  const url = monitor.said.match(/http:\/\/\S+/)[0];
+  const program = start("lbea-monitor", recording, "--http", "127.0.0.1:0");
+  await program.ready();
+  const url = program.said.match(/http:\/\/\S+/)[0];
   const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
   const complaints = [];
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
@@ -212,30 +140,32 @@ async function checkRecording(browser, recording) {
   assert.equal(await words(page, "scrub-at"), "21 of 21");
   await page.locator("#scrub").press("ArrowLeft");
   await shown(19);
+  await noteFrames(page);
   await page.locator("#play").click();
-  await shown(2);
+  await until(() => page.evaluate(() => framesShown.length >= 25), "the recording does not play");
+  const played = await page.evaluate(() => framesShown.slice(0, 25));
+  assert.deepEqual(played, played.map((_, i) => (19 + i) % 21), "playing, every frame is shown, in order, from the last to the first again");
   await page.screenshot({ path: join(out, "recording.png") });
   assert.deepEqual(complaints, [], "console, recording");
   await page.close();
-  await stop(monitor);
+  await stop(program);
 }
 
 async function main() {
   const recording = join(sockets, "run.mcap");
-  let server = await serve("--record", recording);
-  const monitor = start("lbea-monitor", "--results", endpoint("results"), "--frames", endpoint("preview"), "--model", model, "--http", "127.0.0.1:0");
-  await monitor.ready();
-  const url = monitor.said.match(/http:\/\/\S+/)[0];
-  const browser = await playwright.chromium.launch({ executablePath: chromium, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"] });
+  const browser = await launchBrowser();
   try {
+    let server = await serve("--method", "fit", "--record", recording);
+    const served = await monitor(), { url } = served;
     const page = await browser.newPage({ viewport: { width: 1280, height: 720 }, acceptDownloads: true, bypassCSP: false });
     const complaints = [], outside = [];
     page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
     page.on("pageerror", (error) => complaints.push(String(error)));
     page.on("request", (request) => new URL(request.url()).origin !== new URL(url).origin && !request.url().startsWith("blob:") && outside.push(request.url()));
     const loaded = await checkLoading(page, url);
+    await noteFrames(page);
     const camera = send("--rate", "4");
-    await until(() => page.evaluate(() => document.documentElement.dataset.frame === "0"), "the first frame is not shown");
+    await until(() => page.evaluate(() => framesShown.includes(0)), "the first frame is not shown");
     const first = await shows(page, (seen) => seen.drawn > 0.02 * seen.pixels, "the first frame is blank");
     await page.screenshot({ path: join(out, "first-frame.png") });
     await until(async () => /complete/.test(await words(page, "verdict-why")), "the end of the test is not told");
@@ -243,6 +173,8 @@ async function main() {
     await camera.ended;
     const last = await shows(page, (seen) => seen.hash !== first.hash && seen.colours > first.colours, "colours do not change with the deformation");
     await page.screenshot({ path: join(out, "last-frame.png") });
+    const framesSeen = await page.evaluate(() => framesShown);
+    assert.ok(framesSeen.every((frame, i) => i === 0 || frame > framesSeen[i - 1]), `frames go back: ${framesSeen}`);
     assert.equal(await count(page, "Matched"), 21);
     assert.notEqual(await words(page, "verdict-word"), "No frames yet");
     assert.match(await words(page, "best-name"), /run_/);
@@ -260,35 +192,25 @@ async function main() {
     await until(async () => /Nothing from lbea-serve/.test(await words(page, "connection")), "the page does not say that lbea-serve is gone");
     await page.evaluate(() => (globalThis.sameDocument = true));
     await checkRecording(browser, recording);
-    server = await serve();
+    server = await serve("--method", "fit");
     const again = send("--rate", "100", "--loop", "0");
     await until(async () => (await words(page, "connection")) === "Live" && (await count(page, "Matched")) > 21, "a new lbea-serve is not followed");
-    const delay = await checkResponse(page);
     // The connection drops: the page comes back without a reload.
-    await stop(monitor);
+    await stop(served);
     await until(async () => /trying again/.test(await words(page, "connection")), "the page does not say that lbea-monitor is gone");
     const complaintsBefore = complaints.length;
-    const second = start("lbea-monitor", "--results", endpoint("results"), "--frames", endpoint("preview"), "--model", model, "--http", new URL(url).host);
-    await second.ready();
+    await monitor(new URL(url).host);
     await until(async () => (await words(page, "connection")) === "Live", "the page does not connect again");
     assert.equal(await page.evaluate(() => globalThis.sameDocument), true, "the page was loaded anew");
     await stop(again);
     const refused = complaints.filter((text) => /WebSocket connection.*failed/.test(text));
     assert.deepEqual(complaints.filter((text) => !refused.includes(text)), [], "console");
     assert.ok(complaintsBefore >= 0 && outside.length === 0, `requests to elsewhere: ${outside}`);
-    writeFileSync(join(out, "measured.json"), JSON.stringify({ loaded_ms: loaded, longest_wait_ms: delay, last }, null, 1));
+    writeFileSync(join(out, "measured.json"), JSON.stringify({ loaded_ms: loaded, last }, null, 1));
   } finally {
     await browser.close();
   }
 }
 
-main()
-  .then(() => console.log(`ok; screenshots in ${out}`))
-  .catch((error) => {
-    console.error(error);
-    process.exitCode = 1;
-  })
-  .finally(async () => {
-    for (const child of running) child.kill("SIGKILL");
-    rmSync(sockets, { recursive: true, force: true });
-  });
+skipUnlessLong();
+run(main);
