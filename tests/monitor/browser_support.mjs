@@ -9,7 +9,7 @@ import { join } from "node:path";
 const [build, model, frames, sensor, outFolder] = process.argv.slice(2);
 export { model, frames, sensor };
 export const out = outFolder;
-export const require = createRequire(join(process.env.LBEA_NODE_MODULES ?? process.cwd(), "browser.mjs"));
+export const require = createRequire(join(process.env.LBEA_NODE_MODULES ?? process.cwd(), "page.mjs"));
 export const sockets = mkdtempSync(join(tmpdir(), "lbea-monitor-test-"));
 export const endpoint = (name) => `ipc://${join(sockets, name)}`;
 const running = new Set();

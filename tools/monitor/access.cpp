@@ -47,9 +47,10 @@ std::string_view explain(Access access) noexcept {
   }
 }
 
-AccessRules::AccessRules(HttpAddress address, std::vector<std::string> names, std::string token)
-    : address_(std::move(address)), names_(std::move(names)), token_(std::move(token)) {
+AccessRules::AccessRules(HttpAddress address, std::vector<std::string> names, std::string token, std::vector<std::string> viewer_origins)
+    : address_(std::move(address)), names_(std::move(names)), viewer_origins_(std::move(viewer_origins)), token_(std::move(token)) {
   for (std::string& name : names_) name = lower(name);
+  for (std::string& origin : viewer_origins_) origin = lower(origin);
   if (token_.empty() && !address_.is_loopback)
     throw Error(Status::bad_config, "serving on " + address_.host + ", which other machines reach, needs a token");
 }
@@ -71,9 +72,19 @@ bool AccessRules::knows_host(std::string_view asked) const {
 Access AccessRules::check(const RequestHead& head) const {
   if (head.method != "GET" && head.method != "HEAD") return Access::wrong_method;
   if (!knows_host(head.host)) return Access::wrong_host;
-  if (!head.origin.empty() && lower(head.origin) != "http://" + lower(head.host)) return Access::wrong_origin;
+  if (!is_own_origin(head)) return Access::wrong_origin;
   return check_token(head);
 }
+
+Access AccessRules::check_viewer(const RequestHead& head) const {
+  if (head.method != "GET") return Access::wrong_method;
+  if (!knows_host(head.host)) return Access::wrong_host;
+  if (!is_own_origin(head) && std::ranges::find(viewer_origins_, lower(head.origin)) == viewer_origins_.end()) return Access::wrong_origin;
+  const Access access = check_token(head);
+  return access == Access::token_in_address ? Access::granted : access;
+}
+
+bool AccessRules::is_own_origin(const RequestHead& head) const { return head.origin.empty() || lower(head.origin) == "http://" + lower(head.host); }
 
 Access AccessRules::check_token(const RequestHead& head) const {
   if (token_.empty()) return Access::granted;

@@ -29,18 +29,22 @@ class AccessRules {
  public:
   /// `names`: under which hosts the page is asked for, beside the address. `token`: empty when none is needed, which only
   /// a loopback address allows: throws Error{bad_config} otherwise.
-  AccessRules(HttpAddress address, std::vector<std::string> names, std::string token);
+  /// `viewer_origins`: pages of other sites whose viewers may connect, such as "https://viewer.example".
+  AccessRules(HttpAddress address, std::vector<std::string> names, std::string token, std::vector<std::string> viewer_origins = {});
 
   [[nodiscard]] Access check(const RequestHead& head) const;
+  /// For a viewer, which has no cookies: the token may stay in the address.
+  [[nodiscard]] Access check_viewer(const RequestHead& head) const;
   [[nodiscard]] const std::string& token() const noexcept { return token_; }
   /// Cookies know no ports: the name tells several monitors on one machine apart.
   [[nodiscard]] std::string cookie_name() const;
 
  private:
   [[nodiscard]] bool knows_host(std::string_view host) const;
+  [[nodiscard]] bool is_own_origin(const RequestHead& head) const;
   [[nodiscard]] Access check_token(const RequestHead& head) const;
   HttpAddress address_;
-  std::vector<std::string> names_;
+  std::vector<std::string> names_, viewer_origins_;
   std::string token_;
 };
 

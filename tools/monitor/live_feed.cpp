@@ -19,6 +19,8 @@ constexpr std::size_t recent_results = 256, waiting_clouds = 8;
 constexpr std::size_t rows_at_once = 2048;
 constexpr int previews_held = 2;
 
+std::int64_t wall_clock_ns() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+
 }  // namespace
 
 LiveFeed::LiveFeed(const LiveConfig& config, Model model)
@@ -55,6 +57,8 @@ void LiveFeed::receive_results() {
     const MessageKind kind = message_kind(*message);
     const bool is_result = kind == MessageKind::result && decode_result(*message, result) == WireStatus::ok;
     const bool is_state = kind == MessageKind::state && decode_state(*message, state) == WireStatus::ok;
+    if (is_result) relay(ViewerChannel::results, result.publish_ns, *message);
+    if (is_state) relay(ViewerChannel::state, state.publish_ns, *message);
     const std::lock_guard lock(mutex_);
     ++version_;
     if (is_result) take(result);
@@ -65,14 +69,22 @@ void LiveFeed::receive_results() {
 }
 
 void LiveFeed::receive_clouds() {
-  DecodedFrame frame;
+  FrameDecoder decoder;
   while (!stopping_) {
     const auto message = previews_->receive(receive_timeout);
-    if (!message || decode_frame(*message, frame) != WireStatus::ok) continue;
+    if (!message || decoder.open(*message) != WireStatus::ok) continue;
+    const FrameHeader& header = decoder.header();
+    std::vector<Point> points(header.points);
+    decoder.read_points(points);
+    relay(ViewerChannel::frames, wall_clock_ns(), header.cloud);
     const std::lock_guard lock(mutex_);
     ++version_;
-    take({frame.header.session, frame.header.id, std::make_shared<const std::vector<Point>>(std::move(frame.points))});
+    take({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});
   }
+}
+
+void LiveFeed::relay(ViewerChannel channel, std::int64_t time_ns, Message message) const {
+  if (audience_.relay) audience_.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
 }
 
 void LiveFeed::take(const WireResult& result) {

@@ -4,6 +4,7 @@
 #include "adapters/wire/streams.hpp"
 #include "tools/monitor/exports.hpp"
 #include "tools/monitor/feed.hpp"
+#include "tools/monitor/foxglove.hpp"
 #include "tools/monitor/health.hpp"
 #include "tools/monitor/scene.hpp"
 
@@ -21,10 +22,12 @@ struct LiveConfig {
 
 class LiveFeed final : public Feed {
  public:
-  /// `publish` is called from a thread of the feed with every new snapshot, `is_watched` before one is built.
+  /// `publish` is called from a thread of the feed with every new snapshot, `is_watched` before one is built; `relay`, which may
+  /// be empty, from several with every message that was understood.
   struct Audience {
     std::function<void(Snapshot)> publish;
     std::function<bool()> is_watched;
+    std::function<void(ViewerMessage)> relay;
   };
   /// Throws Error{endpoint_unavailable}.
   LiveFeed(const LiveConfig& config, Model model);
@@ -43,6 +46,7 @@ class LiveFeed final : public Feed {
   };
   void receive_results();
   void receive_clouds();
+  void relay(ViewerChannel channel, std::int64_t time_ns, Message message) const;
   void take(const WireResult& result);
   void take(Waiting cloud);
   void show(const WireResult& result, std::shared_ptr<const std::vector<Point>> cloud);

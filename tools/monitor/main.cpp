@@ -16,7 +16,8 @@ namespace {
 
 struct Options {
   std::string recording_file, results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080", assets_folder, token;
-  std::vector<std::string> allowed_names;
+  std::vector<std::string> allowed_names, viewer_origins;
+  bool has_viewers = false;
   WebLimits limits;
 };
 
@@ -37,6 +38,8 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--allow-host", options.allowed_names, "name under which browsers ask for the page, beside its address");
   tool.add_option("--token", options.token, "for addresses that other machines reach; drawn at random when not given");
   tool.add_option("--watchers", options.limits.watchers, "browsers at a time")->check(CLI::Range(1u, 1024u));
+  auto* viewers = tool.add_flag("--foxglove", options.has_viewers, "speak Foxglove's WebSocket protocol too, on the same port: /frames, /results and /state as they come")->needs(results);
+  tool.add_option("--foxglove-origin", options.viewer_origins, "page of another site whose viewer may connect, such as https://viewer.example")->needs(viewers);
   tool.add_option("--assets", options.assets_folder, "serve the page's files from this folder, while working on them")->check(CLI::ExistingDirectory);
 }
 
@@ -72,7 +75,9 @@ int watch_test(const Options& options, const WebConfig& web) {
   if (!model) return exit_ok;
   LiveFeed feed({options.results_endpoint, options.preview_endpoint}, *model);
   WebServer server(web, Assets(options.assets_folder), feed);
-  feed.start({[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.watchers() > 0; }});
+  const auto relay = [&](ViewerMessage message) { server.relay(std::move(message)); };
+  feed.start({[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.watchers() > 0; },
+              options.has_viewers ? std::function<void(ViewerMessage)>(relay) : nullptr});
   spdlog::info("ready: {}", server.url());
   wait_for_stop();
   feed.stop();
@@ -84,7 +89,7 @@ int watch(Options options) {
   if (options.recording_file.empty() == options.results_endpoint.empty())
     throw Error(Status::bad_config, "give --results for a running test or the file of a recording");
   setpriority(PRIO_PROCESS, 0, politeness);
-  WebConfig web{parse_http_address(options.http), options.allowed_names, options.token, options.limits};
+  WebConfig web{parse_http_address(options.http), options.allowed_names, options.token, options.limits, options.has_viewers, options.viewer_origins};
   if (web.token.empty() && !web.address.is_loopback) web.token = random_token();
   web.limits.connections = web.limits.watchers * 2;
   return options.recording_file.empty() ? watch_test(options, web) : watch_recording(options, web);

@@ -1,6 +1,6 @@
 #include "tools/monitor/web_server.hpp"
 
-#include "tools/monitor/web_session.hpp"
+#include "tools/monitor/viewer_session.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -17,9 +17,10 @@ using tcp = asio::ip::tcp;
 
 struct WebServer::State {
   State(const HttpAddress& bound, const WebConfig& config, Assets assets, Feed& feed)
-      : address(bound), shared{AccessRules(bound, config.allowed_names, config.token), std::move(assets), feed, config.limits, {}, {}, {}, {}} {}
+      : address(bound), shared{AccessRules(bound, config.allowed_names, config.token, config.viewer_origins), std::move(assets), feed, config.limits, config.has_viewers, random_token(), {}, {}, {}, {}, {}, {}} {}
   void accept();
   void take_newest();
+  void take_relayed();
 
   HttpAddress address;  // with the port as bound
   web::Shared shared;
@@ -27,11 +28,15 @@ struct WebServer::State {
   tcp::acceptor acceptor{io};
   asio::steady_timer pause{io};
   std::mutex mutex;
-  Snapshot newest;  // the mutex's; null once taken
+  // The mutex's:
+  Snapshot newest;  // null once taken
+  std::vector<std::shared_ptr<const ViewerMessage>> relayed;
   std::thread thread;
 };
 
 namespace {
+
+constexpr std::size_t most_relayed = 1024;  // wait for the server's thread
 
 tcp::acceptor bind(asio::io_context& io, const HttpAddress& address) {
   const tcp::endpoint endpoint(asio::ip::make_address(address.host), address.port);
@@ -71,13 +76,23 @@ void WebServer::State::take_newest() {
   for (web::Watcher* watcher : watchers) watcher->wake();
 }
 
+void WebServer::State::take_relayed() {
+  std::vector<std::shared_ptr<const ViewerMessage>> messages;
+  {
+    const std::lock_guard lock(mutex);
+    messages.swap(relayed);
+  }
+  for (web::Viewer* viewer : shared.viewers)
+    for (const auto& message : messages) viewer->offer(message);
+}
+
 WebServer::WebServer(const WebConfig& config, Assets assets, Feed& feed) {
   HttpAddress bound = config.address;
   auto state = std::make_unique<State>(bound, config, std::move(assets), feed);
   state->acceptor = bind(state->io, config.address);
   bound.port = state->acceptor.local_endpoint().port();
   state->address = bound;
-  state->shared.rules = AccessRules(bound, config.allowed_names, config.token);
+  state->shared.rules = AccessRules(bound, config.allowed_names, config.token, config.viewer_origins);
   state->accept();
   state_ = std::move(state);
   state_->thread = std::thread([io = &state_->io] { io->run(); });
@@ -108,6 +123,21 @@ void WebServer::publish(Snapshot snapshot) {
   // One call waits for the thread at most, however slow it is.
   if (is_first) asio::post(state_->io, [state = state_.get()] { state->take_newest(); });
 }
+
+void WebServer::relay(ViewerMessage message) {
+  if (viewers() == 0) return;
+  auto shared = std::make_shared<const ViewerMessage>(std::move(message));
+  bool is_first = false;
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (state_->relayed.size() >= most_relayed) return;
+    is_first = state_->relayed.empty();
+    state_->relayed.push_back(std::move(shared));
+  }
+  if (is_first) asio::post(state_->io, [state = state_.get()] { state->take_relayed(); });
+}
+
+std::size_t WebServer::viewers() const noexcept { return state_->shared.viewing; }
 
 std::size_t WebServer::watchers() const noexcept { return state_->shared.watching; }
 

@@ -5,6 +5,7 @@
 #include "tools/monitor/access.hpp"
 #include "tools/monitor/assets.hpp"
 #include "tools/monitor/feed.hpp"
+#include "tools/monitor/foxglove.hpp"
 
 #include <chrono>
 #include <memory>
@@ -23,6 +24,8 @@ struct WebConfig {
   std::vector<std::string> allowed_names;
   std::string token;
   WebLimits limits;
+  bool has_viewers = false;                 // whether Foxglove's protocol is spoken, on the same port
+  std::vector<std::string> viewer_origins;  // pages of other sites whose viewers may connect
 };
 
 class WebServer {
@@ -39,6 +42,9 @@ class WebServer {
   // Any thread:
   void publish(Snapshot snapshot);
   [[nodiscard]] std::size_t watchers() const noexcept;
+  /// To the viewers that subscribed to its channel. Never waits: what the server's thread is too slow for is left out.
+  void relay(ViewerMessage message);
+  [[nodiscard]] std::size_t viewers() const noexcept;
 
  private:
   struct State;

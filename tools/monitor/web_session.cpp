@@ -1,5 +1,7 @@
 #include "tools/monitor/web_session.hpp"
 
+#include "tools/monitor/viewer_session.hpp"
+
 #include <lbea/version.hpp>
 
 #include <utility>
@@ -56,6 +58,11 @@ Response refusal(const Request& request, Access access) {
   return response;
 }
 
+std::optional<Response> refuse_crowd(Shared& shared, const Request& request) {
+  if (shared.watching + shared.viewing >= shared.limits.watchers) return refusal(request, 503, "Too many browsers watch already; close one.");
+  return {};
+}
+
 /// Moves the token from the address, which is shown and stored in many places, to a cookie.
 Response to_cookie(const Request& request, const AccessRules& rules) {
   Response response = make_response(request, 303, "text/plain; charset=utf-8", "");
@@ -93,8 +100,13 @@ std::optional<Response> refuse_watcher(Shared& shared, const Request& request) {
   const RequestHead head = head_of(request);
   if (const Access access = shared.rules.check(head); access != Access::granted) return refusal(request, access == Access::token_in_address ? Access::wrong_token : access);
   if (head.target != "/live") return refusal(request, 404, "There is nothing to watch under that name.");
-  if (shared.watching >= shared.limits.watchers) return refusal(request, 503, "Too many browsers watch already; close one.");
-  return {};
+  return refuse_crowd(shared, request);
+}
+
+std::optional<Response> refuse_viewer(Shared& shared, const Request& request) {
+  if (!shared.has_viewers) return refusal(request, 404, "Start lbea-monitor with --foxglove for viewers that speak Foxglove's protocol.");
+  if (const Access access = shared.rules.check_viewer(head_of(request)); access != Access::granted) return refusal(request, access);
+  return refuse_crowd(shared, request);
 }
 
 Conversation::Conversation(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared), seat_(shared.connections) {}
@@ -112,9 +124,15 @@ void Conversation::read() {
 void Conversation::answer() {
   const Request& request = parser_->get();
   if (!websocket::is_upgrade(request)) return send(respond(shared_, request));
-  if (auto refused = refuse_watcher(shared_, request)) return send(std::move(*refused));
+  upgrade(request);
+}
+
+void Conversation::upgrade(const Request& request) {
+  const std::string_view subprotocol = viewer_subprotocol(text_of(request[http::field::sec_websocket_protocol]));
+  if (auto refused = subprotocol.empty() ? refuse_watcher(shared_, request) : refuse_viewer(shared_, request)) return send(std::move(*refused));
   stream_.expires_never();
-  std::make_shared<Watcher>(std::move(stream_), shared_, std::move(seat_))->accept(request);
+  if (subprotocol.empty()) std::make_shared<Watcher>(std::move(stream_), shared_, std::move(seat_))->accept(request);
+  else std::make_shared<Viewer>(std::move(stream_), shared_, std::move(seat_))->accept(request, subprotocol);
 }
 
 void Conversation::send(Response response) {

@@ -23,6 +23,7 @@ namespace websocket = beast::websocket;
 using tcp = boost::asio::ip::tcp;
 
 class Watcher;
+class Viewer;
 
 /// What all connections share. Its thread's, but for the atomics and what the mutex guards.
 struct Shared {
@@ -30,8 +31,11 @@ struct Shared {
   Assets assets;
   Feed& feed;
   WebLimits limits;
-  std::atomic<std::size_t> connections{0}, watching{0};
+  bool has_viewers = false;  // Foxglove's protocol is spoken
+  std::string session;       // tells viewers this server from one before it
+  std::atomic<std::size_t> connections{0}, watching{0}, viewing{0};
   std::set<Watcher*> watchers;
+  std::set<Viewer*> viewers;
   Snapshot latest;
 };
 
@@ -55,8 +59,10 @@ using Response = http::response<http::string_body>;
 [[nodiscard]] RequestHead head_of(const Request& request);
 /// The answer to anything that is not a WebSocket.
 [[nodiscard]] Response respond(Shared& shared, const Request& request);
-/// Why this WebSocket is not accepted; nothing when it is.
+/// Why this WebSocket of our page is not accepted; nothing when it is.
 [[nodiscard]] std::optional<Response> refuse_watcher(Shared& shared, const Request& request);
+/// The same for a viewer that speaks Foxglove's protocol.
+[[nodiscard]] std::optional<Response> refuse_viewer(Shared& shared, const Request& request);
 
 /// Reads requests from a connection until it closes or becomes a WebSocket.
 class Conversation : public std::enable_shared_from_this<Conversation> {
@@ -66,6 +72,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
 
  private:
   void answer();
+  void upgrade(const Request& request);
   void send(Response response);
   beast::tcp_stream stream_;
   Shared& shared_;
