@@ -24,8 +24,8 @@ struct WebConfig {
   std::vector<std::string> allowed_names;
   std::string token;
   WebLimits limits;
-  bool has_viewers = false;                 // whether Foxglove's protocol is spoken, on the same port
-  std::vector<std::string> viewer_origins;  // pages of other sites whose viewers may connect
+  bool has_viewers = false;                   // whether Foxglove's protocol is spoken, on the same port
+  std::vector<std::string> viewer_origins{};  // pages of other sites whose viewers may connect
 };
 
 class WebServer {
