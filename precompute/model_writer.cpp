@@ -1,5 +1,6 @@
 #include "precompute/model_writer.hpp"
 
+#include "precompute/shards/remains.hpp"
 #include "runtime/src/checksum.hpp"
 #include "runtime/src/section_reader.hpp"
 
@@ -131,14 +132,15 @@ void ModelWriter::plan(std::vector<PlannedSection> sections) {
 
 void ModelWriter::create() {
   if (!file_.has_filename()) fail("create", "no file name", EISDIR);
+  clear_remains(file_);
   int error = EEXIST;
   for (int i = 0; i < temporary_names && error == EEXIST; ++i) {
-    temporary_ = folder_of(file_) /
-                 (file_.filename().string() + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(i));
+    temporary_ = folder_of(file_) / (file_.filename().string() + temporary_suffix(temporary_file, i));
     descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     error = descriptor_ >= 0 ? 0 : errno;
   }
   if (descriptor_ < 0) fail("create", "temporary file", error);
+  static_cast<void>(claim(descriptor_));
 }
 
 // A disk without room is noticed before the work. File systems that cannot reserve notice it while writing.
@@ -240,7 +242,9 @@ void ModelWriter::publish() {
   if (folder < 0) return;  // a folder may be writable without being readable: the file is whole in any case
   const int error = ::fsync(folder) == 0 ? 0 : errno;
   ::close(folder);
-  if (error != 0 && error != EINVAL) fail("flush the folder of", "all sections", error);
+  if (error == 0 || error == EINVAL) return;
+  ::unlink(file_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
+  fail("flush the folder of", "all sections", error);
 }
 
 void ModelWriter::fail(const std::string& action, const std::string& where, int error) const {

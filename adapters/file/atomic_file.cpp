@@ -105,7 +105,10 @@ void AtomicFile::close_descriptor() {
 // folder may be writable without being readable: the file is whole in any case.
 void AtomicFile::sync_folder() const {
   const Descriptor folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (folder.value >= 0 && ::fsync(folder.value) != 0 && errno != EINVAL) fail("flush the folder of", errno);
+  const int error = folder.value < 0 || ::fsync(folder.value) == 0 ? 0 : errno;
+  if (error == 0 || error == EINVAL) return;
+  ::unlink(path_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
+  fail("flush the folder of", error);
 }
 
 void AtomicFile::fail(const std::string& action, int error) const {

@@ -54,11 +54,27 @@ Recorder::Recorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& confi
       trigger_ns_(no_trigger),
       state_(config.window ? RecorderState::armed : RecorderState::recording) {
   write_start(start);
-  writer_thread_ = std::thread(&Recorder::run, this);
-  if (config_.sync_interval > 0ms) sync_thread_ = std::thread(&Recorder::run_syncs, this);
+  start_threads();
+  sink_->keep(true);
 }
 
-Recorder::~Recorder() { finish(); }
+/// The writing thread last: it alone ends the file.
+void Recorder::start_threads() {
+  if (config_.sync_interval > 0ms) sync_thread_ = std::thread(&Recorder::run_syncs, this);
+  try {
+    writer_thread_ = std::thread(&Recorder::run, this);
+  } catch (...) {  // no destructor runs for a half-built object
+    writing_done_ = true;
+    if (sync_thread_.joinable()) sync_thread_.join();
+    throw;
+  }
+}
+
+Recorder::~Recorder() {
+  const RecorderStatus before = status();
+  abandoned_ = writer_thread_.joinable() && before.frames.recorded + before.frames.lost() == 0 && before.ring_used == 0;
+  finish();
+}
 
 void Recorder::write_start(const RecordingStart& start) {
   int error = writer_.begin(start.header);
@@ -293,6 +309,11 @@ void Recorder::add_account() {
 void Recorder::end_file() noexcept {
   writing_done_ = true;
   if (sync_thread_.joinable()) sync_thread_.join();
+  if (abandoned_) {
+    sink_->keep(false);
+    state_ = RecorderState::failed;
+    return;
+  }
   int error = 0;
   try {
     account_due_ = {};

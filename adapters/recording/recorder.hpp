@@ -81,7 +81,8 @@ class Recorder {
   /// Something happened at `log_time`: with a window, it is recorded around this time. Only the first one counts.
   void trigger(std::int64_t log_time_ns) noexcept;
   [[nodiscard]] RecorderStatus status() const noexcept;
-  /// Records what was put so far, ends the file and gives it its name; at the latest done by the destructor.
+  /// Records what was put so far, ends the file and gives it its name. At the latest done by the destructor, which however
+  /// leaves nothing of a recording without a single frame: the program did not come to recording.
   RecorderStatus finish() noexcept;
 
  private:
@@ -100,6 +101,7 @@ class Recorder {
   };
 
   void write_start(const RecordingStart& start);
+  void start_threads();
   void run() noexcept;
   void run_syncs() noexcept;
   bool try_tick(bool last) noexcept;
@@ -138,7 +140,7 @@ class Recorder {
   std::atomic<std::size_t> ring_peak_{0};
   std::atomic<std::int64_t> longest_write_ns_{0};
   std::atomic<int> last_error_{0};
-  std::atomic<bool> stopping_{false}, writing_done_{false};
+  std::atomic<bool> stopping_{false}, writing_done_{false}, abandoned_{false};
   std::thread writer_thread_, sync_thread_;
 };
 

@@ -73,6 +73,7 @@ PartialFile::PartialFile(const std::filesystem::path& file) : file_(file), parti
 
 PartialFile::~PartialFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
+  if (!kept_ && !committed_) ::unlink(partial_.c_str());
 }
 
 int PartialFile::append(std::span<const Bytes> pieces) noexcept {
@@ -117,11 +118,10 @@ int PartialFile::commit() noexcept {
   } else if (::rename(partial_.c_str(), file_.c_str()) != 0) {  // a file system without links
     return errno;
   }
+  committed_ = true;
   sync_folder(folder_);
   const int closed = ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
   return closed;
 }
-
-void PartialFile::discard() noexcept { static_cast<void>(::unlink(partial_.c_str())); }
 
 }  // namespace lbea::mcap

@@ -17,10 +17,12 @@ class Sink {
   [[nodiscard]] virtual int sync() noexcept = 0;
   /// All is written: to the disk with it, and under its name.
   [[nodiscard]] virtual int commit() noexcept = 0;
+  /// Whether what was appended is to outlive this object when commit() never succeeds. At first it is not.
+  virtual void keep(bool wanted) noexcept { static_cast<void>(wanted); }
 };
 
-/// A file that is called FILE.partial until commit(). Whatever happens to the program, what was appended stays
-/// there, for `lbea-inspect --recover`.
+/// A file that is called FILE.partial until commit(). When the program dies, what was appended stays there, for
+/// `lbea-inspect --recover`; when it goes on without commit(), only what it wants to keep.
 class PartialFile final : public Sink {
  public:
   /// Throws Error{write_failed} when FILE or FILE.partial exists: recordings are never overwritten.
@@ -31,8 +33,7 @@ class PartialFile final : public Sink {
   [[nodiscard]] int append(std::span<const Bytes> pieces) noexcept override;
   [[nodiscard]] int sync() noexcept override;
   [[nodiscard]] int commit() noexcept override;
-  /// Nobody wants it: removes FILE.partial. Only the destructor may follow.
-  void discard() noexcept;
+  void keep(bool wanted) noexcept override { kept_ = wanted; }
 
  private:
   void cut_back() noexcept;
@@ -40,6 +41,7 @@ class PartialFile final : public Sink {
   std::filesystem::path file_, partial_, folder_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0, started_ = 0;  // appended whole; of which the system was told to write
+  bool kept_ = false, committed_ = false;
   int broken_ = 0;                        // a failed append could not be undone: this error for ever
 };
 

@@ -1,15 +1,18 @@
 #include "precompute/shards/work_folder.hpp"
 
 #include "precompute/shards/archive.hpp"
+#include "precompute/shards/remains.hpp"
 
 #include <lbea/lbea.hpp>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -24,20 +27,6 @@ constexpr std::array kind_names{"", "survey", "basis", "plan", "record", "footpr
 [[noreturn]] void cannot_create(const fs::path& folder, const std::string& reason) {
   throw Error(Status::write_failed, "cannot create " + folder.string() + ": " + reason +
                                         "; check the folder it stands in, its rights and the free space");
-}
-
-// The next free name; several bakes may make the same model at once.
-fs::path passing_folder(const fs::path& model) {
-  if (!model.has_filename()) cannot_create(model, "no file name");
-  int error = EEXIST;
-  for (int i = 0; i < 1000; ++i) {
-    fs::path folder = model;
-    folder += ".tmp-work-" + std::to_string(::getpid()) + "-" + std::to_string(i);
-    error = ::mkdir(folder.c_str(), 0777) == 0 ? 0 : errno;
-    if (error == 0) return folder;
-    if (error != EEXIST) break;
-  }
-  cannot_create(model, std::generic_category().message(error));
 }
 
 }  // namespace
@@ -60,6 +49,7 @@ fs::path WorkFolder::file(WorkName name) const {
 }
 
 void WorkFolder::sweep() const {
+  if (!is_durable_) return;  // soon gone with all in it
   std::error_code error;
   std::vector<fs::path> remains;
   for (const auto& entry : fs::recursive_directory_iterator(folder_, error)) {
@@ -91,11 +81,26 @@ std::optional<std::string> WorkFolder::failure(std::uint64_t record) const {
   return reason;
 }
 
-PassingWorkFolder::PassingWorkFolder(const fs::path& model) : folder_(passing_folder(model), false) { folder_.create(); }
+PassingWorkFolder::Place::Place(const fs::path& model) {
+  if (!model.has_filename()) cannot_create(model, "no file name");
+  int error = EEXIST;
+  for (int i = 0; i < 1000 && error == EEXIST; ++i) {
+    path = model.string() + temporary_suffix(temporary_folder, i);
+    error = ::mkdir(path.c_str(), 0777) == 0 ? 0 : errno;
+  }
+  if (error != 0) cannot_create(model, std::generic_category().message(error));
+  descriptor = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) static_cast<void>(claim(descriptor));
+}
 
-PassingWorkFolder::~PassingWorkFolder() {
-  std::error_code none;
-  fs::remove_all(folder_.path(), none);
+PassingWorkFolder::Place::~Place() {
+  remove_all_of(path);
+  if (descriptor >= 0) ::close(descriptor);
+}
+
+PassingWorkFolder::PassingWorkFolder(const fs::path& model) : place_(model), folder_(place_.path, false) {
+  clear_remains(model);
+  folder_.create();
 }
 
 }  // namespace lbea

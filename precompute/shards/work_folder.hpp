@@ -36,17 +36,26 @@ class WorkFolder {
   bool is_durable_;
 };
 
-/// For a bake in one process: beside the model, gone with this object.
+/// For a bake in one process: beside the model, gone with this object; with the next bake of this model, when it is killed.
 class PassingWorkFolder {
  public:
   /// Throws Error{write_failed}.
   explicit PassingWorkFolder(const std::filesystem::path& model);
-  ~PassingWorkFolder();
   PassingWorkFolder(const PassingWorkFolder&) = delete;
   PassingWorkFolder& operator=(const PassingWorkFolder&) = delete;
   [[nodiscard]] const WorkFolder& folder() const noexcept { return folder_; }
 
  private:
+  /// The next free name; several bakes may make the same model at once.
+  struct Place {
+    explicit Place(const std::filesystem::path& model);
+    ~Place();
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+    std::filesystem::path path;
+    int descriptor = -1;  // holds the claim
+  };
+  Place place_;
   WorkFolder folder_;
 };
 

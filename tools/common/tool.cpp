@@ -2,11 +2,43 @@
 
 #include <lbea/lbea.hpp>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
 
+#include <unistd.h>
+
 namespace lbea {
+
+namespace {
+
+[[noreturn]] void end_without_memory();
+const std::terminate_handler default_handler = std::set_terminate(end_without_memory);
+
+/// Memory may also run out where nobody can catch it: before run(), in a thread that must not throw.
+[[noreturn]] void end_without_memory() {
+  constexpr char sentence[] = "error: out of memory\n";
+  try {
+    if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
+  } catch (const std::bad_alloc&) {
+    static_cast<void>(!::write(STDERR_FILENO, sentence, sizeof(sentence) - 1));
+    ::_exit(exit_failed);
+  } catch (...) {
+  }
+  default_handler();
+  std::abort();
+}
+
+/// What was printed may still be on its way.
+int flushed(int exit_code, const std::string& name) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  std::fprintf(stderr, "%s: error: cannot write to standard output: %s\n", name.c_str(), std::strerror(errno));
+  return exit_failed;
+}
+
+}  // namespace
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -32,7 +64,7 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   // A file-size limit is a failed write with a sentence, not a signal.
   std::signal(SIGXFSZ, SIG_IGN);
   try {
-    return body();
+    return flushed(body(), get_name());
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "%s: error: out of memory\n", get_name().c_str());
   } catch (const std::exception& error) {

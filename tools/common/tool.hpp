@@ -18,7 +18,7 @@ class Tool : public CLI::App {
   /// --list-formats prints this text and ends the program, whatever else is asked for.
   void list_formats_by(const std::string& formats);
   /// Parses, runs `body` and turns its outcome into an exit code: what body returns; 1 and one sentence on
-  /// stderr for an exception; 2 for a wrong command line.
+  /// stderr for an exception, and when what was printed could not be written; 2 for a wrong command line.
   int run(int argc, char** argv, const std::function<int()>& body);
 };
 

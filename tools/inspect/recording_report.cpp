@@ -147,14 +147,12 @@ bool print_recording(const std::filesystem::path& file, bool as_json) {
 void recover_recording(const std::filesystem::path& damaged, const std::filesystem::path& fixed, bool as_json) {
   const mcap::FileSource source(damaged);
   mcap::PartialFile sink(fixed);
-  mcap::Recovery done;
   try {
-    done = mcap::recover(source, sink);
-  } catch (...) {
-    sink.discard();
-    throw;
+    print_recovery(fixed, mcap::recover(source, sink), as_json);
+  } catch (const Error& error) {
+    if (error.status != Status::write_failed) throw;
+    throw Error(error.status, fixed.string() + ": " + error.what());
   }
-  print_recovery(fixed, done, as_json);
 }
 
 }  // namespace lbea

@@ -20,10 +20,6 @@ ResultsFile::ResultsFile(const std::filesystem::path& file, const RunSettings& s
   check(writer_.define(mcap::Channel{results_channel, results_schema_id, std::string(results_topic), "flatbuffer", {}}));
 }
 
-ResultsFile::~ResultsFile() {
-  if (!finished_) sink_.discard();
-}
-
 void ResultsFile::add(const WireResult& result) {
   const auto time = static_cast<std::uint64_t>(std::max<std::int64_t>(result.receive_ns, 0));
   mcap::append(waiting_, mcap::Message{results_channel, static_cast<std::uint32_t>(result.sequence), time, time, encoder_.result(result)});
@@ -34,7 +30,6 @@ void ResultsFile::finish() {
   write_chunk();
   check(writer_.finish());
   check(sink_.commit());
-  finished_ = true;
 }
 
 void ResultsFile::write_chunk() {

@@ -13,7 +13,6 @@ class ResultsFile {
  public:
   /// Throws Error{write_failed}, also when the file exists.
   ResultsFile(const std::filesystem::path& file, const RunSettings& settings);
-  ~ResultsFile();
   /// Throws Error{write_failed}.
   void add(const WireResult& result);
   /// Gives the file its name; without, nothing is left of it. Throws Error{write_failed}.
@@ -27,7 +26,6 @@ class ResultsFile {
   mcap::Writer writer_;
   mcap::Buffer waiting_;
   Encoder encoder_;
-  bool finished_ = false;
 };
 
 }  // namespace lbea

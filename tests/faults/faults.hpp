@@ -1,0 +1,82 @@
+// Programs whose n-th system call or allocation fails, and what may be left of their work then.
+#pragma once
+
+#include "tests/support/program.hpp"
+#include "tests/support/refusals.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace lbea::test {
+
+inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
+
+struct Fault {
+  std::string call;       // as in fail_nth.c
+  unsigned long nth = 0;  // 0: none
+};
+
+/// Words before a command: it runs with the fault, in whatever it does with files below `folder`; how often the call was
+/// made stands in `count` afterwards.
+inline std::vector<std::string> with(const Fault& fault, const std::filesystem::path& folder, const std::filesystem::path& count) {
+  return {"/usr/bin/env", "LD_PRELOAD=" LBEA_FAIL_NTH, "LBEA_FAULT_CALL=" + fault.call, "LBEA_FAULT_NTH=" + std::to_string(fault.nth),
+          "LBEA_FAULT_PATH=" + folder.string(), "LBEA_FAULT_COUNT=" + count.string()};
+}
+
+inline unsigned long counted(const std::filesystem::path& count) { return std::strtoul(text_of(count).c_str(), nullptr, 10); }
+
+/// Of 1 to `count`: all in a long run, otherwise the first, the last and `most` in all.
+inline std::vector<unsigned long> chosen(unsigned long count, unsigned long most) {
+  std::vector<unsigned long> numbers;
+  const unsigned long steps = is_long_run() || count <= most ? count : most;
+  for (unsigned long i = 0; i < steps; ++i) numbers.push_back(steps == 1 ? 1 : 1 + i * (count - 1) / (steps - 1));
+  return numbers;
+}
+
+/// A program that reads what is elsewhere and writes one file into the folder it runs in.
+struct OneFile {
+  std::string command, output;
+
+  Outcome run(const Fault& fault, const TemporaryFolder& folder, const std::filesystem::path& count) const {
+    std::string words;
+    for (const std::string& word : with(fault, folder.path(), count)) words += "'" + word + "' ";
+    return run_program(words + command, folder.path());
+  }
+  void check(const std::string& call, unsigned long most) const;
+
+ private:
+  void check_one(const Fault& fault, const std::string& undisturbed) const;
+};
+
+/// Fails each chosen call and looks at exit code, words and files.
+inline void OneFile::check(const std::string& call, unsigned long most) const {
+  const TemporaryFolder folder, elsewhere;
+  const Outcome outcome = run({call, 0}, folder, elsewhere / "count");
+  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+  const std::string undisturbed = text_of(folder / output);
+  REQUIRE_FALSE(undisturbed.empty());
+  const std::vector<unsigned long> numbers = chosen(counted(elsewhere / "count"), most);
+  for (const unsigned long nth : numbers) check_one({call, nth}, undisturbed);
+  MESSAGE(output << ": " << numbers.size() << " of " << counted(elsewhere / "count") << " calls of " << call << " failed");
+}
+
+/// The file is whole, or it is not there and words say why; nothing else is left in any case.
+inline void OneFile::check_one(const Fault& fault, const std::string& undisturbed) const {
+  CAPTURE(fault.call);
+  CAPTURE(fault.nth);
+  const TemporaryFolder folder, elsewhere;
+  const Outcome outcome = run(fault, folder, elsewhere / "count");
+  CAPTURE(outcome.err);
+  const bool is_there = std::filesystem::exists(folder / output);
+  CHECK((outcome.exit_code == 0 || outcome.exit_code == 1));
+  if (outcome.exit_code == 0) CHECK(is_there);
+  if (is_there) CHECK((text_of(folder / output) == undisturbed));
+  if (outcome.exit_code != 0) CHECK(contains(outcome.err, fault.call == "allocate" ? "error: " : output));
+  if (outcome.exit_code != 0 && fault.call != "allocate") CHECK_FALSE(is_there);
+  CHECK(files_in(folder.path()) == (is_there ? 1 : 0));
+}
+
+}  // namespace lbea::test

@@ -1,0 +1,86 @@
+// While a recording is made, any of its calls fails: nothing is lost without a word, and what was said to be recorded is there.
+#include "tests/faults/recordings.hpp"
+#include "tests/recording/mcap_support.hpp"
+
+#include <nlohmann/json.hpp>
+
+using namespace lbea;
+using namespace lbea::test;
+using Json = nlohmann::json;
+
+namespace {
+
+/// How many frames come out of what is left: from the file, or recovered from what it was called before it was whole.
+std::uint64_t frames_left(const TemporaryFolder& folder) {
+  const auto file = folder / "run.mcap";
+  if (std::filesystem::exists(file)) {
+    CHECK(mcap::audit(mcap::FileSource(file)).is_intact());
+    return frames_in(mcap::FileSource(file));
+  }
+  if (!std::filesystem::exists(mcap::partial_name(file))) return 0;
+  MemorySink sink;
+  mcap::recover(mcap::FileSource(mcap::partial_name(file)), sink);
+  return frames_in(mcap::MemorySource(sink.bytes, "recovered"));
+}
+
+/// ZeroMQ ends the program when it gets no memory, with words of its own.
+bool is_end_by_zeromq(const Outcome& outcome) { return outcome.exit_code == 128 + SIGABRT && contains(outcome.err, "OUT OF MEMORY"); }
+
+void check_left(const Fault& fault, const Outcome& outcome, const TemporaryFolder& folder) {
+  CAPTURE(fault.call);
+  CAPTURE(fault.nth);
+  CAPTURE(outcome.exit_code);
+  CAPTURE(outcome.err);
+  CAPTURE(outcome.out);
+  CHECK((outcome.exit_code == 0 || outcome.exit_code == 1 || is_end_by_zeromq(outcome)));
+  const std::uint64_t left = frames_left(folder);
+  const Json tally = Json::parse(outcome.out, nullptr, false);
+  if (tally.is_object()) CHECK(left >= tally["recorded"].get<std::uint64_t>());
+  if (outcome.exit_code == 0) {
+    REQUIRE(tally.is_object());
+    CHECK(left == stream_frames);
+    CHECK(std::filesystem::exists(folder / "run.mcap"));
+    CHECK_FALSE(std::filesystem::exists(folder / "run.mcap.partial"));
+  } else {
+    CHECK((contains(outcome.err, "error") || contains(outcome.err, "MEMORY")));
+  }
+  if (left == 0 && outcome.exit_code == 1 && !tally.is_object())  // it never came to recording
+    CHECK_FALSE(std::filesystem::exists(folder / "run.mcap.partial"));
+}
+
+void check(const std::vector<std::string>& program, const std::string& call, unsigned long most) {
+  const auto run = [&](const Fault& fault, const TemporaryFolder& folder, const TemporaryFolder& elsewhere) {
+    std::vector<std::string> words = program;
+    for (std::string& word : words)
+      if (word.starts_with("FOLDER/")) word = (folder / word.substr(7)).string();
+    return record_stream(with(fault, folder.path(), elsewhere / "count"), words, folder);
+  };
+  unsigned long count = 0;
+  {
+    const TemporaryFolder folder, elsewhere;
+    const Outcome outcome = run({call, 0}, folder, elsewhere);
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    count = counted(elsewhere / "count");
+  }
+  const std::vector<unsigned long> numbers = chosen(count, most);
+  for (const unsigned long nth : numbers) {
+    const TemporaryFolder folder, elsewhere;
+    check_left({call, nth}, run({call, nth}, folder, elsewhere), folder);
+  }
+  MESSAGE(program[0].substr(program[0].rfind('/') + 1) << ": " << numbers.size() << " of " << count << " calls of " << call << " failed");
+}
+
+}  // namespace
+
+TEST_CASE("any call of lbea-record fails") {
+  for (const std::string call : {"write", "sync", "rename", "allocate"}) check({LBEA_RECORD, "FOLDER/run.mcap"}, call, 8);
+}
+
+TEST_CASE("any call of lbea-serve --record fails") {
+  const TemporaryFolder folder;
+  const std::string demo = (data() / "rail-demo").string(), model = (folder / "m.lbea").string();
+  REQUIRE(run_program(LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo + "/region-nodes.txt --modes 5 --steps 0,10 -o " + model, folder.path())
+              .exit_code == 0);
+  const std::vector<std::string> serve{LBEA_SERVE, model, "--results", "ipc://" + (folder / "results").string(), "--record", "FOLDER/run.mcap"};
+  for (const std::string call : {"write", "sync", "allocate"}) check(serve, call, 5);
+}
