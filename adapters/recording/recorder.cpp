@@ -318,7 +318,8 @@ void Recorder::end_file() noexcept {
   try {
     account_due_ = {};
     front_.clear();
-    add_account();  // the last one
+    if (definitions_changed_) add_definitions();  // lost with the last chunk, perhaps, and the account needs its own
+    add_account();                                // the last one
     const mcap::Bytes piece = front_;
     if (!front_.empty()) error = writer_.chunk({&piece, 1});
     if (error == 0) error = writer_.metadata(closing_metadata(status()));

@@ -30,7 +30,10 @@ static int is_due(enum Call call) {
 }
 
 static int is_path_due(enum Call call, const char* path) {
-  return call == watched && strncmp(path, prefix, strlen(prefix)) == 0 && is_due(call);
+  char folder[4096];
+  if (call != watched) return 0;
+  if (path[0] != '/') path = getcwd(folder, sizeof(folder));  // what is relative is below
+  return path != NULL && strncmp(path, prefix, strlen(prefix)) == 0 && is_due(call);
 }
 
 static int is_file_due(enum Call call, int descriptor) {

@@ -82,7 +82,7 @@ TEST_CASE("killed at any moment and started again: the bake's bytes, and nothing
   const TemporaryFolder undisturbed, folder;
   REQUIRE(run_program(bake_command("m.lbea"), undisturbed.path()).exit_code == 0);
   std::mt19937 random(5);
-  const int kills = is_long_run() ? 300 : 15;
+  const int kills = is_long_run() ? 300 : 8;
   int remains = 0;
   for (int i = 0; i < kills; ++i) {
     Process bake({"/bin/sh", "-c", "cd '" + folder.path().string() + "' && exec " + bake_command("m.lbea")}, undisturbed / "out", undisturbed / "err");
