@@ -350,6 +350,21 @@ TEST_CASE("a file is called .partial until it is whole; nothing is ever overwrit
   check_sound(mcap::audit(mcap::FileSource(mcap::partial_name(other))));
 }
 
+TEST_CASE("a program that does not come to recording leaves nothing that would stand in the way of its next start") {
+  const TemporaryFolder folder;
+  const auto file = folder / "run.mcap";
+  for (int start = 0; start < 2; ++start) Recorder recorder(std::make_unique<mcap::PartialFile>(file), small_config(), a_start());
+  RecorderConfig too_much = small_config();
+  too_much.frame_ring_bytes = std::size_t{1} << 60;
+  CHECK_THROWS_AS(Recorder(std::make_unique<mcap::PartialFile>(file), too_much, a_start()), Error);
+  CHECK(std::filesystem::is_empty(folder.path()));
+  {
+    Recorder recorder(std::make_unique<mcap::PartialFile>(file), small_config(), a_start());
+    CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, 0, 10))));
+  }
+  check_sound(mcap::audit(mcap::FileSource(file)));  // a frame is worth keeping
+}
+
 TEST_CASE("a disk that is full: the file ends where it was sound, and goes on when there is room again") {
   const TemporaryFolder folder;
   const auto file = folder / "run.mcap";

@@ -25,6 +25,7 @@ class Process {
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
+    std::fflush(stdout);  // what waits there would be said by both
     pid_ = ::fork();
     if (pid_ != 0) return;
     const bool redirected = std::freopen(out.c_str(), "w", stdout) && std::freopen(err.c_str(), "w", stderr);
