@@ -33,6 +33,12 @@ constexpr std::array kind_names{"", "survey", "basis", "plan", "record", "footpr
 
 WorkFolder::WorkFolder(fs::path folder, bool is_durable) : folder_(std::move(folder)), is_durable_(is_durable) {}
 
+WorkFolder WorkFolder::passing(fs::path folder) {
+  WorkFolder work(std::move(folder), false);
+  work.is_passing_ = true;
+  return work;
+}
+
 void WorkFolder::create() const {
   std::error_code error;
   fs::create_directories(folder_, error);
@@ -49,7 +55,7 @@ fs::path WorkFolder::file(WorkName name) const {
 }
 
 void WorkFolder::sweep() const {
-  if (!is_durable_) return;  // soon gone with all in it
+  if (is_passing_) return;
   std::error_code error;
   std::vector<fs::path> remains;
   for (const auto& entry : fs::recursive_directory_iterator(folder_, error)) {
@@ -98,7 +104,7 @@ PassingWorkFolder::Place::~Place() {
   if (descriptor >= 0) ::close(descriptor);
 }
 
-PassingWorkFolder::PassingWorkFolder(const fs::path& model) : place_(model), folder_(place_.path, false) {
+PassingWorkFolder::PassingWorkFolder(const fs::path& model) : place_(model), folder_(WorkFolder::passing(place_.path)) {
   clear_remains(model);
   folder_.create();
 }

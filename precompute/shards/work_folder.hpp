@@ -13,6 +13,8 @@ class WorkFolder {
  public:
   /// Creates nothing yet. is_durable: see WorkWriter.
   explicit WorkFolder(std::filesystem::path folder, bool is_durable = true);
+  /// One that is soon gone with all in it: not durable, not swept.
+  [[nodiscard]] static WorkFolder passing(std::filesystem::path folder);
 
   /// Throws Error{write_failed} when it cannot.
   void create() const;
@@ -33,7 +35,7 @@ class WorkFolder {
 
  private:
   std::filesystem::path folder_;
-  bool is_durable_;
+  bool is_durable_, is_passing_ = false;
 };
 
 /// For a bake in one process: beside the model, gone with this object; with the next bake of this model, when it is killed.
