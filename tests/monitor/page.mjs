@@ -65,6 +65,7 @@ async function checkColours(page) {
   assert.match(await words(page, "legend-title"), /distance.*mm/);
   await page.screenshot({ path: join(out, "distance.png") });
   await page.locator("#colour").selectOption("field0");
+  await until(async () => !/distance/.test(await words(page, "legend-title")), "the field's colours do not come back");
 }
 
 /// In a page of its own: the checker is an inline script, which our page's policy forbids.
@@ -164,7 +165,7 @@ async function main() {
     page.on("request", (request) => new URL(request.url()).origin !== new URL(url).origin && !request.url().startsWith("blob:") && outside.push(request.url()));
     const loaded = await checkLoading(page, url);
     await noteFrames(page);
-    const camera = send("--rate", "4");
+    const camera = send("--rate", "2");
     await until(() => page.evaluate(() => framesShown.includes(0)), "the first frame is not shown");
     const first = await shows(page, (seen) => seen.drawn > 0.02 * seen.pixels, "the first frame is blank");
     await page.screenshot({ path: join(out, "first-frame.png") });

@@ -57,7 +57,11 @@ class Page {
       this.isStale.charts = true;
     } else if (packet.head.type === "snapshot") {
       this.snapshot = packet;
-      this.isStale.scene = this.isStale.words = true;
+      this.isStale.words = true;
+      // Most of what comes while no frame does tells only how old the last one is.
+      const { scene, test } = packet.head, shown = JSON.stringify([test.session, scene, packet.arrays.cloud?.length]);
+      this.isStale.scene ||= shown !== this.shown;
+      this.shown = shown;
     }
   }
   /// What was taken in last is on the screen, or about to be with the next picture.
