@@ -164,7 +164,8 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
     if (words.size() <= std::max(columns->file, columns->time)) fail("too few columns");
     const auto stamp = in_ns(words[columns->time], columns->unit);
     if (!stamp) fail("\"" + words[columns->time].substr(0, 40) + "\" is not a time");
-    table_[std::filesystem::path(words[columns->file]).filename().string()] = *stamp;
+    const std::string file = std::filesystem::path(words[columns->file]).filename().string();
+    if (const auto [at, is_new] = table_.emplace(file, *stamp); !is_new && at->second != *stamp) fail(file + " has another time above");
   }
   if (!columns) fail("the table is empty");
 }
@@ -172,6 +173,8 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
 std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file, std::optional<std::int64_t> in_file) const {
   for (const std::string& name : {file.filename().string(), file.stem().string()})
     if (const auto found = table_.find(name); found != table_.end()) return found->second;
+  if (!table_.empty())
+    throw Error{Status::bad_input, file.string() + ": is not in the table of stamps; clouds of one test need one clock, so add its line or take the table away"};
   return in_file ? in_file : stamp_in_name(file.stem().string());
 }
 

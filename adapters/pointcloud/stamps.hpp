@@ -24,7 +24,8 @@ class CloudStamps {
   /// (stamp_ns, timestamp_us, time_ms, t_s, "time [s]"). Throws Error{file_not_found | bad_input} with the line.
   explicit CloudStamps(const std::filesystem::path& table);
 
-  /// The table's for this file's name (with or without extension), else `in_file`, else the name's.
+  /// The table's for this file's name (with or without extension); without a table `in_file`, else the name's.
+  /// Throws Error{bad_input} for a file that the table lacks.
   [[nodiscard]] std::optional<std::int64_t> of(const std::filesystem::path& file,
                                                std::optional<std::int64_t> in_file) const;
 

@@ -10,6 +10,7 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <csignal>
 #include <fstream>
 #include <mutex>
@@ -28,7 +29,7 @@ class SharedSink final : public mcap::Sink {
   struct State {
     std::mutex mutex;
     MemorySink memory;
-    std::chrono::milliseconds stall{0};
+    std::atomic<std::chrono::milliseconds> stall{std::chrono::milliseconds(0)};
     mcap::Buffer snapshot() {
       const std::lock_guard lock(mutex);
       return memory.bytes;
@@ -36,7 +37,7 @@ class SharedSink final : public mcap::Sink {
   };
   explicit SharedSink(std::shared_ptr<State> state) : state_(std::move(state)) {}
   int append(std::span<const mcap::Bytes> pieces) noexcept override {
-    std::this_thread::sleep_for(state_->stall);
+    std::this_thread::sleep_for(state_->stall.load());
     const std::lock_guard lock(state_->mutex);
     return state_->memory.append(pieces);
   }

@@ -33,6 +33,26 @@ std::size_t lines_of(const std::filesystem::path& file) {
 
 }  // namespace
 
+// Models used to lie in the folder of the results under plain names, over what was there, and were removed from it.
+TEST_CASE("an evaluation touches nothing in its folder but its own results, and what makes no sense is refused at once") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "e");
+  put(folder / "e/split_0.lbea", "mine");
+  const auto refused = [&](const std::string& options, int code, const std::string& words) {
+    const Outcome outcome = run_program(evaluation("--no-icp --every 12 " + options), folder.path());
+    CAPTURE(options);
+    CHECK(outcome.exit_code == code);
+    CHECK_MESSAGE(outcome.err.find(words) != std::string::npos, outcome.err);
+  };
+  refused("--first-step 500", 1, "--first-step");
+  refused("--remove-branch 77", 1, "branch 77");
+  for (const char* option : {"--hide nan", "--outliers 7", "--noise -1", "--pose-error 1e300"}) refused(option, 2, "is not between");
+  CHECK(text_of(folder / "e/split_0.lbea") == "mine");
+  std::size_t entries = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "e")) ++entries;
+  CHECK(entries == 1);
+}
+
 TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
   const TemporaryFolder folder;
   const Outcome outcome = run_program(evaluation("--experiments run_038,run_129 --first-step 8 --every 12 --hide 0.3 --meshes --json"), folder.path());

@@ -268,6 +268,19 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
   CHECK(contains(found(), "\"name\":\"disk\",\"level\":\"failed\""));
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--pin", "100000"}) == 0);  // asked for, not granted, not fatal
   CHECK(contains(found(), "\"name\":\"pin\",\"level\":\"warning\""));
+  // Once what only fit needs was not tried, and the start failed where the check had passed.
+  const std::vector<std::string> fit{"--frames", bench.frames, "--results", bench.results, "--method", "fit"};
+  const auto fit_and = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), fit.begin(), fit.end());
+    return check(std::move(more));
+  };
+  CHECK(fit_and({}) == 1);  // the model's images are for a rig elsewhere
+  CHECK(contains(found(), "\"name\":\"fit\",\"level\":\"failed\""));
+  CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", "ipc://" + bench.file("inference")}) == 0);
+  CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "bogus", "--inference", "ipc://" + bench.file("inference")}) == 1);
+  CHECK(contains(found(), "\"name\":\"infer\",\"level\":\"failed\""));
+  CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", bench.results}) == 1);
+  CHECK(contains(found(), "\"name\":\"inference\",\"level\":\"failed\""));
   const auto server = bench.serve();
   CHECK(check({"--frames", bench.frames, "--results", "ipc://" + bench.file("other")}) == 1);
   CHECK(contains(found(), "in use by another process"));

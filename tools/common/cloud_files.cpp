@@ -28,7 +28,12 @@ bool is_text_cloud(const fs::path& file) {
 void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
   std::vector<fs::path> found, texts;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
+    const bool is_named_so = is_cloud(entry.path()) || is_text_cloud(entry.path());
+    std::error_code error;
+    const bool is_file = entry.is_regular_file(error);
+    if (is_named_so && (error || !entry.exists(error)))
+      throw Error{Status::file_not_found, entry.path().string() + ": a link that leads to no file; mend or remove it"};
+    if (!is_file) continue;
     if (is_cloud(entry.path())) found.push_back(entry.path());
     if (is_text_cloud(entry.path()) && entry.path().filename() != stamp_table_name) texts.push_back(entry.path());
   }
@@ -45,9 +50,10 @@ void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
 std::vector<fs::path> find_clouds(const std::vector<std::string>& paths) {
   std::vector<fs::path> files;
   for (const std::string& path : paths) {
-    if (fs::is_directory(path)) {
+    std::error_code error;
+    if (fs::is_directory(path, error)) {
       append_folder(path, files);
-    } else if (fs::exists(path)) {
+    } else if (fs::exists(path, error)) {
       files.emplace_back(path);
     } else {
       throw Error{Status::file_not_found, path + ": no such file or folder; check the path"};

@@ -11,9 +11,32 @@
 #include <cstdio>
 #include <optional>
 
+#include <unistd.h>
+
 namespace lbea {
 
 namespace {
+
+/// A folder for models while they are open: of this process alone, and gone with it.
+class ScratchFolder {
+ public:
+  explicit ScratchFolder(const std::filesystem::path& beside) : path_(beside / (".scratch-" + std::to_string(::getpid()))) {
+    std::error_code error;
+    std::filesystem::create_directories(path_, error);
+    if (error || ::access(beside.c_str(), W_OK) != 0)
+      throw Error(Status::write_failed, beside.string() + ": cannot write to this folder; choose another one with --out");
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 /// One progress line per round or stage.
 class Rounds {
@@ -71,7 +94,7 @@ void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan
   plan.splits = {named_split(runs, inside)};
 }
 
-EvaluationPlan planned(const EnsembleArguments& arguments) {
+EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem::path& scratch) {
   EvaluationPlan plan;
   plan.description = read_ensemble_toml(arguments.toml);
   read_region_nodes(plan.description.region);
@@ -88,9 +111,19 @@ EvaluationPlan planned(const EnsembleArguments& arguments) {
   plan.trial = {.sensor = read_sensor_json(arguments.sensor), .first_step = arguments.first_step, .every = arguments.every,
                 .impact_step = plan.description.impact_step, .time_factor = plan.description.time_factor, .seed = arguments.seed};
   if (arguments.meshes) plan.trial.meshes = arguments.out / "meshes";
-  plan.scratch = arguments.out;
+  plan.scratch = scratch;
   plan.threads = arguments.threads;
   return plan;
+}
+
+/// A number of that range; CLI::Range lets through what is none.
+CLI::Validator between(double least, double most) {
+  const auto check = [least, most](const std::string& text) {
+    double value = 0;
+    const bool is_inside = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+    return is_inside ? std::string() : text + " is not between " + std::to_string(least).substr(0, 8) + " and " + std::to_string(most).substr(0, 8);
+  };
+  return {check, ""};
 }
 
 }  // namespace
@@ -109,11 +142,11 @@ void declare(CLI::App& app, EnsembleArguments& arguments) {
   app.add_option("--seed", arguments.seed, "of the split, the noise and the disturbances");
   app.add_flag("--robustness", arguments.robustness, "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
   const char* row = "One more row of disturbed frames";
-  app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")->check(CLI::Range(0.0, 1.0))->group(row);
-  app.add_option("--thin", arguments.thinned, "share of the points that stay")->check(CLI::Range(0.0, 1.0))->group(row);
-  app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")->group(row);
-  app.add_option("--noise", arguments.noise, "standard deviation along the line of sight, length unit (default: sensor.json's)")->group(row)->default_str("");
-  app.add_option("--outliers", arguments.outliers, "share of points that lie elsewhere (default: sensor.json's)")->group(row)->default_str("");
+  app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")->check(between(0, 1))->group(row);
+  app.add_option("--thin", arguments.thinned, "share of the points that stay")->check(between(0, 1))->group(row);
+  app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")->check(between(0, 180))->group(row);
+  app.add_option("--noise", arguments.noise, "standard deviation along the line of sight, length unit (default: sensor.json's)")->check(between(0, 1e6))->group(row)->default_str("");
+  app.add_option("--outliers", arguments.outliers, "share of points that lie elsewhere (default: sensor.json's)")->check(between(0, 1))->group(row)->default_str("");
   app.add_option("--remove-branch", arguments.removed_branches, "leave this deformation branch out of the simulations: will it be missed?")
       ->delimiter(',')->default_str("");
   app.add_flag("--icp,!--no-icp", arguments.icp, "the ICP baseline, which takes seconds per frame");
@@ -126,8 +159,8 @@ void declare(CLI::App& app, EnsembleArguments& arguments) {
 
 int evaluate_ensemble(const EnsembleArguments& arguments) {
   catch_stop_signals();
-  std::filesystem::create_directories(arguments.out);
-  const EvaluationPlan plan = planned(arguments);
+  const ScratchFolder scratch(arguments.out);
+  const EvaluationPlan plan = planned(arguments, scratch.path());
   Rounds rounds;
   const Watcher watcher{[&](std::string_view what, std::uint64_t done, std::uint64_t total) { rounds.show(what, done, total); },
                         [] { return stop_requested != 0; }};

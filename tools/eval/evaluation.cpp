@@ -28,6 +28,7 @@ class Evaluator {
   void learn_branches();
   void test_split(const Split& split, ReferenceMode mode);
   void test_contained(ReferenceMode mode);
+  void check_branch(std::uint32_t branch) const;
   void test_removed_branch(std::uint32_t branch, ReferenceMode mode);
   void test(Round& round, const Arena& arena, std::span<const Experiment> experiments);
   void keep_view(const Model& model);
@@ -122,6 +123,8 @@ void Evaluator::test(Round& round, const Arena& arena, std::span<const Experimen
   std::uint64_t frames = 0, total = 0;
   for (const Experiment& experiment : experiments)
     for (std::uint32_t step = settings.first_step, states = experiment.open()->states(); step < states; step += settings.every) ++total;
+  if (total == 0)
+    throw Error(Status::bad_config, "no experiment has a state from step " + std::to_string(settings.first_step) + " on; give an earlier --first-step");
   const std::string title = round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
   work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
@@ -160,6 +163,12 @@ void Evaluator::test_contained(ReferenceMode mode) {
   test(round("contained", mode), {model, {}, plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr}, tested);
   for (const Disturbance& disturbance : plan_.disturbances)
     if (first_mode && !stopped()) test(round("contained", mode, disturbance), {model, {}, nullptr}, tested);
+}
+
+void Evaluator::check_branch(std::uint32_t branch) const {
+  if (branch < result_.branches && result_.branches > 1) return;
+  throw Error(Status::bad_config, "branch " + std::to_string(branch) + " cannot be left out: the ensemble has " + std::to_string(result_.branches) +
+                                      " of them, numbered from 0, and one has to be left");
 }
 
 // S loses the branch; its runs in E play the experiments (without any, its first four runs do). Beside it, the same with
@@ -202,6 +211,7 @@ void Evaluator::keep_view(const Model& model) {
 Evaluation Evaluator::run() {
   try {
     learn_branches();
+    for (const std::uint32_t branch : plan_.removed_branches) check_branch(branch);
     for (const ReferenceMode mode : plan_.modes) {
       for (const Split& split : plan_.splits)
         if (!stopped()) test_split(split, mode);

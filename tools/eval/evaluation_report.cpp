@@ -103,7 +103,8 @@ std::string view_csv(const Evaluation& evaluation) {
     for (const double value : point.parameters) cells.number(value);
     cells.end();
   }
-  for (const TestTrial& test : evaluation.rounds.front().tests)
+  const std::vector<TestTrial> none;
+  for (const TestTrial& test : evaluation.rounds.empty() ? none : evaluation.rounds.front().tests)
     for (const FrameTrial& frame : test.frames) {
       cells.text("experiment"), cells.text(test.experiment), cells.number(test.branch), cells.number(frame.step), cells.number(frame.time_s);
       for (const float x : frame.leading_coordinates) cells.number(x);
@@ -125,9 +126,9 @@ std::string to_json(const Evaluation& evaluation) {
 }
 
 void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation) {
-  write_text(folder / "tables.md", tables(evaluation));
+  const std::string text = tables(evaluation);
+  write_text(folder / "tables.md", text.empty() ? "Nothing was measured.\n" : text);
   write_text(folder / "summary.json", to_json(evaluation) + '\n');
-  if (evaluation.rounds.empty()) return;
   write_text(folder / "frames.csv", frames_csv(evaluation));
   write_text(folder / "view.csv", view_csv(evaluation));
 }

@@ -2,7 +2,9 @@
 
 #include "adapters/metrics/metrics_server.hpp"
 #include "adapters/sensor/sensor_json.hpp"
+#include "tools/serve/inference_publisher.hpp"
 #include "tools/serve/preflight.hpp"
+#include "tools/serve/views.hpp"
 
 #include <cstdio>
 #include <filesystem>
@@ -26,6 +28,14 @@ std::string describe(const ServerAccess& access) {
   return std::to_string(access.allowed.size()) + " keys may connect";
 }
 
+std::string describe_fit(const ServeOptions& options) {
+  MatcherConfig config = options.matcher;
+  if (!options.pose_file.empty()) config.T_reference_sensor = read_pose(options.pose_file);
+  const Model model = Model::open(options.model_file);
+  const Matcher matcher(model, config, views_for(config, model, options.pose_file));
+  return "a matcher is ready, with depth images for this pose";
+}
+
 void check_endpoints(Preflight& preflight, const ServeOptions& options) {
   ServerAccess access;
   preflight.ask("keys", [&] {
@@ -34,11 +44,13 @@ void check_endpoints(Preflight& preflight, const ServeOptions& options) {
   });
   WireContext context;
   std::optional<FrameSource> frames;
-  std::optional<ResultSink> results, preview;
+  std::optional<ResultSink> results, preview, inference;
   preflight.ask("frames", [&] { return frames.emplace(context, options.frames_endpoint, WireLimits{}, access).endpoint(); });
   preflight.ask("results", [&] { return results.emplace(context, options.results_endpoint, results_held, access).endpoint(); });
   if (!options.preview_endpoint.empty())
     preflight.ask("preview", [&] { return preview.emplace(context, options.preview_endpoint, results_held, access).endpoint(); });
+  if (!options.inference_endpoint.empty())
+    preflight.ask("inference", [&] { return inference.emplace(context, options.inference_endpoint, results_held, access).endpoint(); });
   if (!options.metrics_address.empty())
     preflight.ask("metrics", [&] { return MetricsServer(options.metrics_address, [] { return std::string(); }).address(); });
 }
@@ -62,6 +74,9 @@ int check(const ServeOptions& options) {
   });
   if (!options.pose_file.empty())
     preflight.ask("pose", [&] { return static_cast<void>(read_pose(options.pose_file)), options.pose_file; });
+  if (options.matcher.method == Method::fit) preflight.ask("fit", [&] { return describe_fit(options); });
+  if (!options.inferred_field.empty())
+    preflight.ask("infer", [&] { return "field " + std::to_string(field_to_infer(options, Model::open(options.model_file))) + ", " + options.inferred_field; });
   check_endpoints(preflight, options);
   const bool records = !options.recording.file.empty();
   const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;

@@ -1,5 +1,7 @@
 #include "tools/serve/command_line.hpp"
 
+#include "tools/serve/inference_publisher.hpp"
+
 namespace lbea {
 
 namespace {
@@ -62,6 +64,11 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_recording_options(tool, options.recording);
   options.access.add_to(tool);
   add_operation_options(tool, options);
+}
+
+std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
+  if (options.matcher.method != Method::fit) throw Error(Status::bad_config, "--infer needs the estimate of --method fit");
+  return find_field(model, options.inferred_field);
 }
 
 std::string name_of(Method method) {

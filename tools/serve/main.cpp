@@ -59,11 +59,6 @@ void check_memory(const ServeOptions& options) {
                                                 options.pipeline.queue_slots, options.matcher.max_points, needed >> 20, installed >> 20));
 }
 
-std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
-  if (options.matcher.method != Method::fit) throw Error(Status::bad_config, "--infer needs the estimate of --method fit");
-  return find_field(model, options.inferred_field);
-}
-
 void report(const std::vector<Privilege>& privileges) {
   for (const Privilege& privilege : privileges)
     spdlog::log(privilege.granted ? spdlog::level::info : spdlog::level::warn, "--{}: {}", privilege.name, privilege.detail);
