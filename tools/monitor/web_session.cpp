@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t largest_head = 16 * 1024;
 constexpr std::size_t largest_client_message = 1024;
 constexpr std::size_t many_rows_bytes = 64 * 1024;  // after so many at once more may wait
-constexpr auto handshake_timeout = 5s;
+constexpr auto upgrade_timeout = 5s;
 // Nothing but this program's own files, no inline script or style, nowhere to send anything, in nobody's frame.
 constexpr auto content_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; font-src 'self'; "
@@ -151,7 +151,7 @@ Watcher::Watcher(beast::tcp_stream stream, Shared& shared, Seat seat)
 Watcher::~Watcher() { shared_.watchers.erase(this); }
 
 void Watcher::accept(const Request& request) {
-  stream_.set_option(websocket::stream_base::timeout{handshake_timeout, shared_.limits.silence, true});
+  stream_.set_option(websocket::stream_base::timeout{upgrade_timeout, shared_.limits.silence, true});
   stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) { response.set(http::field::server, "lbea-monitor"); }));
   stream_.read_message_max(largest_client_message);
   stream_.binary(true);
