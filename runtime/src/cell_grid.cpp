@@ -8,7 +8,7 @@ namespace lbea {
 
 namespace {
 
-constexpr std::size_t most_octants = 1 << 20;  // an index keeps four bytes for each
+constexpr std::size_t most_octants = 1 << 20;  // an index keeps eight bytes for each
 
 // Every third bit of the result, from bit 0 on: 16 bits of a cell coordinate spread for a Morton key.
 std::uint64_t spread(std::uint64_t bits) noexcept {
