@@ -8,6 +8,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 #include <sys/resource.h>
 
@@ -28,10 +29,9 @@ std::string describe(const ServerAccess& access) {
   return std::to_string(access.allowed.size()) + " keys may connect";
 }
 
-std::string describe_fit(const ServeOptions& options) {
+std::string describe_fit(const ServeOptions& options, const Model& model) {
   MatcherConfig config = options.matcher;
   if (!options.pose_file.empty()) config.T_reference_sensor = read_pose(options.pose_file);
-  const Model model = Model::open(options.model_file);
   const Matcher matcher(model, config, views_for(config, model, options.pose_file));
   return "a matcher is ready, with depth images for this pose";
 }
@@ -68,15 +68,16 @@ Finding check_descriptors() {
 int check(const ServeOptions& options) {
   Preflight preflight;
   std::uint64_t model_bytes = 0;
+  std::optional<Model> model;
   preflight.ask("model", [&] {
     model_bytes = std::filesystem::exists(options.model_file) ? std::filesystem::file_size(options.model_file) : 0;
-    return describe(Model::open(options.model_file), options.model_file);
+    return describe(model.emplace(Model::open(options.model_file)), options.model_file);
   });
   if (!options.pose_file.empty())
     preflight.ask("pose", [&] { return static_cast<void>(read_pose(options.pose_file)), options.pose_file; });
-  if (options.matcher.method == Method::fit) preflight.ask("fit", [&] { return describe_fit(options); });
-  if (!options.inferred_field.empty())
-    preflight.ask("infer", [&] { return "field " + std::to_string(field_to_infer(options, Model::open(options.model_file))) + ", " + options.inferred_field; });
+  if (model && options.matcher.method == Method::fit) preflight.ask("fit", [&] { return describe_fit(options, *model); });
+  if (model && !options.inferred_field.empty())
+    preflight.ask("infer", [&] { return "field " + std::to_string(field_to_infer(options, *model)) + ", " + options.inferred_field; });
   check_endpoints(preflight, options);
   const bool records = !options.recording.file.empty();
   const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;

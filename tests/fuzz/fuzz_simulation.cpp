@@ -1,4 +1,5 @@
-// Any bytes as a d3plot file: an lbea::Error, or a run whose mesh and states are consistent in themselves.
+// Any bytes as a simulation's file, called LBEA_FUZZ_FILE: an lbea::Error, or a run whose mesh and states are consistent in
+// themselves.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -25,7 +26,7 @@ class Folder {
   }
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] std::filesystem::path file() const { return path_ / "d3plot"; }
+  [[nodiscard]] std::filesystem::path file() const { return path_ / LBEA_FUZZ_FILE; }
 
  private:
   std::filesystem::path path_;
