@@ -46,6 +46,7 @@ struct EnsembleDescription {
   RegionDescription region;
   std::vector<std::string> fields{
       "plastic_strain"};             // "all": every field all runs have; those a run lacks are refused
+  bool compact_fields = false;   // store fields in 16 bits, each sample between its least and its greatest value
   std::filesystem::path parameters;  // CSV: run name, then one column per parameter; empty: none
   std::string length_unit = "mm";
   double time_factor = 1;        // seconds per unit of the runs' time

@@ -1,5 +1,7 @@
 #include "precompute/model_sections.hpp"
 
+#include "precompute/field_sections.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
@@ -147,19 +149,18 @@ SmallSections small_sections(const format::Info& info, const EnsembleDescription
   return sections;
 }
 
-void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
-                         bool with_correspondence, std::size_t provenance_size, const ViewCamera* camera) {
+void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info, const EnsembleDescription& description,
+                         std::size_t provenance_size, const ViewCamera* camera) {
   const std::uint64_t s = info.samples, n = info.vertices;
   const std::uint64_t cells =
       std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
   plan.push_back({SectionId::provenance, 0, ElementType::u8, {provenance_size}});
   plan.push_back({SectionId::node_positions, 0, ElementType::f32, {s, info.nodes, 3}});
-  for (std::uint32_t field = 0; field < info.fields; ++field)
-    plan.push_back({SectionId::field_values, field, ElementType::f32, {s, info.elements}});
+  for (std::uint32_t field = 0; field < info.fields; ++field) plan_field(plan, info, field, description.compact_fields);
   plan.push_back({SectionId::envelope_bits, 0, ElementType::u64, {(cells + 63) / 64}});
   for (std::uint32_t part = 0; part < info.references; ++part) {
     plan.push_back({SectionId::coefficients, part, ElementType::f32, {s, 3, format::padded(info.modes)}});
-    if (with_correspondence) plan.push_back({SectionId::correspondence, part, ElementType::u32, {s, n}});
+    if (description.correspondence) plan.push_back({SectionId::correspondence, part, ElementType::u32, {s, n}});
     plan.push_back({SectionId::leading_axes, part, ElementType::u32, {3}});
   }
   plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});

@@ -35,7 +35,9 @@ std::string region_json(const RegionDescription& region) {
 }
 
 std::string configuration_json(const EnsembleDescription& description, const Ensemble& ensemble) {
-  return JsonObject()
+  JsonObject json;
+  if (description.compact_fields) json.add("compact_fields", "true");
+  return json
       .add("mode", json_string(description.mode == ReferenceMode::impact ? "impact" : "over-time"))
       .add("modes", std::to_string(description.modes))
       .add("reference_run", json_string(ensemble.runs[ensemble.reference_run].name))

@@ -143,6 +143,7 @@ EnsembleDescription read_description(TomlTable table) {
   read_basis(table, description);
   read_region(table, description.region);
   read_fields(table, description.fields);
+  table.read("compact_fields", description.compact_fields);
   table.read_path("parameters", description.parameters);
   table.read("length_unit", description.length_unit);
   if (description.length_unit.empty()) table.fail("length_unit", "is empty");

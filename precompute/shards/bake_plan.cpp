@@ -13,7 +13,7 @@ namespace {
 
 // To be raised with every change of what records and footprints hold, or of how it is computed.
 constexpr std::uint32_t work_version = 1;
-constexpr WorkName plan_name{WorkKind::plan, 0};
+constexpr WorkName plan_name{WorkKind::plan, 2};  // the number: to be raised with every change of what a plan holds
 
 }  // namespace
 
@@ -29,7 +29,7 @@ static void members(auto& a, Box& b) { a(b.min, b.max); }
 static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
-    d.time_factor, d.envelope_margin, d.correspondence, d.views, d.output);
+    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.views, d.output);
 }
 static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source, r.files); }
 static void members(auto& a, Ensemble& e) {

@@ -1,6 +1,7 @@
 #include "precompute/shards/merge_shards.hpp"
 
 #include "precompute/branches.hpp"
+#include "precompute/field_sections.hpp"
 #include "precompute/kept_variance.hpp"
 #include "precompute/model_writer.hpp"
 #include "precompute/provenance.hpp"
@@ -61,6 +62,7 @@ class Merger {
  public:
   Merger(const WorkFolder& work, const BakePlan& plan, const std::vector<ReferenceBasis>& bases, ModelWriter& writer)
       : work_(work), plan_(plan), writer_(writer), sample_(plan, bases),
+        fields_(writer, plan.survey.fields.size(), plan.description.compact_fields),
         image_(plan.camera ? padded_cells(*plan.camera) : 0), envelope_(plan.survey.min, plan.survey.max, plan.description.envelope_margin),
         moments_(bases.size()) {}
 
@@ -84,6 +86,7 @@ class Merger {
 
   [[nodiscard]] EnvelopeBuilder& envelope() noexcept { return envelope_; }
   [[nodiscard]] const std::vector<Moments>& moments() const noexcept { return moments_; }
+  [[nodiscard]] const std::vector<float>& field_errors() const noexcept { return fields_.errors(); }
 
  private:
   template <class T>
@@ -92,8 +95,7 @@ class Merger {
   }
   void write_sample_rows() {
     write_row(SectionId::node_positions, 0, sample_.positions);
-    for (std::size_t field = 0; field < sample_.fields.size(); ++field)
-      write_row(SectionId::field_values, field, sample_.fields[field]);
+    for (std::uint32_t field = 0; field < sample_.fields.size(); ++field) fields_.write(field, samples_, sample_.fields[field]);
     for (std::size_t part = 0; part < sample_.coefficients.size(); ++part)
       write_row(SectionId::coefficients, part, sample_.coefficients[part]);
     for (std::size_t part = 0; part < sample_.correspondence.size(); ++part)
@@ -104,6 +106,7 @@ class Merger {
   const BakePlan& plan_;
   ModelWriter& writer_;
   SampleRecord sample_;
+  FieldSections fields_;
   std::vector<std::uint16_t> image_;
   EnvelopeBuilder envelope_;
   std::vector<Moments> moments_;  // sums of floating-point numbers: always in the order of the runs
@@ -204,6 +207,9 @@ BakeSummary merge_shards(const WorkFolder& work, const BakePlan& planned, const 
   work.sweep();
   summary.file_size = writer.file_size();
   summary.left_out = runs.left_out;
+  if (plan.description.compact_fields)
+    for (std::size_t field = 0; field < plan.survey.fields.size(); ++field)
+      summary.rounded_fields.push_back({plan.survey.fields[field].name, plan.survey.fields[field].unit, merger.field_errors()[field]});
   summary.seconds = {planned.reading_seconds, planned.bases_seconds, 0, watch.lap()};
   return summary;
 }

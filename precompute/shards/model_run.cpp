@@ -61,8 +61,8 @@ void ModelRun::read(std::uint32_t state, SimulationState& into) {
   into.fields.resize(fields_.size());
   for (std::uint32_t field = 0, next = 0; field < model_.fields(); ++field) {
     if (model_.field(field).location != FieldInfo::Location::element) continue;
-    const auto values = model_.field_values(field, place);
-    into.fields[next++].assign(values.begin(), values.end());
+    into.fields[next].resize(model_.field_size(field));
+    model_.read_field(field, place, into.fields[next++]);
   }
 }
 

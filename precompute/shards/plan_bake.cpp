@@ -71,6 +71,15 @@ std::vector<PlannedRun> survey_runs(const WorkFolder& work, const Ensemble& ense
   return planned;
 }
 
+// Rounded over the whole they cannot be rounded over a part without adding to the error.
+void check_rounded(const Ensemble& ensemble, const Survey& survey) {
+  for (const EnsembleRun& run : ensemble.runs)
+    if (run.rounded_elements != 0 && run.rounded_elements != survey.mesh.elements.size())
+      throw Error(Status::bad_config, "run " + run.name + " is taken from a model with fields in 16 bits, but the other runs leave it only " +
+                                          std::to_string(survey.mesh.elements.size()) + " of its " + std::to_string(run.rounded_elements) +
+                                          " elements; bake from the runs' own files");
+}
+
 void collect(const WorkFolder& work, BakePlan& plan, const SimulationReader& reference, const BakeOptions& options) {
   const std::vector<EnsembleRun>& runs = plan.ensemble.runs;
   SurveyCollection collection(reference, plan.description, runs[plan.ensemble.reference_run].name);
@@ -118,6 +127,7 @@ BakePlan plan_bake(const WorkFolder& work, const Ensemble& ensemble, const Ensem
   const auto reference = ensemble.runs[ensemble.reference_run].open();
   plan.runs = survey_runs(work, ensemble, description, *reference, {}, options);
   collect(work, plan, *reference, options);
+  check_rounded(ensemble, plan.survey);
   plan.reading_seconds = watch.lap();
   (void)EnvelopeBuilder(plan.survey.min, plan.survey.max, description.envelope_margin);  // refuses a bad margin now
   plan.bases = make_bases(work, ensemble, description, plan.survey, options);

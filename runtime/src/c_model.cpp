@@ -50,9 +50,8 @@ lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_f
   if (!is_plausible_size(info->struct_size, least_field_info)) return bad_argument(size_not_set);
   const Model& m = model->model;
   if (field >= m.fields()) return bad_argument("lbea_model_get_field: no such field; give less than lbea_model_info.fields");
-  const bool per_element = m.field(field).location == FieldInfo::Location::element;
   const auto& [name, unit] = model->fields[field];
-  write_c_struct({0, per_element ? m.elements() : m.nodes(), name.c_str(), unit.c_str()}, info);
+  write_c_struct({0, m.field_size(field), name.c_str(), unit.c_str(), m.field(field).largest_error}, info);
   return LBEA_OK;
 }
 
@@ -69,4 +68,13 @@ const float* lbea_model_node_positions(const lbea_model* model, uint32_t sample)
 const float* lbea_model_field_values(const lbea_model* model, uint32_t field, uint32_t sample) {
   if (model == nullptr || field >= model->model.fields() || sample >= model->model.samples()) return nullptr;
   return model->model.field_values(field, sample).data();
+}
+
+lbea_status lbea_model_read_field(const lbea_model* model, uint32_t field, uint32_t sample, float* values, size_t count) {
+  if (model == nullptr || values == nullptr) return bad_argument("lbea_model_read_field: model or values is NULL");
+  const Model& m = model->model;
+  if (field >= m.fields() || sample >= m.samples()) return bad_argument("lbea_model_read_field: no such field or sample");
+  if (count < m.field_size(field)) return bad_argument("lbea_model_read_field: too little room; give lbea_field_info.values_per_sample");
+  m.read_field(field, sample, {values, m.field_size(field)});
+  return LBEA_OK;
 }

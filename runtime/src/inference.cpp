@@ -9,22 +9,28 @@ namespace lbea {
 
 namespace {
 
-template <class Values>
-std::vector<WeightedRow> rows_of(const Model& model, std::span<const WeightedSample> samples, const Values& values) {
+/// Rows of a model, those that are not stored as they are read into memory of their own.
+struct Rows {
   std::vector<WeightedRow> rows;
+  std::vector<std::vector<float>> read;
+};
+
+template <class Values>
+Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const Values& values) {
+  Rows result;
   for (const WeightedSample& sample : samples) {
     const std::uint32_t row = model.sample_index(sample.sample);
     if (row == model.samples()) throw Error(Status::bad_input, "an estimate names a sample this model does not hold; give the model that the matcher uses");
-    rows.push_back({values(row), sample.weight});
+    result.rows.push_back({values(row, result.read), sample.weight});
   }
-  return rows;
+  return result;
 }
 
 template <class Values>
 void infer(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible, std::size_t components,
            const Values& values, Inferred& into) {
-  weighted_mean(rows_of(model, estimate, values), into.mean);
-  weighted_spread(rows_of(model, plausible, values), into.mean, components, into.spread);
+  weighted_mean(rows_of(model, estimate, values).rows, into.mean);
+  weighted_spread(rows_of(model, plausible, values).rows, into.mean, components, into.spread);
 }
 
 }  // namespace
@@ -64,12 +70,18 @@ std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates,
 
 void infer_field(const Model& model, std::uint32_t field, std::span<const WeightedSample> estimate,
                  std::span<const WeightedSample> plausible, Inferred& into) {
-  infer(model, estimate, plausible, 1, [&](std::uint32_t sample) { return model.field_values(field, sample); }, into);
+  const auto values = [&](std::uint32_t sample, std::vector<std::vector<float>>& read) {
+    const auto stored = model.field_values(field, sample);
+    if (!stored.empty()) return stored;
+    model.read_field(field, sample, read.emplace_back(model.field_size(field)));
+    return std::span<const float>(read.back());
+  };
+  infer(model, estimate, plausible, 1, values, into);
 }
 
 void infer_positions(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible,
                      Inferred& into) {
-  infer(model, estimate, plausible, 3, [&](std::uint32_t sample) { return model.node_positions(sample); }, into);
+  infer(model, estimate, plausible, 3, [&](std::uint32_t sample, auto&) { return model.node_positions(sample); }, into);
 }
 
 }  // namespace lbea

@@ -70,8 +70,11 @@ std::span<const float> Model::node_positions(std::uint32_t sample) const noexcep
 std::uint32_t Model::fields() const noexcept { return view_->info.fields; }
 FieldInfo Model::field(std::uint32_t field) const noexcept { return view_->fields[field].info; }
 std::span<const float> Model::field_values(std::uint32_t field, std::uint32_t sample) const noexcept {
-  const FieldView& view = view_->fields[field];
-  return row_of(view.values, sample, view.info.location == FieldInfo::Location::element ? elements() : nodes());
+  return view_->fields[field].values_of(sample);
+}
+std::uint32_t Model::field_size(std::uint32_t field) const noexcept { return static_cast<std::uint32_t>(view_->fields[field].places); }
+void Model::read_field(std::uint32_t field, std::uint32_t sample, std::span<float> into) const noexcept {
+  view_->fields[field].read(sample, into);
 }
 
 std::span<const std::uint32_t> Model::vertex_nodes(std::uint32_t reference) const noexcept {

@@ -67,6 +67,8 @@ enum class SectionId : std::uint32_t {
   envelope_bits = 18,
   simulation_branches = 19,
   leading_axes = 20,  // part: reference
+  field_codes = 21,   // part: field; instead of field_values
+  field_ranges = 22,  // the same
   reference_times = 32,
   vertex_nodes = 33,  // from here on, part: reference
   vertex_positions = 34,

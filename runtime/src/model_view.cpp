@@ -106,9 +106,27 @@ class ModelReader {
     for (std::uint32_t f = 0; f < info.fields; ++f) {
       require(locations[f] <= static_cast<std::uint32_t>(FieldInfo::Location::node), SectionId::field_locations, 0, "unknown location");
       const auto location = static_cast<FieldInfo::Location>(locations[f]);
-      const std::uint32_t places = location == FieldInfo::Location::element ? info.elements : info.nodes;
-      view_.fields.push_back({{names[2 * f], names[2 * f + 1], location},
-                              sections_.required<float>(SectionId::field_values, {info.samples, places, 1}, f)});
+      FieldView field;
+      field.info = {names[2 * f], names[2 * f + 1], location};
+      field.places = location == FieldInfo::Location::element ? info.elements : info.nodes;
+      read_values(f, field);
+      view_.fields.push_back(std::move(field));
+    }
+  }
+
+  void read_values(std::uint32_t f, FieldView& field) {
+    const std::uint64_t samples = view_.info.samples;
+    if (sections_.find(SectionId::field_codes, f) == nullptr) {
+      field.values = sections_.required<float>(SectionId::field_values, {samples, field.places, 1}, f);
+      return;
+    }
+    require(sections_.find(SectionId::field_values, f) == nullptr, SectionId::field_codes, f, "the field is stored twice");
+    field.codes = sections_.required<FieldCode>(SectionId::field_codes, {samples, field.places, 1}, f);
+    field.ranges = sections_.required<std::array<float, 3>>(SectionId::field_ranges, {samples, 3, 1}, f);
+    for (const auto& [low, high, error] : field.ranges) {
+      require(std::isfinite(low) && std::isfinite(high) && low <= high, SectionId::field_ranges, f, "the least value is not below the greatest");
+      require(error == largest_error({low, high}), SectionId::field_ranges, f, "the error is not that of 16 bits between the least and the greatest value");
+      field.info.largest_error = std::max(field.info.largest_error, error);
     }
   }
 
@@ -169,6 +187,13 @@ class ModelReader {
 };
 
 }  // namespace
+
+void FieldView::read(std::size_t sample, std::span<float> into) const noexcept {
+  if (codes.empty())
+    std::ranges::copy(values_of(sample), into.begin());
+  else
+    decode(codes.subspan(sample * places, places), range(sample), into);
+}
 
 ModelView read_model(std::span<const std::byte> image, const std::string& name) { return ModelReader(image, name).read(); }
 

@@ -1,6 +1,7 @@
 // The sections of a model file as spans, checked once, then trusted.
 #pragma once
 
+#include "runtime/src/field_codes.hpp"
 #include "runtime/src/model_format.hpp"
 #include "runtime/src/vertex_tree.hpp"
 #include "runtime/src/view_data.hpp"
@@ -28,9 +29,21 @@ struct ReferenceView {
   std::array<std::uint32_t, 3> leading_axes{};    // places in a mode-major p x 3 array
 };
 
+/// Stored as values, or as codes with a range per sample.
 struct FieldView {
   FieldInfo info;
-  std::span<const float> values;  // s x (elements or nodes)
+  std::size_t places = 0;          // elements or nodes
+  std::span<const float> values;   // s x places
+  std::span<const FieldCode> codes;  // s x places
+  std::span<const std::array<float, 3>> ranges;  // s: low, high, largest error
+
+  [[nodiscard]] FieldRange range(std::size_t sample) const noexcept { return {ranges[sample][0], ranges[sample][1]}; }
+  /// Empty when it is stored as codes.
+  [[nodiscard]] std::span<const float> values_of(std::size_t sample) const noexcept {
+    return values.empty() ? values : values.subspan(sample * places, places);
+  }
+  /// into: `places` values.
+  void read(std::size_t sample, std::span<float> into) const noexcept;
 };
 
 struct EnvelopeView {

@@ -32,6 +32,8 @@ constexpr std::pair<SectionId, const char*> titles[] = {
     {SectionId::field_names, "field_names"},
     {SectionId::field_locations, "field_locations"},
     {SectionId::field_values, "field_values"},
+    {SectionId::field_codes, "field_codes"},
+    {SectionId::field_ranges, "field_ranges"},
     {SectionId::envelope_grid, "envelope_grid"},
     {SectionId::envelope_bits, "envelope_bits"},
     {SectionId::simulation_branches, "simulation_branches"},

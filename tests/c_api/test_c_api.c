@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -125,8 +126,32 @@ static void model_tells_what_it_holds(const lbea_model* model) {
     CHECK(strlen(field.name) > 0 && field.unit != NULL);
     CHECK(field.values_per_sample == info.elements || field.values_per_sample == info.nodes);
     CHECK(isfinite(lbea_model_field_values(model, f, info.samples - 1)[field.values_per_sample - 1]));
+    CHECK(field.largest_error == 0);
     CHECK(lbea_model_field_values(model, f, info.samples) == NULL);
   }
+}
+
+static void fields_in_16_bits_are_read(const lbea_model* model, const char* file) {
+  char name[4000];
+  snprintf(name, sizeof name, "%s.compact", file);
+  lbea_model* compact = opened(name);
+  lbea_field_info field = {.struct_size = sizeof field};
+  CHECK(lbea_model_get_field(compact, 0, &field) == LBEA_OK);
+  CHECK(field.largest_error > 0);
+  CHECK(lbea_model_field_values(compact, 0, 23) == NULL);
+  float values[200];
+  const size_t room = sizeof values / sizeof *values;
+  CHECK(lbea_model_read_field(compact, 0, 23, values, room) == LBEA_OK);
+  const float* exact = lbea_model_field_values(model, 0, 23);
+  for (uint32_t i = 0; i < field.values_per_sample; ++i) CHECK(fabsf(values[i] - exact[i]) <= field.largest_error);
+  CHECK(lbea_model_read_field(model, 0, 23, values, room) == LBEA_OK);
+  CHECK(memcmp(values, exact, field.values_per_sample * sizeof *values) == 0);
+  CHECK(lbea_model_read_field(compact, 0, 23, values, field.values_per_sample - 1) == LBEA_BAD_ARGUMENT);
+  CHECK(lbea_model_read_field(compact, 1, 23, values, room) == LBEA_BAD_ARGUMENT);
+  CHECK(lbea_model_read_field(compact, 0, 24, values, room) == LBEA_BAD_ARGUMENT);
+  CHECK(lbea_model_read_field(compact, 0, 23, NULL, room) == LBEA_BAD_ARGUMENT);
+  CHECK(lbea_model_read_field(NULL, 0, 23, values, room) == LBEA_BAD_ARGUMENT);
+  lbea_model_close(compact);
 }
 
 static void bad_configurations_are_refused(const lbea_model* model) {
@@ -258,6 +283,7 @@ int main(int argc, char** argv) {
   null_is_refused_everywhere(model);
   failures_are_explained_per_thread(argv[1]);
   model_tells_what_it_holds(model);
+  fields_in_16_bits_are_read(model, argv[1]);
   bad_configurations_are_refused(model);
   every_sample_finds_itself(model, LBEA_METHOD_LBEA);
   every_sample_finds_itself(model, LBEA_METHOD_VTP);

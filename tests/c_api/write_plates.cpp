@@ -1,7 +1,11 @@
-// write_plates FILE: a small model for tests that must not link our own libraries.
+// write_plates FILE: a small model for tests that must not link our own libraries, and FILE.compact with fields in 16 bits.
 #include "tests/support/synthetic_model.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  lbea::test::bake_bent_plates(argv[1]);
+  using namespace lbea::test;
+  bake_bent_plates(argv[1]);
+  lbea::EnsembleDescription description = bent_plates_description();
+  description.compact_fields = true;
+  bake(bent_plates(), description, std::string(argv[1]) + ".compact");
 }

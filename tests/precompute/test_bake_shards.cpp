@@ -78,7 +78,8 @@ TEST_CASE("schedules of kills, shard counts and re-runs all end in the bytes of 
   const CountedPlates plates = counted_plates(5);
   unsigned died = 0, lived = 0;
   for (const ReferenceMode mode : {ReferenceMode::impact, ReferenceMode::over_time}) {
-    const EnsembleDescription description = shard_description(mode);
+    EnsembleDescription description = shard_description(mode);
+    description.compact_fields = mode == ReferenceMode::over_time;
     const std::string alone = baked_alone(plates.ensemble, description);
     REQUIRE_FALSE(alone.empty());
     for (unsigned seed = 0; seed < schedules / 2; ++seed) {

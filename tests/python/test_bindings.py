@@ -41,6 +41,16 @@ class ModelTest(unittest.TestCase):
         gc.collect()
         self.assertTrue((positions == before).all())
 
+    def test_fields_in_16_bits_are_read(self):
+        compact = lbea.Model(PLATES + ".compact")
+        self.assertEqual(self.model.field_error("plastic_strain"), 0)
+        error = compact.field_error("plastic_strain")
+        self.assertGreater(error, 0)
+        for sample in range(24):
+            exact, rounded = self.model.field_values("plastic_strain", sample), compact.field_values("plastic_strain", sample)
+            self.assertEqual((rounded.shape, rounded.dtype), (exact.shape, numpy.float32))
+            self.assertLessEqual(abs(rounded - exact).max(), error)
+
     def test_what_is_not_there_is_refused(self):
         with self.assertRaises(IndexError):
             self.model.node_positions(24)

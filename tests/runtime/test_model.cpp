@@ -187,6 +187,44 @@ TEST_CASE("directories and sections with fitting checksums are still not believe
   CHECK(content(SectionId::tree_boxes, 0, 1e30f) == Status::corrupt_model);
 }
 
+TEST_CASE("fields in 16 bits: damaged in any bit, or forged with fitting checksums, they are refused") {
+  using format::SectionId;
+  const TemporaryFolder folder;
+  EnsembleDescription description = bent_plates_description();
+  description.compact_fields = true;
+  bake(bent_plates({.runs = 2, .steps = 2, .shape = {.columns = 6, .rows = 5}}), description, folder / "m.lbea");
+  const AlignedBytes original(folder / "m.lbea");
+  const auto forged = [&](SectionId id, auto change) {
+    AlignedBytes bytes = original;
+    forge(bytes.span(), id, change);
+    return status_of(bytes.span());
+  };
+  const auto range = [&](std::size_t word, float value) {
+    return forged(SectionId::field_ranges, [&](format::SectionEntry&, std::span<std::byte> section) { set(section, word, value); });
+  };
+  REQUIRE(forged(SectionId::field_ranges, [](auto&, auto) {}) == Status::ok);
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (std::size_t word = 0; word < 12; ++word)
+    for (const float value : {infinity, -infinity, std::nanf(""), -1e30f, 1e30f}) {
+      CAPTURE(word);
+      CAPTURE(value);
+      CHECK(range(word, value) == Status::corrupt_model);
+    }
+  // Every code means something.
+  CHECK(forged(SectionId::field_codes, [](auto&, std::span<std::byte> section) { std::ranges::fill(section, std::byte{0xff}); }) == Status::ok);
+  CHECK(forged(SectionId::field_codes, [](auto& e, auto) { e.part = 1; }) == Status::corrupt_model);
+  CHECK(forged(SectionId::field_ranges, [](auto& e, auto) { e.part = 1; }) == Status::corrupt_model);
+  CHECK(forged(SectionId::field_codes, [](auto& e, auto) { e.shape = {1, e.shape[0] * e.shape[1], 1}; }) == Status::corrupt_model);
+  AlignedBytes bytes = original;
+  const std::size_t bits = bytes.span().size() * 8;
+  for (std::size_t bit = 0; bit < bits; bit += std::getenv("LBEA_LONG_TESTS") != nullptr ? 1u : 101u) {
+    bytes.span()[bit / 8] ^= std::byte{1} << (bit % 8);
+    CAPTURE(bit);
+    REQUIRE(is_refusal(status_of(bytes.span())));
+    bytes.span()[bit / 8] ^= std::byte{1} << (bit % 8);
+  }
+}
+
 TEST_CASE("other files are not models") {
   const TemporaryFolder folder;
   CHECK_THROWS_AS(Model::open(folder / "absent.lbea"), Error);

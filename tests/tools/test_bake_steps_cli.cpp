@@ -124,6 +124,36 @@ TEST_CASE("runs are added to a model without reading those that it holds, and wi
   CHECK(contains(unit.err, "another unit"));
 }
 
+TEST_CASE("fields in 16 bits: said by bake and inspect, kept by --from, never unrounded") {
+  const TemporaryFolder folder;
+  put(folder / "e.toml", "runs = ['" + demo + "/runs/run_0[234]*']\ntime_unit = 'ms'\ncompact_fields = true\n");
+  const std::string two = " --run " + demo + "/runs/run_023 --run " + demo + "/runs/run_038 --time-factor 0.001";
+  const auto summary = json_of(folder, "e.toml -o compact.lbea" + few);
+  const double error = summary["rounded_fields"][0]["largest_error"];
+  CHECK(error > 0);
+  CHECK(error < 1e-4);  // plastic strain, of 1 or so: 2 / 65,533 / 2
+  const Outcome shown = run_program(std::string(LBEA_INSPECT) + " compact.lbea --json", folder.path());
+  CHECK(nlohmann::json::parse(shown.out)["fields"][0]["largest_error"] == error);
+  CHECK(nlohmann::json::parse(shown.out)["fields"][0]["bits"] == 16);
+  CHECK(contains(lbea_bake(folder, "e.toml -o wide.lbea --compact-fields false" + few).out, "1 fields"));
+  CHECK(contains(lbea_bake(folder, "e.toml -o again.lbea" + few).out, "plastic_strain [1] in 16 bits, within "));
+  CHECK(text_of(folder / "again.lbea") == text_of(folder / "compact.lbea"));
+  lbea_bake(folder, "plan e.toml --work work -o shards.lbea" + few);
+  lbea_bake(folder, "shard --work work --index 0 --of 1");
+  lbea_bake(folder, "merge --work work");
+  CHECK(text_of(folder / "shards.lbea") == text_of(folder / "compact.lbea"));
+
+  // A model in 16 bits grows to the bytes that reading all runs gives; from one in 32 bits as well.
+  for (const char* bits : {"true", "false"}) {
+    lbea_bake(folder, two + " --compact-fields " + bits + " -o two.lbea" + few);
+    lbea_bake(folder, "e.toml --from two.lbea -o grown.lbea" + few);
+    CHECK(text_of(folder / "grown.lbea") == text_of(folder / "compact.lbea"));
+  }
+  const Outcome back = run_program(std::string(LBEA_BAKE) + " e.toml --compact-fields false --from compact.lbea -o x.lbea" + few, folder.path());
+  CHECK(back.exit_code == 1);
+  CHECK(contains(back.err, "compact.lbea has its fields in 16 bits"));
+}
+
 TEST_CASE("steps that cannot be are refused with a sentence") {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& arguments, int exit_code, const std::string& words) {

@@ -119,6 +119,8 @@ void declare(Tool& tool, BakeCommand& command) {
                   with_default("quantities to carry along, or all", defaults.fields.front()))
       ->delimiter(',')
       ->default_str("");
+  tool.add_option("--compact-fields", command.compact_fields,
+                  "store fields in 16 bits, which halves them, with an error that is stated: true or false (default: false)");
   tool.add_option("--parameters", command.parameters, "table of what was varied between the runs");
   tool.add_option("--length-unit", command.length_unit,
                   with_default("unit of the runs' lengths", defaults.length_unit));
@@ -170,6 +172,7 @@ EnsembleDescription described(const BakeCommand& command) {
   replace(description.time_factor, command.time_factor);
   replace(description.envelope_margin, command.envelope_margin);
   replace(description.correspondence, command.correspondence);
+  replace(description.compact_fields, command.compact_fields);
   if (command.sensor && description.views.empty()) description.views = *command.sensor;
   replace(description.views, command.views);
   if (!command.output.empty()) description.output = command.output;

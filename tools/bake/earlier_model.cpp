@@ -57,10 +57,18 @@ std::optional<std::uint32_t> simulation_called(const Model& model, const std::st
   return std::nullopt;
 }
 
+bool has_rounded_fields(const Model& model) {
+  for (std::uint32_t field = 0; field < model.fields(); ++field)
+    if (model.field_values(field, 0).empty()) return true;
+  return false;
+}
+
 void check_fits(const Model& model, const nlohmann::json& provenance, const EnsembleDescription& description, const std::string& file) {
   if (model.length_unit() != description.length_unit ||
       provenance.at("configuration").at("time_factor").get<double>() != description.time_factor)
     throw Error(Status::bad_config, file + " was baked with another unit of length or time; bake without it");
+  if (has_rounded_fields(model) && !description.compact_fields)
+    throw Error(Status::bad_config, file + " has its fields in 16 bits, what was rounded away is gone; bake with compact_fields, or without it");
 }
 
 }  // namespace
@@ -83,6 +91,7 @@ void take_from_model(Ensemble& ensemble, const EnsembleDescription& description,
       continue;  // said when the run is surveyed
     }
     run.files = known.at(run.name);
+    run.rounded_elements = has_rounded_fields(model) ? model.elements() : 0;
     run.source = source_of(*simulation, description.time_factor, place);
     run.open = [source = run.source] { return open_source(source); };
   }

@@ -37,6 +37,8 @@ void print_table(const BakeSummary& summary, const std::filesystem::path& model)
   std::printf("samples        %u of %u simulations\n", summary.samples, summary.simulations);
   std::printf("component      %u nodes, %u elements, %u fields, %u parameters\n", summary.nodes,
               summary.elements, summary.fields, summary.parameters);
+  for (const RoundedField& field : summary.rounded_fields)
+    std::printf("               %s [%s] in 16 bits, within %.3g\n", field.name.c_str(), field.unit.c_str(), static_cast<double>(field.largest_error));
   std::printf("region         %u vertices, %u reference mesh%s\n", summary.vertices, summary.references,
               summary.references == 1 ? "" : "es");
   std::printf("basis          %u modes, eigenvalues to %.3g, residual %.1e, %s\n", summary.modes,
@@ -56,6 +58,9 @@ void print_table(const BakeSummary& summary, const std::filesystem::path& model)
 void print_json(const BakeSummary& summary, const std::filesystem::path& model) {
   Json left_out = Json::array();
   for (const RunLeftOut& run : summary.left_out) left_out.push_back({{"run", run.name}, {"reason", run.reason}});
+  Json rounded = Json::array();
+  for (const RoundedField& field : summary.rounded_fields)
+    rounded.push_back({{"name", field.name}, {"unit", field.unit}, {"largest_error", field.largest_error}});
   const Json json{{"model", model.string()},
                                     {"file_size", summary.file_size},
                                     {"samples", summary.samples},
@@ -63,6 +68,7 @@ void print_json(const BakeSummary& summary, const std::filesystem::path& model) 
                                     {"nodes", summary.nodes},
                                     {"elements", summary.elements},
                                     {"fields", summary.fields},
+                                    {"rounded_fields", rounded},
                                     {"parameters", summary.parameters},
                                     {"vertices", summary.vertices},
                                     {"references", summary.references},

@@ -26,10 +26,12 @@ VtuGrid component(const Model& model, std::span<const float> positions, double t
 
 void write_matched_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample) {
   VtuGrid grid = component(model, model.node_positions(sample), model.sample_time_s(sample));
+  std::vector<std::vector<float>> fields;
   for (std::uint32_t f = 0; f < model.fields(); ++f) {
     const FieldInfo info = model.field(f);
     auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
-    arrays.push_back({std::string(info.name), model.field_values(f, sample)});
+    model.read_field(f, sample, fields.emplace_back(model.field_size(f)));
+    arrays.push_back({std::string(info.name), std::span<const float>(fields.back())});
   }
   write_vtu(file, grid);
 }

@@ -200,7 +200,8 @@ FieldError Test::field_error(const MatchResult& result) {
   FieldError error;
   if (!has_field_) return error;
   infer_field(model_, 0, result.fit.estimate, plausible_samples(result.fit.candidates), inferred_);
-  const auto matched = model_.field_values(0, model_.sample_index(result.matches.front().sample));
+  std::vector<float> matched(model_.field_size(0));
+  model_.read_field(0, model_.sample_index(result.matches.front().sample), matched);
   const auto& truth = state_.fields[run_field_];
   double magnitude = 0, of_matched = 0, of_inferred = 0, of_hidden = 0;
   std::size_t hidden = 0, within = 0;

@@ -20,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 const char* type_name(std::uint32_t type) {
-  constexpr std::array names{"?", "u8", "u32", "u64", "f32", "f64"};
+  constexpr std::array names{"?", "u8", "u32", "u64", "f32", "f64", "u16"};
   return type < names.size() ? names[type] : names[0];
 }
 
@@ -42,7 +42,9 @@ Json fields_json(const Model& model) {
     fields.push_back(
         {{"name", model.field(f).name},
          {"unit", model.field(f).unit},
-         {"location", model.field(f).location == FieldInfo::Location::element ? "element" : "node"}});
+         {"location", model.field(f).location == FieldInfo::Location::element ? "element" : "node"},
+         {"bits", model.field_values(f, 0).empty() ? 16 : 32},
+         {"largest_error", model.field(f).largest_error}});
   return fields;
 }
 
@@ -129,8 +131,8 @@ void print_model(const std::filesystem::path& file) {
   print_pairs(json["sizes"]);
   std::printf("\nfields\n");
   for (const Json& field : json["fields"])
-    std::printf("  %-16s [%s] per %s\n", text(field["name"]).c_str(), text(field["unit"]).c_str(),
-                text(field["location"]).c_str());
+    std::printf("  %-16s [%s] per %s, %s bits, within %s\n", text(field["name"]).c_str(), text(field["unit"]).c_str(),
+                text(field["location"]).c_str(), text(field["bits"]).c_str(), text(field["largest_error"]).c_str());
   std::printf("\nsimulations\n");
   print_simulations(json["simulations"]);
   std::printf("\nsections\n");

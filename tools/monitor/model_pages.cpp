@@ -82,7 +82,8 @@ ModelRanges ranges_of(const Model& model) {
       ranges.hi[i % 3] = std::max(ranges.hi[i % 3], positions[i]);
     }
     for (std::uint32_t field = 0; field < model.fields(); ++field) {
-      const auto its = model.field_values(field, sample);
+      std::vector<float> its(model.field_size(field));
+      model.read_field(field, sample, its);
       append_some(values[field], its, 1 + its.size() * picked / most_range_values);
     }
   });

@@ -14,7 +14,7 @@ template <class Values>
 std::vector<float> blend(const Model& model, const Shape& shape, std::size_t count, Values values_of) {
   std::vector<float> sum(count, 0.0f);
   for (const WeightedSample& share : shape) {
-    const std::span<const float> values = values_of(model.sample_index(share.sample));
+    const auto& values = values_of(model.sample_index(share.sample));
     for (std::size_t i = 0; i < count; ++i) sum[i] += share.weight * values[i];
   }
   return sum;
@@ -45,8 +45,11 @@ std::vector<float> positions_of(const Model& model, const Shape& shape) {
 }
 
 std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field) {
-  const std::size_t count = model.field(field).location == FieldInfo::Location::node ? model.nodes() : model.elements();
-  return blend(model, shape, count, [&](std::uint32_t sample) { return model.field_values(field, sample); });
+  std::vector<float> values(model.field_size(field));
+  return blend(model, shape, values.size(), [&](std::uint32_t sample) {
+    model.read_field(field, sample, values);
+    return std::span<const float>(values);
+  });
 }
 
 double time_of(const Model& model, const Shape& shape) noexcept {

@@ -69,8 +69,12 @@ py::dict parameters_of(const Model& model, std::uint32_t simulation) {
 
 py::array field_values_of(const py::object& self, const std::string& name, std::uint32_t sample) {
   const Model& model = model_of(self);
-  const auto values = model.field_values(field_named(model, name), checked(sample, model.samples(), "sample"));
-  return view_of(self, values, {static_cast<py::ssize_t>(values.size())});
+  const std::uint32_t field = field_named(model, name), row = checked(sample, model.samples(), "sample");
+  const auto values = model.field_values(field, row);
+  if (!values.empty()) return view_of(self, values, {size_of(model.field_size(field))});
+  py::array_t<float> read(size_of(model.field_size(field)));
+  model.read_field(field, row, {read.mutable_data(), model.field_size(field)});
+  return read;
 }
 
 void bind_ensemble(py::class_<Model>& type) {
@@ -88,7 +92,10 @@ void bind_arrays(py::class_<Model>& type) {
         const Model& m = model_of(self);
         return view_of(self, m.node_positions(checked(sample, m.samples(), "sample")), {size_of(m.nodes()), 3});
       }, py::arg("sample"), "nodes x 3: the sample's whole deformed mesh, also what no camera sees")
-      .def("field_values", &field_values_of, py::arg("field"), py::arg("sample"), "one value per element, or per node")
+      .def("field_values", &field_values_of, py::arg("field"), py::arg("sample"),
+           "one value per element, or per node: the model's own memory, or a copy where it is stored in 16 bits")
+      .def("field_error", [](const Model& m, const std::string& name) { return m.field(field_named(m, name)).largest_error; },
+           py::arg("field"), "how far any of its values may be off: 0, or half of a 16-bit step")
       .def("vertex_positions", [](const py::object& self, std::uint32_t reference) {
         const Model& m = model_of(self);
         return view_of(self, m.vertex_positions(checked(reference, m.references(), "reference")), {size_of(m.vertices()), 3});

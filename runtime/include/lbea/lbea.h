@@ -160,6 +160,7 @@ typedef struct lbea_field_info {
   uint32_t values_per_sample; /**< elements, or nodes */
   const char* name;
   const char* unit;
+  float largest_error; /**< of any value: 0 when stored as it was, else half of a 16-bit step */
 } lbea_field_info;
 
 /* About the library. */
@@ -183,8 +184,10 @@ LBEA_API lbea_status lbea_model_get_field(const lbea_model* model, uint32_t fiel
 LBEA_API const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation);
 /** nodes x 3: the sample's whole deformed mesh, also what no camera sees. */
 LBEA_API const float* lbea_model_node_positions(const lbea_model* model, uint32_t sample);
-/** values_per_sample of the field. */
+/** values_per_sample of the field; NULL also when the field is stored in 16 bits: lbea_model_read_field reads both kinds. */
 LBEA_API const float* lbea_model_field_values(const lbea_model* model, uint32_t field, uint32_t sample);
+/** Writes values_per_sample of the field; count: how many there is room for. */
+LBEA_API lbea_status lbea_model_read_field(const lbea_model* model, uint32_t field, uint32_t sample, float* values, size_t count);
 
 /* Matching. */
 /** The defaults. struct_size is sizeof(lbea_config). */

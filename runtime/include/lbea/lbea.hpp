@@ -110,6 +110,7 @@ struct FieldInfo {
   enum class Location : std::uint32_t { element, node };
   std::string_view name, unit;
   Location location = Location::element;
+  float largest_error = 0;  // of any value, in the field's unit: 0 when stored as it was, else half of a 16-bit step
 };
 
 /// A share of a sample in a convex combination.
@@ -161,6 +162,11 @@ class LBEA_API Model {
   [[nodiscard]] std::span<const float> node_positions(std::uint32_t sample) const noexcept;  // nodes() x 3
   [[nodiscard]] std::uint32_t fields() const noexcept;
   [[nodiscard]] FieldInfo field(std::uint32_t field) const noexcept;
+  /// Values per sample: elements() or nodes().
+  [[nodiscard]] std::uint32_t field_size(std::uint32_t field) const noexcept;
+  /// into: field_size(field) values, within FieldInfo::largest_error of the run's.
+  void read_field(std::uint32_t field, std::uint32_t sample, std::span<float> into) const noexcept;
+  /// The same where the file has them, without a copy; empty when the field is stored in 16 bits.
   [[nodiscard]] std::span<const float> field_values(std::uint32_t field, std::uint32_t sample) const noexcept;
 
   // the observed region and its basis, per reference mesh
