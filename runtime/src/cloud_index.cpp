@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace lbea {
@@ -19,7 +20,7 @@ void count_outside(std::span<const Point> points, PointTally& tally) noexcept {
 
 CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code)
     : kernels_(code), grid_(std::move(grid)), placed_(groups_of(max_points) * fanout), rank_(placed_.size()), runs_(std::size_t{max_points} + 1),
-      cells_(grid_.ranks), occupied_((grid_.ranks + 63) / 64), sorted_(max_points), leaves_(groups_of(max_points)) {
+      cells_(grid_.ranks), occupied_((grid_.ranks + 63) / 64), leaves_(groups_of(max_points)) {
   for (std::size_t boxes = leaves_.size(); levels_.empty() || boxes > 1; boxes = groups_of(boxes))
     levels_.emplace_back(groups_of(boxes));
   tree_.leaves = leaves_.data();
@@ -88,27 +89,28 @@ void CloudIndex::move_points(std::size_t count) noexcept {
   }
   std::size_t run = 0;
   std::uint32_t rank = count > 0 ? rank_[0] : 0;
+  const std::uint32_t* const ranks = rank_.data();  // whoever writes bytes may have written the vectors themselves
+  const PlacedPoint* const placed = placed_.data();
+  const Run* const runs = runs_.data();
+  auto* const sorted = reinterpret_cast<std::byte*>(leaves_.data());
   for (std::uint32_t i = 0; i < count; ++i) {
-    run += static_cast<std::size_t>(rank_[i] != rank);
-    rank = rank_[i];
-    sorted_[i + runs_[run].shift] = placed_[i];
+    run += static_cast<std::size_t>(ranks[i] != rank);
+    rank = ranks[i];
+    std::memcpy(sorted + std::size_t{i + runs[run].shift} * sizeof(PlacedPoint), &placed[i], sizeof(PlacedPoint));
   }
 }
 
-// The last point of the cell or, when it is empty, of the last cell before it on the curve that is not.
+// The last point of the position's cell or, when it is empty, of one of the 64 about it on the curve.
 std::uint32_t CloudIndex::hint(const std::array<float, 3>& position) const noexcept {
   const std::uint32_t rank = grid_.rank_of(position);
-  if (rank == CellGrid::outside || size_ == 0) return NearestPoint::none;
-  if (is_occupied(rank)) return cells_[rank].next - 1;
-  std::size_t word = rank / 64;
-  std::uint64_t before = occupied_[word] & ((std::uint64_t{1} << (rank % 64)) - 1);
-  while (before == 0 && word > 0) before = occupied_[--word];
-  if (before == 0) return 0;
-  return cells_[word * 64 + static_cast<std::size_t>(std::bit_width(before)) - 1].next - 1;
+  if (rank == CellGrid::outside || occupied_[rank / 64] == 0) return NearestPoint::none;
+  const std::uint64_t own_first = std::rotr(occupied_[rank / 64], static_cast<int>(rank % 64));
+  const auto steps = static_cast<std::uint32_t>(std::countr_zero(own_first));
+  return cells_[rank - rank % 64 + (rank + steps) % 64].next - 1;
 }
 
 void CloudIndex::enclose() noexcept {
-  kernels_.fill_leaves(sorted_.data(), size_, leaves_.data(), levels_[0].data());
+  kernels_.fill_leaves(size_, leaves_.data(), levels_[0].data());
   std::size_t boxes = groups_of(size_);
   for (tree_.top = 0; boxes > fanout; ++tree_.top, boxes = groups_of(boxes))
     kernels_.enclose(levels_[tree_.top].data(), boxes, levels_[tree_.top + 1].data());

@@ -31,15 +31,11 @@ class CloudIndex {
     return size_ > 0 ? kernels_.nearest(tree_, query.data(), bound) : bound;
   }
 
-  /// A slot with a point that is probably near to `position`; none when it lies outside the grid or the cloud is empty.
+  /// A slot with a point that is probably near to `position`; none when nothing is known there.
   [[nodiscard]] std::uint32_t hint(const std::array<float, 3>& position) const noexcept;
   /// The same as nearest() for 16 queries near each other (x, y, z planes), with a hint for each.
   void nearest_16(const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) const noexcept {
     if (size_ > 0) kernels_.nearest_16(tree_, queries, hints, best);
-  }
-  /// Whether there is any point within the bound: best.point says, and is not the nearest.
-  void any_16(const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) const noexcept {
-    if (size_ > 0) kernels_.any_16(tree_, queries, hints, best);
   }
   /// Reference coordinates of the point in a slot that a search has named.
   [[nodiscard]] std::array<float, 3> position(std::uint32_t slot) const noexcept {
@@ -69,7 +65,6 @@ class CloudIndex {
   void lay_out() noexcept;
   void move_points(std::size_t count) noexcept;
   void enclose() noexcept;
-  [[nodiscard]] bool is_occupied(std::uint32_t rank) const noexcept { return (occupied_[rank / 64] >> (rank % 64) & 1u) != 0; }
 
   const Kernels& kernels_;
   CellGrid grid_;
@@ -80,8 +75,7 @@ class CloudIndex {
   std::size_t run_count_ = 0;
   std::vector<Cell> cells_;              // per rank
   std::vector<std::uint64_t> occupied_;  // bit per rank
-  std::vector<PlacedPoint> sorted_;
-  std::vector<Leaf> leaves_;
+  std::vector<Leaf> leaves_;             // while they are being filled the bytes of 16 sorted points each
   std::vector<std::vector<BoxGroup>> levels_;  // [0]: the leaves' boxes
   CloudTree tree_{};
 };

@@ -1,6 +1,7 @@
 #include "runtime/src/correspondence.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace lbea {
 
@@ -8,65 +9,95 @@ namespace {
 
 constexpr std::size_t group = CloudIndex::fanout;
 
-// Sixteen positions as planes; beyond the end the last one again.
+// Sixteen queries on their way to the index.
 struct Group {
   float planes[3][group];
+  std::uint32_t hints[group];
+  NearestPoints nearest;
 
-  Group(std::span<const std::array<float, 3>> positions, std::size_t begin) {
-    for (std::size_t i = 0; i < group; ++i)
-      for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = positions[std::min(begin + i, positions.size() - 1)][axis];
+  void set(std::size_t i, const std::array<float, 3>& position, std::uint32_t hint) noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = position[axis];
+    hints[i] = hint;
+  }
+  void search(const CloudIndex& index, float squared) noexcept {
+    const float* const queries[3] = {planes[0], planes[1], planes[2]};
+    std::ranges::fill(nearest.squared, squared);
+    std::ranges::fill(nearest.point, NearestPoint::none);
+    index.nearest_16(queries, hints, nearest);
   }
 };
 
-NearestPoints within(float squared) {
-  NearestPoints bound;
-  std::ranges::fill(bound.squared, squared);
-  std::ranges::fill(bound.point, NearestPoint::none);
-  std::ranges::fill(bound.slot, NearestPoint::none);
-  return bound;
+float squared_distance(const std::array<float, 3>& a, const std::array<float, 3>& b) noexcept {
+  const float dx = a[0] - b[0], dy = a[1] - b[1], dz = a[2] - b[2];
+  return dx * dx + dy * dy + dz * dz;
 }
 
-using Search = void (CloudIndex::*)(const float* const[3], const std::uint32_t*, NearestPoints&) const noexcept;
+// Takes positions one by one; those that the point at hand does not settle wait until there are sixteen of them.
+class Coverage {
+ public:
+  Coverage(const CloudIndex& index, float distance) : index_(index), squared_(distance * distance) {}
 
-// Calls each(first vertex, answers) for the positions 16 by 16. `guess(i)`: where the answer for i may be.
-template <Search search_16, typename Guess, typename Each>
-void search(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float squared, Guess guess, Each each) {
-  for (std::size_t begin = 0; begin < positions.size(); begin += group) {
-    const Group queries(positions, begin);
-    const float* const planes[3] = {queries.planes[0], queries.planes[1], queries.planes[2]};
-    std::uint32_t hints[group];
-    for (std::size_t i = 0; i < group; ++i) hints[i] = index.hint(guess(std::min(begin + i, positions.size() - 1)));
-    NearestPoints nearest = within(squared);
-    (index.*search_16)(planes, hints, nearest);
-    each(begin, nearest);
+  void add(const std::array<float, 3>& position, double mass) noexcept {
+    all_ += mass;
+    const std::uint32_t hint = index_.hint(position);
+    if (hint != NearestPoint::none && squared_distance(index_.position(hint), position) <= squared_) {
+      seen_ += mass;
+      return;
+    }
+    waiting_.set(count_, position, NearestPoint::none);
+    mass_[count_] = mass;
+    if (++count_ == group) settle();
   }
-}
+  double share() noexcept {
+    settle();
+    return seen_ / all_;
+  }
+
+ private:
+  void settle() noexcept {
+    if (count_ == 0) return;
+    for (std::size_t i = count_; i < group; ++i) waiting_.set(i, {waiting_.planes[0][0], waiting_.planes[1][0], waiting_.planes[2][0]}, NearestPoint::none);
+    waiting_.search(index_, squared_);
+    for (std::size_t i = 0; i < count_; ++i)
+      if (waiting_.nearest.point[i] != NearestPoint::none) seen_ += mass_[i];
+    count_ = 0;
+  }
+
+  const CloudIndex& index_;
+  float squared_;
+  double seen_ = 0, all_ = 0;
+  Group waiting_;
+  double mass_[group];
+  std::size_t count_ = 0;
+};
 
 }  // namespace
 
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points) noexcept {
   constexpr float anywhere = std::numeric_limits<float>::infinity();
-  const auto guess = [&](std::size_t v) { return corresponding[v]; };
-  search<&CloudIndex::nearest_16>(index, vertices, anywhere, guess, [&](std::size_t begin, const NearestPoints& nearest) {
-    for (std::size_t i = 0; i < std::min(group, vertices.size() - begin); ++i) {
-      corresponding.set(begin + i, index.position(nearest.slot[i]));
-      if (!points.empty()) points[begin + i] = nearest.point[i];
+  std::uint32_t hint = 0;  // where nothing is known, what was known of the vertex before
+  for (std::size_t begin = 0; begin < vertices.size(); begin += group) {
+    Group queries;
+    for (std::size_t i = 0; i < group; ++i) {
+      const std::size_t v = std::min(begin + i, vertices.size() - 1);  // beyond the end the last one again
+      const std::uint32_t known = index.hint(corresponding[v]);
+      if (known != NearestPoint::none) hint = known;
+      queries.set(i, vertices[v], hint);
     }
-  });
+    queries.search(index, anywhere);
+    for (std::size_t i = 0; i < std::min(group, vertices.size() - begin); ++i) {
+      corresponding.set(begin + i, index.position(queries.nearest.slot[i]));
+      if (!points.empty()) points[begin + i] = queries.nearest.point[i];
+    }
+  }
 }
 
 float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions, std::span<const double> mass,
                float trusted_distance) noexcept {
-  double seen = 0, all = 0;
-  const auto guess = [&](std::size_t v) { return positions[v]; };
-  search<&CloudIndex::any_16>(index, positions, trusted_distance * trusted_distance, guess, [&](std::size_t begin, const NearestPoints& nearest) {
-    for (std::size_t i = 0; i < std::min(group, positions.size() - begin); ++i) {
-      all += mass[begin + i];
-      if (nearest.point[i] != NearestPoint::none) seen += mass[begin + i];
-    }
-  });
-  return static_cast<float>(seen / all);
+  Coverage coverage(index, trusted_distance);
+  for (std::size_t v = 0; v < positions.size(); ++v) coverage.add(positions[v], mass[v]);
+  return static_cast<float>(coverage.share());
 }
 
 }  // namespace lbea

@@ -22,6 +22,7 @@ struct PlacedPoint {
   float x, y, z;
   std::uint32_t point;
 };
+static_assert(sizeof(Leaf) == 16 * sizeof(PlacedPoint));
 
 /// The cell grid as the loop needs it; see CellGrid.
 struct GridView {
@@ -49,10 +50,10 @@ struct NearestPoint {
   float x = 0, y = 0, z = 0;          // reference coordinates
 };
 
-/// The nearest points of 16 queries. On entry to a search, what is known already: a point, or just a bound.
+/// The nearest points of 16 queries. On entry to a search no points, but bounds.
 struct alignas(64) NearestPoints {
   float squared[16];
-  std::uint32_t point[16];  // NearestPoint::none: a bound
+  std::uint32_t point[16];  // NearestPoint::none: nothing within the bound
   std::uint32_t slot[16];   // where the point lies: leaf * 16 + place in the leaf
 };
 
@@ -89,8 +90,8 @@ struct Kernels {
   /// of 16 are written; those beyond `count` mean nothing.
   void (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
                 std::uint32_t* rank);
-  /// Moves `count` sorted points into leaves and encloses each leaf.
-  void (*fill_leaves)(const PlacedPoint* points, std::size_t count, Leaf* leaves, BoxGroup* boxes);
+  /// Turns the bytes of `count` PlacedPoints, sixteen in the place of each leaf, into leaves and encloses each.
+  void (*fill_leaves)(std::size_t count, Leaf* leaves, BoxGroup* boxes);
   /// Encloses `count` boxes, 16 by 16.
   void (*enclose)(const BoxGroup* children, std::size_t count, BoxGroup* parents);
   /// The nearest point among those with squared distance <= bound.squared, `bound` when there is none; ties go to the
@@ -99,8 +100,6 @@ struct Kernels {
   /// The same for 16 queries that lie near each other: x, y, z of each. hints[i]: a slot whose leaf query i looks at
   /// first, or none; a good one bounds the search, no one changes its answer.
   void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
-  /// The same, but a query stops at the first point within its bound: which one is not said to be the nearest.
-  void (*any_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
   void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
   /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Stops early, with what it has, as

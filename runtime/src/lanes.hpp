@@ -135,12 +135,38 @@ static inline Floats to_floats(const Ints& value) {
   return each<Floats>([&](std::size_t i) { return __builtin_convertvector(value.part[i], Floats::Part); });
 }
 
-// A comparison with NaN is false, so the second operand wins: minimum(NaN, b) = b.
+// A comparison with NaN is false, so the second operand wins: lesser(NaN, b) = b. That is what the processors' own
+// instructions do; compilers do not find them unless they may forget about NaN.
+#if defined(__AVX512F__)
+constexpr __mmask16 every_lane = 0xffff;  // said, because GCC 12 warns of its own header otherwise
+#endif
+static inline Floats::Part lesser(Floats::Part a, Floats::Part b) {
+#if defined(__AVX512F__)
+  return Floats::Part(_mm512_maskz_min_ps(every_lane, __m512(a), __m512(b)));
+#elif defined(__AVX2__)
+  return Floats::Part(_mm256_min_ps(__m256(a), __m256(b)));
+#elif defined(__SSE2__)
+  return Floats::Part(_mm_min_ps(__m128(a), __m128(b)));
+#else
+  return a < b ? a : b;
+#endif
+}
+static inline Floats::Part greater(Floats::Part a, Floats::Part b) {
+#if defined(__AVX512F__)
+  return Floats::Part(_mm512_maskz_max_ps(every_lane, __m512(a), __m512(b)));
+#elif defined(__AVX2__)
+  return Floats::Part(_mm256_max_ps(__m256(a), __m256(b)));
+#elif defined(__SSE2__)
+  return Floats::Part(_mm_max_ps(__m128(a), __m128(b)));
+#else
+  return a > b ? a : b;
+#endif
+}
 static inline Floats minimum(const Floats& a, const Floats& b) {
-  return each<Floats>([&](std::size_t i) { return a.part[i] < b.part[i] ? a.part[i] : b.part[i]; });
+  return each<Floats>([&](std::size_t i) { return lesser(a.part[i], b.part[i]); });
 }
 static inline Floats maximum(const Floats& a, const Floats& b) {
-  return each<Floats>([&](std::size_t i) { return a.part[i] > b.part[i] ? a.part[i] : b.part[i]; });
+  return each<Floats>([&](std::size_t i) { return greater(a.part[i], b.part[i]); });
 }
 
 static inline Floats square_roots(const Floats& value) {
@@ -178,6 +204,20 @@ static inline std::uint32_t at_most(const Floats& a, const Floats& b) {
   }
   return bits;
 #endif
+}
+
+/// Writes first + i for every set bit i, one behind the other, and returns how many. Up to sixteen numbers are
+/// written, whatever the bits.
+static inline std::size_t append_lanes(std::uint32_t* to, std::uint32_t first, std::uint32_t bits) {
+#if defined(__AVX512F__)
+  const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const __m512i numbers = _mm512_add_epi32(lane, _mm512_set1_epi32(static_cast<int>(first)));
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), numbers));
+#else
+  std::size_t count = 0;
+  for (std::uint32_t rest = bits; rest != 0; rest &= rest - 1) to[count++] = first + static_cast<std::uint32_t>(__builtin_ctz(rest));
+#endif
+  return static_cast<std::size_t>(__builtin_popcount(bits));
 }
 
 #if defined(__AVX512F__)
@@ -253,7 +293,10 @@ static inline float folded(const Floats& value, Fold fold) {
   return part[0][0];
 }
 static inline float greatest(const Floats& value) {
-  return folded(value, [](Floats::Part a, Floats::Part b) { return a > b ? a : b; });
+  return folded(value, greater);
+}
+static inline float least(const Floats& value) {
+  return folded(value, lesser);
 }
 
 /// In a fixed order: halves, quarters, eighths, sixteenths.

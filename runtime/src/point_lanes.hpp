@@ -68,9 +68,9 @@ Floats pick_zp(const Floats& a, const Floats& b) { return pick<2, 6, 10, 14, 18,
 Floats first_halves(const Floats& a, const Floats& b) { return pick<0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23>(a, b); }
 Floats second_halves(const Floats& a, const Floats& b) { return pick<8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31>(a, b); }
 
-// Sixteen placed points become a leaf; its box.
-Corners fill_whole_leaf(const PlacedPoint* points, Leaf& leaf) {
-  const float* from = &points->x;
+// The bytes of sixteen placed points become a leaf; its box.
+Corners fill_whole_leaf(Leaf& leaf) {
+  const float* from = leaf.x;
   const Floats a = load(from), b = load(from + lanes), c = load(from + 2 * lanes), d = load(from + 3 * lanes);
   // Pairs of coordinates of the first and the last eight points, then one coordinate of all sixteen.
   const Floats xy_low = pick_xy(a, b), xy_high = pick_xy(c, d), zp_low = pick_zp(a, b), zp_high = pick_zp(c, d);
@@ -110,21 +110,24 @@ void store_placed(const Block& position, const Ints& number, PlacedPoint* to) {
   }
 }
 
-// Sixteen placed points become a leaf; its box. Lanes 0, 1, 2 of what is folded hold it.
-Corners fill_whole_leaf(const PlacedPoint* points, Leaf& leaf) {
-  Four low = load_four(&points[0].x), high = low;
+// The bytes of sixteen placed points become a leaf; its box. Lanes 0, 1, 2 of what is folded hold it.
+Corners fill_whole_leaf(Leaf& leaf) {
+  Fours coordinates[4];
+  Four low = load_four(leaf.x), high = low;
   for (std::size_t i = 0; i < 4; ++i) {
     Fours of_points;
     for (std::size_t k = 0; k < 4; ++k) {
-      const Four point = of_points.at[k] = load_four(&points[4 * i + k].x);
+      const Four point = of_points.at[k] = load_four(leaf.x + 16 * i + 4 * k);
       low = point < low ? point : low;
       high = point > high ? point : high;
     }
-    const Fours coordinates = transposed(of_points);
-    store_four(leaf.x + 4 * i, coordinates.at[0]);
-    store_four(leaf.y + 4 * i, coordinates.at[1]);
-    store_four(leaf.z + 4 * i, coordinates.at[2]);
-    __builtin_memcpy(leaf.point + 4 * i, &coordinates.at[3], sizeof(Four));
+    coordinates[i] = transposed(of_points);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    store_four(leaf.x + 4 * i, coordinates[i].at[0]);
+    store_four(leaf.y + 4 * i, coordinates[i].at[1]);
+    store_four(leaf.z + 4 * i, coordinates[i].at[2]);
+    __builtin_memcpy(leaf.point + 4 * i, &coordinates[i].at[3], sizeof(Four));
   }
   return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }

@@ -3,6 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
+
 using namespace lbea;
 using lbea::test::Position;
 
@@ -45,4 +48,23 @@ TEST_CASE("coverage is the seen share of the mass") {
   CHECK(coverage(index, surface, mass, 1.0f) == doctest::Approx(1.0 / 8));
   CHECK(coverage(index, surface, mass, 2.5f) == doctest::Approx(3.0 / 8));
   CHECK(coverage(index, surface, mass, 11.0f) == doctest::Approx(1.0));
+}
+
+TEST_CASE("coverage counts exactly the vertices that brute force finds near a point, over sizes around the group") {
+  for (const std::size_t points : {1u, 17u, 3'000u}) {
+    const auto cloud = test::random_positions(points, 60, 41);
+    std::vector<Point> frame;
+    for (const auto& [x, y, z] : cloud) frame.push_back({x, y, z});
+    CloudIndex index(bounding_grid(test::random_positions(100, 90, 43), 512), 4'096);
+    index.build(frame, identity_transform);
+    for (const std::size_t n : {1u, 2u, 15u, 16u, 17u, 33u, 500u}) {
+      const auto surface = test::random_positions(n, 120, 42);  // some of it where there are no cells
+      for (const float distance : {2.0f, 10.0f, 100.0f}) {
+        const auto near = std::ranges::count_if(surface, [&](const Position& vertex) {
+          return std::sqrt(test::brute_force(cloud, vertex).squared) <= double{distance};
+        });
+        CHECK(coverage(index, surface, std::vector<double>(n, 1.0), distance) == doctest::Approx(static_cast<double>(near) / static_cast<double>(n)));
+      }
+    }
+  }
 }
