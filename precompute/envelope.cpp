@@ -1,10 +1,14 @@
 #include "precompute/envelope.hpp"
 
+#include "precompute/cell_block.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
+#include <functional>
 
 namespace lbea {
 
@@ -24,18 +28,37 @@ bool test(const EnvelopeGrid& grid, std::size_t cell) {
   return (grid.bits[cell / 64] >> (cell % 64) & 1) != 0;
 }
 
-/// Offsets of the cells that come within `margin` (in cells) of a cell.
-std::vector<std::array<std::int64_t, 3>> ball(double margin) {
-  const auto reach = static_cast<std::int64_t>(std::ceil(margin)) + 1;
-  const auto gap = [](std::int64_t offset) {
-    return static_cast<double>(std::max<std::int64_t>(std::abs(offset) - 1, 0));
-  };
-  std::vector<std::array<std::int64_t, 3>> offsets;
-  for (std::int64_t z = -reach; z <= reach; ++z)
-    for (std::int64_t y = -reach; y <= reach; ++y)
-      for (std::int64_t x = -reach; x <= reach; ++x)
-        if (std::hypot(gap(x), gap(y), gap(z)) <= margin) offsets.push_back({x, y, z});
-  return offsets;
+/// How many cells along x come within `margin` of a cell this far away in y and z; -1: none. All in cells.
+std::int64_t reach_along_x(std::int64_t y, std::int64_t z, double margin) {
+  const auto gap = [](std::int64_t offset) { return static_cast<double>(std::max<std::int64_t>(std::abs(offset) - 1, 0)); };
+  std::int64_t x = -1;
+  while (std::hypot(gap(x + 1), gap(y), gap(z)) <= margin) ++x;
+  return x;
+}
+
+/// The cells of one y and z, in words of their own.
+using Row = std::vector<std::uint64_t>;
+
+Row row_at(const EnvelopeGrid& grid, std::size_t begin) {
+  Row row(words(grid.cells[0]));
+  for (std::size_t x = 0; x < grid.cells[0]; ++x) row[x / 64] |= std::uint64_t{test(grid, begin + x)} << (x % 64);
+  return row;
+}
+
+/// And the neighbours of all that is marked.
+Row widened(const Row& row) {
+  Row wide = row;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    wide[i] |= row[i] << 1 | row[i] >> 1;
+    if (i > 0) wide[i] |= row[i - 1] >> 63;
+    if (i + 1 < row.size()) wide[i] |= row[i + 1] << 63;
+  }
+  return wide;
+}
+
+void mark_row(EnvelopeGrid& grid, std::size_t begin, const Row& row) {
+  for (std::size_t x = 0; x < grid.cells[0]; ++x)
+    grid.bits[(begin + x) / 64] |= (row[x / 64] >> (x % 64) & 1) << ((begin + x) % 64);
 }
 
 }  // namespace
@@ -71,17 +94,15 @@ EnvelopeBuilder::EnvelopeBuilder(const std::array<float, 3>& min, const std::arr
 }
 
 void EnvelopeBuilder::add(std::span<const float> positions, std::span<const Quad> elements) {
-  const auto in_cells = [&](std::uint32_t node) {
-    Corner corner{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      corner[axis] = (double{positions[3 * std::size_t{node} + axis]} - double{surface_.corner[axis]}) /
-                     double{surface_.edge};
-    return corner;
-  };
-  for (const Quad& q : elements) {
-    const std::array<Corner, 4> corners{in_cells(q[0]), in_cells(q[1]), in_cells(q[2]), in_cells(q[3])};
-    add_triangle(corners[0], corners[1], corners[2]);
-    if (q[2] != q[3]) add_triangle(corners[0], corners[2], corners[3]);
+  std::vector<Corner> corners(positions.size() / 3);
+  for (std::size_t node = 0; node < corners.size(); ++node)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double along = (double{positions[3 * node + axis]} - double{surface_.corner[axis]}) / double{surface_.edge};
+      corners[node][axis] = along > 0 ? std::min(along, static_cast<double>(surface_.cells[axis]) - 0.5) : 0;
+    }
+  for (const auto& [a, b, c, d] : elements) {
+    add_triangle(corners[a], corners[b], corners[c]);
+    if (c != d) add_triangle(corners[a], corners[c], corners[d]);
   }
 }
 
@@ -90,63 +111,66 @@ void EnvelopeBuilder::add(std::span<const std::uint64_t> bits) {
     std::atomic_ref<std::uint64_t>(surface_.bits[i]).fetch_or(bits[i], std::memory_order_relaxed);
 }
 
-// Marks all cells of the bounding box once that is not larger than a cell, halving the edges until then.
+// Halved until it fits into a block; what is marked there are the bounding boxes of pieces no larger than a cell.
 void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corner& c) {
-  Corner min{}, max{}, ab{}, bc{}, ca{};
+  Corner low{}, ab{}, bc{}, ca{};
   double largest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    min[axis] = std::min({a[axis], b[axis], c[axis]});
-    max[axis] = std::max({a[axis], b[axis], c[axis]});
-    largest = std::max(largest, max[axis] - min[axis]);
+    low[axis] = std::min({a[axis], b[axis], c[axis]});
+    largest = std::max(largest, std::max({a[axis], b[axis], c[axis]}) - low[axis]);
     ab[axis] = (a[axis] + b[axis]) / 2;
     bc[axis] = (b[axis] + c[axis]) / 2;
     ca[axis] = (c[axis] + a[axis]) / 2;
   }
-  if (largest <= 1) return mark(min, max);
-  add_triangle(a, ab, ca);
-  add_triangle(ab, b, bc);
-  add_triangle(ca, bc, c);
-  add_triangle(ab, bc, ca);
+  if (largest > 2) {
+    add_triangle(a, ab, ca);
+    add_triangle(ab, b, bc);
+    add_triangle(ca, bc, c);
+    return add_triangle(ab, bc, ca);
+  }
+  const CellBlock block(low);
+  const CellBlock::Planes at_a = block.planes(a), at_b = block.planes(b), at_c = block.planes(c);
+  if (largest <= 1) return mark(block, CellBlock::box(at_a, at_b, at_c));
+  const CellBlock::Planes at_ab = block.planes(ab), at_bc = block.planes(bc), at_ca = block.planes(ca);
+  mark(block, CellBlock::box(at_a, at_ab, at_ca) | CellBlock::box(at_ab, at_b, at_bc) | CellBlock::box(at_ca, at_bc, at_c) |
+                  CellBlock::box(at_ab, at_bc, at_ca));
 }
 
-void EnvelopeBuilder::mark(const Corner& min, const Corner& max) {
-  std::array<std::size_t, 3> first{}, last{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double end = static_cast<double>(surface_.cells[axis]) - 1;
-    const auto cell = [end](double along) { return static_cast<std::size_t>(static_cast<std::int64_t>(std::clamp(along, 0.0, end))); };
-    first[axis] = cell(min[axis]);
-    last[axis] = cell(max[axis]);
+// Four cells along x at a time. Most of them are marked already.
+void EnvelopeBuilder::mark(const CellBlock& block, std::uint64_t cells) {
+  const auto mark_in = [&](std::size_t word, std::uint64_t bits) {
+    std::atomic_ref<std::uint64_t> marked(surface_.bits[word]);
+    if ((marked.load(std::memory_order_relaxed) & bits) != bits) marked.fetch_or(bits, std::memory_order_relaxed);
+  };
+  while (cells != 0) {
+    const auto row = static_cast<std::size_t>(std::countr_zero(cells)) / 4;
+    const std::uint64_t four = cells >> (4 * row) & 15;
+    cells &= ~(std::uint64_t{15} << (4 * row));
+    const std::size_t cell = index_of(surface_, block.first[0], block.first[1] + row % 4, block.first[2] + row / 4), at = cell % 64;
+    mark_in(cell / 64, four << at);
+    if (at > 60 && four >> (64 - at) != 0) mark_in(cell / 64 + 1, four >> (64 - at));
   }
-  for (std::size_t z = first[2]; z <= last[2]; ++z)
-    for (std::size_t y = first[1]; y <= last[1]; ++y)
-      for (std::size_t x = first[0]; x <= last[0]; ++x) {
-        const std::size_t cell = index_of(surface_, x, y, z);
-        const std::uint64_t bit = std::uint64_t{1} << (cell % 64);
-        std::atomic_ref<std::uint64_t> word(surface_.bits[cell / 64]);
-        if ((word.load(std::memory_order_relaxed) & bit) == 0) word.fetch_or(bit, std::memory_order_relaxed);
-      }
 }
 
 EnvelopeGrid EnvelopeBuilder::finish() const {
-  EnvelopeGrid wide = surface_;
-  const auto offsets = ball(margin_cells_);
-  const std::array<std::int64_t, 3> cells{surface_.cells[0], surface_.cells[1], surface_.cells[2]};
-  for (std::int64_t z = 0; z < cells[2]; ++z)
-    for (std::int64_t y = 0; y < cells[1]; ++y)
-      for (std::int64_t x = 0; x < cells[0]; ++x) {
-        const auto at = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-          return index_of(surface_, static_cast<std::size_t>(i), static_cast<std::size_t>(j),
-                          static_cast<std::size_t>(k));
-        };
-        if (!test(surface_, at(x, y, z))) continue;
-        for (const auto& [dx, dy, dz] : offsets) {
-          const std::int64_t i = x + dx, j = y + dy, k = z + dz;
-          if (i < 0 || j < 0 || k < 0 || i >= cells[0] || j >= cells[1] || k >= cells[2]) continue;
-          const std::size_t cell = at(i, j, k);
-          wide.bits[cell / 64] |= std::uint64_t{1} << (cell % 64);
+  const std::int64_t ny = surface_.cells[1], nz = surface_.cells[2], reach = static_cast<std::int64_t>(std::ceil(margin_cells_)) + 1;
+  const auto number = [&](std::int64_t y, std::int64_t z) { return static_cast<std::size_t>(y + ny * z); };
+  std::vector<Row> wide(number(0, nz), Row(words(surface_.cells[0])));
+  for (std::int64_t z = 0; z < nz; ++z)
+    for (std::int64_t y = 0; y < ny; ++y) {
+      std::vector<Row> by_reach{row_at(surface_, surface_.cells[0] * number(y, z))};
+      if (std::ranges::all_of(by_reach.front(), [](std::uint64_t word) { return word == 0; })) continue;
+      while (std::ssize(by_reach) <= reach) by_reach.push_back(widened(by_reach.back()));
+      for (std::int64_t k = std::max<std::int64_t>(z - reach, 0); k <= std::min(z + reach, nz - 1); ++k)
+        for (std::int64_t j = std::max<std::int64_t>(y - reach, 0); j <= std::min(y + reach, ny - 1); ++j) {
+          const std::int64_t x = reach_along_x(j - y, k - z, margin_cells_);
+          if (x < 0) continue;
+          std::ranges::transform(wide[number(j, k)], by_reach[static_cast<std::size_t>(x)], wide[number(j, k)].begin(), std::bit_or{});
         }
-      }
-  return wide;
+    }
+  EnvelopeGrid grid = surface_;
+  for (std::size_t row = 0; row < wide.size(); ++row) mark_row(grid, surface_.cells[0] * row, wide[row]);
+  return grid;
 }
 
 }  // namespace lbea

@@ -10,6 +10,8 @@
 
 namespace lbea {
 
+struct CellBlock;
+
 /// Cubic cells over a box; cell x + nx (y + ny z) is bit (cell mod 64) of word (cell div 64).
 struct EnvelopeGrid {
   std::array<float, 3> corner{};
@@ -41,7 +43,7 @@ class EnvelopeBuilder {
  private:
   using Corner = std::array<double, 3>;  // in cells
   void add_triangle(const Corner& a, const Corner& b, const Corner& c);
-  void mark(const Corner& min, const Corner& max);
+  void mark(const CellBlock& block, std::uint64_t cells);
   EnvelopeGrid surface_;
   double margin_cells_;
 };
