@@ -1,3 +1,4 @@
+#include "adapters/wire/send_room.hpp"
 #include "adapters/wire/socket.hpp"
 
 #include <atomic>
@@ -61,6 +62,7 @@ std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) n
 
 struct FrameSink::State {
   zmq::socket_t socket;
+  detail::SendRoom room;
   Tally tally{};
   std::shared_ptr<std::atomic<std::uint64_t>> in_flight = std::make_shared<std::atomic<std::uint64_t>>(0);
 
@@ -75,8 +77,9 @@ FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint
                                     {.high_water_mark = static_cast<int>(queued_messages),
                                      .max_message_bytes = largest_control_message,
                                      .waits_for_connection = true});
+  detail::SendRoom room(context.state().context, socket, endpoint);
   detail::connect(socket, endpoint, access);
-  state_.reset(new State{std::move(socket)});
+  state_.reset(new State{std::move(socket), std::move(room)});
 }
 
 FrameSink::~FrameSink() = default;
@@ -106,6 +109,7 @@ bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
 
 bool FrameSink::State::hand_over(const std::shared_ptr<const std::vector<std::byte>>& bytes,
                                  std::chrono::milliseconds timeout) noexcept {
+  room.look();
   in_flight->fetch_add(1, std::memory_order_relaxed);
   auto* pending = new Pending{bytes, in_flight};
   pending->is_filled.store(true, std::memory_order_release);

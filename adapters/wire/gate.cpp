@@ -1,8 +1,9 @@
 #include "adapters/wire/gate.hpp"
 
+#include "adapters/wire/socket_event.hpp"
+
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 namespace lbea::detail {
 
@@ -148,17 +149,12 @@ void Gate::run() {
 }
 
 bool Gate::hear(Watch& watch) {
+  SocketEvent event;
   while (true) {
-    zmq::message_t event, address;
-    if (zmq_msg_recv(event.handle(), watch.monitor.handle(), ZMQ_DONTWAIT) < 0) return zmq_errno() == EAGAIN;
-    zmq_msg_recv(address.handle(), watch.monitor.handle(), ZMQ_DONTWAIT);
-    std::uint16_t kind = 0;
-    std::int32_t value = 0;
-    if (event.size() < sizeof kind + sizeof value) continue;
-    std::memcpy(&kind, event.data(), sizeof kind);
-    std::memcpy(&value, static_cast<const char*>(event.data()) + sizeof kind, sizeof value);
-    if (kind == ZMQ_EVENT_MONITOR_STOPPED) return false;
-    watch.door->note(kind, value);
+    const EventRead read = read_event(watch.monitor, event);
+    if (read != EventRead::done) return read == EventRead::none;
+    if (event.kind == ZMQ_EVENT_MONITOR_STOPPED) return false;
+    watch.door->note(event.kind, event.value);
   }
 }
 
