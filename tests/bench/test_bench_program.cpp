@@ -17,7 +17,7 @@ namespace {
 
 const std::filesystem::path demo = LBEA_DEMO;
 const std::string model = (demo / "rail.lbea").string(), frames = (demo / "frames").string();
-const std::string pose = " --pose " + (data() / "rail-demo" / "sensor.json").string();
+const std::string pose_file = (data() / "rail-demo" / "sensor.json").string(), pose = " --pose " + pose_file;
 
 Outcome bench(const std::string& arguments) {
   const TemporaryFolder folder;
@@ -81,7 +81,7 @@ TEST_CASE("from the camera to the result, when there is somebody to give one") {
   CHECK(contains(alone.err, "start lbea-serve"));
   CHECK(bench(model + " " + frames + pose + " --through ipc:///frames").exit_code == 1);
   const auto comma = endpoints.find(',');
-  Process server({LBEA_SERVE, model, "--frames", endpoints.substr(0, comma), "--results", endpoints.substr(comma + 1)}, (folder / "out").string(),
+  Process server({LBEA_SERVE, model, "--frames", endpoints.substr(0, comma), "--results", endpoints.substr(comma + 1), "--pose", pose_file}, (folder / "out").string(),
                  (folder / "err").string());
   const Outcome timed = bench(model + " " + frames + pose + " --frames 20 --warm-up 2 --json --through " + endpoints);
   CHECK(timed.exit_code == 0);
@@ -89,6 +89,17 @@ TEST_CASE("from the camera to the result, when there is somebody to give one") {
   CHECK(report["frames"] == 20);
   CHECK(report["p50_us"] > 0);
   CHECK(report["p50_us"] <= report["max_us"]);
+  const Outcome at_rate = bench(model + " " + frames + pose + " --frames 60 --warm-up 5 --rate 20 --json --through " + endpoints);
+  CHECK(at_rate.exit_code == 0);
+  const auto run = nlohmann::json::parse(at_rate.out);
+  CHECK(run["sent"] == 60);
+  CHECK(run["matched"] == 60);
+  CHECK(run["refused"] == 0);
+  CHECK(run["lost"] == 0);
+  CHECK(run["seconds"] >= 59.0 / 20);  // nothing is sent before it is due
+  std::size_t counted = 0;
+  for (const auto& bucket : run["histogram"]) counted += bucket["frames"].get<std::size_t>();
+  CHECK(counted == 60);
   server.signal(SIGINT);
   CHECK(server.wait() == 0);
 }
@@ -98,6 +109,7 @@ TEST_CASE("wrong usage") {
   CHECK(bench(model).exit_code == 2);
   CHECK(bench(model + " " + frames + " --frames 0").exit_code == 2);
   CHECK(bench(model + " " + frames + " --baseline abacus").exit_code == 2);
+  CHECK(bench(model + " " + frames + " --rate 100").exit_code == 2);
   CHECK(bench(model + " " + frames + " --json --markdown").exit_code == 2);
   CHECK(bench("--help").exit_code == 0);
   const Outcome kernels = bench(model + " " + frames + pose + " --kernels abacus");

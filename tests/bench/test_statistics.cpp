@@ -1,4 +1,5 @@
 // The ruler itself: percentiles of sequences whose percentiles are known.
+#include "tools/bench/open_loop.hpp"
 #include "tools/bench/statistics.hpp"
 
 #include <doctest/doctest.h>
@@ -93,4 +94,22 @@ TEST_CASE("any sequence agrees with the definition") {
     CHECK(s.p99 == by_definition(values, 0.99));
     CHECK(s.p99_9 == by_definition(values, 0.999));
   }
+}
+
+TEST_CASE("a histogram has every value once, in the bucket that holds it, without holes between") {
+  std::mt19937 random(9);
+  std::lognormal_distribution<double> time(7, 1);
+  std::vector<double> values(2'000);
+  for (double& value : values) value = time(random);
+  values.push_back(1 << 20);
+  const auto buckets = histogram_of(values);
+  std::size_t counted = 0;
+  for (std::size_t i = 0; i < buckets.size(); ++i) {
+    const double above = i == 0 ? 0 : buckets[i - 1].up_to;
+    CHECK(buckets[i].count == static_cast<std::size_t>(std::ranges::count_if(values, [&](double v) { return v > above && v <= buckets[i].up_to; })));
+    if (i > 0) CHECK(buckets[i].up_to == doctest::Approx(above * 1.41421356).epsilon(1e-6));
+    counted += buckets[i].count;
+  }
+  CHECK(counted == values.size());
+  CHECK(histogram_of({}).empty());
 }

@@ -2,6 +2,7 @@
 #include "adapters/sensor/sensor_json.hpp"
 #include "tools/bench/growth.hpp"
 #include "tools/bench/machine.hpp"
+#include "tools/bench/open_loop.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/bench/round_trip.hpp"
 #include "tools/bench/statistics.hpp"
@@ -18,6 +19,7 @@ struct Options {
   std::string model_file, pose_file, csv_file, growth_folder, kernels_name, endpoints;
   std::vector<std::string> cloud_paths, baselines;
   std::optional<std::uint32_t> points;
+  std::optional<double> rate;
   MatcherConfig matcher;
   Schedule schedule;
   bool json = false, markdown = false;
@@ -59,8 +61,12 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--markdown", options.markdown, "print as Markdown")->excludes(json);
   tool.add_option("--growth", options.growth_folder,
                   "instead: measure against numbers of points and samples, write the tables into this folder");
-  tool.add_option("--through", options.endpoints,
-                  "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; time from sending a frame to its result, one at a time");
+  auto* through = tool.add_option("--through", options.endpoints,
+                                  "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; time from sending a frame to its result, one at a time");
+  tool.add_option("--rate", options.rate,
+                  "with --through: so many frames a second, without waiting; time from when a frame is due, and what was lost")
+      ->needs(through)
+      ->check(CLI::Range(0.001, 1e6));
 }
 
 std::unique_ptr<Pipeline> make_product(const std::string& kernels_name, const Model& model,
@@ -127,6 +133,13 @@ int grow(const Options& options, const Model& model, std::span<const BenchCloud>
   return exit_ok;
 }
 
+int send_at_rate(const Options& options, std::span<const BenchCloud> clouds) {
+  Progress progress("sending", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
+  const OpenLoop run = open_loop(parse_endpoints(options.endpoints), clouds, options.schedule, *options.rate, [&](std::uint64_t done) { progress.advance_to(done); });
+  std::printf("%s\n", (options.json ? to_json(run) : to_text(run)).c_str());
+  return run.lost + run.refused == 0 ? exit_ok : exit_failed;
+}
+
 int send_round(const Options& options, std::span<const BenchCloud> clouds) {
   Progress progress("sending", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
   const auto times = round_trips(parse_endpoints(options.endpoints), clouds, options.schedule, [&](std::uint64_t done) { progress.advance_to(done); });
@@ -160,7 +173,7 @@ int bench(Options options) {
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);
   if (!options.growth_folder.empty()) return grow(options, model, clouds);
-  if (!options.endpoints.empty()) return send_round(options, clouds);
+  if (!options.endpoints.empty()) return options.rate ? send_at_rate(options, clouds) : send_round(options, clouds);
   const auto pipelines = make_pipelines(options, model, options.matcher);
   const Question question{model.view(), options.matcher.method, options.matcher.T_reference_sensor,
                           options.matcher.max_matches};
