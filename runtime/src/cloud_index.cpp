@@ -19,7 +19,8 @@ void count_outside(std::span<const Point> points, PointTally& tally) noexcept {
 }  // namespace
 
 CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code)
-    : kernels_(code), grid_(std::move(grid)), placed_(groups_of(max_points) * fanout), rank_(placed_.size()), runs_(std::size_t{max_points} + 1),
+    : kernels_(code), grid_(std::move(grid)), placed_(groups_of(max_points) * fanout), rank_(placed_.size() + fanout),
+      run_begin_(std::size_t{max_points} + fanout + 1), run_shift_(max_points),
       cells_(grid_.ranks), occupied_((grid_.ranks + 63) / 64), leaves_(groups_of(max_points)) {
   for (std::size_t boxes = leaves_.size(); levels_.empty() || boxes > 1; boxes = groups_of(boxes))
     levels_.emplace_back(groups_of(boxes));
@@ -33,7 +34,7 @@ PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform
   const float* coordinates = points.empty() ? nullptr : &points.front().x;
   PointTally tally{.received = static_cast<std::uint32_t>(points.size())};
   kernels_.place(coordinates, points.size(), T.data(), grid, placed_.data(), rank_.data());
-  find_runs(points.size());
+  run_count_ = kernels_.find_runs(rank_.data(), points.size(), run_begin_.data());
   count_runs(points, tally);
   lay_out();
   move_points(points.size());
@@ -44,21 +45,10 @@ PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform
 
 // A counting sort by cell, but by runs: neighbours in a frame mostly fall into the same cell, and a count that is raised
 // point by point waits for itself. Where a run ends is hard to foretell: these loops do not branch on it.
-void CloudIndex::find_runs(std::size_t count) noexcept {
-  run_count_ = 0;
-  std::uint32_t rank = count > 0 ? ~rank_[0] : 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    runs_[run_count_].begin = i;
-    run_count_ += static_cast<std::size_t>(rank_[i] != rank);
-    rank = rank_[i];
-  }
-  runs_[run_count_].begin = static_cast<std::uint32_t>(count);
-}
-
 void CloudIndex::count_runs(std::span<const Point> points, PointTally& tally) noexcept {
   std::ranges::fill(occupied_, 0u);
   for (std::size_t run = 0; run < run_count_; ++run) {
-    const std::uint32_t begin = runs_[run].begin, end = runs_[run + 1].begin, rank = rank_[begin];
+    const std::uint32_t begin = run_begin_[run], end = run_begin_[run + 1], rank = rank_[begin];
     if (rank == CellGrid::outside) {
       count_outside(points.subspan(begin, end - begin), tally);
       continue;
@@ -82,21 +72,21 @@ void CloudIndex::lay_out() noexcept {
 // Stable: points of one cell keep the frame's order. Those outside go behind all others, where nobody looks.
 void CloudIndex::move_points(std::size_t count) noexcept {
   for (std::size_t run = 0; run < run_count_; ++run) {
-    const std::uint32_t begin = runs_[run].begin, rank = rank_[begin];
+    const std::uint32_t begin = run_begin_[run], rank = rank_[begin];
     const bool is_inside = rank != CellGrid::outside;
-    runs_[run].shift = (is_inside ? cells_[rank].next : size_) - begin;
-    if (is_inside) cells_[rank].next += runs_[run + 1].begin - begin;
+    run_shift_[run] = (is_inside ? cells_[rank].next : size_) - begin;
+    if (is_inside) cells_[rank].next += run_begin_[run + 1] - begin;
   }
   std::size_t run = 0;
   std::uint32_t rank = count > 0 ? rank_[0] : 0;
   const std::uint32_t* const ranks = rank_.data();  // whoever writes bytes may have written the vectors themselves
   const PlacedPoint* const placed = placed_.data();
-  const Run* const runs = runs_.data();
+  const std::uint32_t* const shift = run_shift_.data();
   auto* const sorted = reinterpret_cast<std::byte*>(leaves_.data());
   for (std::uint32_t i = 0; i < count; ++i) {
     run += static_cast<std::size_t>(ranks[i] != rank);
     rank = ranks[i];
-    std::memcpy(sorted + std::size_t{i + runs[run].shift} * sizeof(PlacedPoint), &placed[i], sizeof(PlacedPoint));
+    std::memcpy(sorted + std::size_t{i + shift[run]} * sizeof(PlacedPoint), &placed[i], sizeof(PlacedPoint));
   }
 }
 

@@ -51,16 +51,10 @@ class CloudIndex {
   }
 
  private:
-  /// Points that follow each other in the frame and lie in one cell; the last one's end is the next one's begin.
-  struct Run {
-    std::uint32_t begin;
-    std::uint32_t shift;  // place after sorting less place in the frame, modulo 2^32
-  };
   struct Cell {
     std::uint32_t points;  // how many, while they are counted; 0 otherwise
     std::uint32_t next;    // of an occupied one: where its next point goes, at last the end of its points
   };
-  void find_runs(std::size_t count) noexcept;
   void count_runs(std::span<const Point> points, PointTally& tally) noexcept;
   void lay_out() noexcept;
   void move_points(std::size_t count) noexcept;
@@ -71,8 +65,10 @@ class CloudIndex {
   std::uint32_t size_ = 0;
   std::vector<PlacedPoint> placed_;      // per point of the frame: reference coordinates
   std::vector<std::uint32_t> rank_;      // and the rank of its cell
-  std::vector<Run> runs_;
+  // Runs: points that follow each other in the frame and lie in one cell.
   std::size_t run_count_ = 0;
+  std::vector<std::uint32_t> run_begin_;  // place in the frame; the last one's end is the next one's begin
+  std::vector<std::uint32_t> run_shift_;  // place after sorting less place in the frame, modulo 2^32
   std::vector<Cell> cells_;              // per rank
   std::vector<std::uint64_t> occupied_;  // bit per rank
   std::vector<Leaf> leaves_;             // while they are being filled the bytes of 16 sorted points each

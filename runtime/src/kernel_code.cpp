@@ -51,6 +51,18 @@ void place(const float* points, std::size_t count, const float* T, const GridVie
   }
 }
 
+std::size_t find_runs(const std::uint32_t* rank, std::size_t count, std::uint32_t* begins) {
+  std::size_t runs = 0;
+  if (count > 0) begins[runs++] = 0;
+  for (std::size_t i = 1; i < count; i += lanes) {
+    const std::uint32_t here = count - i < lanes ? (1u << (count - i)) - 1 : 0xffff;
+    const std::uint32_t changed = differing(loaded<Ints>(rank + i), loaded<Ints>(rank + i - 1));
+    runs += append_lanes(begins + runs, static_cast<std::uint32_t>(i), changed & here);
+  }
+  begins[runs] = static_cast<std::uint32_t>(count);
+  return runs;
+}
+
 // The last, incomplete one: its last point again and again, for the box.
 Corners fill_last_leaf(std::size_t count, Leaf& leaf) {
   PlacedPoint points[lanes];
@@ -125,7 +137,7 @@ float mode_distance(const float* const e[3], const float* sample, std::size_t st
 extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
-const Kernels table{LBEA_NAME(LBEA_KERNELS), place, fill_leaves, enclose, nearest, nearest_16, project, mode_distance,
+const Kernels table{LBEA_NAME(LBEA_KERNELS), place, find_runs, fill_leaves, enclose, nearest, nearest_16, project, mode_distance,
                     add_depths,             compare_views, subtract_views};
 
 }  // namespace lbea::LBEA_KERNELS

@@ -90,6 +90,8 @@ struct Kernels {
   /// of 16 are written; those beyond `count` mean nothing.
   void (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
                 std::uint32_t* rank);
+  /// Where runs of equal ranks begin, and at last `count`; returns how many runs. `rank` and `begins` have room for 16 more.
+  std::size_t (*find_runs)(const std::uint32_t* rank, std::size_t count, std::uint32_t* begins);
   /// Turns the bytes of `count` PlacedPoints, sixteen in the place of each leaf, into leaves and encloses each.
   void (*fill_leaves)(std::size_t count, Leaf* leaves, BoxGroup* boxes);
   /// Encloses `count` boxes, 16 by 16.

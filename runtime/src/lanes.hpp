@@ -206,6 +206,27 @@ static inline std::uint32_t at_most(const Floats& a, const Floats& b) {
 #endif
 }
 
+/// Bit i: a[i] != b[i].
+static inline std::uint32_t differing(const Ints& a, const Ints& b) {
+#if defined(__AVX512F__)
+  return _mm512_cmpneq_epi32_mask(__m512i(a.part[0]), __m512i(b.part[0]));
+#else
+  std::uint32_t equal = 0;
+  for (std::size_t i = 0; i < Ints::parts; ++i) {
+#if defined(__AVX2__)
+    const int part = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(__m256i(a.part[i]), __m256i(b.part[i]))));
+#elif defined(__SSE2__)
+    const int part = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(__m128i(a.part[i]), __m128i(b.part[i]))));
+#else
+    int part = 0;
+    for (std::size_t lane = 0; lane < Ints::width; ++lane) part |= (a.part[i][lane] == b.part[i][lane] ? 1 : 0) << lane;
+#endif
+    equal |= static_cast<std::uint32_t>(part) << (Ints::width * i);
+  }
+  return ~equal & 0xffff;
+#endif
+}
+
 /// Writes first + i for every set bit i, one behind the other, and returns how many. Up to sixteen numbers are
 /// written, whatever the bits.
 static inline std::size_t append_lanes(std::uint32_t* to, std::uint32_t first, std::uint32_t bits) {
