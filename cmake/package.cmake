@@ -43,6 +43,11 @@ if(LBEA_BUILD_TOOLS)
     "Bakes an ensemble of simulations into one model, matches frames over ZeroMQ"
     "as they come in, sends and records them, and evaluates the results.")
 endif()
+if(TARGET lbea-bake-mpi)
+  lbea_package(mpi lbea-bake-mpi science "bakes ensembles of crash simulations, MPI driver"
+    "Bakes an ensemble of simulations into one model for lbea's matcher, as one"
+    "MPI job. Batch queues and single machines need lbea-tools only.")
+endif()
 if(LBEA_PYTHON AND LBEA_BUILD_TOOLS)
   include(cmake/python.cmake)
   lbea_package(python python3-lbea python "matches point clouds with crash simulations, Python"

@@ -28,6 +28,7 @@ struct BakeOptions {
   std::function<std::unique_ptr<ViewRenderer>(const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>& high)> views;
   std::function<void(const BakeProgress&)> progress;  // called from any thread, one call at a time
   std::function<bool()> cancelled;  // asked after every state; true ends the bake with BakeCancelled
+  bool verifies_finished = false;  // a shard reads what is finished, and makes it again when it is damaged
   bool leaves_out_broken = false;  // runs that cannot be read are left out and named; false: they end the bake
 };
 

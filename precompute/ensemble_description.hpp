@@ -52,6 +52,7 @@ struct EnsembleDescription {
   double time_factor = 1;        // seconds per unit of the runs' time
   double envelope_margin = 25;   // length unit; frame points farther from every sample are discarded
   bool correspondence = true;    // store each sample's corresponding nodes, which VtP matching needs
+  std::optional<bool> landmarks;  // store apart what matching needs of the positions; without a wish: of large models
   std::filesystem::path views;   // sensor description: every sample's depth image from its pose, which `fit` needs
   std::filesystem::path output;  // empty: the caller decides
 };

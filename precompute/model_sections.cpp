@@ -1,6 +1,7 @@
 #include "precompute/model_sections.hpp"
 
 #include "precompute/field_sections.hpp"
+#include "precompute/landmarks.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -164,6 +165,7 @@ void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& 
     plan.push_back({SectionId::leading_axes, part, ElementType::u32, {3}});
   }
   plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
+  if (has_landmarks(info, description)) plan_landmarks(plan, info);
   if (camera == nullptr) return;
   plan.push_back({SectionId::view_camera, 0, ElementType::f64, {sizeof(format::ViewCameraWords) / sizeof(double)}});
   plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});

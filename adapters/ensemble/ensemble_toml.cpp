@@ -151,6 +151,7 @@ EnsembleDescription read_description(TomlTable table) {
   table.read("envelope_margin", description.envelope_margin);
   if (description.envelope_margin < 0) table.fail("envelope_margin", "must not be negative");
   table.read("correspondence", description.correspondence);
+  if (table.find("landmarks") != nullptr) table.read("landmarks", description.landmarks.emplace());
   table.read_path("views", description.views);
   if (description.views.empty()) description.views = description.region.sensor;
   table.read_path("output", description.output);

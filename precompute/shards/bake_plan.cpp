@@ -29,7 +29,7 @@ static void members(auto& a, Box& b) { a(b.min, b.max); }
 static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
-    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.views, d.output);
+    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.views, d.output);
 }
 static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source, r.files); }
 static void members(auto& a, Ensemble& e) {
@@ -84,7 +84,12 @@ BakePlan read_plan(const WorkFolder& work, const RunOpener& opener) {
 
 std::vector<ReferenceBasis> read_bases(const WorkFolder& work, const BakePlan& plan) {
   std::vector<ReferenceBasis> bases;
-  for (const std::uint64_t key : plan.bases) bases.push_back(read_value<ReferenceBasis>(work, {WorkKind::basis, key}));
+  try {
+    for (const std::uint64_t key : plan.bases) bases.push_back(read_value<ReferenceBasis>(work, {WorkKind::basis, key}));
+  } catch (const DamagedWorkFile& damaged) {
+    work.remove(damaged);
+    throw Error(Status::bad_input, std::string(damaged.what()) + "; it was removed, plan again");
+  }
   return bases;
 }
 

@@ -7,6 +7,7 @@
 
 #include <lbea/lbea.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <memory>
@@ -29,10 +30,12 @@ class ShardWork {
   bool bake_run(std::size_t run, SampleRecord& buffer, Stage& stage) const {
     const PlannedRun& planned = plan_.runs[run];
     try {
-      if (!work_.has(planned.record_name())) make_record(run, stage);
-      if (!work_.has(planned.footprint_name())) make_footprint(work_, plan_, run, buffer, renderer_.get());
+      make_what_is_missing(run, buffer, stage);
       work_.forget_failure(planned.record);
       return true;
+    } catch (const DamagedWorkFile& damaged) {  // not the run's fault
+      work_.remove(damaged);
+      throw Error(Status::bad_input, std::string(damaged.what()) + "; it was removed, plan again");
     } catch (const Error& error) {
       if (!options_.leaves_out_broken || error.status == Status::write_failed) throw;
       work_.note_failure(planned.record, error.what());
@@ -47,6 +50,19 @@ class ShardWork {
     if (renderer == nullptr || camera_key(renderer->camera()) != camera_key(*plan_.camera))
       throw Error(Status::bad_config, "the sensor description changed since the bake was planned; plan again");
     return renderer;
+  }
+
+  void make_what_is_missing(std::size_t run, SampleRecord& buffer, Stage& stage) const {
+    const PlannedRun& planned = plan_.runs[run];
+    if (!work_.has(planned.record_name())) make_record(run, stage);
+    if (work_.has(planned.footprint_name())) return;
+    try {
+      make_footprint(work_, plan_, run, buffer, renderer_.get());
+    } catch (const DamagedWorkFile& damaged) {  // an earlier process's record
+      work_.remove(damaged);
+      make_record(run, stage);
+      make_footprint(work_, plan_, run, buffer, renderer_.get());
+    }
   }
 
   void make_record(std::size_t run, Stage& stage) const {
@@ -74,10 +90,31 @@ class ShardWork {
   std::unique_ptr<ViewRenderer> renderer_;
 };
 
+/// Reads what is finished, and removes what is not as it was written.
+void remove_damaged(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads) {
+  std::vector<WorkName> names;
+  for (std::size_t run = 0; run < plan.runs.size(); ++run)
+    for (const WorkName name : {plan.runs[run].record_name(), plan.runs[run].footprint_name()})
+      if (shard.has(run) && work.has(name)) names.push_back(name);
+  work_in_parallel(names.size(), threads, [&](const auto& next) {
+    for (std::size_t i = next(); i < names.size(); i = next()) {
+      try {
+        WorkReader file = work.reader(names[i]);
+        std::vector<std::byte> piece(std::size_t{1} << 20);
+        while (file.rest() > 0) file.bytes(std::span(piece).first(static_cast<std::size_t>(std::min<std::uint64_t>(piece.size(), file.rest()))));
+        file.finish();
+      } catch (const DamagedWorkFile& damaged) {
+        work.remove(damaged);
+      }
+    }
+  });
+}
+
 }  // namespace
 
 ShardSummary bake_shard(const WorkFolder& work, const BakePlan& plan, const Shard& shard, const BakeOptions& options) {
   check(shard);
+  if (options.verifies_finished) remove_damaged(work, plan, shard, options.threads);
   ShardSummary summary;
   std::vector<std::size_t> to_do;
   std::uint64_t samples = 0;

@@ -53,6 +53,13 @@ double seconds_of_a_sample(const WorkFolder& work, const BakePlan& plan, const B
   return std::max((all - first) / static_cast<double>(samples - 1), 1e-6);
 }
 
+std::vector<PlannedSection> hot(const ModelPlan& model) {
+  std::vector<PlannedSection> sections = model.sections;
+  const bool has_landmarks = std::ranges::find(sections, format::SectionId::landmark_positions, &PlannedSection::id) != sections.end();
+  std::erase_if(sections, [=](const PlannedSection& section) { return format::is_cold(section.id, has_landmarks); });
+  return sections;
+}
+
 BakeEstimate sizes(const WorkFolder& work, const BakePlan& plan) {
   std::vector<bool> is_kept;
   std::vector<std::string> left_out;
@@ -69,7 +76,9 @@ BakeEstimate sizes(const WorkFolder& work, const BakePlan& plan) {
   BakeEstimate result;
   result.runs = kept.runs.size();
   result.samples = kept.survey.samples();
-  result.model_bytes = model_size(plan_model(kept, bases, envelope.layout(), left_out).sections);
+  const ModelPlan model = plan_model(kept, bases, envelope.layout(), left_out);
+  result.model_bytes = model_size(model.sections);
+  result.hot_bytes = model_size(hot(model));
   const std::size_t image = plan.camera ? padded_cells(*plan.camera) * sizeof(std::uint16_t) : 0;
   const std::size_t moments = bases.size() * 24 * (vertices + 2 * plan.description.modes);
   const std::size_t survey = 24 * plan.survey.reference_node_ids.size() + plan.survey.mesh.elements.size();

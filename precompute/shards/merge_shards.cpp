@@ -3,6 +3,7 @@
 #include "precompute/branches.hpp"
 #include "precompute/field_sections.hpp"
 #include "precompute/kept_variance.hpp"
+#include "precompute/landmarks.hpp"
 #include "precompute/model_writer.hpp"
 #include "precompute/provenance.hpp"
 #include "precompute/shards/footprint.hpp"
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <string>
 
 namespace lbea {
@@ -60,11 +62,13 @@ Harvest harvest(const WorkFolder& work, const BakePlan& plan) {
 /// Takes run after run into the model.
 class Merger {
  public:
-  Merger(const WorkFolder& work, const BakePlan& plan, const std::vector<ReferenceBasis>& bases, ModelWriter& writer)
+  Merger(const WorkFolder& work, const BakePlan& plan, const std::vector<ReferenceBasis>& bases, const format::Info& info, ModelWriter& writer)
       : work_(work), plan_(plan), writer_(writer), sample_(plan, bases),
         fields_(writer, plan.survey.fields.size(), plan.description.compact_fields),
         image_(plan.camera ? padded_cells(*plan.camera) : 0), envelope_(plan.survey.min, plan.survey.max, plan.description.envelope_margin),
-        moments_(bases.size()) {}
+        moments_(bases.size()) {
+    if (has_landmarks(info, plan.description)) landmarks_.emplace(writer, info, bases.front());
+  }
 
   void take(std::size_t run, Stage& stage) {
     WorkReader record = work_.reader(plan_.runs[run].record_name());
@@ -95,6 +99,7 @@ class Merger {
   }
   void write_sample_rows() {
     write_row(SectionId::node_positions, 0, sample_.positions);
+    if (landmarks_) landmarks_->write(samples_, sample_.positions);
     for (std::uint32_t field = 0; field < sample_.fields.size(); ++field) fields_.write(field, samples_, sample_.fields[field]);
     for (std::size_t part = 0; part < sample_.coefficients.size(); ++part)
       write_row(SectionId::coefficients, part, sample_.coefficients[part]);
@@ -107,6 +112,7 @@ class Merger {
   ModelWriter& writer_;
   SampleRecord sample_;
   FieldSections fields_;
+  std::optional<LandmarkSection> landmarks_;
   std::vector<std::uint16_t> image_;
   EnvelopeBuilder envelope_;
   std::vector<Moments> moments_;  // sums of floating-point numbers: always in the order of the runs
@@ -174,10 +180,8 @@ std::vector<std::string> names_of(const std::vector<RunLeftOut>& runs) {
   return names;
 }
 
-}  // namespace
-
-BakeSummary merge_shards(const WorkFolder& work, const BakePlan& planned, const std::filesystem::path& output,
-                         const BakeOptions& options) {
+BakeSummary merge(const WorkFolder& work, const BakePlan& planned, const std::filesystem::path& output,
+                  const BakeOptions& options) {
   Stopwatch watch;
   const Harvest runs = harvest(work, planned);
   const BakePlan plan = without_runs(planned, runs.is_kept);
@@ -188,7 +192,7 @@ BakeSummary merge_shards(const WorkFolder& work, const BakePlan& planned, const 
   ModelWriter writer(output, model.sections);
   model.small.write(writer);
 
-  Merger merger(work, plan, bases, writer);
+  Merger merger(work, plan, bases, model.info, writer);
   Stage merging(options, "merging", plan.runs.size());
   for (std::size_t run = 0; run < plan.runs.size(); ++run) merger.take(run, merging);
 
@@ -212,6 +216,18 @@ BakeSummary merge_shards(const WorkFolder& work, const BakePlan& planned, const 
       summary.rounded_fields.push_back({plan.survey.fields[field].name, plan.survey.fields[field].unit, merger.field_errors()[field]});
   summary.seconds = {planned.reading_seconds, planned.bases_seconds, 0, watch.lap()};
   return summary;
+}
+
+}  // namespace
+
+BakeSummary merge_shards(const WorkFolder& work, const BakePlan& plan, const std::filesystem::path& output,
+                         const BakeOptions& options) {
+  try {
+    return merge(work, plan, output, options);
+  } catch (const DamagedWorkFile& damaged) {
+    work.remove(damaged);
+    throw Error(Status::bad_input, std::string(damaged.what()) + "; it was removed: run plan and the shards once more, they make what is missing");
+  }
 }
 
 }  // namespace lbea

@@ -80,13 +80,26 @@ void check_rounded(const Ensemble& ensemble, const Survey& survey) {
                                           " elements; bake from the runs' own files");
 }
 
+/// Of a run that was surveyed; once more when its file is damaged.
+RunHistory history_of(const WorkFolder& work, const EnsembleRun& run, const PlannedRun& planned, const EnsembleDescription& description,
+                      const SimulationReader& reference, const BakeOptions& options) {
+  try {
+    return read_survey(work, planned);
+  } catch (const DamagedWorkFile& damaged) {
+    work.remove(damaged);
+  }
+  Stage stage(options, "reading", 1);
+  write_survey(work, planned, survey_run(*run.open(), run, description, reference, stage));
+  return read_survey(work, planned);
+}
+
 void collect(const WorkFolder& work, BakePlan& plan, const SimulationReader& reference, const BakeOptions& options) {
   const std::vector<EnsembleRun>& runs = plan.ensemble.runs;
   SurveyCollection collection(reference, plan.description, runs[plan.ensemble.reference_run].name);
   for (std::size_t run = 0; run < runs.size(); ++run) {
     std::string& failure = plan.runs[run].failure;
     try {
-      if (failure.empty()) collection.add(read_survey(work, plan.runs[run]), runs[run].name);
+      if (failure.empty()) collection.add(history_of(work, runs[run], plan.runs[run], plan.description, reference, options), runs[run].name);
     } catch (const Error& error) {
       if (!options.leaves_out_broken) throw;
       failure = error.what();

@@ -67,18 +67,18 @@ std::optional<pid_t> process_in(std::string_view name, std::string_view model) {
   return std::nullopt;
 }
 
-bool is_alive(pid_t process) { return ::kill(process, 0) == 0 || errno != ESRCH; }
-
-/// The process may live on another machine that sees the same folder.
-bool is_claimed(const fs::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) return true;
-  const bool is_free = claim(descriptor);
-  ::close(descriptor);
-  return !is_free;
-}
-
 }  // namespace
+
+bool is_alive(int process) noexcept { return ::kill(process, 0) == 0 || errno != ESRCH; }
+
+// The process may live on another machine that sees the same folder.
+std::optional<bool> is_abandoned(const fs::path& path) noexcept {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return std::nullopt;
+  const bool is_free = claim(descriptor), is_held = !is_free && errno == EWOULDBLOCK;
+  ::close(descriptor);
+  return is_free || is_held ? std::optional(is_free) : std::nullopt;
+}
 
 std::string temporary_suffix(const char* kind, int number) {
   return kind + std::to_string(::getpid()) + "-" + std::to_string(number);
@@ -95,7 +95,7 @@ void clear_remains(const fs::path& model) {
   std::vector<fs::path> remains;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     const auto process = process_in(entry->path().filename().string(), name);
-    if (process && !is_alive(*process) && !is_claimed(entry->path())) remains.push_back(entry->path());
+    if (process && !is_alive(*process) && is_abandoned(entry->path()).value_or(false)) remains.push_back(entry->path());
   }
   for (const fs::path& path : remains) remove_all_of(path);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace lbea {
@@ -14,6 +15,11 @@ inline constexpr const char* temporary_folder = ".tmp-work-";
 /// Whoever owns something temporary holds this on its descriptor; it ends with the process, however that ends.
 /// False where the file system knows no locks.
 bool claim(int descriptor) noexcept;
+
+/// Whether nobody holds the claim of what stands at `path`; nothing where that cannot be told.
+[[nodiscard]] std::optional<bool> is_abandoned(const std::filesystem::path& path) noexcept;
+/// Whether a process on this machine has the number.
+[[nodiscard]] bool is_alive(int process) noexcept;
 
 /// Removes `path` with all in it. Takes no memory: it is called when there is none.
 void remove_all_of(const std::filesystem::path& path) noexcept;

@@ -1,5 +1,7 @@
 #include "precompute/shards/run_status.hpp"
 
+#include "precompute/shards/remains.hpp"
+
 #include <chrono>
 #include <filesystem>
 #include <optional>
@@ -12,18 +14,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Final names of a kind's files that somebody has written to lately.
+/// On this machine by the process itself, for others by how lately it has written.
+bool is_being_written(const fs::directory_entry& entry, const TemporaryName& name, double patience_s) {
+  std::error_code error;
+  if (name.host == host_name()) return !is_abandoned(entry.path()).value_or(!is_alive(name.process));
+  const auto changed = entry.last_write_time(error);
+  return !error && std::chrono::duration<double>(fs::file_time_type::clock::now() - changed).count() <= patience_s;
+}
+
+/// Final names of a kind's files that somebody is writing.
 std::set<std::string> in_the_making(const WorkFolder& work, WorkKind kind, double patience_s) {
   std::set<std::string> names;
   const fs::path folder = work.file({kind, 0}).parent_path();
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    const auto end = name.find(".tmp-");
-    if (end == std::string::npos) continue;
-    const auto changed = entry.last_write_time(error);
-    if (error || std::chrono::duration<double>(fs::file_time_type::clock::now() - changed).count() > patience_s) continue;
-    names.insert(name.substr(0, end));
+    const auto name = parse_temporary(entry.path().filename().string());
+    if (name && is_being_written(entry, *name, patience_s)) names.insert(name->final_name);
   }
   return names;
 }

@@ -1,5 +1,6 @@
 #include "precompute/shards/work_file.hpp"
 
+#include "precompute/shards/remains.hpp"
 #include "runtime/src/checksum.hpp"
 
 #include <lbea/lbea.hpp>
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <optional>
 #include <string>
@@ -77,11 +79,12 @@ WorkWriter::WorkWriter(std::filesystem::path file, WorkName name, bool is_durabl
   int error = EEXIST;
   for (int i = 0; i < temporary_names && error == EEXIST; ++i) {
     temporary_ = file_;
-    temporary_ += ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(i);
+    temporary_ += temporary_suffix(temporary_file, i) + "@" + host_name();
     descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     error = descriptor_ >= 0 ? 0 : errno;
   }
   if (descriptor_ < 0) fail("create", error);
+  static_cast<void>(claim(descriptor_));
   buffer_.reserve(buffer_size);
   buffer_.resize(sizeof(Header));  // its place; commit() fills it
 }
@@ -134,12 +137,12 @@ void WorkWriter::fail(const char* action, int error) const {
 WorkReader::WorkReader(std::filesystem::path file, WorkName name)
     : file_(std::move(file)), descriptor_(::open(file_.c_str(), O_RDONLY | O_CLOEXEC)), buffer_(buffer_size),
       hash_(std::make_unique<Hash>()) {
-  if (descriptor_ < 0) fail("cannot be opened");
+  if (descriptor_ < 0) fail_to_read("cannot be opened");
   try {
     const auto header = header_of(descriptor_);
     if (!header || !is_whole(descriptor_, *header, name)) fail("is not what this bake left there, or cut");
     rest_ = header->content;
-    if (::lseek(descriptor_, sizeof(Header), SEEK_SET) < 0) fail("cannot be read");
+    if (::lseek(descriptor_, sizeof(Header), SEEK_SET) < 0) fail_to_read("cannot be read");
     ::posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
   } catch (...) {  // no destructor runs for a half-built object
     ::close(descriptor_);
@@ -162,7 +165,8 @@ void WorkReader::read(std::span<std::byte> bytes) {
     if (next_ == filled_) {
       const ssize_t n = ::read(descriptor_, buffer_.data(), buffer_.size());
       if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) fail("cannot be read");
+      if (n == 0) fail("ends too early");
+      if (n < 0) fail_to_read("cannot be read");
       next_ = 0;
       filled_ = static_cast<std::size_t>(n);
     }
@@ -181,7 +185,28 @@ void WorkReader::finish() {
 }
 
 void WorkReader::fail(const char* what) const {
-  throw Error(Status::bad_input, file_.string() + " " + what + "; delete it, and run the step that writes it again");
+  throw DamagedWorkFile(file_, file_.string() + " " + what);
+}
+
+void WorkReader::fail_to_read(const char* what) const {
+  throw Error(Status::bad_input, file_.string() + " " + what + ": " + std::generic_category().message(errno));
+}
+
+const std::string& host_name() {
+  static const std::string name = [] {
+    std::array<char, 256> text{};
+    return ::gethostname(text.data(), text.size() - 1) == 0 ? std::string(text.data()) : std::string("localhost");
+  }();
+  return name;
+}
+
+std::optional<TemporaryName> parse_temporary(const std::string& file_name) {
+  const auto at = file_name.find(temporary_file), host = file_name.find('@');
+  if (at == std::string::npos || host == std::string::npos || host < at) return std::nullopt;
+  TemporaryName name{file_name.substr(0, at), file_name.substr(host + 1)};
+  const char* const digits = file_name.data() + at + std::strlen(temporary_file);
+  const auto [end, error] = std::from_chars(digits, file_name.data() + host, name.process);
+  return error == std::errc{} && *end == '-' && name.process > 0 ? std::optional(name) : std::nullopt;
 }
 
 bool is_finished(const std::filesystem::path& file, WorkName name) {

@@ -5,7 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
+#include <lbea/lbea.hpp>
+
+#include <string>
 #include <vector>
 
 namespace lbea {
@@ -45,7 +49,22 @@ class WorkWriter {
   std::unique_ptr<Hash> hash_;
 };
 
-/// Reads from front to end through a buffer. Throws Error{bad_input} naming the file and what to do.
+/// A finished file whose bytes are not those that were written: to be removed and made again.
+struct DamagedWorkFile : Error {
+  DamagedWorkFile(std::filesystem::path path, const std::string& sentence) : Error(Status::bad_input, sentence), file(std::move(path)) {}
+  std::filesystem::path file;
+};
+
+/// What a file of a writer is called until it is finished: FINAL.tmp-PROCESS-NUMBER@HOST.
+struct TemporaryName {
+  std::string final_name, host;
+  int process = 0;
+};
+[[nodiscard]] std::optional<TemporaryName> parse_temporary(const std::string& file_name);
+/// Of this machine, as it stands in such names.
+[[nodiscard]] const std::string& host_name();
+
+/// Reads from front to end through a buffer. Throws DamagedWorkFile, and Error{bad_input} when the file cannot be read.
 class WorkReader {
  public:
   WorkReader(std::filesystem::path file, WorkName name);
@@ -61,6 +80,7 @@ class WorkReader {
   [[noreturn]] void fail(const char* what) const;
 
  private:
+  [[noreturn]] void fail_to_read(const char* what) const;
   void read(std::span<std::byte> bytes);
 
   struct Hash;

@@ -66,6 +66,11 @@ void WorkFolder::sweep() const {
   for (const fs::path& path : remains) fs::remove(path, error);
 }
 
+void WorkFolder::remove(const DamagedWorkFile& damaged) const {
+  std::error_code none;
+  fs::remove(damaged.file, none);
+}
+
 void WorkFolder::note_failure(std::uint64_t record, const std::string& reason) const {
   WorkWriter file = writer({WorkKind::failure, record});
   Saver{file}(reason);

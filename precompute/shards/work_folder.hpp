@@ -25,6 +25,8 @@ class WorkFolder {
   [[nodiscard]] WorkWriter writer(WorkName name) const { return {file(name), name, is_durable_}; }
   [[nodiscard]] WorkReader reader(WorkName name) const { return {file(name), name}; }
 
+  /// A damaged file, for the step that writes it to make it anew.
+  void remove(const DamagedWorkFile& damaged) const;
   /// Removes what writers that died left behind of files that others have finished since.
   void sweep() const;
 

@@ -5,6 +5,7 @@
 #include "runtime/src/model_view.hpp"
 #include "runtime/src/nearest_samples.hpp"
 #include "runtime/src/projection.hpp"
+#include "runtime/src/sample_surface.hpp"
 #include "runtime/src/sample_tree.hpp"
 #include "runtime/src/stopwatch.hpp"
 #include "runtime/src/surface_fit.hpp"
@@ -22,7 +23,7 @@ struct Matcher::State {
       : model(std::move(m)), config(c), view(model.view()), index(envelope_grid(view.envelope), config.max_points),
         corresponding(view.info.vertices), coefficients(view.info.modes), public_coefficients(std::size_t{3} * view.info.modes),
         best(std::min(config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches, view.info.samples)),
-        matches(std::min(config.max_matches, view.info.samples)), surface(view.info.vertices) {
+        matches(std::min(config.max_matches, view.info.samples)), surface(view) {
     if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
     if (config.method != Method::vtp && is_worth_a_tree(view.info.samples, best.capacity()))
       for (const ReferenceView& reference : view.references) trees.emplace_back(reference.coefficients, view.info.modes);
@@ -45,7 +46,7 @@ struct Matcher::State {
   std::vector<SampleTree> trees;  // per reference, of many samples
   std::optional<SurfaceFitter> fitter;
   std::vector<Match> matches;
-  std::vector<std::array<float, 3>> surface;  // the best sample's vertices
+  SampleSurface surface;  // the best sample's
 };
 
 Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {
@@ -96,12 +97,8 @@ void Matcher::State::fit(MatchResult& result) noexcept {
 }
 
 float Matcher::State::coverage_of(const RankedSample& sample, const ReferenceView& reference) noexcept {
-  const std::span<const float> nodes = model.node_positions(sample.sample);
-  for (std::size_t v = 0; v < surface.size(); ++v) {
-    const std::size_t at = std::size_t{3} * reference.vertex_nodes[v];
-    surface[v] = {nodes[at], nodes[at + 1], nodes[at + 2]};
-  }
-  return coverage(index, surface, reference.mass, config.trusted_distance);
+  surface.take(sample.sample, reference);
+  return coverage(index, surface.positions(), surface.mass(reference), config.trusted_distance);
 }
 
 void Matcher::State::publish(MatchResult& result, const ReferenceView& reference) noexcept {

@@ -21,17 +21,53 @@ std::span<const T> flat(std::span<const std::array<T, N>> table) noexcept {
   return {table.empty() ? nullptr : table.front().data(), table.size() * N};
 }
 
+/// What lies between the cold sections.
+std::vector<std::span<const std::byte>> hot_parts(const ModelView& view) {
+  std::vector<std::span<const std::byte>> parts;
+  std::span<const std::byte> rest = view.image;
+  for (const auto cold : view.cold) {
+    const auto before = static_cast<std::size_t>(cold.data() - rest.data());
+    if (before > 0) parts.push_back(rest.first(before));
+    rest = rest.subspan(before + cold.size());
+  }
+  if (!rest.empty()) parts.push_back(rest);
+  return parts;
+}
+
+std::uint64_t size_of(const std::vector<std::span<const std::byte>>& parts) noexcept {
+  std::uint64_t bytes = 0;
+  for (const auto part : parts) bytes += part.size();
+  return bytes;
+}
+
 }  // namespace
 
 Model Model::open(const std::filesystem::path& file) {
   auto mapping = std::make_shared<const MappedFile>(file);
-  auto view = std::make_shared<ModelView>(read_model(mapping->bytes(), file.string()));
+  mapping->expect_sequential(true);
+  auto view = std::make_shared<ModelView>(read_model(mapping->bytes(), file.string(), release_pages));
+  mapping->expect_sequential(false);
+  // After set-up the loop should meet no page that is not in memory.
+  for (const auto part : hot_parts(*view)) load_pages(part);
   view->owner = std::move(mapping);
   return Model(std::move(view));
 }
 
 Model Model::view(std::span<const std::byte> image) {
   return Model(std::make_shared<const ModelView>(read_model(image, "model in memory")));
+}
+
+std::uint64_t Model::bytes() const noexcept { return view_->image.size(); }
+std::uint64_t Model::hot_bytes(Method method) const noexcept {
+  return method == Method::vtp ? bytes() : bytes() - size_of(view_->cold);
+}
+bool Model::lock(Method method) const {
+  if (method == Method::vtp) return lock_pages(view_->image, true);
+  if (view_->owner != nullptr)
+    for (const auto part : view_->cold) lock_pages(part, false);
+  for (const auto part : hot_parts(*view_))
+    if (!lock_pages(part, true)) return false;
+  return true;
 }
 
 std::uint32_t Model::vertices() const noexcept { return view_->info.vertices; }

@@ -83,7 +83,38 @@ enum class SectionId : std::uint32_t {
   view_size = 65,
   view_depths = 66,
   view_expected = 67,
+  landmark_positions = 0x8000,  // optional: what matching needs of node_positions
 };
+
+/// Whether match() by lbea and fit reads none of the section.
+inline constexpr bool is_cold(SectionId id, bool has_landmarks) noexcept {
+  switch (id) {
+    case SectionId::provenance:
+    case SectionId::node_ids:
+    case SectionId::element_ids:
+    case SectionId::element_parts:
+    case SectionId::element_nodes:
+    case SectionId::field_values:
+    case SectionId::field_codes:
+    case SectionId::field_ranges:
+    case SectionId::correspondence: return true;
+    case SectionId::node_positions: return has_landmarks;
+    default: return false;
+  }
+}
+
+/// Of large models, matching reads landmarks: vertices that stand for those around them, and nodes all over the component.
+inline constexpr std::uint32_t most_surface_landmarks = 1024, most_mesh_landmarks = 512;
+inline constexpr std::uint32_t surface_landmarks(std::uint32_t vertices) noexcept { return vertices < most_surface_landmarks ? vertices : most_surface_landmarks; }
+inline constexpr std::uint32_t mesh_landmarks(std::uint32_t nodes) noexcept { return nodes < most_mesh_landmarks ? nodes : most_mesh_landmarks; }
+/// The k-th of `landmarks` equal parts of `count` things begins here.
+inline constexpr std::uint32_t part_begin(std::uint64_t k, std::uint64_t landmarks, std::uint64_t count) noexcept {
+  return static_cast<std::uint32_t>(k * count / landmarks);
+}
+/// The vertex that stands for the k-th part of the vertices.
+inline constexpr std::uint32_t landmark_vertex(std::uint64_t k, std::uint64_t landmarks, std::uint64_t vertices) noexcept {
+  return static_cast<std::uint32_t>((2 * k + 1) * vertices / (2 * landmarks));
+}
 
 struct SectionEntry {
   std::uint32_t id, part;

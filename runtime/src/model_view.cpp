@@ -17,7 +17,12 @@ using format::SectionId;
 // The sections' content, checked one kind at a time; every check names its section when it fails.
 class ModelReader {
  public:
-  ModelReader(std::span<const std::byte> image, const std::string& name) : sections_(image, name) {}
+  ModelReader(std::span<const std::byte> image, const std::string& name, const SectionReader::Release& release)
+      : sections_(image, name, release) {
+    view_.image = image;
+    for (const format::SectionEntry& entry : sections_.entries())
+      if (sections_.is_cold(entry)) view_.cold.push_back(image.subspan(entry.offset, entry.length));
+  }
 
   ModelView read() {
     read_info();
@@ -35,16 +40,11 @@ class ModelReader {
   void require(bool holds, SectionId id, std::uint32_t part, const char* what) const {
     if (!holds) sections_.fail(id, part, what);
   }
-  void require_below(std::span<const std::uint32_t> indices, std::uint32_t limit, SectionId id, std::uint32_t part) const {
-    require(std::ranges::all_of(indices, [limit](std::uint32_t i) { return i < limit; }), id, part, "an index is out of range");
+  void require_below(std::uint32_t limit, SectionId id, std::uint32_t part) const {
+    require(sections_.content(id, part).greatest < limit, id, part, "an index is out of range");
   }
-  template <typename T>
-  void require_finite(std::span<const T> values, SectionId id, std::uint32_t part = 0) const {
-    require(std::ranges::all_of(values, [](T v) { return std::isfinite(v); }), id, part, "a value is not finite");
-  }
-  template <typename T, std::size_t N>
-  static std::span<const T> flat(std::span<const std::array<T, N>> values) {
-    return {reinterpret_cast<const T*>(values.data()), values.size() * N};
+  void require_finite(SectionId id, std::uint32_t part = 0) const {
+    require(sections_.content(id, part).is_finite, id, part, "a value is not finite");
   }
 
   void read_info() {
@@ -82,9 +82,9 @@ class ModelReader {
     require(std::ranges::adjacent_find(view_.samples, std::ranges::greater_equal{}) == view_.samples.end(), SectionId::samples, 0,
             "not strictly ascending");
     require(view_.samples.back()[0] < info.simulations, SectionId::samples, 0, "an index is out of range");
-    require_finite(view_.sample_times, SectionId::sample_times);
+    require_finite(SectionId::sample_times);
     view_.simulation_branches = sections_.required<std::uint32_t>(SectionId::simulation_branches, {info.simulations, 1, 1});
-    require_below(view_.simulation_branches, info.simulations, SectionId::simulation_branches, 0);
+    require_below(info.simulations, SectionId::simulation_branches, 0);
     view_.branches = *std::ranges::max_element(view_.simulation_branches) + 1;
   }
 
@@ -95,8 +95,11 @@ class ModelReader {
     view_.element_parts = sections_.required<std::uint32_t>(SectionId::element_parts, {info.elements, 1, 1});
     view_.element_nodes = sections_.required<std::array<std::uint32_t, 4>>(SectionId::element_nodes, {info.elements, 4, 1});
     view_.node_positions = sections_.required<float>(SectionId::node_positions, {info.samples, info.nodes, 3});
-    require_below(flat(view_.element_nodes), info.nodes, SectionId::element_nodes, 0);
-    require_finite(view_.node_positions, SectionId::node_positions);
+    require_below(info.nodes, SectionId::element_nodes, 0);
+    require_finite(SectionId::node_positions);
+    const std::uint64_t landmarks = std::uint64_t{format::surface_landmarks(info.vertices)} + format::mesh_landmarks(info.nodes);
+    view_.landmark_positions = sections_.optional<float>(SectionId::landmark_positions, {info.samples, landmarks, 3});
+    if (!view_.landmark_positions.empty()) require_finite(SectionId::landmark_positions);
   }
 
   void read_fields() {
@@ -132,7 +135,7 @@ class ModelReader {
 
   void read_envelope() {
     const auto grid = sections_.required<float>(SectionId::envelope_grid, {4, 1, 1});
-    require_finite(grid, SectionId::envelope_grid);
+    require_finite(SectionId::envelope_grid);
     require(grid[3] > 0, SectionId::envelope_grid, 0, "the cells have no size");
     const auto& cells = view_.info.envelope_cells;
     constexpr std::uint32_t most_cells_along_an_axis = 1u << 16;
@@ -148,7 +151,7 @@ class ModelReader {
     const format::Info& info = view_.info;
     if (r == 0) {
       view_.reference_times = sections_.required<double>(SectionId::reference_times, {info.references, 1, 1});
-      require_finite(view_.reference_times, SectionId::reference_times);
+      require_finite(SectionId::reference_times);
       require(std::ranges::is_sorted(view_.reference_times), SectionId::reference_times, 0, "not ascending");
     }
     const std::uint64_t n = info.vertices, p = info.modes, s = info.samples;
@@ -161,13 +164,13 @@ class ModelReader {
     ref.coefficients = sections_.required<float>(SectionId::coefficients, {s, 3, format::padded(p)}, r);
     ref.correspondence = sections_.optional<std::uint32_t>(SectionId::correspondence, {s, n, 1}, r);
     const auto axes = sections_.required<std::uint32_t>(SectionId::leading_axes, {3, 1, 1}, r);
-    require_below(axes, 3 * info.modes, SectionId::leading_axes, r);
+    require_below(3 * info.modes, SectionId::leading_axes, r);
     std::ranges::copy(axes, ref.leading_axes.begin());
-    require_below(ref.vertex_nodes, info.nodes, SectionId::vertex_nodes, r);
-    require_below(ref.correspondence, info.nodes, SectionId::correspondence, r);
-    require_finite(flat(ref.vertex_positions), SectionId::vertex_positions, r);
-    require_finite(ref.projection, SectionId::projection, r);
-    require_finite(ref.coefficients, SectionId::coefficients, r);
+    require_below(info.nodes, SectionId::vertex_nodes, r);
+    if (!ref.correspondence.empty()) require_below(info.nodes, SectionId::correspondence, r);
+    require_finite(SectionId::vertex_positions, r);
+    require_finite(SectionId::projection, r);
+    require_finite(SectionId::coefficients, r);
     read_tree(r, ref);
     view_.references.push_back(std::move(ref));
   }
@@ -195,6 +198,8 @@ void FieldView::read(std::size_t sample, std::span<float> into) const noexcept {
     decode(codes.subspan(sample * places, places), range(sample), into);
 }
 
-ModelView read_model(std::span<const std::byte> image, const std::string& name) { return ModelReader(image, name).read(); }
+ModelView read_model(std::span<const std::byte> image, const std::string& name, const SectionReader::Release& release) {
+  return ModelReader(image, name, release).read();
+}
 
 }  // namespace lbea

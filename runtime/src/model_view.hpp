@@ -9,6 +9,8 @@
 #include <lbea/lbea.hpp>
 
 #include <array>
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -65,17 +67,21 @@ struct ModelView {
   std::span<const std::uint32_t> node_ids, element_ids, element_parts;
   std::span<const std::array<std::uint32_t, 4>> element_nodes;
   std::span<const float> node_positions;  // s x N x 3
+  std::span<const float> landmark_positions;  // s x (surface_landmarks + mesh_landmarks) x 3; empty: positions will do
   std::vector<FieldView> fields;
   EnvelopeView envelope;
   std::span<const double> reference_times;
   std::vector<ReferenceView> references;
   std::shared_ptr<const ViewData> views;  // null when baked without a sensor
   std::uint64_t file_checksum = 0;  // of the directory, which covers every section: names this model
+  std::span<const std::byte> image;
+  std::vector<std::span<const std::byte>> cold;  // of the image: what match() by lbea and fit does not read, ascending
   std::shared_ptr<const void> owner;  // the mapping, when the model owns one
 };
 
-/// Checks `image` as FORMAT.md says; `name` stands in the sentences of errors.
+/// Checks `image` as FORMAT.md says; `name` stands in the sentences of errors. release: see SectionReader.
 /// Throws Error{not_a_model | unsupported_version | corrupt_model}.
-[[nodiscard]] ModelView read_model(std::span<const std::byte> image, const std::string& name);
+[[nodiscard]] ModelView read_model(std::span<const std::byte> image, const std::string& name,
+                                   const std::function<void(std::span<const std::byte>)>& release = {});
 
 }  // namespace lbea

@@ -52,6 +52,7 @@ constexpr std::pair<SectionId, const char*> titles[] = {
     {SectionId::view_size, "view_size"},
     {SectionId::view_depths, "view_depths"},
     {SectionId::view_expected, "view_expected"},
+    {SectionId::landmark_positions, "landmark_positions"},
 };
 
 // a * b, or false when that does not fit.
@@ -64,6 +65,36 @@ bool byte_count(const SectionEntry& entry, std::uint64_t& bytes) noexcept {
   return bytes != 0 && std::ranges::all_of(entry.shape, [&](std::uint64_t extent) { return multiply(bytes, extent, bytes); });
 }
 
+// Bits of floating-point numbers with all ones in the exponent are no finite ones.
+template <typename Word>
+bool all_finite(std::span<const std::byte> bytes, Word exponent) noexcept {
+  bool is_finite = true;
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Word)) {
+    Word word;
+    std::memcpy(&word, &bytes[at], sizeof(word));
+    is_finite &= (word & exponent) != exponent;
+  }
+  return is_finite;
+}
+
+std::uint32_t greatest_of(std::span<const std::byte> bytes, std::uint32_t greatest) noexcept {
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(greatest)) {
+    std::uint32_t word;
+    std::memcpy(&word, &bytes[at], sizeof(word));
+    greatest = std::max(greatest, word);
+  }
+  return greatest;
+}
+
+void look_at(std::span<const std::byte> bytes, std::uint32_t type, SectionContent& content) noexcept {
+  switch (static_cast<format::ElementType>(type)) {
+    case format::ElementType::f32: content.is_finite &= all_finite<std::uint32_t>(bytes, 0x7f80'0000); break;
+    case format::ElementType::f64: content.is_finite &= all_finite<std::uint64_t>(bytes, 0x7ff0'0000'0000'0000); break;
+    case format::ElementType::u32: content.greatest = greatest_of(bytes, content.greatest); break;
+    default: break;
+  }
+}
+
 const char* const bake_again = "; copy the file again or bake it again";
 
 }  // namespace
@@ -73,9 +104,9 @@ std::string title(SectionId id) {
   return found == std::end(titles) ? "unknown" : found->second;
 }
 
-SectionReader::SectionReader(std::span<const std::byte> image, std::string name) : image_(image), name_(std::move(name)) {
+SectionReader::SectionReader(std::span<const std::byte> image, std::string name, const Release& release) : image_(image), name_(std::move(name)) {
   check_header();
-  check_directory();
+  check_directory(release);
 }
 
 void SectionReader::check_header() {
@@ -111,7 +142,7 @@ void SectionReader::check_header() {
   entries_ = {static_cast<const SectionEntry*>(directory), header.section_count};
 }
 
-void SectionReader::check_directory() const {
+void SectionReader::check_directory(const Release& release) {
   std::uint64_t end = sizeof(format::Header) + entries_.size_bytes();
   const SectionEntry* previous = nullptr;
   for (const SectionEntry& entry : entries_) {
@@ -119,6 +150,7 @@ void SectionReader::check_directory() const {
       fail(static_cast<SectionId>(entry.id), entry.part, "directory not in ascending order");
     check_entry(entry, format::aligned(end));
     check_zero(end, entry.offset);
+    contents_.push_back(check_content(entry, release));
     end = entry.offset + entry.length;
     previous = &entry;
   }
@@ -136,11 +168,37 @@ void SectionReader::check_entry(const SectionEntry& entry, std::uint64_t expecte
     fail(id, entry.part, "rank and shape disagree");
   if (entry.offset != expected_offset) fail(id, entry.part, "does not follow its predecessor");
   if (entry.offset > image_.size() || entry.length > image_.size() - entry.offset) fail(id, entry.part, "reaches beyond the end of the file");
-  if (entry.id >= format::first_optional_id) return;
-  if (title(id) == "unknown")
+  if (title(id) == "unknown" && entry.id < format::first_optional_id)
     throw Error(Status::unsupported_version, name_ + ": section " + std::to_string(entry.id) +
                                                  " is not known to this library; use a newer one");
-  if (checksum(image_.subspan(entry.offset, entry.length)) != entry.checksum) fail(id, entry.part, "checksum does not match");
+}
+
+SectionContent SectionReader::check_content(const SectionEntry& entry, const Release& release) const {
+  const auto id = static_cast<SectionId>(entry.id);
+  SectionContent content;
+  if (title(id) == "unknown") return content;
+  constexpr std::size_t piece_size = std::size_t{1} << 20;  // stays in the cache for the second look
+  const bool is_released = release && is_cold(entry);
+  const auto section = image_.subspan(entry.offset, entry.length);
+  XXH3_state_t state;
+  XXH3_64bits_reset(&state);
+  for (std::size_t begin = 0; begin < section.size(); begin += piece_size) {
+    const auto piece = section.subspan(begin, std::min(piece_size, section.size() - begin));
+    XXH3_64bits_update(&state, piece.data(), piece.size());
+    look_at(piece, entry.element_type, content);
+    if (is_released) release(piece);
+  }
+  if (XXH3_64bits_digest(&state) != entry.checksum) fail(id, entry.part, "checksum does not match");
+  return content;
+}
+
+bool SectionReader::is_cold(const SectionEntry& entry) const noexcept {
+  constexpr auto landmarks = static_cast<std::uint32_t>(SectionId::landmark_positions);
+  return format::is_cold(static_cast<SectionId>(entry.id), std::ranges::any_of(entries_, [](const SectionEntry& e) { return e.id == landmarks; }));
+}
+
+const SectionContent& SectionReader::content(SectionId id, std::uint32_t part) const noexcept {
+  return contents_[static_cast<std::size_t>(find(id, part) - entries_.data())];
 }
 
 void SectionReader::check_zero(std::uint64_t begin, std::uint64_t end) const {

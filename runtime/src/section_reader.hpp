@@ -6,17 +6,29 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 namespace lbea {
 
+/// What is seen of a section's elements while its checksum is computed, so that its bytes are read once.
+struct SectionContent {
+  bool is_finite = true;       // f32 and f64
+  std::uint32_t greatest = 0;  // u32
+};
+
 class SectionReader {
  public:
-  /// Checks everything FORMAT.md says of header, directory, layout, padding and checksums.
-  SectionReader(std::span<const std::byte> image, std::string name);
+  /// Told of bytes that were checked and are not needed for matching.
+  using Release = std::function<void(std::span<const std::byte>)>;
+
+  /// Checks everything FORMAT.md says of header, directory, layout, padding and checksums, reading the image from front
+  /// to end.
+  SectionReader(std::span<const std::byte> image, std::string name, const Release& release = {});
 
   using Shape = std::array<std::uint64_t, 3>;
 
@@ -37,6 +49,10 @@ class SectionReader {
   [[nodiscard]] std::string_view text(format::SectionId id) const;
   [[nodiscard]] const format::SectionEntry* find(format::SectionId id, std::uint32_t part = 0) const noexcept;
   [[nodiscard]] std::span<const format::SectionEntry> entries() const noexcept { return entries_; }
+  /// Of a section that is there.
+  [[nodiscard]] const SectionContent& content(format::SectionId id, std::uint32_t part = 0) const noexcept;
+  /// Whether match() by lbea and fit reads none of it.
+  [[nodiscard]] bool is_cold(const format::SectionEntry& entry) const noexcept;
   [[nodiscard]] std::uint64_t directory_checksum() const noexcept { return directory_checksum_; }
   /// Throws Error{corrupt_model}: "<name>: section <id> '<title>' part <part> at byte <offset>: <what>".
   [[noreturn]] void fail(format::SectionId id, std::uint32_t part, const std::string& what) const;
@@ -72,8 +88,9 @@ class SectionReader {
   }
 
   void check_header();
-  void check_directory() const;
+  void check_directory(const Release& release);
   void check_entry(const format::SectionEntry& entry, std::uint64_t expected_offset) const;
+  [[nodiscard]] SectionContent check_content(const format::SectionEntry& entry, const Release& release) const;
   void check_zero(std::uint64_t begin, std::uint64_t end) const;
   void check_shape(const format::SectionEntry& entry, format::ElementType type, const Shape& shape) const;
   [[noreturn]] void fail_missing(format::SectionId id, std::uint32_t part) const;
@@ -81,6 +98,7 @@ class SectionReader {
   std::span<const std::byte> image_;
   std::string name_;
   std::span<const format::SectionEntry> entries_;
+  std::vector<SectionContent> contents_;  // per entry
   std::uint64_t directory_checksum_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "runtime/src/surface_fit.hpp"
 
 #include "runtime/src/cloud_index.hpp"
+#include "runtime/src/sample_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +10,10 @@ namespace lbea {
 
 namespace {
 
-std::vector<std::uint32_t> spread_out(std::uint32_t nodes, std::uint32_t most) {
-  const std::uint32_t count = std::min(nodes, most);
+std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
+  const std::uint32_t count = format::mesh_landmarks(nodes);
   std::vector<std::uint32_t> chosen;
-  for (std::uint64_t i = 0; i < count; ++i) chosen.push_back(static_cast<std::uint32_t>(i * nodes / count));
+  for (std::uint32_t i = 0; i < count; ++i) chosen.push_back(format::part_begin(i, count, nodes));
   return chosen;
 }
 
@@ -23,7 +24,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings.metric), matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()), residuals_(best_.capacity() * padded_cells(views_.data()->camera)), gram_(best_.capacity() * best_.capacity()),
       products_(best_.capacity()), linear_(best_.capacity()), simplex_(best_.capacity()),
-      landmark_nodes_(spread_out(model.info.nodes, settings.most_landmarks)), landmark_floats_(3 * landmark_nodes_.size()),
+      landmark_nodes_(spread_out(model.info.nodes)), landmark_floats_(3 * landmark_nodes_.size()),
       landmarks_(best_.capacity() * landmark_floats_), estimate_landmarks_(landmark_floats_), from_best_(best_.capacity()), from_estimate_(best_.capacity()),
       plausibility_(best_.capacity()), shares_(best_.capacity()), candidates_(best_.capacity()), estimate_(best_.capacity()) {}
 
@@ -122,6 +123,10 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
 }
 
 void SurfaceFitter::take_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {
+  if (!model_.landmark_positions.empty()) {
+    std::ranges::copy(mesh_landmarks(model_, sample), into.begin());
+    return;
+  }
   const float* positions = model_.node_positions.data() + std::size_t{3} * model_.info.nodes * sample;
   for (std::size_t i = 0; i < landmark_nodes_.size(); ++i) std::copy_n(positions + std::size_t{3} * landmark_nodes_[i], 3, &into[3 * i]);
 }

@@ -27,7 +27,6 @@ struct FitSettings {
   // What a candidate's squared residual weighs in its rank, beside its squared mean distance from the estimate:
   float residual_rank = 0.2f;
   float sharpness = 8;             // plausibility = exp(-sharpness * excess of the squared residual over the best one's)
-  std::uint32_t most_landmarks = 512;  // nodes by which meshes are compared
 };
 
 class SurfaceFitter {

@@ -63,16 +63,36 @@ slurmd -D >slurmd.log 2>&1 &
 pids+=($!)
 waits sh -c 'sinfo -h -o %T | grep -q idle'
 
-PATH=$1/tools/bake:$PATH
+# The first process of shard 2 stops as soon as it is in the middle of a record, so that it is killed there.
+mkdir once
+cat >once/lbea-bake <<WRAPPER
+#!/bin/bash
+[ "\$1" = shard ] && [ "\${SLURM_ARRAY_TASK_ID:-}" = 2 ] && mkdir "$PWD/held" 2>/dev/null || exec "$bake" "\$@"
+"$bake" "\$@" &
+while kill -STOP \$! && ! compgen -G "$PWD/work/record/*.tmp-\$!-*"; do kill -CONT \$!; sleep 0.001; done
+echo \$! >"$PWD/held/process.tmp" && mv "$PWD/held/process.tmp" "$PWD/held/process"
+wait \$!
+WRAPPER
+chmod 755 once/lbea-bake
+PATH=$PWD/once:$PATH
 export PATH
 lbea-bake "$demo/ensemble.toml" "${few[@]}" -o alone.lbea >/dev/null
 lbea-bake plan "$demo/ensemble.toml" "${few[@]}" --work work -o array.lbea
 script=$here/../../docs/examples/cluster/bake.slurm
 array=$(sbatch --parsable --array=0-3 "$script" work)
-scancel --signal=KILL "${array}_2" || true  # wherever it is; the next array does what is missing
+waits test -e held/process
+held=$(cat held/process)
+[ "$(squeue -h -j "${array}_2" -o %T)" = RUNNING ]
+[ "$(ps -o stat= -p "$held" | cut -c1)" = T ]
+lbea-bake status --work work | grep -q 'running   1'
+kill -KILL "$held"  # as the kernel does when memory is short: scancel would let it clear up
+waits sh -c "! ps -p $held"
+compgen -G "work/record/*.tmp-$held-*" >/dev/null  # what it left; the next array does what is missing
+lbea-bake status --work work | grep -q 'running   0'
 again=$(sbatch --parsable --array=0-2 --dependency=afterany:"$array" "$script" work)
 merge=$(sbatch --parsable --dependency=afterany:"$again" --wrap "lbea-bake merge --work work")
 waits test -e array.lbea
 cmp alone.lbea array.lbea
 lbea-bake status --work work | grep -q 'finished  10 of 10'
-echo "jobs $array, $again, $merge: the same bytes"
+! compgen -G "work/*/*.tmp-*"
+echo "jobs $array (process $held killed in the middle of a record), $again, $merge: the same bytes"

@@ -52,4 +52,12 @@ if [ -n "$(package python3-lbea)" ]; then
   holds python3-lbea '/dist-packages/lbea\.cpython-.*\.so$' '/dist-packages/lbea_client/__init__\.py$' '/lbea_client/_schema/Result\.py$'
   field python3-lbea Depends | grep -qE 'python3 \(>= 3\.[0-9]+~\), python3 \(<< 3\.[0-9]+\)' || fail "python3-lbea does not name its Python"
 fi
+if [ -n "$(package lbea-bake-mpi)" ]; then
+  holds lbea-bake-mpi '/usr/bin/lbea-bake-mpi$' '/usr/share/doc/lbea-bake-mpi/copyright$'
+  field lbea-bake-mpi Depends | grep -qi mpi || fail "lbea-bake-mpi does not depend on MPI"
+elif [ -x "$build/tools/bake/lbea-bake-mpi" ]; then
+  fail "lbea-bake-mpi was built, but no package of it"
+fi
+contents lbea-tools | grep mpi && fail "lbea-tools holds what needs MPI"
+for name in liblbea0 lbea-tools; do field $name Depends | grep -i mpi && fail "$name depends on MPI"; done
 for deb in "$packages"/*.deb; do echo "$(basename "$deb"): $(stat -c %s "$deb") bytes"; done

@@ -207,7 +207,8 @@ TEST_CASE("merge names what is missing and what is damaged, and leaves no model"
       std::string bytes = whole;
       bytes[byte] = static_cast<char>(bytes[byte] ^ 0x10);
       put(work.file(name), bytes);
-      check_error(refused(), Status::bad_input, {work.file(name).string(), "delete it"});
+      check_error(refused(), Status::bad_input, {work.file(name).string(), "it was removed"});
+      CHECK_FALSE(work.has(name));
     }
     put(work.file(name), whole);
   }
@@ -215,6 +216,75 @@ TEST_CASE("merge names what is missing and what is damaged, and leaves no model"
   CHECK_FALSE(work.has(plan.runs[0].record_name()));  // cut: to be made again
   bake_shard(work, plan, {}, shard_options());
   CHECK(merged(work, plan) == baked_alone(plates.ensemble, shard_description()));
+}
+
+TEST_CASE("damaged files are made again: by plan and shard once merge met them, by a shard that verifies, by one that needs them") {
+  const CountedPlates plates = counted_plates(3);
+  const std::string alone = baked_alone(plates.ensemble, shard_description());
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  bake_shard(work, plan, {}, shard_options());
+  const auto damage = [&](WorkName name) {
+    std::string bytes = text_of(work.file(name));
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+    put(work.file(name), bytes);
+  };
+  for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].footprint_name(), plan.runs[1].survey_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
+    damage(name);
+    if (name.kind == WorkKind::survey) {  // only who makes a record needs it
+      std::filesystem::remove(work.file(plan.runs[1].record_name()));
+      check_error(error_of([&] { bake_shard(work, plan, {}, shard_options()); }), Status::bad_input, {"it was removed, plan again"});
+    } else {
+      check_error(error_of([&] { merge_shards(work, plan, folder / "m.lbea", shard_options()); }), Status::bad_input, {"it was removed"});
+    }
+    plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+    CHECK(bake_shard(work, plan, {}, shard_options()).failed == 0);
+    CHECK(merged(work, plan) == alone);
+  }
+  damage(plan.runs[2].survey_name());
+  const int read_before = *plates.reads[2];
+  plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());  // which surveys it once more
+  CHECK(*plates.reads[2] == read_before + 3);
+  CHECK(merged(work, plan) == alone);
+
+  BakeOptions verify = shard_options(2);
+  verify.verifies_finished = true;
+  CHECK(bake_shard(work, plan, {}, verify).finished == 3);
+  damage(plan.runs[0].record_name());
+  damage(plan.runs[2].footprint_name());
+  CHECK(bake_shard(work, plan, {}, shard_options()).finished == 3);
+  CHECK(bake_shard(work, plan, {}, verify).finished == 1);
+  CHECK(merged(work, plan) == alone);
+  damage(plan.runs[0].record_name());
+  std::filesystem::remove(work.file(plan.runs[0].footprint_name()));
+  CHECK(bake_shard(work, plan, {}, shard_options()).failed == 0);
+  CHECK_FALSE(work.failure(plan.runs[0].record));
+  CHECK(merged(work, plan) == alone);
+}
+
+TEST_CASE("status tells who is at work from who has died, here at once and elsewhere by the signs of life") {
+  const CountedPlates plates = counted_plates(2);
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  const auto progress = [&](double patience_s = 300) { return run_status(work, plan, patience_s)[1].progress; };
+  CHECK(progress() == RunProgress::waiting);
+  {
+    const WorkWriter record = work.writer(plan.runs[1].record_name());
+    CHECK(progress() == RunProgress::running);
+    CHECK(progress(0) == RunProgress::running);  // a slow state is no death
+  }
+  CHECK(progress() == RunProgress::waiting);
+  in_a_process({1, 0}, [&](const BakeOptions& options) { bake_shard(work, plan, {1, 2}, options); });
+  CHECK(files_in(work.file(plan.runs[1].record_name()).parent_path()) == 1);  // what it left
+  CHECK(progress() == RunProgress::waiting);
+  const auto elsewhere = work.file(plan.runs[1].record_name()).string() + ".tmp-1-0@another-node.example";
+  put(elsewhere, "some of it");
+  CHECK(progress() == RunProgress::running);
+  std::filesystem::last_write_time(elsewhere, std::filesystem::file_time_type::clock::now() - std::chrono::seconds(400));
+  CHECK(progress() == RunProgress::waiting);
+  CHECK(progress(500) == RunProgress::running);
 }
 
 TEST_CASE("another sensor than the planned one, and shards that do not exist, are refused") {

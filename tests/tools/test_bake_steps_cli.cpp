@@ -88,6 +88,36 @@ TEST_CASE("a run that is cut off is named by plan, status, merge and the model; 
   CHECK(contains(back.out, "run      added      run_038"));
 }
 
+TEST_CASE("a shard whose run fails says so by its exit code, and has done the others; damage is mended") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "runs");
+  for (const char* run : {"run_023", "run_038", "run_045"})
+    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run, std::filesystem::copy_options::recursive);
+  put(folder / "e.toml", "runs = ['runs/*']\n");
+  lbea_bake(folder, "plan e.toml --work work -o m.lbea" + few);
+  const std::string whole = text_of(folder / "runs/run_038/d3plot");
+  put(folder / "runs/run_038/d3plot", whole.substr(0, 5000));
+  const Outcome shard = run_program(std::string(LBEA_BAKE) + " shard --work work --index 0 --of 1", folder.path());
+  CHECK(shard.exit_code == 3);
+  CHECK(contains(shard.out, "3 runs in this shard: 0 were finished, 2 baked, 1 failed"));
+  CHECK(json_of(folder, "status --work work")["finished"] == 2);
+  CHECK(json_of(folder, "status --work work")["failed"][0]["run"] == "run_038");
+  CHECK(run_program(std::string(LBEA_BAKE) + " shard --work work --index 0 --of 1", folder.path()).exit_code == 3);
+  CHECK(contains(lbea_bake(folder, "merge --work work").out, "left out       run_038: "));
+
+  put(folder / "runs/run_038/d3plot", whole);  // copied again, after the plan: it is another file until the next plan
+  lbea_bake(folder, "plan e.toml --work work -o m.lbea" + few);
+  lbea_bake(folder, "shard --work work --index 0 --of 1");
+  const auto record = std::filesystem::directory_iterator(folder / "work/record")->path();
+  std::string bytes = text_of(record);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  put(record, bytes);
+  CHECK(contains(lbea_bake(folder, "shard --work work --index 0 --of 1 --verify").out, "2 were finished, 1 baked"));
+  lbea_bake(folder, "merge --work work");
+  lbea_bake(folder, "e.toml -o alone.lbea" + few);
+  CHECK(text_of(folder / "m.lbea") == text_of(folder / "alone.lbea"));
+}
+
 TEST_CASE("runs are added to a model without reading those that it holds, and withdrawn from it") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "runs");

@@ -131,6 +131,9 @@ void declare(Tool& tool, BakeCommand& command) {
       with_default("points farther than this from all samples are background", defaults.envelope_margin));
   tool.add_option("--correspondence", command.correspondence,
                   "store what VtP matching needs: true or false (default: true)");
+  tool.add_option("--landmarks", command.landmarks,
+                  "store apart what matching needs of the positions, for models larger than memory: true or false (default: when "
+                  "positions take more than 1 GiB)");
   tool.add_option("--views", command.views,
                   "sensor.json: render every sample as this rig would see it, for matching by fit (default: --sensor)");
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
@@ -173,6 +176,7 @@ EnsembleDescription described(const BakeCommand& command) {
   replace(description.envelope_margin, command.envelope_margin);
   replace(description.correspondence, command.correspondence);
   replace(description.compact_fields, command.compact_fields);
+  if (command.landmarks) description.landmarks = command.landmarks;
   if (command.sensor && description.views.empty()) description.views = *command.sensor;
   replace(description.views, command.views);
   if (!command.output.empty()) description.output = command.output;

@@ -25,7 +25,7 @@ struct BakeCommand {
   std::optional<std::filesystem::path> region_nodes, sensor, views, parameters;
   std::vector<std::string> fields;
   std::optional<double> time_factor, envelope_margin;
-  std::optional<bool> correspondence, compact_fields;
+  std::optional<bool> correspondence, compact_fields, landmarks;
 };
 
 void declare(Tool& tool, BakeCommand& command);

@@ -91,6 +91,7 @@ void print_table(const BakePlan& plan, const BakeEstimate& estimate) {
   const double seconds = estimate.seconds_per_sample * static_cast<double>(estimate.samples);
   std::printf("work           %zu runs, %zu samples\n", estimate.runs, estimate.samples);
   std::printf("model          %s, and %s in the work folder\n", size_text(estimate.model_bytes).c_str(), size_text(estimate.work_bytes).c_str());
+  std::printf("matching       %s of the model have to fit into memory\n", size_text(estimate.hot_bytes).c_str());
   std::printf("memory         %s per shard, and %s per thread beside what reading a state takes\n",
               size_text(estimate.shared_bytes).c_str(), size_text(estimate.thread_bytes).c_str());
   std::printf("time           %.1f ms per sample on this machine: %.3f processor hours\n", 1e3 * estimate.seconds_per_sample, seconds / 3600);
@@ -107,6 +108,7 @@ void print_json(const BakePlan& plan, const BakeEstimate& estimate) {
   print({{"runs", estimate.runs},
          {"samples", estimate.samples},
          {"model_bytes", estimate.model_bytes},
+         {"hot_bytes", estimate.hot_bytes},
          {"work_bytes", estimate.work_bytes},
          {"shared_bytes", estimate.shared_bytes},
          {"thread_bytes", estimate.thread_bytes},

@@ -54,8 +54,10 @@ BakePlan read_plan(const WorkFolder& work) {
   return read_plan(work, [](const std::string& source) { return open_source(source); });
 }
 
-ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads) {
-  return bake_shard(work, plan, shard, step_options(threads, plan.description.views));
+ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads, bool verifies_finished) {
+  BakeOptions options = step_options(threads, plan.description.views);
+  options.verifies_finished = verifies_finished;
+  return bake_shard(work, plan, shard, options);
 }
 
 BakeSummary merge_step(const WorkFolder& work, const BakePlan& plan, std::filesystem::path& output, unsigned threads) {

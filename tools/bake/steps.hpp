@@ -22,7 +22,7 @@ BakePlan plan_step(const BakeCommand& command, const WorkFolder& work);
 /// The share of plan_step() that reads, before it.
 void survey_step(const BakeCommand& command, const WorkFolder& work, const Shard& shard);
 [[nodiscard]] BakePlan read_plan(const WorkFolder& work);
-ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads);
+ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads, bool verifies_finished = false);
 /// output: empty for the plan's own.
 BakeSummary merge_step(const WorkFolder& work, const BakePlan& plan, std::filesystem::path& output, unsigned threads);
 

@@ -17,8 +17,11 @@ struct StepCommand {
   std::filesystem::path work, output;
   Shard shard;
   unsigned threads = 0;
-  bool json = false;
+  bool json = false, verifies_finished = false;
 };
+
+/// Everything else of the shard is done: to try again will not help, to look at the runs will.
+constexpr int exit_runs_failed = 3;
 
 void declare_work(Tool& tool, StepCommand& command) {
   tool.add_option("--work", command.work, "the work folder, on a file system that all processes share")->required();
@@ -67,16 +70,19 @@ int survey(int argc, char** argv) {
 }
 
 int shard(int argc, char** argv) {
-  Tool tool("lbea-bake shard", "Second step: bakes a share of the planned runs. What is finished is skipped.",
+  Tool tool("lbea-bake shard", "Second step: bakes a share of the planned runs. What is finished is skipped.\n"
+            "Exit code 3: all is done but runs that cannot be baked (lbea-bake status names them, merge leaves them out).",
             "lbea-bake shard --work work --index 3 --of 100");
   StepCommand command;
   declare_work(tool, command);
   declare_shard(tool, command);
+  tool.add_flag("--verify", command.verifies_finished, "read what is finished, and make again what is damaged");
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   return tool.run(argc, argv, [&] {
     const WorkFolder work(command.work);
-    print_table(shard_step(work, read_plan(work), command.shard, command.threads));
-    return exit_ok;
+    const ShardSummary summary = shard_step(work, read_plan(work), command.shard, command.threads, command.verifies_finished);
+    print_table(summary);
+    return summary.failed == 0 ? static_cast<int>(exit_ok) : exit_runs_failed;
   });
 }
 

@@ -66,7 +66,7 @@ Json simulations_json(const Model& model) {
 
 Json sections_json(const std::filesystem::path& file) {
   const MappedFile mapping(file);
-  const SectionReader reader(mapping.bytes(), file.string());
+  const SectionReader reader(mapping.bytes(), file.string(), release_pages);
   Json sections = Json::array();
   for (const format::SectionEntry& entry : reader.entries()) {
     Json shape = Json::array();

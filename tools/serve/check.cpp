@@ -67,10 +67,8 @@ Finding check_descriptors() {
 
 int check(const ServeOptions& options) {
   Preflight preflight;
-  std::uint64_t model_bytes = 0;
   std::optional<Model> model;
   preflight.ask("model", [&] {
-    model_bytes = std::filesystem::exists(options.model_file) ? std::filesystem::file_size(options.model_file) : 0;
     return describe(model.emplace(Model::open(options.model_file)), options.model_file);
   });
   if (!options.pose_file.empty())
@@ -81,8 +79,9 @@ int check(const ServeOptions& options) {
   check_endpoints(preflight, options);
   const bool records = !options.recording.file.empty();
   const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;
+  const std::uint64_t model_bytes = model ? model->hot_bytes(options.matcher.method) : 0;
   preflight.note(check_memory(queue_bytes(options) + model_bytes + ring_bytes));
-  for (Finding& finding : check_privileges(options.privileges)) preflight.note(std::move(finding));
+  for (Finding& finding : check_privileges(options.privileges, model ? &*model : nullptr, options.matcher.method)) preflight.note(std::move(finding));
   for (Finding& finding : check_clock()) preflight.note(std::move(finding));
   preflight.note(check_descriptors());
   if (records) {

@@ -102,10 +102,10 @@ Finding check_memory(std::uint64_t needed) {
   return {"memory", needed > available / 2 ? Level::warning : Level::ok, text};
 }
 
-std::vector<Finding> check_privileges(const PrivilegeRequest& request) {
+std::vector<Finding> check_privileges(const PrivilegeRequest& request, const Model* model, Method method) {
   std::vector<Privilege> answers;
   std::thread([&] { answers = ask_for_thread(request); }).join();
-  for (Privilege& answer : ask_for_process(request)) answers.push_back(std::move(answer));
+  for (Privilege& answer : ask_for_process(request, model, method)) answers.push_back(std::move(answer));
   std::vector<Finding> findings;
   for (const Privilege& answer : answers) findings.push_back({answer.name, answer.granted ? Level::ok : Level::warning, answer.detail});
   if (findings.empty())

@@ -83,9 +83,9 @@ int serve(ServeOptions options) {
   catch_stop_signals();
   raise_descriptor_limit();
   if (options.check) return check(options);
-  report(ask_for_process(options.privileges));
   if (!options.pose_file.empty()) options.matcher.T_reference_sensor = read_pose(options.pose_file);
   const Model model = Model::open(options.model_file);
+  report(ask_for_process(options.privileges, &model, options.matcher.method));
   check_memory(options);
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.pose_file));
   WireContext context;

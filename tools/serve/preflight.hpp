@@ -39,7 +39,7 @@ class Preflight {
 /// Room for `needed` bytes in what is free now.
 [[nodiscard]] Finding check_memory(std::uint64_t needed);
 /// Asks for each and gives it back with the thread it was asked for in.
-[[nodiscard]] std::vector<Finding> check_privileges(const PrivilegeRequest& request);
+[[nodiscard]] std::vector<Finding> check_privileges(const PrivilegeRequest& request, const Model* model, Method method);
 /// Writes `bytes` to a file in `folder`, which is removed again: rate and longest stall, and what is free.
 [[nodiscard]] Finding check_disk(const std::filesystem::path& folder, std::uint64_t bytes);
 

@@ -32,8 +32,21 @@ Privilege become_realtime(int priority) {
                              "rtprio in limits.conf, or CAP_SYS_NICE"};
 }
 
-Privilege lock_memory() {
-  if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {"lock-memory", true, "all memory stays in RAM"};
+// What there is stays in RAM as it is touched: locking it at once would read all of the model. What comes later stays from
+// the beginning.
+bool lock_all(const Model* model, Method method) {
+  return ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0 && (model == nullptr || model->lock(method)) && ::mlockall(MCL_FUTURE) == 0;
+}
+
+std::string describe(const Model* model, Method method) {
+  if (model == nullptr || model->hot_bytes(method) == model->bytes()) return "all memory stays in RAM";
+  constexpr std::uint64_t mb = 1'000'000;
+  return "all memory stays in RAM; of the model " + std::to_string(model->hot_bytes(method) / mb) + " MB, the other " +
+         std::to_string((model->bytes() - model->hot_bytes(method)) / mb) + " MB are read when they are asked for";
+}
+
+Privilege lock_memory(const Model* model, Method method) {
+  if (lock_all(model, method)) return {"lock-memory", true, describe(model, method)};
   const int error = errno;
   rlimit limit{};
   ::getrlimit(RLIMIT_MEMLOCK, &limit);
@@ -51,9 +64,9 @@ std::vector<Privilege> ask_for_thread(const PrivilegeRequest& request) {
   return answers;
 }
 
-std::vector<Privilege> ask_for_process(const PrivilegeRequest& request) {
+std::vector<Privilege> ask_for_process(const PrivilegeRequest& request, const Model* model, Method method) {
   if (!request.lock_memory) return {};
-  return {lock_memory()};
+  return {lock_memory(model, method)};
 }
 
 void raise_descriptor_limit() noexcept {

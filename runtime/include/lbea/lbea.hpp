@@ -125,11 +125,20 @@ struct ViewData;    // the depth images and their camera, runtime-internal
 /// The baked file, immutable. Copies share one mapping; share it freely between threads.
 class LBEA_API Model {
  public:
-  /// Maps `file` read-only and checks every byte that is later trusted.
+  /// Maps `file` read-only and checks every byte that is later trusted, reading it once from front to end. What matching
+  /// reads is in memory then; the rest comes from the file when it is asked for: a model may be larger than memory.
   /// Throws Error{file_not_found | not_a_model | unsupported_version | corrupt_model}.
   static Model open(const std::filesystem::path& file);
   /// The same for an image in memory, 64-byte aligned, which the caller keeps alive.
   static Model view(std::span<const std::byte> image);
+
+  /// Of the file.
+  [[nodiscard]] std::uint64_t bytes() const noexcept;
+  /// Of what matching by `method` may read in any frame; by vtp that is everything.
+  [[nodiscard]] std::uint64_t hot_bytes(Method method = Method::lbea) const noexcept;
+  /// Keeps that in RAM as long as the model is open, and nothing else of it, also when the process has locked all its memory
+  /// before. False when the system refuses: errno says why. Models in the caller's memory are the caller's business.
+  bool lock(Method method = Method::lbea) const;
 
   // sizes
   [[nodiscard]] std::uint32_t vertices() const noexcept;     // n, of the observed region
