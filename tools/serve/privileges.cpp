@@ -40,9 +40,9 @@ bool lock_all(const Model* model, Method method) {
 
 std::string describe(const Model* model, Method method) {
   if (model == nullptr || model->hot_bytes(method) == model->bytes()) return "all memory stays in RAM";
-  constexpr std::uint64_t mb = 1'000'000;
-  return "all memory stays in RAM; of the model " + std::to_string(model->hot_bytes(method) / mb) + " MB, the other " +
-         std::to_string((model->bytes() - model->hot_bytes(method)) / mb) + " MB are read when they are asked for";
+  constexpr std::uint64_t megabyte = 1'000'000;
+  return "all memory stays in RAM; of the model " + std::to_string(model->hot_bytes(method) / megabyte) + " MB, the other " +
+         std::to_string((model->bytes() - model->hot_bytes(method)) / megabyte) + " MB are read when they are asked for";
 }
 
 Privilege lock_memory(const Model* model, Method method) {
