@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace lbea {
 
@@ -13,8 +12,8 @@ namespace lbea {
 /// lie and must not rule out what all the others say.
 class Plausibility {
  public:
-  Plausibility(std::span<const Match> evidence, const TrackerConfig& config) noexcept
-      : best_(square(evidence.front().distance)), scale_(best_ + square(config.noise)), sharpness_(double{config.sharpness}) {}
+  Plausibility(float least_residual, const TrackerConfig& config) noexcept
+      : best_(square(least_residual)), scale_(best_ + square(config.noise)), sharpness_(double{config.sharpness}) {}
   [[nodiscard]] double operator()(float residual) const noexcept {
     constexpr double doubt = 1e-9;
     return std::max(std::exp(-sharpness_ * (square(residual) - best_) / scale_), doubt);

@@ -1,3 +1,4 @@
+#include "runtime/src/evidence.hpp"
 #include "runtime/src/weighted_rows.hpp"
 
 #include <lbea/inference.hpp>
@@ -57,11 +58,10 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
 std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config) {
   std::vector<WeightedSample> weighted;
   if (candidates.empty()) return weighted;
-  const auto square = [](float v) { return v * v; };
-  const float best = square(std::ranges::min_element(candidates, {}, &Match::distance)->distance), scale = best + square(config.noise);
+  const Plausibility plausibility(std::ranges::min_element(candidates, {}, &Match::distance)->distance, config);
   float all = 0;
   for (const Match& candidate : candidates) {
-    weighted.push_back({candidate.sample, std::exp(-config.sharpness * (square(candidate.distance) - best) / scale)});
+    weighted.push_back({candidate.sample, static_cast<float>(plausibility(candidate.distance))});
     all += weighted.back().weight;
   }
   for (WeightedSample& sample : weighted) sample.weight /= all;

@@ -24,7 +24,7 @@ struct Trellis {
         log_stay(std::log(1 - double{config.change})), log_change(std::log(double{config.change} / m.samples())), score(m.samples(), 0.0) {}
 
   void weigh(std::span<const Match> evidence, const TrackerConfig& config) {
-    const Plausibility plausibility(evidence, config);
+    const Plausibility plausibility(evidence.front().distance, config);
     std::vector<double> likelihood(score.size(), std::log(plausibility(evidence.back().distance)));
     for (const Match& candidate : evidence) likelihood[model.sample_index(candidate.sample)] = std::log(plausibility(candidate.distance));
     for (std::size_t s = 0; s < score.size(); ++s) score[s] += likelihood[s];

@@ -81,7 +81,7 @@ void Tracker::State::predict() noexcept {
 
 // Samples that are no candidates are as likely as the worst of those that are: they may be just behind it.
 void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
-  const Plausibility plausibility(evidence, config);
+  const Plausibility plausibility(evidence.front().distance, config);
   std::ranges::fill(likelihood, plausibility(evidence.back().distance));
   for (const Match& candidate : evidence) likelihood[model.sample_index(candidate.sample)] = plausibility(candidate.distance);
   double all = 0;

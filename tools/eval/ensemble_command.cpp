@@ -4,6 +4,7 @@
 #include "adapters/simulation/open.hpp"
 #include "tools/bake/ensemble_input.hpp"
 #include "tools/common/progress.hpp"
+#include "tools/common/scratch_folder.hpp"
 #include "tools/eval/evaluation.hpp"
 #include "tools/eval/evaluation_report.hpp"
 
@@ -11,32 +12,9 @@
 #include <cstdio>
 #include <optional>
 
-#include <unistd.h>
-
 namespace lbea {
 
 namespace {
-
-/// A folder for models while they are open: of this process alone, and gone with it.
-class ScratchFolder {
- public:
-  explicit ScratchFolder(const std::filesystem::path& beside) : path_(beside / (".scratch-" + std::to_string(::getpid()))) {
-    std::error_code error;
-    std::filesystem::create_directories(path_, error);
-    if (error || ::access(beside.c_str(), W_OK) != 0)
-      throw Error(Status::write_failed, beside.string() + ": cannot write to this folder; choose another one with --out");
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// One progress line per round or stage.
 class Rounds {

@@ -2,36 +2,15 @@
 
 #include "adapters/export/vtu.hpp"
 #include "adapters/file/atomic_file.hpp"
+#include "tools/common/scratch_folder.hpp"
 #include "tools/monitor/access.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include <cstdlib>
-#include <filesystem>
 
 namespace lbea {
 
 namespace {
-
-/// Gone at the end of the scope, with what is in it.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "lbea-monitor-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw Error(Status::write_failed, "no folder can be made in " + name);
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 HttpAnswer refusal(unsigned status, std::string sentence) { return {status, "text/plain; charset=utf-8", std::move(sentence), ""}; }
 
