@@ -52,6 +52,14 @@ def growth_part(size, file):
     return "\n".join(lines)
 
 
+def put(name, table):
+    page, found = re.subn(rf"(<!-- {name} -->\n).*?(<!-- end -->)", lambda m: f"{m[1]}{table}\n{m[2]}", PAGE.read_text(), flags=re.S)
+    if found != 1:
+        sys.exit(f"{PAGE}: no marks for the table '{name}'")
+    PAGE.write_text(page)
+    print(f"{name}: done", flush=True)
+
+
 def main():
     if len(sys.argv) < 5:
         sys.exit(__doc__)
@@ -67,12 +75,7 @@ def main():
         "growth": lambda: growth_table(bench),
     }
     for name in sys.argv[5:] or tables:
-        table = tables[name]()
-        page, found = re.subn(rf"(<!-- {name} -->\n).*?(<!-- end -->)", lambda m: f"{m[1]}{table}\n{m[2]}", PAGE.read_text(), flags=re.S)
-        if found != 1:
-            sys.exit(f"{PAGE}: no marks for the table '{name}'")
-        PAGE.write_text(page)
-        print(f"{name}: done", flush=True)
+        put(name, tables[name]())
 
 
 if __name__ == "__main__":
