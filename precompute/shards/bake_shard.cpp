@@ -126,6 +126,7 @@ ShardSummary bake_shard(const WorkFolder& work, const BakePlan& plan, const Shar
       continue;
     }
     to_do.push_back(run);
+    if (work.has(plan.runs[run].record_name())) ++summary.renewed;
     samples += plan.survey.runs[run].steps.size();
   }
   if (to_do.empty()) return summary;

@@ -11,6 +11,7 @@ namespace lbea {
 struct ShardSummary {
   std::size_t runs = 0;      // of this shard
   std::size_t finished = 0;  // before
+  std::size_t renewed = 0;   // whose record was there: only what depends on the whole ensemble's place was made
   std::size_t failed = 0;    // reasons are in the work folder
 };
 

@@ -45,12 +45,25 @@ double seconds_of(const WorkFolder& work, const BakePlan& probe, const BakeOptio
 
 // What a run costs beside its samples is left out by taking differences, as far as it has more than one.
 double seconds_of_a_sample(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {
-  constexpr std::size_t most = 4;
+  constexpr std::size_t most = 16;
   const std::size_t samples = std::min(most, plan.survey.runs[plan.ensemble.reference_run].steps.size());
   const double first = seconds_of(work, probe(plan, 1), options);
   if (samples == 1) return first;
   const double all = seconds_of(work, probe(plan, samples), options);
   return std::max((all - first) / static_cast<double>(samples - 1), 1e-6);
+}
+
+/// Of what planning left in the folder, as far as this plan needs it.
+std::uint64_t bytes_so_far(const WorkFolder& work, const BakePlan& plan) {
+  std::vector<WorkName> names;
+  for (const std::uint64_t key : plan.bases) names.push_back({WorkKind::basis, key});
+  for (const PlannedRun& run : plan.runs)
+    if (run.failure.empty()) names.push_back(run.survey_name());
+  std::uint64_t bytes = 0;
+  std::error_code error;
+  for (const WorkName name : names)
+    if (const auto size = std::filesystem::file_size(work.file(name), error); !error) bytes += size;
+  return bytes;
 }
 
 std::vector<PlannedSection> hot(const ModelPlan& model) {
@@ -81,8 +94,7 @@ BakeEstimate sizes(const WorkFolder& work, const BakePlan& plan) {
   result.hot_bytes = model_size(hot(model));
   const std::size_t image = plan.camera ? padded_cells(*plan.camera) * sizeof(std::uint16_t) : 0;
   const std::size_t moments = bases.size() * 24 * (vertices + 2 * plan.description.modes);
-  const std::size_t survey = 24 * plan.survey.reference_node_ids.size() + plan.survey.mesh.elements.size();
-  result.work_bytes = result.samples * (sample.bytes() + image) + result.runs * (moments + 8 * envelope.layout().bits.size() + survey);
+  result.work_bytes = result.samples * (sample.bytes() + image) + result.runs * (moments + 8 * envelope.layout().bits.size()) + bytes_so_far(work, plan);
   for (const ReferenceBasis& basis : bases) result.shared_bytes += static_cast<std::uint64_t>(basis.projection.size()) * sizeof(double);
   result.thread_bytes = 2 * sample.bytes() + 160 * nodes + 80 * vertices + moments;
   return result;

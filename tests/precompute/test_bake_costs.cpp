@@ -1,4 +1,5 @@
 // What a bake in shards takes of memory and time: no more for an ensemble ten times as large, and a million vertices.
+#include "precompute/shards/estimate.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/instrumented.hpp"
 
@@ -37,6 +38,35 @@ TEST_CASE("memory, and time per run, of a shard and of the merge do not grow wit
   CHECK(large.merge.peak_kb - small.merge.peak_kb < allowed);
   CHECK(large.shard.cpu_s / many < 2 * small.shard.cpu_s / few);
   CHECK(large.merge.cpu_s / many < 2 * small.merge.cpu_s / few);
+}
+
+// What BENCHMARK.md extrapolates from. The estimate that plan prints is held against it.
+TEST_CASE("a state of a hundred thousand nodes: shard and merge, and the estimate of them" * doctest::skip(is_instrumented)) {
+  if (!is_long_run()) return;
+  constexpr std::uint32_t runs = 2, steps = 20;
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  const CountedPlates plates = counted_plates(runs, steps, {350, 286, 3490, 2850});
+  EnsembleDescription description = shard_description();
+  description.modes = 100;
+  BakeOptions options = shard_options();
+  options.views = {};
+  const BakePlan plan = plan_bake(work, plates.ensemble, description, options);
+  const auto without_views = [](BakeOptions all) {
+    all.views = {};
+    return all;
+  };
+  const BakeEstimate expected = estimate(work, plan, options);
+  const Usage shard = in_a_process({}, [&](const BakeOptions& all) { bake_shard(work, plan, {}, without_views(all)); });
+  const Usage merge = in_a_process({}, [&](const BakeOptions& all) { merge_shards(work, plan, folder / "m.lbea", without_views(all)); });
+  const double states = runs * steps;
+  MESSAGE(plates.ensemble.runs.size() << " x " << steps << " states: shard " << 1e3 * shard.cpu_s / states << " ms a state, " << shard.peak_kb / 1000
+          << " MB; merge " << 1e3 * merge.cpu_s / states << " ms, " << merge.peak_kb / 1000 << " MB; record "
+          << static_cast<double>(std::filesystem::file_size(work.file(plan.runs[1].record_name()))) / 1e6 / steps << " MB a state; expected "
+          << 1e3 * expected.seconds_per_sample << " ms");
+  CHECK(expected.model_bytes == std::filesystem::file_size(folder / "m.lbea"));
+  CHECK(expected.seconds_per_sample * states > shard.cpu_s / 2);
+  CHECK(expected.seconds_per_sample * states < shard.cpu_s * 2);
 }
 
 TEST_CASE("a million vertices and a hundred modes in less than 16 GiB" * doctest::skip(is_instrumented)) {

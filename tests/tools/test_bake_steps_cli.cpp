@@ -48,6 +48,10 @@ TEST_CASE("plan, shards and merge make the bytes of lbea-bake; status follows th
   CHECK(run_program(std::string(LBEA_BAKE) + " shard --work ../work --index 0 --of 1", folder / "elsewhere").exit_code == 0);
   lbea_bake(folder, "merge --work work");
   CHECK(text_of(folder / "steps.lbea") == text_of(folder / "alone.lbea"));
+  double bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "work"))
+    if (entry.is_regular_file()) bytes += static_cast<double>(entry.file_size());
+  CHECK(bytes == doctest::Approx(plan["work_bytes"].get<double>() + 5'000 * 10).epsilon(0.02));  // some kB per run in the plan
 }
 
 TEST_CASE("a run that is cut off is named by plan, status, merge and the model; withdrawn it is gone; --diff says so") {

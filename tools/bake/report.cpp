@@ -139,6 +139,7 @@ void print_json(const BakePlan& plan, const std::vector<RunStatus>& runs) {
 void print_table(const ShardSummary& summary) {
   std::printf("%zu runs in this shard: %zu were finished, %zu baked, %zu failed\n", summary.runs, summary.finished,
               summary.runs - summary.finished - summary.failed, summary.failed);
+  if (summary.renewed > 0) std::printf("of %zu the runs were not read: only box or rig had changed\n", summary.renewed);
 }
 
 }  // namespace lbea
