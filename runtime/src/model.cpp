@@ -46,7 +46,7 @@ Model Model::open(const std::filesystem::path& file) {
   auto mapping = std::make_shared<const MappedFile>(file);
   mapping->expect_sequential(true);
   auto view = std::make_shared<ModelView>(read_model(mapping->bytes(), file.string(), release_pages));
-  mapping->expect_sequential(false);
+  mapping->expect_sequential(false);  // ... but no random access either: what is cold is asked for in whole rows, which read-ahead serves
   // After set-up the loop should meet no page that is not in memory.
   for (const auto part : hot_parts(*view)) load_pages(part);
   view->owner = std::move(mapping);
