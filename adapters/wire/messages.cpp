@@ -63,6 +63,16 @@ std::string_view to_string(WireVerdict verdict) noexcept {
   return "unknown_verdict";
 }
 
+std::string_view to_string(RecordingPhase phase) noexcept {
+  switch (phase) {
+    case RecordingPhase::armed: return "armed";
+    case RecordingPhase::recording: return "recording";
+    case RecordingPhase::finished: return "finished";
+    case RecordingPhase::failed: return "failed";
+  }
+  return "unknown_phase";
+}
+
 std::uint64_t Counters::sum(Fate fate) const noexcept {
   std::uint64_t total = 0;
   for (std::size_t i = 0; i < by_status.size(); ++i) {

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -202,6 +204,18 @@ struct WireInference {
   std::uint64_t model_checksum = 0;
 };
 
+enum class RecordingPhase : std::uint8_t { armed, recording, finished, failed };
+[[nodiscard]] std::string_view to_string(RecordingPhase phase) noexcept;
+
+/// The file that the matcher program records to.
+struct WireRecording {
+  static constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
+  RecordingPhase phase = RecordingPhase::recording;
+  std::uint64_t bytes = 0;             // in the file
+  std::uint64_t free_bytes = unknown;  // of its file system, for this program
+  bool operator==(const WireRecording&) const = default;
+};
+
 /// How the matcher program is set up and how it is doing.
 struct WireState {
   std::uint64_t sequence = 0;
@@ -215,7 +229,8 @@ struct WireState {
   Counters counters;
   ModelSummary model;
   std::uint64_t max_message_bytes = 0;  // larger ones never arrive
-  std::vector<WireSender> senders;      // the latest ones
+  std::vector<WireSender> senders{};    // the latest ones
+  std::optional<WireRecording> recording{};  // none: nothing is recorded
 };
 
 }  // namespace lbea

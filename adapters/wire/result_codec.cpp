@@ -133,6 +133,16 @@ WireSender read(const wire::Sender& from) {
           static_cast<SenderCondition>(from.condition())};
 }
 
+Offset<wire::Recording> build(FlatBufferBuilder& builder, const std::optional<WireRecording>& recording) {
+  if (!recording) return 0;
+  return wire::CreateRecording(builder, static_cast<wire::RecordingPhase>(recording->phase), recording->bytes, recording->free_bytes);
+}
+
+std::optional<WireRecording> read(const wire::Recording* from) {
+  if (from == nullptr) return std::nullopt;
+  return WireRecording{static_cast<RecordingPhase>(from->phase()), from->bytes(), from->free_bytes()};
+}
+
 Offset<wire::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummary& model) {
   const auto file = builder.CreateString(model.file);
   const auto unit = builder.CreateString(model.length_unit);
@@ -243,10 +253,11 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
   std::vector<Offset<wire::Sender>> senders;
   for (const WireSender& sender : state.senders) senders.push_back(build(builder, sender));
   const auto sender_vector = builder.CreateVector(senders);
+  const auto recording = build(builder, state.recording);
   wire::FinishStateBuffer(
       builder, wire::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
                                  state.max_points, state.queue_slots, state.queue_used, counters, model,
-                                 state.max_message_bytes, sender_vector));
+                                 state.max_message_bytes, sender_vector, recording));
   return detail::finished(builder);
 }
 
@@ -257,7 +268,7 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   if (from == nullptr) return status;
   into = {from->sequence(),       from->publish_ns(), from->start_ns(),    text(from->version()),
           text(from->method()),   from->max_points(), from->queue_slots(), from->queue_used(),
-          read(from->counters()), read(from->model()), from->max_message_bytes(), {}};
+          read(from->counters()), read(from->model()), from->max_message_bytes(), {}, read(from->recording())};
   if (from->senders() == nullptr) return WireStatus::ok;
   for (const auto* sender : *from->senders()) into.senders.push_back(read(*sender));
   return WireStatus::ok;

@@ -275,3 +275,30 @@ TEST_CASE("thinning keeps the cloud's extent, leaves out what is not finite, and
   thin(points, 10, identity_transform);
   CHECK(points.empty());
 }
+
+TEST_CASE("how long the disk of a recording lasts at the present rate") {
+  using namespace std::chrono_literals;
+  Health health;
+  const auto begin = Health::Clock::now();
+  const auto after = [&](std::chrono::seconds time, std::optional<WireRecording> recording) {
+    WireState state;
+    state.recording = recording;
+    health.note(state, begin + time);
+    return health.report(begin + time)["server"]["recording"];
+  };
+  CHECK(after(0s, {}).is_null());
+  const auto first = after(1s, WireRecording{RecordingPhase::armed, 1'000, 5'000'000'000});
+  CHECK(first["phase"] == "armed");
+  CHECK(first["free_bytes"] == 5'000'000'000);
+  CHECK(first["seconds_left"].is_null());  // no rate yet
+  const auto second = after(5s, WireRecording{RecordingPhase::recording, 400'001'000, 4'600'000'000});
+  CHECK(second["bytes_per_s"] == 1e8);
+  CHECK(second["seconds_left"] == 46);
+  // What was written longer than ten seconds ago does not count any more.
+  CHECK(after(20s, WireRecording{RecordingPhase::recording, 400'001'000, 4'600'000'000})["seconds_left"].is_null());
+  CHECK(after(22s, WireRecording{RecordingPhase::recording, 600'001'000, 4'400'000'000})["seconds_left"] == 44);
+  CHECK(after(23s, WireRecording{RecordingPhase::recording, 700'001'000, WireRecording::unknown})["free_bytes"].is_null());
+  // Another file: its rate begins anew.
+  CHECK(after(24s, WireRecording{RecordingPhase::recording, 5, 4'400'000'000})["bytes_per_s"] == 0);
+  CHECK(after(25s, {}).is_null());
+}

@@ -68,6 +68,17 @@ class Camera {
   std::vector<Point> points_;
 };
 
+/// What lbea-serve says of its recording, once it says that it is in this phase.
+std::optional<WireRecording> recording_in(RecordingPhase phase, WireContext& context, const std::string& results) {
+  ResultSource source(context, results);
+  WireState state;
+  for (const auto begin = std::chrono::steady_clock::now(); std::chrono::steady_clock::now() - begin < 30s;) {
+    const auto message = source.receive(100ms);
+    if (message && decode_state(*message, state) == WireStatus::ok && (!state.recording || state.recording->phase == phase)) return state.recording;
+  }
+  return {};
+}
+
 /// Ends a program in good order and returns its exit code.
 int stop(Process& process) {
   process.signal(SIGINT);
@@ -312,12 +323,20 @@ TEST_CASE("a window around SIGUSR1, and one around the first frame after the tri
     const auto server = bench.serve(more);
     WireContext context;
     Camera camera(context, bench.frames());
+    const auto armed = recording_in(RecordingPhase::armed, context, bench.results());
+    REQUIRE(armed.has_value());
+    // Others use the disk meanwhile: roughly what the file system says.
+    const double space = static_cast<double>(std::filesystem::space(bench.folder.path()).available);
+    CHECK(static_cast<double>(armed->free_bytes) == doctest::Approx(space).epsilon(0.2));
     for (std::uint64_t id = 0; id < 4; ++id) camera.send(id);
     std::this_thread::sleep_for(100ms);
     CHECK_FALSE(contains(text_of(bench.file("serve.err")), "recording: triggered"));
     if (!by_stamp) server->signal(SIGUSR1);
     for (std::uint64_t id = 4; id < 7; ++id) camera.send(id);
     CHECK(eventually([&] { return std::filesystem::exists(bench.file(name)); }));  // while the server goes on
+    const auto finished = recording_in(RecordingPhase::finished, context, bench.results());
+    REQUIRE(finished.has_value());
+    CHECK(finished->bytes == std::filesystem::file_size(bench.file(name)));
     for (std::uint64_t id = 7; id < 10; ++id) camera.send(id);
     camera.end(10);
     CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));

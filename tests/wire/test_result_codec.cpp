@@ -109,7 +109,8 @@ TEST_CASE("a thousand matches fit") {
 TEST_CASE("a state comes back as it was") {
   const ModelSummary model{"rail.lbea", 7, 8, 9, 10, 11, "mm", {"run_001", "", "run_003"}};
   const std::vector<WireSender> senders{{1, 2, 30, 20, 5, 3, SenderCondition::silent}, {}};
-  const WireState state{1, 2, 3, "0.1.0", "lbea", 4, 5, 6, some_result().counters, model, 1 << 20, senders};
+  const WireState state{1, 2, 3, "0.1.0", "lbea", 4, 5, 6, some_result().counters, model, 1 << 20, senders,
+                        WireRecording{RecordingPhase::armed, 1ull << 40, 1ull << 50}};
   Encoder encoder;
   const auto message = encoder.state(state);
   CHECK(message_kind(message) == MessageKind::state);
@@ -134,6 +135,9 @@ TEST_CASE("a state comes back as it was") {
   CHECK(read.model.simulations == state.model.simulations);
   CHECK(read.max_message_bytes == 1 << 20);
   CHECK(read.senders == senders);
+  CHECK(read.recording == state.recording);
+  REQUIRE(decode_state(encoder.state({}), read) == WireStatus::ok);
+  CHECK_FALSE(read.recording.has_value());
 }
 
 TEST_CASE("what a sender says comes back as it was, from any address, and never half") {

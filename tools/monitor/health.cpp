@@ -11,6 +11,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr auto size_window = 10s;  // a rate of writing is that of so long
+
 std::size_t bin_of(double ms) {
   if (ms <= Health::first_edge_ms) return 0;
   const double bin = std::ceil(2 * std::log2(ms / Health::first_edge_ms));
@@ -78,6 +80,26 @@ void Health::note(const WireState& state, Clock::time_point now) {
   heard_ = now;
   counters_ = state.counters;
   state_ = state;
+  if (state.recording) note_recording(*state.recording, now);
+  else sizes_.clear();
+}
+
+void Health::note_recording(const WireRecording& recording, Clock::time_point now) {
+  if (!sizes_.empty() && recording.bytes < sizes_.back().bytes) sizes_.clear();  // another file
+  sizes_.push_back({now, recording.bytes});
+  while (now - sizes_.front().time > size_window) sizes_.pop_front();
+}
+
+nlohmann::json Health::recording_report() const {
+  const WireRecording& recording = *state_->recording;
+  const double seconds = std::chrono::duration<double>(sizes_.back().time - sizes_.front().time).count();
+  const double rate = seconds > 0 ? static_cast<double>(sizes_.back().bytes - sizes_.front().bytes) / seconds : 0;
+  nlohmann::json report{{"phase", to_string(recording.phase)}, {"bytes", recording.bytes}, {"bytes_per_s", rate}};
+  report["free_bytes"] = report["seconds_left"] = nullptr;
+  if (recording.free_bytes == WireRecording::unknown) return report;
+  report["free_bytes"] = recording.free_bytes;
+  if (rate > 0) report["seconds_left"] = static_cast<double>(recording.free_bytes) / rate;
+  return report;
 }
 
 nlohmann::json Health::report(Clock::time_point now) const {
@@ -94,6 +116,7 @@ nlohmann::json Health::report(Clock::time_point now) const {
   if (state_)
     report["server"] = {{"version", state_->version}, {"method", state_->method}, {"queue_used", state_->queue_used},
                         {"queue_slots", state_->queue_slots}, {"start_ns", std::to_string(state_->start_ns)}};
+  if (state_ && state_->recording) report["server"]["recording"] = recording_report();
   return report;
 }
 

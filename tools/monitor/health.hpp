@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <optional>
 
 namespace lbea {
@@ -29,8 +30,16 @@ class Health {
   static constexpr std::chrono::seconds window{5};  // two of them make the histogram: what happened lately
   void note_sequence(std::uint64_t sequence, std::int64_t publish_ns);
   void turn_windows(Clock::time_point now);
+  void note_recording(const WireRecording& recording, Clock::time_point now);
+  [[nodiscard]] nlohmann::json recording_report() const;
 
+  /// How large the recording was.
+  struct Size {
+    Clock::time_point time;
+    std::uint64_t bytes = 0;
+  };
   std::optional<WireState> state_;
+  std::deque<Size> sizes_;  // of the last seconds
   Counters counters_;
   Histogram current_{}, previous_{};
   Clock::time_point window_begin_{}, heard_{}, last_frame_{};

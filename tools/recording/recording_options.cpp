@@ -13,6 +13,7 @@ namespace lbea {
 namespace {
 
 constexpr auto log_interval = std::chrono::seconds(1);
+constexpr auto disk_interval = std::chrono::milliseconds(500);
 constexpr std::size_t megabyte = std::size_t{1} << 20;
 constexpr double most_window_s = 86'400;
 
@@ -78,6 +79,10 @@ void RecordingWatch::look() {
   if (recorder_ == nullptr) return;
   if (trigger_requested != 0) recorder_->trigger_now();
   note(recorder_->status());
+  if (const auto now = Clock::now(); now - last_look_at_disk_ >= disk_interval) {
+    recorder_->look_at_disk();
+    last_look_at_disk_ = now;
+  }
 }
 
 void RecordingWatch::note(const RecorderStatus& status) {

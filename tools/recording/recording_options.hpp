@@ -37,7 +37,7 @@ class RecordingWatch {
   std::string file_;
   RecorderState state_ = RecorderState::recording;
   std::uint64_t lost_ = 0, failed_syncs_ = 0;
-  Clock::time_point last_loss_{}, last_crowd_{};
+  Clock::time_point last_loss_{}, last_crowd_{}, last_look_at_disk_{};
 };
 
 }  // namespace lbea

@@ -45,12 +45,25 @@ RecordingStart start_of(const RunSettings& settings) {
   return start;
 }
 
+RecordingPhase phase_of(RecorderState state) {
+  switch (state) {
+    case RecorderState::armed: return RecordingPhase::armed;
+    case RecorderState::recording: return RecordingPhase::recording;
+    case RecorderState::finished: return RecordingPhase::finished;
+    case RecorderState::failed: break;
+  }
+  return RecordingPhase::failed;
+}
+
 std::uint64_t time_of(std::int64_t ns) { return static_cast<std::uint64_t>(std::max<std::int64_t>(ns, 0)); }
 
 }  // namespace
 
 RunRecorder::RunRecorder(const std::filesystem::path& file, const RecorderConfig& config, const RunSettings& settings)
-    : RunRecorder(std::make_unique<mcap::PartialFile>(file), config, settings) {}
+    : RunRecorder(std::make_unique<mcap::PartialFile>(file), config, settings) {
+  folder_ = std::filesystem::absolute(file).parent_path();
+  look_at_disk();
+}
 
 RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& config, const RunSettings& settings)
     : recorder_(std::move(sink), config, start_of(settings)), trigger_stamp_ns_(never) {
@@ -96,6 +109,18 @@ void RunRecorder::state(Message message, const WireState& state) noexcept {
 RunObserver::Counts RunRecorder::counts() const noexcept {
   const RecorderStatus status = recorder_.status();
   return {status.frames.recorded, status.lost() + without_channel_};
+}
+
+std::optional<WireRecording> RunRecorder::recording() const noexcept {
+  const RecorderStatus status = recorder_.status();
+  return WireRecording{phase_of(status.state), status.bytes, free_bytes_};
+}
+
+void RunRecorder::look_at_disk() noexcept {
+  if (folder_.empty()) return;
+  std::error_code error;
+  const auto space = std::filesystem::space(folder_, error);
+  free_bytes_ = error ? WireRecording::unknown : space.available;
 }
 
 void RunRecorder::trigger_now() noexcept {

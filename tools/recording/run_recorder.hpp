@@ -18,6 +18,9 @@ class RunRecorder final : public RunObserver {
   void result(Message message, const WireResult& result) noexcept override;
   void state(Message message, const WireState& state) noexcept override;
   [[nodiscard]] Counts counts() const noexcept override;
+  [[nodiscard]] std::optional<WireRecording> recording() const noexcept override;
+  /// Asks the file system for the room that is left, which may take it a while: one thread, now and then.
+  void look_at_disk() noexcept;
 
   /// Now, or when a frame was captured at or after this time on the sender's clock.
   void trigger_now() noexcept;
@@ -38,6 +41,8 @@ class RunRecorder final : public RunObserver {
   std::uint16_t channel_of(std::uint64_t session, std::uint64_t id) noexcept;
 
   Recorder recorder_;
+  std::filesystem::path folder_;  // empty: no file
+  std::atomic<std::uint64_t> free_bytes_{WireRecording::unknown};
   std::vector<FrameChannel> channels_;  // receiving thread's
   std::atomic<std::uint64_t> without_channel_{0};
   std::atomic<std::int64_t> trigger_stamp_ns_;

@@ -348,6 +348,7 @@ void Pipeline::publish_state() noexcept {
   state.queue_used = static_cast<std::uint32_t>(frames_.used());
   state.counters = counters();
   state.senders = senders_.load();
+  if (config_.observer != nullptr) state.recording = config_.observer->recording();
   const Message message = encoder_.state(state);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->state(message, state);

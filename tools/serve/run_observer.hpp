@@ -20,6 +20,8 @@ class RunObserver {
   virtual void state(Message message, const WireState& state) noexcept = 0;
   /// Any thread.
   [[nodiscard]] virtual Counts counts() const noexcept = 0;
+  /// Any thread. The file it writes, if it does.
+  [[nodiscard]] virtual std::optional<WireRecording> recording() const noexcept { return {}; }
 };
 
 }  // namespace lbea

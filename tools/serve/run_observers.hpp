@@ -30,6 +30,11 @@ class RunObservers final : public RunObserver {
     }
     return sum;
   }
+  [[nodiscard]] std::optional<WireRecording> recording() const noexcept override {
+    for (const RunObserver* observer : observers_)
+      if (auto found = observer->recording()) return found;
+    return {};
+  }
 
  private:
   std::vector<RunObserver*> observers_;

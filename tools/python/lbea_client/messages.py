@@ -10,7 +10,7 @@ from ._schema import Control, ControlKind
 from ._schema import FieldLocation
 from ._schema import Frame as frame_schema
 from ._schema import Inference as inference_schema
-from ._schema import NumericType, PackedElementField, PointCloud, Result, SenderCondition, State, Verdict, WireStatus
+from ._schema import NumericType, PackedElementField, PointCloud, RecordingPhase, Result, SenderCondition, State, Verdict, WireStatus
 from ._schema import Time as time_schema
 
 most_result_bytes = 1 << 22  # of a result or state: a larger one is nobody's
@@ -54,7 +54,7 @@ def names_of(enumeration):
 
 
 ENUMERATIONS = {"status": names_of(WireStatus.WireStatus), "verdict": names_of(Verdict.Verdict),
-                "condition": names_of(SenderCondition.SenderCondition)}
+                "condition": names_of(SenderCondition.SenderCondition), "phase": names_of(RecordingPhase.RecordingPhase)}
 
 
 def snake_case(name):
