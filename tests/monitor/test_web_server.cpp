@@ -205,6 +205,28 @@ TEST_CASE("32 watchers who never read: publishing does not wait, memory stays bo
   CHECK(most - std::min(most, before) < 2 * 33 * snapshot_bytes / 1024);
 }
 
+TEST_CASE("snapshots are awaited only while somebody has taken all there was") {
+  Bench bench({.silence = 60s});
+  CHECK(!bench.server.is_awaited());
+  const auto snapshot = std::make_shared<const std::string>(8'000'000, 's');
+  {
+    RawClient stalled(bench.server.port(), 4096);
+    REQUIRE(status_of(stalled.upgrade()) == "HTTP/1.1 101 Switching Protocols");
+    CHECK(eventually([&] { return bench.server.is_awaited(); }));
+    bench.server.publish(snapshot);
+    CHECK(eventually([&] { return !bench.server.is_awaited(); }));
+    std::this_thread::sleep_for(200ms);
+    CHECK(!bench.server.is_awaited());
+    RawClient reader(bench.server.port());
+    REQUIRE(status_of(reader.upgrade()) == "HTTP/1.1 101 Switching Protocols");
+    CHECK(reader.next_message() == *snapshot);  // whole, in one frame
+    CHECK(reader.next_message() == "rows");
+    CHECK(eventually([&] { return bench.server.is_awaited(); }));
+  }
+  CHECK(eventually([&] { return bench.server.watchers() == 0; }));
+  CHECK(!bench.server.is_awaited());
+}
+
 TEST_CASE("watchers who do not even answer a ping are let go") {
   Bench bench({.silence = 1s});
   RawClient dead(bench.server.port());

@@ -84,7 +84,7 @@ void LiveFeed::receive_clouds() {
 }
 
 void LiveFeed::relay(ViewerChannel channel, std::int64_t time_ns, Message message) const {
-  if (audience_.relay) audience_.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
+  if (audience_.relay) audience_.relay(channel, time_ns, message);
 }
 
 void LiveFeed::take(const WireResult& result) {
@@ -125,7 +125,7 @@ void LiveFeed::build_snapshots() {
       const std::lock_guard lock(mutex_);
       version = version_;
     }
-    if (audience_.is_watched() && (version != built || begin - last > heartbeat)) {
+    if (audience_.is_awaited() && (version != built || begin - last > heartbeat)) {
       audience_.publish(build());
       built = version;
       last = begin;

@@ -22,12 +22,12 @@ struct LiveConfig {
 
 class LiveFeed final : public Feed {
  public:
-  /// `publish` is called from a thread of the feed with every new snapshot, `is_watched` before one is built; `relay`, which may
+  /// `publish` is called from a thread of the feed with every new snapshot, `is_awaited` before one is built; `relay`, which may
   /// be empty, from several with every message that was understood.
   struct Audience {
     std::function<void(Snapshot)> publish;
-    std::function<bool()> is_watched;
-    std::function<void(ViewerMessage)> relay;
+    std::function<bool()> is_awaited;
+    std::function<void(ViewerChannel, std::int64_t time_ns, Message)> relay;
   };
   /// Throws Error{endpoint_unavailable}.
   LiveFeed(const LiveConfig& config, Model model);

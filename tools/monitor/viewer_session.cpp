@@ -33,6 +33,7 @@ void Viewer::accept(const Request& request, std::string_view subprotocol) {
     response.set(http::field::server, "lbea-monitor");
     response.set(http::field::sec_websocket_protocol, beast::string_view(subprotocol.data(), subprotocol.size()));
   }));
+  stream_.auto_fragment(false);  // else a system call for every 4 kB
   stream_.read_message_max(largest_viewer_message);
   stream_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
     if (error) return;

@@ -17,7 +17,7 @@ using tcp = asio::ip::tcp;
 
 struct WebServer::State {
   State(const HttpAddress& bound, const WebConfig& config, Assets assets, Feed& feed)
-      : address(bound), shared{AccessRules(bound, config.allowed_names, config.token, config.viewer_origins), std::move(assets), feed, config.limits, config.has_viewers, random_token(), {}, {}, {}, {}, {}, {}} {}
+      : address(bound), shared{AccessRules(bound, config.allowed_names, config.token, config.viewer_origins), std::move(assets), feed, config.limits, config.has_viewers, random_token(), {}, {}, {}, {}, {}, {}, {}} {}
   void accept();
   void take_newest();
   void take_relayed();
@@ -125,7 +125,6 @@ void WebServer::publish(Snapshot snapshot) {
 }
 
 void WebServer::relay(ViewerMessage message) {
-  if (viewers() == 0) return;
   auto shared = std::make_shared<const ViewerMessage>(std::move(message));
   bool is_first = false;
   {
@@ -138,6 +137,8 @@ void WebServer::relay(ViewerMessage message) {
 }
 
 std::size_t WebServer::viewers() const noexcept { return state_->shared.viewing; }
+
+bool WebServer::is_awaited() const noexcept { return state_->shared.ready > 0; }
 
 std::size_t WebServer::watchers() const noexcept { return state_->shared.watching; }
 

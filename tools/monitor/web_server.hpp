@@ -42,6 +42,8 @@ class WebServer {
   // Any thread:
   void publish(Snapshot snapshot);
   [[nodiscard]] std::size_t watchers() const noexcept;
+  /// Whether a snapshot would go out at once: somebody watches who has taken all there was so far.
+  [[nodiscard]] bool is_awaited() const noexcept;
   /// To the viewers that subscribed to its channel. Never waits: what the server's thread is too slow for is left out.
   void relay(ViewerMessage message);
   [[nodiscard]] std::size_t viewers() const noexcept;

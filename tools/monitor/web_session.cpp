@@ -16,6 +16,7 @@ constexpr std::uint32_t largest_head = 16 * 1024;
 constexpr std::size_t largest_client_message = 1024;
 constexpr std::size_t many_rows_bytes = 64 * 1024;  // after so many at once more may wait
 constexpr auto upgrade_timeout = 5s;
+constexpr int send_buffer_bytes = 256 * 1024;  // a snapshot or two: more would only be old when it arrives
 // Nothing but this program's own files, no inline script or style, nowhere to send anything, in nobody's frame.
 constexpr auto content_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; font-src 'self'; "
@@ -146,6 +147,8 @@ void Conversation::send(Response response) {
 Watcher::Watcher(beast::tcp_stream stream, Shared& shared, Seat seat)
     : stream_(std::move(stream)), shared_(shared), connection_(std::move(seat)), watching_(shared.watching), buffer_(largest_client_message) {
   shared_.watchers.insert(this);
+  boost::system::error_code ignored;
+  beast::get_lowest_layer(stream_).socket().set_option(boost::asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
 }
 
 Watcher::~Watcher() { shared_.watchers.erase(this); }
@@ -153,6 +156,7 @@ Watcher::~Watcher() { shared_.watchers.erase(this); }
 void Watcher::accept(const Request& request) {
   stream_.set_option(websocket::stream_base::timeout{upgrade_timeout, shared_.limits.silence, true});
   stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) { response.set(http::field::server, "lbea-monitor"); }));
+  stream_.auto_fragment(false);  // else a system call for every 4 kB
   stream_.read_message_max(largest_client_message);
   stream_.binary(true);
   stream_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
@@ -167,13 +171,14 @@ void Watcher::read() {
   stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
     // A browser has nothing to say here: whoever talks is not our page.
     self->open_ = false;
+    self->ready_.reset();
     if (!error) beast::get_lowest_layer(self->stream_).close();
   });
 }
 
 void Watcher::wake() {
   rows_due_ = true;
-  if (open_ && !writing_) write_next();
+  if (ready_) write_next();
 }
 
 void Watcher::write_next() {
@@ -186,14 +191,14 @@ void Watcher::write_next() {
     rows_due_ = rows.size() > many_rows_bytes;
     if (!rows.empty()) return write(std::make_shared<const std::string>(std::move(rows)));
   }
-  if (has_snapshot) write(sent_ = shared_.latest);
+  if (has_snapshot) return write(sent_ = shared_.latest);
+  ready_.emplace(shared_.ready);
 }
 
 void Watcher::write(Snapshot message) {
-  writing_ = true;
+  ready_.reset();
   in_flight_ = std::move(message);
   stream_.async_write(boost::asio::buffer(*in_flight_), [self = shared_from_this()](beast::error_code error, std::size_t) {
-    self->writing_ = false;
     self->in_flight_.reset();
     if (!error && self->open_) self->write_next();
   });

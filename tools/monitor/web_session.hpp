@@ -34,6 +34,7 @@ struct Shared {
   bool has_viewers = false;  // Foxglove's protocol is spoken
   std::string session;       // tells viewers this server from one before it
   std::atomic<std::size_t> connections{0}, watching{0}, viewing{0};
+  std::atomic<std::size_t> ready{0};  // of those watching: have taken all they were sent
   std::set<Watcher*> watchers;
   std::set<Viewer*> viewers;
   Snapshot latest;
@@ -98,10 +99,11 @@ class Watcher : public std::enable_shared_from_this<Watcher> {
   websocket::stream<beast::tcp_stream> stream_;
   Shared& shared_;
   Seat connection_, watching_;
+  std::optional<Seat> ready_;  // while there is nothing on its way
   beast::flat_buffer buffer_;
   Snapshot sent_, in_flight_;
   LogCursor cursor_;
-  bool open_ = false, writing_ = false, rows_turn_ = false;
+  bool open_ = false, rows_turn_ = false;
   bool rows_due_ = true;  // rows go out with snapshots: one by one they would drown the page
 };
 
