@@ -82,8 +82,10 @@ export const noteFrames = (page) =>
   });
 
 export const words = (page, id) => page.locator(`#${id}`).textContent();
+/// What the health line says under `name`.
+export const cell = (page, name) => page.locator("#counters > div", { has: page.getByText(name, { exact: true }) }).locator("dd").textContent();
 export const count = async (page, name) => {
-  const text = await page.locator("#counters > div", { has: page.getByText(name, { exact: true }) }).locator("dd").textContent();
+  const text = await cell(page, name);
   return Number(text.replaceAll(",", "").replace(/ .*/, ""));
 };
 

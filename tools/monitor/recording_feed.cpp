@@ -62,7 +62,7 @@ void RecordingFeed::read_all() {
 void RecordingFeed::note_result(const RecordedMessage& message, const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames) {
   WireResult result;
   if (decode_result(message.data, result) != WireStatus::ok) return health_.note_unreadable();
-  health_.note(result);
+  health_.note(result, whole_);
   if (logs_.size() < most_sessions || logs_.contains(result.session)) logs_[result.session].add(result);
   if (fate_of(result.status) == Fate::not_a_capture) return;
   const auto its = frames.find({result.session, result.frame_id});
@@ -105,8 +105,8 @@ std::string RecordingFeed::frame_packet(const Entry& entry) {
   const Moment moment{result_of(entry), cloud_of(entry)};
   const TestLog& log = log_of(entry.session);
   Health health = health_;
-  health.note(moment.result);
-  nlohmann::json head{{"type", "snapshot"}, {"result", to_json(moment.result)}, {"health", health.report()}, {"has_preview", true},
+  health.note(moment.result, whole_);
+  nlohmann::json head{{"type", "snapshot"}, {"result", to_json(moment.result)}, {"health", health.report(whole_)}, {"has_preview", true},
                       {"model_differs", moment.result.model_checksum != model_.checksum()},
                       {"test", {{"epoch", log.epoch()}, {"results", log.results()}, {"complete", false}, {"session", std::to_string(entry.session)},
                                 {"seconds", log.seconds(moment.result.stamp_ns)}}}};

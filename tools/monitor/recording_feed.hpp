@@ -45,6 +45,7 @@ class RecordingFeed final : public Feed {
   RecordedRun run_;
   SceneBuilder scenes_;
   Health health_;
+  Health::Clock::time_point whole_ = Health::Clock::now();  // one moment for all of it: the latencies are the whole recording's
   std::vector<Entry> entries_;
   std::map<std::uint64_t, TestLog> logs_;
 };

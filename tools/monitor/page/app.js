@@ -21,6 +21,7 @@ class Page {
     this.snapshot = null;
     this.isStale = { scene: false, charts: false, words: false };
     this.nextWords = 0;
+    this.awaiting = [];
     this.scene = new Scene3d(byId("canvas"), model);
     const nameOf = (simulation) => model.simulations[simulation]?.name ?? `#${simulation}`;
     this.probability = new ProbabilityChart(byId("probability-chart"), byId("probability-list"), nameOf);
@@ -36,7 +37,8 @@ class Page {
     const loop = () => {
       requestAnimationFrame(loop);
       if (this.isStale.scene && this.scene.isFree()) this.drawScene();
-      if (this.isStale.words && performance.now() >= this.nextWords) this.showWords();
+      // What is to be seen is told when it is seen.
+      if (this.isStale.words && this.awaiting.length === 0 && performance.now() >= this.nextWords) this.showWords();
     };
     loop();
   }
@@ -79,8 +81,17 @@ class Page {
     this.scene.show({ cloud: isChecked("show-cloud") && Boolean(arrays.cloud), mesh: isChecked("show-mesh") && Boolean(mesh),
       edges: isChecked("show-edges"), ghost: isChecked("show-ghost") && Boolean(arrays.ghost), split: isChecked("side-by-side") });
     byId("side-labels").hidden = !isChecked("side-by-side");
+    const ghost = this.model.simulations[head.scene.meshes.ghost?.shape[0][0]];
+    byId("ghost-name").textContent = ghost && isChecked("show-ghost") ? `Second-best: ${ghost.name}` : "Second-best";
     this.showLegend(colour);
     document.documentElement.dataset.frame = head.scene.frame;
+    for (const seen of this.awaiting.splice(0)) seen();
+  }
+  /// Takes a packet and waits until it is in the picture: nothing may replace it before.
+  async present(packet) {
+    this.take(packet);
+    this.isStale.charts = true;
+    if (this.isStale.scene) await new Promise((seen) => this.awaiting.push(seen));
   }
   placeMesh(mesh, arrays, kind, colour) {
     this.scene.mesh.place(mesh);
@@ -140,10 +151,10 @@ class Page {
   drawCharts() {
     if (!this.isStale.charts || document.hidden) return;
     this.isStale.charts = false;
-    this.probability.update(this.rows);
-    this.distance.update(this.rows);
-    const matches = this.snapshot?.head.result.matches ?? [];
-    this.plane.update(this.rows, matches[0]?.simulation ?? -1);
+    const { result, test } = this.snapshot?.head ?? {}, now = this.model.recording ? test?.seconds : undefined;
+    this.probability.update(this.rows, now);
+    this.distance.update(this.rows, now);
+    this.plane.update(this.rows, result?.matches[0]?.simulation ?? -1, now === undefined ? undefined : result.xyz);
   }
   recolour() {
     this.scene.recolour();

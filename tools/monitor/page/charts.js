@@ -26,19 +26,27 @@ class Chart {
   }
   axis(more) {
     const size = rem();
-    return { stroke: style("--ink"), font: `${0.9 * size}px sans-serif`, space: 3.5 * size, size: 3.6 * size, gap: 0.2 * size,
+    return { stroke: style("--ink"), font: `${0.9 * size}px sans-serif`, space: 3.5 * size, size: 4 * size, gap: 0.2 * size,
       grid: { stroke: style("--line"), width: 1 }, ticks: { stroke: style("--line"), width: 1 }, ...more };
   }
   timeAxis() {
     return this.axis({ space: 5 * rem(), size: 2.2 * rem(), values: (_, splits) => splits.map((t) => `${+(t * 1000).toPrecision(6)} ms`) });
   }
-  /// Makes the plot anew when what it consists of has changed.
-  set(key, options, data) {
+  /// Where the frame that is looked at lies, of a recording.
+  mark({ ctx, bbox }) {
+    if (this.now === undefined) return;
+    const x = this.plot.valToPos(this.now, "x", true), unit = rem() / 8 * devicePixelRatio;
+    ctx.fillStyle = style("--mark");
+    ctx.fillRect(x - unit / 2, bbox.top, unit, bbox.height);
+  }
+  /// Makes the plot anew when what it consists of has changed. `now` in seconds; undefined: the end.
+  set(key, options, data, now) {
+    this.now = now;
     key += `${style("--ink")}${rem()}`;
     if (key !== this.key) {
       this.plot?.destroy();
       this.key = key;
-      this.plot = new uPlot({ ...this.size(), cursor: { show: false }, legend: { show: false }, ...options() }, data, this.element);
+      this.plot = new uPlot({ ...this.size(), padding: [null, 1.4 * rem(), null, null], hooks: { draw: [(plot) => this.plot === plot && this.mark(plot)] }, cursor: { show: false }, legend: { show: false }, ...options() }, data, this.element);
     } else this.plot.setData(data);
   }
 }
@@ -58,7 +66,7 @@ export class ProbabilityChart extends Chart {
       }
     return [...weight].sort((a, b) => b[1] - a[1]).slice(0, shownSimulations).map(([simulation]) => simulation).sort((a, b) => a - b);
   }
-  update(rows) {
+  update(rows, now) {
     const simulations = this.leaders(rows);
     const data = [[], ...simulations.map(() => [])];
     for (const r of shownRows(rows)) {
@@ -77,7 +85,7 @@ export class ProbabilityChart extends Chart {
     this.set(simulations.join(), () => {
       const made = options();
       return { ...made, series: [made.series[0], ...made.series.slice(1).reverse()] };
-    }, reversed);
+    }, reversed, now);
     this.note(simulations, rows);
   }
   note(simulations, rows) {
@@ -100,7 +108,7 @@ export class DistanceChart extends Chart {
     super(element);
     Object.assign(this, { title, unit });
   }
-  update(rows) {
+  update(rows, now) {
     const data = [[], [], []];
     let byFit = false;
     for (const r of shownRows(rows)) byFit ||= !Number.isNaN(rows.at(r, "residual"));
@@ -110,12 +118,18 @@ export class DistanceChart extends Chart {
       data[1].push(Number.isNaN(distance) ? null : distance);
       data[2].push(Number.isNaN(coverage) ? null : coverage * 100);
     }
-    this.title.textContent = byFit ? `Residual (${this.unit}) and coverage (%)` : "Distance and coverage (%)";
+    this.entitle(byFit ? `Residual (${this.unit})` : "Distance");
     this.set(`${byFit}`, () => ({
       scales: { x: { time: false }, d: { range: (_, lo, hi) => [0, Math.max(hi * 1.05, 1e-6)] }, c: { range: [0, 105] } },
       axes: [this.timeAxis(), this.axis({ scale: "d", stroke: style("--accent") }), this.axis({ scale: "c", side: 1, stroke: style("--good"), grid: { show: false } })],
-      series: [{}, { scale: "d", stroke: style("--accent"), width: 2.5, points: { show: rows.count < 60 } },
-        { scale: "c", stroke: style("--good"), width: 2.5, dash: [8, 5], points: { show: false } }],
-    }), data);
+      series: [{}, { scale: "d", stroke: style("--accent"), width: rem() / 5, points: { show: rows.count < 60, size: rem() / 2 } },
+        { scale: "c", stroke: style("--good"), width: rem() / 5, dash: [rem() / 1.6, rem() / 2.6], points: { show: false } }],
+    }), data, now);
+  }
+  /// In the colours and strokes of its curves.
+  entitle(distance) {
+    const parts = [[distance, "solid-key"], [" and ", ""], ["coverage (%)", "dashed-key"]];
+    if (this.title.textContent === parts.map(([text]) => text).join("")) return;
+    this.title.replaceChildren(...parts.map(([textContent, className]) => Object.assign(document.createElement("span"), { textContent, className })));
   }
 }

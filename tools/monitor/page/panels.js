@@ -28,17 +28,17 @@ export class VerdictPanel {
     byId("verdict-panel").dataset.verdict = test.results > 0 ? result.verdict : "none";
     put("verdict-sign", known[0]);
     put("verdict-word", known[1]);
-    put("verdict-why", this.why(result, known[2]) + (test.complete ? " The test is complete." : ""));
+    put("verdict-why", this.why(result, known[2]));
     put("best-name", best ? best.name : "-");
     put("best-step", best ? `step ${best.time_step}, ${(best.time_s * 1000).toFixed(2)} ms` : "");
-    put("test-so-far", this.soFar(result.test));
+    put("test-so-far", this.soFar(result.test, test.complete));
     this.announce(`${known[1]}${best ? `: ${best.name}` : ""}`);
   }
   /// What all frames together say may differ from what the last one says.
-  soFar(test) {
-    if (!test || !test.simulations.length) return "";
+  soFar(test, complete) {
+    if (!test || !test.simulations.length) return complete ? "The test is complete." : "";
     const [simulation, probability] = test.simulations[0];
-    return `Whole test so far: ${this.model.simulations[simulation]?.name ?? simulation} (${(probability * 100).toFixed(0)} %)`;
+    return `${complete ? "The test is complete" : "Whole test so far"}: ${this.model.simulations[simulation]?.name ?? simulation} (${(probability * 100).toFixed(0)} %)`;
   }
   why(result, sentence) {
     if (result.status !== "ok" && result.verdict === "refused") return `${sentence} Reason: ${result.status.replaceAll("_", " ")}.`;
@@ -57,32 +57,45 @@ export class VerdictPanel {
   }
 }
 
+const shownLeaders = 3;
+
+/// A column for each leading simulation: there are more parameters than a screen is wide.
 export class ParameterTable {
   constructor(model) {
     this.model = model;
     this.shown = "";
-    const row = document.createElement("tr");
-    for (const title of ["Simulation", "Share", ...model.parameters]) row.append(Object.assign(document.createElement("th"), { textContent: title, scope: "col" }));
-    byId("parameters-head").replaceChildren(row);
   }
+  /// [simulation, what is said of it], best first.
   leaders(result) {
-    if (result.test) return result.test.simulations.slice(0, 6).map(([simulation, p]) => [simulation, `${(p * 100).toFixed(0)} %`]);
+    if (result.test) return ["Share", result.test.simulations.map(([simulation, p]) => [simulation, `${(p * 100).toFixed(0)} %`])];
     const seen = new Set();
-    return (result.matches ?? []).filter((match) => !seen.has(match.simulation) && seen.add(match.simulation)).map((match) => [match.simulation, match.distance.toPrecision(4)]);
+    return ["Distance", (result.matches ?? []).filter((match) => !seen.has(match.simulation) && seen.add(match.simulation)).map((match) => [match.simulation, match.distance.toPrecision(4)])];
   }
   update(result) {
-    const leaders = this.leaders(result), key = JSON.stringify(leaders);
+    const [share, all] = this.leaders(result), leaders = all.filter(([simulation]) => simulation in this.model.simulations).slice(0, shownLeaders);
+    const key = JSON.stringify([share, leaders]);
     if (key === this.shown) return;
     this.shown = key;
-    byId("parameters").replaceChildren(...leaders.filter(([simulation]) => simulation in this.model.simulations).map(([simulation, share]) => {
-      const row = document.createElement("tr"), { name, parameters } = this.model.simulations[simulation];
-      row.append(Object.assign(document.createElement("th"), { textContent: name, scope: "row" }));
-      for (const value of [share, ...parameters.map((p) => (p === null ? "-" : String(+p.toPrecision(5))))])
-        row.append(Object.assign(document.createElement("td"), { textContent: value }));
-      return row;
-    }));
+    const simulations = leaders.map(([simulation]) => this.model.simulations[simulation]);
+    byId("parameters-head").replaceChildren(this.row("th", "col", "Simulation", simulations.map(({ name }) => name)));
+    byId("parameters").replaceChildren(this.row("td", "row", share, leaders.map(([, value]) => value)),
+      ...this.model.parameters.map((title, i) => this.row("td", "row", title, simulations.map(({ parameters }) => (parameters[i] === null ? "-" : String(+parameters[i].toPrecision(4)))))));
+  }
+  row(kind, scope, title, texts) {
+    const row = document.createElement("tr");
+    row.append(Object.assign(document.createElement("th"), { textContent: title, scope }));
+    for (const textContent of texts) row.append(Object.assign(document.createElement(kind), kind === "th" ? { textContent, scope } : { textContent }));
+    return row;
   }
 }
+
+const littleSpace = 1e9, littleTime = 120, longTime = 86_400;  // bytes; s: less is red; s: more is not worth a word
+
+const bytesText = (bytes) => {
+  const [unit, name] = [[1e12, "TB"], [1e9, "GB"], [1e6, "MB"]].find(([least]) => bytes >= least) ?? [1e6, "MB"];
+  return `${(bytes / unit).toFixed(bytes < 10 * unit ? 1 : 0)} ${name}`;
+};
+const timeText = (seconds) => (seconds < 120 ? `${Math.floor(seconds)} s` : seconds < 7200 ? `${Math.floor(seconds / 60)} min` : `${Math.floor(seconds / 3600)} h`);
 
 export class HealthBar {
   constructor() {
@@ -110,24 +123,38 @@ export class HealthBar {
     this.count("Dropped", counters.dropped);
     this.count("Rejected", counters.rejected);
     this.count("Never came", counters.missed);
-    this.cell("Rate", `${health.rate.toFixed(health.rate < 10 ? 1 : 0)} /s`);
-    this.cell("Queue", server ? `${server.queue_used} of ${server.queue_slots}` : "-", Boolean(server) && server.queue_used >= server.queue_slots);
-    this.cell("Last frame", this.age(health.last_frame_ms));
-    this.cell("Recording", ...(health.recording ? [health.recording, health.recording !== "complete"] : this.recording(counters, test)));
-    if (health.results_lost_here > 0) this.cell("Not shown here", health.results_lost_here.toLocaleString("en"));
+    if (health.recording) this.cell("Recording", health.recording, health.recording !== "complete");
+    else this.live(health, test);
     const reasons = Object.entries(counters.reasons).map(([reason, count]) => `${reason.replaceAll("_", " ")} ${count}`).join(", ");
     if (reasons || this.cells.has("Reasons")) this.cell("Reasons", reasons || "-", reasons !== "");
     this.latency(health.latency);
+  }
+  live({ counters, server, rate, last_frame_ms, results_lost_here }, test) {
+    this.cell("Rate", `${rate.toFixed(rate < 10 ? 1 : 0)} /s`);
+    this.cell("Queue", server ? `${server.queue_used} of ${server.queue_slots}` : "-", Boolean(server) && server.queue_used >= server.queue_slots);
+    this.cell("Last frame", this.age(last_frame_ms));
+    this.cell("Recording", ...this.recording(counters, server?.recording, test));
+    this.cell("Disk", ...this.disk(server?.recording));
+    if (results_lost_here > 0) this.cell("Not shown here", results_lost_here.toLocaleString("en"));
   }
   age(ms) {
     if (ms === null) return "none";
     return ms < 1000 ? "now" : ms < 120_000 ? `${Math.floor(ms / 1000)} s ago` : `${Math.floor(ms / 60_000)} min ago`;
   }
-  recording({ recorded, unrecorded, received }, test) {
+  recording({ recorded, unrecorded, received }, recording, test) {
     if (unrecorded > 0) return [`${unrecorded.toLocaleString("en")} lost !`, true];
-    if (recorded === 0) return ["off", false];
-    if (test.complete && recorded >= received) return ["complete", false];
+    if (!recording) return ["off", false];
+    if (recording.phase === "failed") return ["failed !", true];
+    if (recording.phase === "armed") return ["armed", false];
+    if (recording.phase === "finished" || (test.complete && recorded >= received)) return ["complete", false];
     return [`${recorded.toLocaleString("en")} frames`, false];
+  }
+  /// What is left where lbea-serve records, and for how long it lasts at the present rate.
+  disk(recording) {
+    if (!recording || recording.free_bytes === null) return ["-", false];
+    const { free_bytes, seconds_left } = recording, isWriting = recording.phase === "recording" && seconds_left !== null;
+    const isShort = free_bytes < littleSpace || (isWriting && seconds_left < littleTime);
+    return [`${bytesText(free_bytes)}${isWriting && seconds_left < longTime ? `, ${timeText(seconds_left)}` : ""}${isShort ? " !" : ""}`, isShort];
   }
   latency({ bins, first_edge_ms, p50_ms, p99_ms }) {
     put("latency-text", `Latency: half below ${p50_ms.toPrecision(2)} ms, 99 % below ${p99_ms.toPrecision(2)} ms`);

@@ -61,26 +61,36 @@ export class Plane {
   drawAxes(context, unit) {
     context.font = `${10 * unit}px sans-serif`;
     context.fillStyle = style("--soft");
+    const [x, y] = this.emptiestCorner(70 * unit, 45 * unit);
     this.axes.forEach((name, k) => {
       const step = [0, 1].map((d) => this.directions[d][k] / Math.max(this.ranges[d][1] - this.ranges[d][0], 1e-30));
-      const length = Math.hypot(...step) || 1, [x, y] = [this.canvas.width - 70 * unit, this.canvas.height - 45 * unit];
+      const length = Math.hypot(...step) || 1;
       const [u, v] = [x + (28 * unit * step[0]) / length, y - (28 * unit * step[1]) / length];
       context.beginPath();
       context.moveTo(x, y);
       context.lineTo(u, v);
       Object.assign(context, { strokeStyle: style("--soft"), lineWidth: unit });
       context.stroke();
-      context.textAlign = u < x ? "right" : "left";
-      context.fillText(name, u + (u < x ? -2 : 2) * unit, v + (v > y ? 8 : -1) * unit);
+      const wide = context.measureText(name).width, beside = u < x ? u - wide - 2 * unit : u + 2 * unit;
+      context.fillText(name, Math.min(Math.max(beside, 0), this.canvas.width - wide), v + (v > y ? 8 : -1) * unit);
     });
   }
-  update(rows, leader) {
+  /// The corner with the fewest of the curves' points.
+  emptiestCorner(across, up) {
+    const points = [...this.lines.values()].flat().map((point) => this.at(point));
+    const corners = [[across, up], [across, this.canvas.height - up], [this.canvas.width - across, up], [this.canvas.width - across, this.canvas.height - up]];
+    const crowd = ([x, y]) => points.filter(([u, v]) => Math.abs(u - x) < across && Math.abs(v - y) < up).length;
+    return corners.map((corner) => [crowd(corner), corner]).reduce((best, next) => (next[0] < best[0] ? next : best))[1];
+  }
+  /// `now`: where the frame that is looked at lies; undefined: at the path's end.
+  update(rows, leader, now) {
     this.path = [];
     for (let r = 0; r < rows.count; ++r) {
       const point = [rows.at(r, "x"), rows.at(r, "y"), rows.at(r, "z")];
       if (!point.some(Number.isNaN)) this.path.push(point);
     }
     this.leader = leader;
+    this.now = now ?? this.path.at(-1);
     this.draw();
   }
   draw() {
@@ -90,7 +100,7 @@ export class Plane {
     if (this.lines.has(this.leader)) this.stroke(context, this.lines.get(this.leader), colourOf(this.leader), 3 * unit, 1);
     if (this.path.length === 0) return;
     this.stroke(context, this.path, style("--ink"), 2 * unit, 1);
-    const [x, y] = this.at(this.path.at(-1));
+    const [x, y] = this.at(this.now);
     context.beginPath();
     context.arc(x, y, 4.5 * unit, 0, 2 * Math.PI);
     context.fillStyle = style("--mark");

@@ -12,7 +12,7 @@ export class Timeline {
     byId("timeline").hidden = false;
     this.slider.addEventListener("input", () => this.show());
     byId("play").addEventListener("click", () => this.play(byId("play").getAttribute("aria-pressed") !== "true"));
-    this.page.state("live", `Recording ${recording.file}: ${recording.words}`);
+    this.page.state("live", `Recording ${recording.file}: ${recording.words === "complete" ? "this recording is complete" : recording.words}`);
     this.show();
   }
   /// The curves of the test that the frame belongs to: a recording may hold several.
@@ -30,14 +30,14 @@ export class Timeline {
   async get(address) {
     return readPacket(await (await fetch(address)).arrayBuffer());
   }
-  /// One request at a time, for where the slider is when the last one is done.
+  /// One frame at a time, for where the slider is when the last one has been shown.
   async show() {
     const wanted = this.slider.value;
     if (this.isBusy) return;
     this.isBusy = true;
     try {
       const packet = await this.get(`/api/recording/frame?number=${wanted}`);
-      this.page.take(packet);
+      await this.page.present(packet);
       if (packet.head.test.session !== this.session) await this.takeRows(packet.head.test.session);
       byId("save-csv").href = `/export/curves.csv?session=${this.session}`;
       byId("scrub-at").textContent = `${Number(wanted) + 1} of ${Number(this.slider.max) + 1}`;
