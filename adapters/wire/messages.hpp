@@ -211,7 +211,7 @@ enum class RecordingPhase : std::uint8_t { armed, recording, finished, failed };
 struct WireRecording {
   static constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
   RecordingPhase phase = RecordingPhase::recording;
-  std::uint64_t bytes = 0;             // in the file
+  std::uint64_t bytes = 0;             // in the file, without the index at its end
   std::uint64_t free_bytes = unknown;  // of its file system, for this program
   bool operator==(const WireRecording&) const = default;
 };
