@@ -119,12 +119,19 @@ RigidTransform JsonTable::pose(const char* key) const {
   return transform;
 }
 
+/// Without the library's name for it, "[json.exception.parse_error.101] ".
+std::string reason(const Json::exception& error) {
+  const std::string text = error.what();
+  const std::size_t end = text.find("] ");
+  return text.starts_with('[') && end != std::string::npos ? text.substr(end + 2) : text;
+}
+
 Json parse(const std::filesystem::path& path) {
   const auto bytes = read_file(path);
   try {
     return Json::parse(as_text(bytes));
   } catch (const Json::exception& error) {
-    throw Error(Status::bad_input, path.string() + " is not JSON: " + error.what());
+    throw Error(Status::bad_input, path.string() + " is not JSON: " + reason(error));
   }
 }
 

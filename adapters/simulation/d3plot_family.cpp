@@ -50,7 +50,7 @@ struct Walk {
 };
 
 bool has_marker_from(const WordFile& file, std::uint64_t word) {
-  std::vector<float> chunk(1 << 16);
+  std::vector<float> chunk(std::min<std::uint64_t>(1 << 16, file.words() - std::min(word, file.words())));
   for (; word < file.words(); word += chunk.size()) {
     const auto part = std::span(chunk).first(std::min<std::uint64_t>(chunk.size(), file.words() - word));
     file.reals(word, part, "a state");

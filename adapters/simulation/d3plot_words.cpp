@@ -118,8 +118,9 @@ double WordFile::real(std::uint64_t word, const std::string& what) const {
 }
 
 bool WordFile::is_zero_from(std::uint64_t word) const {
-  std::vector<std::byte> chunk(chunk_bytes);
-  for (std::uint64_t byte = times(word, word_bytes_); byte < bytes_;) {
+  const std::uint64_t first = std::min(times(word, word_bytes_), bytes_);
+  std::vector<std::byte> chunk(std::min<std::uint64_t>(chunk_bytes, bytes_ - first));
+  for (std::uint64_t byte = first; byte < bytes_;) {
     const std::span<std::byte> part = std::span(chunk).first(std::min<std::uint64_t>(chunk.size(), bytes_ - byte));
     read(byte, part, "padding");
     if (std::any_of(part.begin(), part.end(), [](std::byte b) { return b != std::byte{}; })) return false;

@@ -145,6 +145,13 @@ struct ViewCameraWords {
 };
 static_assert(sizeof(ViewCameraWords) == 19 * sizeof(double) && std::is_trivially_copyable_v<ViewCameraWords>);
 
+/// What is measured stays so far below what a float can hold that neither squares nor their sums overflow.
+inline constexpr double largest_measure = 1e12;
+template <typename T>
+constexpr bool is_measured(T value) noexcept {
+  return value >= -largest_measure && value <= largest_measure;
+}
+
 /// Rows of `projection` and planes of `coefficients` are padded with zeros to whole 64-byte lines.
 inline constexpr std::size_t padded(std::size_t floats) noexcept { return (floats + 15) / 16 * 16; }
 inline constexpr std::uint64_t aligned(std::uint64_t bytes) noexcept {

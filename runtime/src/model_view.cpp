@@ -4,7 +4,6 @@
 #include "runtime/src/section_reader.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -43,8 +42,8 @@ class ModelReader {
   void require_below(std::uint32_t limit, SectionId id, std::uint32_t part) const {
     require(sections_.content(id, part).greatest < limit, id, part, "an index is out of range");
   }
-  void require_finite(SectionId id, std::uint32_t part = 0) const {
-    require(sections_.content(id, part).is_finite, id, part, "a value is not finite");
+  void require_measured(SectionId id, std::uint32_t part = 0) const {
+    require(sections_.content(id, part).is_measured, id, part, "a value is not finite or beyond all measure");
   }
 
   void read_info() {
@@ -82,7 +81,7 @@ class ModelReader {
     require(std::ranges::adjacent_find(view_.samples, std::ranges::greater_equal{}) == view_.samples.end(), SectionId::samples, 0,
             "not strictly ascending");
     require(view_.samples.back()[0] < info.simulations, SectionId::samples, 0, "an index is out of range");
-    require_finite(SectionId::sample_times);
+    require_measured(SectionId::sample_times);
     view_.simulation_branches = sections_.required<std::uint32_t>(SectionId::simulation_branches, {info.simulations, 1, 1});
     require_below(info.simulations, SectionId::simulation_branches, 0);
     view_.branches = *std::ranges::max_element(view_.simulation_branches) + 1;
@@ -96,10 +95,10 @@ class ModelReader {
     view_.element_nodes = sections_.required<std::array<std::uint32_t, 4>>(SectionId::element_nodes, {info.elements, 4, 1});
     view_.node_positions = sections_.required<float>(SectionId::node_positions, {info.samples, info.nodes, 3});
     require_below(info.nodes, SectionId::element_nodes, 0);
-    require_finite(SectionId::node_positions);
+    require_measured(SectionId::node_positions);
     const std::uint64_t landmarks = std::uint64_t{format::surface_landmarks(info.vertices)} + format::mesh_landmarks(info.nodes);
     view_.landmark_positions = sections_.optional<float>(SectionId::landmark_positions, {info.samples, landmarks, 3});
-    if (!view_.landmark_positions.empty()) require_finite(SectionId::landmark_positions);
+    if (!view_.landmark_positions.empty()) require_measured(SectionId::landmark_positions);
   }
 
   void read_fields() {
@@ -135,7 +134,7 @@ class ModelReader {
 
   void read_envelope() {
     const auto grid = sections_.required<float>(SectionId::envelope_grid, {4, 1, 1});
-    require_finite(SectionId::envelope_grid);
+    require_measured(SectionId::envelope_grid);
     require(grid[3] > 0, SectionId::envelope_grid, 0, "the cells have no size");
     const auto& cells = view_.info.envelope_cells;
     constexpr std::uint32_t most_cells_along_an_axis = 1u << 16;
@@ -151,7 +150,7 @@ class ModelReader {
     const format::Info& info = view_.info;
     if (r == 0) {
       view_.reference_times = sections_.required<double>(SectionId::reference_times, {info.references, 1, 1});
-      require_finite(SectionId::reference_times);
+      require_measured(SectionId::reference_times);
       require(std::ranges::is_sorted(view_.reference_times), SectionId::reference_times, 0, "not ascending");
     }
     const std::uint64_t n = info.vertices, p = info.modes, s = info.samples;
@@ -168,9 +167,9 @@ class ModelReader {
     std::ranges::copy(axes, ref.leading_axes.begin());
     require_below(info.nodes, SectionId::vertex_nodes, r);
     if (!ref.correspondence.empty()) require_below(info.nodes, SectionId::correspondence, r);
-    require_finite(SectionId::vertex_positions, r);
-    require_finite(SectionId::projection, r);
-    require_finite(SectionId::coefficients, r);
+    require_measured(SectionId::vertex_positions, r);
+    require_measured(SectionId::projection, r);
+    require_measured(SectionId::coefficients, r);
     read_tree(r, ref);
     view_.references.push_back(std::move(ref));
   }

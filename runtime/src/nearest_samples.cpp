@@ -8,8 +8,10 @@
 namespace lbea {
 
 void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
+  constexpr float farthest = std::numeric_limits<float>::max();
   const auto is_before = [&](const RankedSample& other) { return distance < other.distance || (distance == other.distance && sample < other.sample); };
-  if (!(distance < std::numeric_limits<float>::infinity()) || (size_ == ranked_.size() && !is_before(ranked_.back()))) return;
+  if (!(distance <= farthest)) distance = farthest;
+  if (size_ == ranked_.size() && !is_before(ranked_.back())) return;
   if (size_ < ranked_.size()) ++size_;
   std::size_t place = size_ - 1;
   for (; place > 0 && is_before(ranked_[place - 1]); --place) ranked_[place] = ranked_[place - 1];

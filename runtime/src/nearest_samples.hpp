@@ -16,7 +16,7 @@ struct RankedSample {
   float distance = 0;
 };
 
-/// The k least distances offered so far, in any order; ties go to the lower index.
+/// The k least distances offered so far, in any order; ties go to the lower index. What no float can hold is the farthest.
 class BestSamples {
  public:
   explicit BestSamples(std::uint32_t capacity) : ranked_(capacity) {}

@@ -1,7 +1,7 @@
 #include "runtime/src/read_views.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <cstring>
 
 namespace lbea {
@@ -15,9 +15,11 @@ std::shared_ptr<const ViewData> read_views(const SectionReader& sections, const 
   };
   format::ViewCameraWords words;
   const auto numbers = sections.required<double>(SectionId::view_camera, {sizeof(words) / sizeof(double), 1, 1});
-  require(std::ranges::all_of(numbers, [](double v) { return std::isfinite(v); }), SectionId::view_camera, "a value is not finite");
+  require(std::ranges::all_of(numbers, format::is_measured<double>), SectionId::view_camera, "a value is not finite or beyond all measure");
   std::memcpy(&words, numbers.data(), sizeof(words));
-  require(words.focal > 0 && words.depth_step > 0 && words.misfit_limit > 0 && words.test_misfit_limit > 0, SectionId::view_camera, "a value is not positive");
+  require(std::ranges::all_of(std::array{words.focal, words.depth_step, words.misfit_limit, words.test_misfit_limit},
+                              [](double v) { return v >= 1 / format::largest_measure; }),
+          SectionId::view_camera, "a value is not positive");
   const auto size = sections.required<std::uint32_t>(SectionId::view_size, {2, 1, 1});
   constexpr std::uint32_t most_along_an_axis = 1u << 14;
   require(std::ranges::all_of(size, [](std::uint32_t cells) { return cells > 0 && cells <= most_along_an_axis; }), SectionId::view_size,
@@ -36,7 +38,7 @@ std::shared_ptr<const ViewData> read_views(const SectionReader& sections, const 
   views->test_misfit_limit = static_cast<float>(words.test_misfit_limit);
   views->depths = sections.required<std::uint16_t>(SectionId::view_depths, {info.samples, padded_cells(views->camera), 1});
   views->expected = sections.required<float>(SectionId::view_expected, {info.samples, 1, 1});
-  require(std::ranges::all_of(views->expected, [](float v) { return v >= 0 && std::isfinite(v); }), SectionId::view_expected,
+  require(std::ranges::all_of(views->expected, [](float v) { return v >= 0 && format::is_measured(v); }), SectionId::view_expected,
           "a value is negative or not finite");
   return views;
 }

@@ -5,6 +5,7 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -65,16 +66,17 @@ bool byte_count(const SectionEntry& entry, std::uint64_t& bytes) noexcept {
   return bytes != 0 && std::ranges::all_of(entry.shape, [&](std::uint64_t extent) { return multiply(bytes, extent, bytes); });
 }
 
-// Bits of floating-point numbers with all ones in the exponent are no finite ones.
-template <typename Word>
-bool all_finite(std::span<const std::byte> bytes, Word exponent) noexcept {
-  bool is_finite = true;
+// Without the sign, bits of floating-point numbers are ordered as they are; infinities and what is no number come last.
+template <typename Float, typename Word>
+bool all_measured(std::span<const std::byte> bytes) noexcept {
+  constexpr Word magnitude = static_cast<Word>(~Word{0} >> 1), largest = std::bit_cast<Word>(static_cast<Float>(format::largest_measure));
+  bool is_measured = true;
   for (std::size_t at = 0; at < bytes.size(); at += sizeof(Word)) {
     Word word;
     std::memcpy(&word, &bytes[at], sizeof(word));
-    is_finite &= (word & exponent) != exponent;
+    is_measured &= (word & magnitude) <= largest;
   }
-  return is_finite;
+  return is_measured;
 }
 
 std::uint32_t greatest_of(std::span<const std::byte> bytes, std::uint32_t greatest) noexcept {
@@ -88,8 +90,8 @@ std::uint32_t greatest_of(std::span<const std::byte> bytes, std::uint32_t greate
 
 void look_at(std::span<const std::byte> bytes, std::uint32_t type, SectionContent& content) noexcept {
   switch (static_cast<format::ElementType>(type)) {
-    case format::ElementType::f32: content.is_finite &= all_finite<std::uint32_t>(bytes, 0x7f80'0000); break;
-    case format::ElementType::f64: content.is_finite &= all_finite<std::uint64_t>(bytes, 0x7ff0'0000'0000'0000); break;
+    case format::ElementType::f32: content.is_measured &= all_measured<float, std::uint32_t>(bytes); break;
+    case format::ElementType::f64: content.is_measured &= all_measured<double, std::uint64_t>(bytes); break;
     case format::ElementType::u32: content.greatest = greatest_of(bytes, content.greatest); break;
     default: break;
   }

@@ -17,7 +17,7 @@ namespace lbea {
 
 /// What is seen of a section's elements while its checksum is computed, so that its bytes are read once.
 struct SectionContent {
-  bool is_finite = true;       // f32 and f64
+  bool is_measured = true;     // f32 and f64: all numbers, none beyond format::largest_measure
   std::uint32_t greatest = 0;  // u32
 };
 

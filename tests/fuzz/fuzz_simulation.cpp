@@ -6,17 +6,21 @@
 #include <fstream>
 #include <string>
 
+#include <unistd.h>
+
 #include <lbea/lbea.hpp>
 
 #include "adapters/simulation/open.hpp"
 
 namespace {
 
-/// A folder for the one file, removed at exit.
+/// A folder for the one file, removed at exit; in memory where that is a folder: a disk would take most of the time.
 class Folder {
  public:
   Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "lbea-fuzz-XXXXXX").string();
+    const std::filesystem::path memory = "/dev/shm";
+    const auto parent = ::access(memory.c_str(), W_OK) == 0 ? memory : std::filesystem::temp_directory_path();
+    std::string name = (parent / "lbea-fuzz-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) std::abort();
     path_ = name;
   }

@@ -178,6 +178,8 @@ TEST_CASE("directories and sections with fitting checksums are still not believe
   CHECK(content(SectionId::node_positions, 4, infinity) == Status::corrupt_model);
   CHECK(content(SectionId::coefficients, 0, std::nanf("")) == Status::corrupt_model);
   CHECK(content(SectionId::projection, 0, infinity) == Status::corrupt_model);
+  for (const SectionId id : {SectionId::node_positions, SectionId::coefficients, SectionId::projection, SectionId::vertex_positions, SectionId::envelope_grid})
+    CHECK(content(id, 0, 1e13f) == Status::corrupt_model);  // its square's sum would be no number any more
   CHECK(content(SectionId::envelope_grid, 3, 0.0f) == Status::corrupt_model);
   CHECK(content(SectionId::envelope_grid, 3, -1.0f) == Status::corrupt_model);
   CHECK(content(SectionId::simulation_names, 7, 'x') == Status::corrupt_model);  // one string becomes longer, one is missing

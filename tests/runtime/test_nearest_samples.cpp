@@ -158,3 +158,16 @@ TEST_CASE("the bound is the worst of a full list, and infinite before that") {
   CHECK(best.ranked()[0].sample == 8);
   CHECK(best.ranked()[1].sample == 9);
 }
+
+// A forged model whose numbers overflow once ended a matcher: no sample was near, and the nearest was asked for.
+TEST_CASE("distances that no float can hold are the farthest, not absent") {
+  BestSamples best(3);
+  best.offer(4, std::numeric_limits<float>::infinity());
+  best.offer(5, std::nanf(""));
+  best.offer(6, 1e30f);
+  REQUIRE(best.ranked().size() == 3);
+  CHECK(best.ranked()[0].sample == 6);
+  CHECK(best.ranked()[1].sample == 4);
+  CHECK(best.ranked()[2].sample == 5);
+  CHECK(std::isfinite(best.bound()));
+}

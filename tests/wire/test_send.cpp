@@ -238,6 +238,7 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({}, 2, "paths");
   fails({bench.clouds()}, 2, "--to");
   fails({bench.clouds(), "--to", bench.endpoint(), "--rate", "-1"}, 2, "--rate");
+  fails({bench.clouds(), "--to", bench.endpoint(), "--rate", "nan"}, 2, "--rate: \"nan\" is not a finite number");
   fails({bench.clouds(), "--to", bench.endpoint(), "--rate", "5", "--realtime"}, 2, "--realtime");
   fails({bench.clouds(), "--to", bench.endpoint(), "--speed", "5"}, 2, "--speed");
   fails({"/no/such/file.ply", "--to", bench.endpoint()}, 1, "/no/such/file.ply: no such file or folder");

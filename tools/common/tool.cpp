@@ -3,6 +3,7 @@
 #include <lbea/lbea.hpp>
 
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -38,6 +39,17 @@ int flushed(int exit_code, const std::string& name) {
   return exit_failed;
 }
 
+/// The library's ranges let through what compares with nothing.
+void refuse_what_is_no_number(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->get_type_name().starts_with("FLOAT")) continue;
+    for (const std::string& text : option->results())
+      if (double value = 0; CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
+        throw CLI::ValidationError(option->get_name(), "\"" + text + "\" is not a finite number");
+  }
+  for (const CLI::App* command : app.get_subcommands()) refuse_what_is_no_number(*command);
+}
+
 }  // namespace
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -58,6 +70,7 @@ void Tool::list_formats_by(const std::string& formats) {
 int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   try {
     parse(argc, argv);
+    refuse_what_is_no_number(*this);
   } catch (const CLI::ParseError& error) {
     return exit(error) == 0 ? exit_ok : exit_usage;
   }

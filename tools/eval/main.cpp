@@ -67,7 +67,9 @@ int live(const LiveArguments& arguments) {
   }
   if (summary.rows.empty())
     throw Error(Status::endpoint_unavailable, arguments.results + ": no result came; is lbea-serve publishing there, and was anything sent?");
-  return exit_ok;
+  if (summary.complete) return exit_ok;
+  std::fprintf(stderr, "lbea-eval: the sender did not end the stream: frames may be missing from what was evaluated\n");
+  return exit_failed;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // lbea-record: records frames without a matcher, or on their way to one.
 #include "tools/common/access_options.hpp"
+#include "tools/common/distinct_endpoints.hpp"
 #include "tools/record/frame_tap.hpp"
 #include "tools/recording/recording_options.hpp"
 
@@ -60,6 +61,7 @@ void print(const TapTally& tally, const RunObserver::Counts& counts, bool as_jso
 
 int record(const Options& options) {
   catch_stop_signals();
+  require_distinct_endpoints({{"--frames", options.frames_endpoint}, {"--forward", options.forward_endpoint}, {"--results", options.results_endpoint}});
   WireContext context;
   WireLimits limits;
   limits.max_points = options.max_points;

@@ -2,6 +2,7 @@
 #include "adapters/file/atomic_file.hpp"
 #include "adapters/metrics/metrics_server.hpp"
 #include "adapters/sensor/sensor_json.hpp"
+#include "tools/common/distinct_endpoints.hpp"
 #include "tools/common/service_notify.hpp"
 #include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
@@ -82,6 +83,10 @@ void stay(const Pipeline& pipeline, RecordingWatch& recording, const ServiceNoti
 int serve(ServeOptions options) {
   catch_stop_signals();
   raise_descriptor_limit();
+  require_distinct_endpoints({{"--frames", options.frames_endpoint},
+                              {"--results", options.results_endpoint},
+                              {"--preview", options.preview_endpoint},
+                              {"--inference", options.inference_endpoint}});
   if (options.check) return check(options);
   if (!options.pose_file.empty()) options.matcher.T_reference_sensor = read_pose(options.pose_file);
   const Model model = Model::open(options.model_file);

@@ -1,0 +1,14 @@
+// Two options that name one endpoint: said as what it is, before the second one finds it in use.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <utility>
+
+namespace lbea {
+
+/// Options by name with their addresses, empty when not given. Throws Error{bad_config} that names the first two that are the
+/// same; "any free port" is never the same.
+void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options);
+
+}  // namespace lbea
