@@ -69,7 +69,7 @@ TEST_CASE("keyword files: widths of fields, by file and by card, and cards that 
 }
 
 TEST_CASE("PLY meshes: what is wrong is said with the byte") {
-  refused(ply("element vertex 3\nproperty float x\nproperty float y\n" + faces, ""), {"x, y and z"});
+  refused(ply("element vertex 1\nproperty float x\nproperty float y\n" + faces, "0 0\n3 0 0 0\n"), {"x, y and z"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 -2\n"), {"a vertex that does not exist"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n2 0 1\n"), {"fewer than three vertices"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 x 2\n"), {"expected a number"});
@@ -94,7 +94,6 @@ TEST_CASE("PLY meshes: other elements and properties are passed over") {
 
 TEST_CASE("files that cannot be read are told from files that are not there") {
   const TemporaryFolder folder;
-  const auto error = [&](const fs::path& path) { return error_of([&] { static_cast<void>(open_simulation(path)); }); };
   check_error(error_of([&] { static_cast<void>(find_series(folder / "absent1.vtk")); }), Status::file_not_found, {"absent1.vtk", "check the path"});
   check_error(error_of([&] { static_cast<void>(open_d3plot(folder / "absent")); }), Status::file_not_found, {"absent", "check the path"});
   REQUIRE(::mkfifo((folder / "fifo").c_str(), 0600) == 0);
@@ -113,7 +112,7 @@ TEST_CASE("a series is the files whose names differ in one number alone, by its 
   CHECK(find_series(folder / "a10.vtk") == std::vector<fs::path>{folder / "a9.vtk", folder / "a009.vtk", folder / "a10.vtk"});
   CHECK(find_series(folder / "a.vtk") == std::vector<fs::path>{folder / "a.vtk"});
   CHECK(find_series(folder / "7.vtk") == std::vector<fs::path>{folder / "7.vtk", folder / "08.vtk"});
-  CHECK(first_files(folder.path()) == std::vector<fs::path>{folder / "7.vtk", folder / "a9.vtk", folder / "a1.vtu", folder / "a.vtk", folder / "b1.vtk"});
+  CHECK(first_files(folder.path()) == std::vector<fs::path>{folder / "7.vtk", folder / "a9.vtk", folder / "a.vtk", folder / "a1.vtu", folder / "b1.vtk"});
   CHECK(first_files(folder / "absent").empty());
   const fs::path before = fs::current_path();
   fs::current_path(folder.path());

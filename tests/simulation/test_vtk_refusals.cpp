@@ -53,7 +53,7 @@ TEST_CASE("legacy files: what is wrong is said") {
   refused(head + "DATASET STRUCTURED_GRID\n", {"STRUCTURED_GRID is not read"}, Status::unsupported_input);
   refused(grid_head + "POINTS x float\n", {"expected a count"});
   refused(grid_head + "POINTS -3 float\n", {"expected a count"});
-  refused(grid_head + "POINTS 3\n0 0 0 1 0 0 0 1 0\n", {"a.vtk, byte"});
+  refused(grid_head + "POINTS 3\n0 0 0 1 0 0 0 1 0\n", {"a.vtk, byte"}, Status::unsupported_input);  // of no type
   refused(grid_head + "POINTS 3 quad\n0 0 0 1 0 0 0 1 0\n", {"quad"}, Status::unsupported_input);
   refused(grid_head + three_points + "SCALARS a float\n1 2 3\n", {"before POINT_DATA or CELL_DATA"});
   refused(grid_head + three_points + "POINT_DATA 3\nSCALARS a float 0\n", {"without components"});
@@ -170,7 +170,7 @@ TEST_CASE("XML files in base64 and packed: blocks that do not fit are refused") 
     return xml("<Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" Name=\"p\" format=\"binary\">" + block + "</DataArray></Points></Piece>",
                "type=\"PolyData\" byte_order=\"LittleEndian\"" + (compressor.empty() ? "" : " compressor=\"" + compressor + "\""));
   };
-  for (const std::string& packed : {"vtkZLibDataCompressor", "vtkLZ4DataCompressor"}) {
+  for (const char* packed : {"vtkZLibDataCompressor", "vtkLZ4DataCompressor"}) {
     CAPTURE(packed);
     refused(with("", packed), {"its data end early"});
     refused(with("AAAAAAAAAAAAAAAA", packed), {"its size does not fit its values"});                  // no parts, but three values
