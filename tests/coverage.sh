@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Branch coverage of everything that reads what others wrote: builds with gcov, runs the parsers' tests and the fuzz
+# Branch coverage of everything that reads what others wrote: builds with clang's counters, runs the parsers' tests and the fuzz
 # corpora with their seeded mutations, prints a line per file, and fails when all of them together are below 95 %.
-#   bash tests/coverage.sh                 minutes; needs gcovr
+#   bash tests/coverage.sh                 minutes
 #   BUILD=dir bash tests/coverage.sh       where it is built
-#   LIST=1 bash tests/coverage.sh          also the lines whose branches were not all taken
-# Not counted: branches that the compiler adds for exceptions that pass through (--exclude-throw-branches) and those it
-# proves impossible (--exclude-unreachable-branches): neither stands in the source.
+#   LIST=1 bash tests/coverage.sh          also the conditions that were never true or never false
+# A branch is one outcome of one condition as it stands in the source. What the compiler adds for exceptions that pass through
+# is none: gcov counts it, and most of what it then finds missing is the clean-up after a sentence that was not put together.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -17,36 +17,55 @@ parsers=(
   runtime/src/'(section_reader|model_view|read_views|mapped_file)'
   adapters/wire/'(frame_codec|result_codec|control_codec|inference_codec|verified|keys|endpoint)'
   adapters/recording/'(byte_cursor|byte_source|mcap_parse|record_walk|salvage|compression|audit|audit_summary|recovery)'
-  adapters/simulation/'(d3plot_|vtk_|grid|keyword_mesh|obj_mesh|ply_mesh|stl_mesh|formats|open|series)'
-  adapters/pointcloud/'(pcd|ply|ply_ascii|ply_binary|ply_rows|pointcloud|stamps|stl_cloud|xyz)'
+  adapters/simulation/
+  adapters/pointcloud/'(pcd|ply|ply_ascii|ply_binary|pointcloud|stamps|stl_cloud|xyz)'
   adapters/file/'(ply_header|stl_corners|text_line)'
   adapters/'(ensemble|sensor)'/
   tools/monitor/'(access|http_address|foxglove|web_session)'
 )
+profdata=$(command -v llvm-profdata || ls /usr/lib/llvm-*/bin/llvm-profdata | tail -1)
+cov=$(command -v llvm-cov || ls /usr/lib/llvm-*/bin/llvm-cov | tail -1)
 
-cmake --preset coverage -B "$build" >/dev/null
-cmake --build "$build" --target "${tests[@]/#/test_}" "${fuzzers[@]/#/fuzz_}" >/dev/null
-find "$build" -name '*.gcda' -delete
-names=$(IFS='|'; echo "${tests[*]}|${fuzzers[*]/#/fuzz_}")
-ctest --test-dir "$build" --parallel 2 --output-on-failure -R "^($names)\$" >"$build/coverage.log" || { cat "$build/coverage.log"; exit 1; }
+if [ -z "${PROFILES:-}" ]; then
+  launcher=()
+  if command -v ccache >/dev/null; then launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+  cmake --preset coverage -B "$build" "${launcher[@]}" >/dev/null
+  cmake --build "$build" --target "${tests[@]/#/test_}" "${fuzzers[@]/#/fuzz_}" >/dev/null
+  PROFILES=$(realpath "$build")/profiles
+  rm -rf "$PROFILES"
+  names=$(IFS='|'; echo "${tests[*]}|${fuzzers[*]/#/fuzz_}")
+  LLVM_PROFILE_FILE=$PROFILES/%p.profraw ctest --test-dir "$build" --parallel 2 --output-on-failure -R "^($names)\$" >"$build/coverage.log" ||
+    { cat "$build/coverage.log"; exit 1; }
+fi
 
-filters=()
-for parser in "${parsers[@]}"; do filters+=(--filter "$PWD/$parser[^/]*$"); done
-gcovr --root . --object-directory "$build" "${filters[@]}" --exclude-throw-branches --exclude-unreachable-branches --json "$build/coverage.json" "$build"
-python3 - "$build/coverage.json" "${LIST:-}" <<'PYTHON'
-import json, sys
+"$profdata" merge -sparse "$PROFILES"/*.profraw -o "$build/coverage.profdata"
+objects=()
+for name in "${tests[@]/#/test_}" "${fuzzers[@]/#/fuzz_}"; do
+  program=$(find "$build/tests" -name "$name" -type f -executable)
+  if [ -n "$program" ]; then objects+=(-object "$program"); fi
+done
+"$cov" export "${objects[@]}" -instr-profile "$build/coverage.profdata" >"$build/coverage.json" 2>/dev/null
+python3 - "$build/coverage.json" "$PWD" "$(IFS='|'; echo "${parsers[*]}")" "${LIST:-}" <<'PYTHON'
+import collections, json, os, re, sys
 
 least = 95.0
-files = json.load(open(sys.argv[1]))["files"]
+files, root, parsers, listed = json.load(open(sys.argv[1]))["data"][0]["files"], sys.argv[2], re.compile(f"({sys.argv[3]})[^/]*$"), sys.argv[4]
 all_taken = all_there = 0
-for file in sorted(files, key=lambda f: f["file"]):
-    branches = [b for line in file["lines"] for b in line["branches"]]
-    taken = sum(b["count"] > 0 for b in branches)
-    all_taken, all_there = all_taken + taken, all_there + len(branches)
-    if branches: print(f"{100 * taken / len(branches):6.1f} %  {taken:4} of {len(branches):4}  {file['file']}")
-    for line in file["lines"] if sys.argv[2] else []:
-        missed = sum(b["count"] == 0 for b in line["branches"])
-        if missed: print(f"          line {line['line_number']}: {missed} of {len(line['branches'])} not taken")
+for file in sorted(files, key=lambda f: f["filename"]):
+    name = os.path.relpath(os.path.realpath(file["filename"]), root)
+    if not parsers.match(name): continue
+    counts = collections.defaultdict(lambda: [0, 0])  # by place: the same template or inline function counts once
+    for line, column, end_line, end_column, true, false, *_ in file["branches"]:
+        counts[line, column, end_line, end_column][0] += true
+        counts[line, column, end_line, end_column][1] += false
+    there, taken = 2 * len(counts), sum((t > 0) + (f > 0) for t, f in counts.values())
+    all_taken, all_there = all_taken + taken, all_there + there
+    if there: print(f"{100 * taken / there:6.1f} %  {taken:4} of {there:4}  {name}")
+    text = open(file["filename"]).read().splitlines() if listed else []
+    for (line, column, end_line, end_column), (t, f) in sorted(counts.items()) if listed else []:
+        if t and f: continue
+        condition = text[line - 1][column - 1:end_column - 1 if end_line == line else None]
+        print(f"            {line}: never {'reached' if not t and not f else 'true' if not t else 'false'}: {condition}")
 share = 100 * all_taken / max(all_there, 1)
 print(f"{share:6.1f} %  {all_taken} of {all_there} branches of the parsers")
 sys.exit(share < least)

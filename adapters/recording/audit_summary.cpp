@@ -68,7 +68,7 @@ class SummaryCheck {
     const std::uint64_t at = begin_ + record.offset;
     switch (record.opcode) {
       case Opcode::schema:
-      case Opcode::channel: return expect(at, definitions_.take(record), "a definition unlike that in the data");
+      case Opcode::channel: return take_definition(at, record);
       case Opcode::statistics: return take_statistics(at, record);
       case Opcode::chunk_index: return take_index<ChunkIndex>(at, record, tally_.chunks(), chunks_);
       case Opcode::attachment_index: return take_index<AttachmentIndex>(at, record, tally_.attachments(), attachments_);
@@ -88,6 +88,13 @@ class SummaryCheck {
   };
   void expect(std::uint64_t at, bool good, const char* otherwise) {
     if (!good) tally_.complain(at, std::string("the summary has ") + otherwise);
+  }
+  /// A summary repeats what the data define, and nothing else.
+  void take_definition(std::uint64_t at, const Record& record) {
+    const auto known = [&] { return definitions_.schemas.size() + definitions_.channels.size(); };
+    const std::size_t before = known();
+    const bool agrees = definitions_.take(record);
+    expect(at, agrees && known() == before, "a definition unlike that in the data");
   }
   void take_statistics(std::uint64_t at, const Record& record) {
     const auto statistics = parse<Statistics>(record.content);

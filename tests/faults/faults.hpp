@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -28,10 +29,12 @@ inline std::vector<std::string> with(const Fault& fault, const std::filesystem::
 
 inline unsigned long counted(const std::filesystem::path& count) { return std::strtoul(text_of(count).c_str(), nullptr, 10); }
 
-/// Of 1 to `count`: all in a long run, otherwise the first, the last and `most` in all.
-inline std::vector<unsigned long> chosen(unsigned long count, unsigned long most) {
+inline constexpr unsigned long all = ~0ul;
+
+/// Of 1 to `count`: in a long run `most_of_long`, otherwise `most` in all, the first and the last among them.
+inline std::vector<unsigned long> chosen(unsigned long count, unsigned long most, unsigned long most_of_long = all) {
   std::vector<unsigned long> numbers;
-  const unsigned long steps = is_long_run() || count <= most ? count : most;
+  const unsigned long steps = std::min(count, is_long_run() ? most_of_long : most);
   for (unsigned long i = 0; i < steps; ++i) numbers.push_back(steps == 1 ? 1 : 1 + i * (count - 1) / (steps - 1));
   return numbers;
 }
@@ -45,20 +48,20 @@ struct OneFile {
     for (const std::string& word : with(fault, folder.path(), count)) words += "'" + word + "' ";
     return run_program(words + command, folder.path());
   }
-  void check(const std::string& call, unsigned long most) const;
+  void check(const std::string& call, unsigned long most, unsigned long most_of_long = all) const;
 
  private:
   void check_one(const Fault& fault, const std::string& undisturbed) const;
 };
 
 /// Fails each chosen call and looks at exit code, words and files.
-inline void OneFile::check(const std::string& call, unsigned long most) const {
+inline void OneFile::check(const std::string& call, unsigned long most, unsigned long most_of_long) const {
   const TemporaryFolder folder, elsewhere;
   const Outcome outcome = run({call, 0}, folder, elsewhere / "count");
   REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
   const std::string undisturbed = text_of(folder / output);
   REQUIRE_FALSE(undisturbed.empty());
-  const std::vector<unsigned long> numbers = chosen(counted(elsewhere / "count"), most);
+  const std::vector<unsigned long> numbers = chosen(counted(elsewhere / "count"), most, most_of_long);
   for (const unsigned long nth : numbers) check_one({call, nth}, undisturbed);
   MESSAGE(output << ": " << numbers.size() << " of " << counted(elsewhere / "count") << " calls of " << call << " failed");
 }

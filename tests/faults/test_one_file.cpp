@@ -19,7 +19,12 @@ std::string bake_command(const std::string& output) {
 }  // namespace
 
 TEST_CASE("any call of a bake fails") {
-  for (const std::string& call : calls) OneFile{bake_command("m.lbea"), "m.lbea"}.check(call, most);
+  for (const std::string& call : calls) OneFile{bake_command("m.lbea"), "m.lbea"}.check(call, most, call == "allocate" ? 1000 : all);
+}
+
+TEST_CASE("any allocation of a small bake fails: all of them, in a long run") {
+  const std::string run = (data() / "fuzz" / "d3plot" / "rich").string();
+  OneFile{LBEA_BAKE " --run " + run + " --modes 2 --threads 1 -o m.lbea", "m.lbea"}.check("allocate", most);
 }
 
 TEST_CASE("any call of a recovery fails") {

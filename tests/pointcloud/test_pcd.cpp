@@ -91,6 +91,21 @@ TEST_CASE("pixels of an organised cloud that hold no point become NaN, in an uno
   CHECK(same(parse(binary(written, 1)).points, {{0, 0, 0}, {1, 2, 3}, {0, 0, 4}, {none, none, none}}));
 }
 
+TEST_CASE("coordinates of every type, headers that begin with the version, blank lines, one stamp") {
+  const std::vector<Point> point{{1, 2, 3}};
+  for (const char* type : {"I", "U"})
+    for (const std::size_t size : {1u, 2u, 4u}) {
+      std::string text = "VERSION .7\n\n# stamp_ns 5\n# stamp_ns 6\nFIELDS x y z\nSIZE";
+      for (int i = 0; i < 3; ++i) text += " " + std::to_string(size);
+      text += std::string("\nTYPE ") + type + " " + type + " " + type + "\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA binary\n";
+      for (const std::uint32_t value : {1u, 2u, 3u}) text.append(reinterpret_cast<const char*>(&value), size);
+      const PointCloud cloud = parse_point_cloud(bytes_of(text), "a.pcd");
+      CHECK(same(cloud.points, point));
+      CHECK(cloud.stamp_ns == 5);
+    }
+  CHECK(contains(list_cloud_formats(), "PCD"));
+}
+
 TEST_CASE("a PCD file cut anywhere is refused") {
   for (const std::string& whole : {binary(rows(5)), packed(rows(5)), header(2, "ascii") + "1 2 3 4\n1 2 3 4"})
     for (std::size_t length = 20; length + 1 < whole.size(); ++length) {
@@ -112,6 +127,13 @@ TEST_CASE("what a PCD header must not say is refused with the line") {
   check_error(refusal(changed("TYPE U F F F", "TYPE U F F X")), Status::unsupported_input, {"type"});
   check_error(refusal(changed("1 2 3 4", "1 2 3 four")), Status::bad_input, {"line 13", "number"});
   check_error(refusal(changed("1 2 3 4", "1 2 3")), Status::bad_input, {"line 13"});
+  check_error(refusal(changed("SIZE 2 8 4 4", "SIZE 0 8 4 4")), Status::bad_input, {"\"ring\" has no size"});
+  check_error(refusal(changed("SIZE 2 8 4 4", "SIZE 9 8 4 4")), Status::bad_input, {"\"ring\" has no size"});
+  check_error(refusal(changed("COUNT 1 1 1 1", "COUNT 0 1 1 1")), Status::bad_input, {"\"ring\" has no size"});
+  check_error(refusal(changed("COUNT 1 1 1 1", "COUNT 1 1 2 1")), Status::bad_input, {"x, y and z", "once"});
+  check_error(refusal(changed("COUNT 1 1 1 1", "COUNT 99999999999 1 1 1")), Status::bad_input, {"not a count"});
+  check_error(refusal(changed("VERSION 0.7", "VERSIONS 0.7")), Status::bad_input, {"unknown keyword"});
+  for (const char* size : {"3", "8"}) check_error(refusal(changed("SIZE 2 8 4 4\nTYPE U F F F", std::string("SIZE 2 8 4 ") + size + "\nTYPE U F F I")), Status::unsupported_input, {"type"});
   std::string forged = packed(rows(5));
   forged.replace(forged.find("WIDTH 5"), 7, "WIDTH 4000000000").replace(forged.find("POINTS 5"), 8, "POINTS 4000000000");
   check_error(refusal(forged), Status::bad_input, {"4 GB"});

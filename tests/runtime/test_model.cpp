@@ -94,7 +94,8 @@ TEST_CASE("what the model says of itself") {
 
 TEST_CASE("a model cut at any byte is refused") {
   const AlignedBytes bytes = small_model();
-  for (std::size_t size = 0; size < bytes.span().size(); size += size < 4'096 ? 1 : 61) {
+  const bool all = std::getenv("LBEA_LONG_TESTS") != nullptr;
+  for (std::size_t size = 0; size < bytes.span().size(); size += all || size < 4'096 ? 1 : 61) {
     CAPTURE(size);
     REQUIRE(is_refusal(status_of(bytes.span().first(size))));
   }
@@ -225,6 +226,16 @@ TEST_CASE("fields in 16 bits: damaged in any bit, or forged with fitting checksu
     REQUIRE(is_refusal(status_of(bytes.span())));
     bytes.span()[bit / 8] ^= std::byte{1} << (bit % 8);
   }
+}
+
+TEST_CASE("the models that fuzzing begins with are models") {
+  std::size_t models = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(data() / "fuzz" / "model")) {
+    CAPTURE(entry.path().string());
+    CHECK(Model::open(entry.path()).samples() == 4);
+    ++models;
+  }
+  CHECK(models >= 3);
 }
 
 TEST_CASE("other files are not models") {

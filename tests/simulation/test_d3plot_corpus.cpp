@@ -15,7 +15,9 @@ std::filesystem::path corpus_folder() { return lbea::test::data() / "fuzz" / "d3
 }  // namespace
 
 TEST_CASE("every file of the corpus is a database as the writer writes it, and opens") {
-  for (const auto& [name, database] : lbea::test::d3plot_corpus()) {
+  for (const auto& entry : lbea::test::d3plot_corpus()) {
+    const auto& name = entry.first;
+    const auto& database = entry.second;
     CAPTURE(name);
     std::ifstream in(corpus_folder() / name, std::ios::binary);
     const std::vector<char> stored{std::istreambuf_iterator<char>(in), {}};

@@ -1,6 +1,7 @@
 // Nobody in: keys and their files, the allow-list, caps, strangers who knock. Real sockets throughout.
 #include "adapters/wire/codec.hpp"
 #include "adapters/wire/streams.hpp"
+#include "tests/support/files.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
 
@@ -150,6 +151,16 @@ TEST_CASE("damaged key files are refused with their line") {
   CHECK(mentions(error_of([&] { static_cast<void>(read_key_pair(folder / "wrong.key")); }), "do not belong together"));
   write(folder / "none.key", good, 0600);
   CHECK(mentions(error_of([&] { static_cast<void>(read_key_pair(folder / "none.key")); }), "no secret key"));
+  const std::string pair = "lbea-secret-key " + keys.secret_key + " a\n";
+  write(folder / "twice.key", pair + pair, 0600);
+  CHECK(mentions(error_of([&] { static_cast<void>(read_key_pair(folder / "twice.key")); }), "more than one key pair"));
+  check_error(error_of([&] { write_key_pair(folder / "nameless", keys, ""); }), Status::bad_config, {"one word"});
+  check_error(error_of([&] { write_key_pair(folder / "absent" / "k", keys, "k"); }), Status::write_failed, {"cannot be written"});
+  {
+    const test::FullDisk full(10);
+    check_error(error_of([&] { write_key_pair(folder / "full", keys, "k"); }), Status::write_failed, {"cannot be written"});
+  }
+  CHECK_FALSE(std::filesystem::exists(folder / "full.key"));
   CHECK(error_of([&] { static_cast<void>(read_key_pair(folder / "absent.key")); }).status == Status::file_not_found);
   CHECK(error_of([&] { static_cast<void>(read_key_pair(folder.path())); }).status == Status::bad_config);
 }

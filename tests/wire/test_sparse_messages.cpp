@@ -1,0 +1,84 @@
+// Messages of other writers, which leave away what they do not have: read with the defaults, never through a null.
+#include "adapters/wire/codec.hpp"
+
+#include "inference_generated.h"
+#include "result_generated.h"
+#include "state_generated.h"
+
+#include <doctest/doctest.h>
+
+#include <flatbuffers/flatbuffers.h>
+
+#include <vector>
+
+using namespace lbea;
+
+namespace {
+
+std::span<const std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builder) {
+  return std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
+}
+
+}  // namespace
+
+TEST_CASE("a result that says nothing, and one whose parts say nothing") {
+  flatbuffers::FlatBufferBuilder empty;
+  wire::FinishResultBuffer(empty, wire::CreateResult(empty));
+  WireResult result;
+  REQUIRE(decode_result(bytes_of(empty), result) == WireStatus::ok);
+  CHECK(result.matches.empty());
+  CHECK(result.counters == Counters{});
+  CHECK(result.fit.candidates.empty());
+
+  flatbuffers::FlatBufferBuilder hollow;
+  const auto counters = wire::CreateCounters(hollow);
+  const auto fit = wire::CreateFit(hollow);
+  const auto test = wire::CreateTestState(hollow);
+  wire::ResultBuilder builder(hollow);
+  builder.add_counters(counters);
+  builder.add_fit(fit);
+  builder.add_test(test);
+  wire::FinishResultBuffer(hollow, builder.Finish());
+  REQUIRE(decode_result(bytes_of(hollow), result) == WireStatus::ok);
+  CHECK(result.counters == Counters{});
+  CHECK(result.fit.candidates.empty());
+  CHECK(result.fit.estimate.empty());
+  CHECK(result.test.simulations.empty());
+  CHECK(result.test.branches.empty());
+}
+
+TEST_CASE("a state and an inference that say nothing; messages larger than any of their kind") {
+  flatbuffers::FlatBufferBuilder empty;
+  wire::FinishStateBuffer(empty, wire::CreateState(empty));
+  WireState state;
+  REQUIRE(decode_state(bytes_of(empty), state) == WireStatus::ok);
+  CHECK(state.version.empty());
+  CHECK(state.senders.empty());
+  CHECK(state.model.simulations.empty());
+
+  empty.Clear();
+  const auto model = wire::CreateModelSummary(empty);
+  wire::StateBuilder with_model(empty);
+  with_model.add_model(model);
+  wire::FinishStateBuffer(empty, with_model.Finish());
+  REQUIRE(decode_state(bytes_of(empty), state) == WireStatus::ok);
+  CHECK(state.model.simulations.empty());
+
+  empty.Clear();
+  wire::FinishInferenceBuffer(empty, wire::CreateInference(empty));
+  WireInference inference;
+  REQUIRE(decode_inference(bytes_of(empty), inference) == WireStatus::ok);
+  CHECK(inference.values.empty());
+
+  empty.Clear();
+  wire::InferenceBuilder elsewhere(empty);
+  elsewhere.add_location(static_cast<wire::FieldLocation>(9));
+  wire::FinishInferenceBuffer(empty, elsewhere.Finish());
+  CHECK(decode_inference(bytes_of(empty), inference) == WireStatus::damaged);
+
+  const std::vector<std::byte> huge(65u << 20);
+  CHECK(decode_inference(huge, inference) == WireStatus::message_too_large);
+  WireResult result;
+  CHECK(decode_result(huge, result) == WireStatus::message_too_large);
+  CHECK(decode_state(huge, state) == WireStatus::message_too_large);
+}
