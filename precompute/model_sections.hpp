@@ -23,7 +23,8 @@ class SmallSections {
   void add(format::SectionId id, std::uint32_t part, std::vector<std::uint64_t> shape,
            std::span<const T> values) {
     const auto bytes = std::as_bytes(values);
-    sections_.push_back({{id, part, element_type<T>(), std::move(shape)}, {bytes.begin(), bytes.end()}});
+    std::vector<std::byte> copy(bytes.begin(), bytes.end());  // first: GCC 12 frees `shape` twice when it throws within the braces
+    sections_.push_back({{id, part, element_type<T>(), std::move(shape)}, std::move(copy)});
   }
   void add_text(format::SectionId id, const std::string& text);
 

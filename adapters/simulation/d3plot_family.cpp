@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "precompute/folder_names.hpp"
+
 namespace lbea::d3plot {
 
 namespace {
@@ -128,13 +130,12 @@ std::vector<fs::path> find_family(const fs::path& first_file) {
   const fs::path folder = first_file.has_parent_path() ? first_file.parent_path() : fs::path(".");
   std::vector<std::pair<std::uint32_t, fs::path>> members;
   std::error_code error;
-  fs::directory_iterator entry(folder, error);
+  const std::vector<std::string> names = names_in(folder, error);
   if (error) throw Error{Status::file_not_found, folder.string() + ": " + error.message() + "; check the path"};
-  for (; entry != fs::directory_iterator(); entry.increment(error)) {
-    const std::string other = entry->path().filename().string();
+  for (const std::string& other : names) {
     if (other.size() <= name.size() || other.compare(0, name.size(), name) != 0) continue;
     const auto number = member_number(std::string_view(other).substr(name.size()));
-    if (number && entry->is_regular_file(error)) members.emplace_back(*number, first_file.parent_path() / other);
+    if (number && fs::is_regular_file(folder / other, error)) members.emplace_back(*number, first_file.parent_path() / other);
   }
   std::sort(members.begin(), members.end());
   std::vector<fs::path> family{first_file};

@@ -1,5 +1,7 @@
 #include "adapters/simulation/series.hpp"
 
+#include "precompute/folder_names.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
@@ -34,8 +36,8 @@ NumberedName split(const fs::path& file) {
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-    if (std::error_code ignored; entry->is_regular_file(ignored)) files.push_back(entry->path());
+  for (const std::string& name : names_in(folder, error))
+    if (std::error_code ignored; fs::is_regular_file(folder / name, ignored)) files.push_back(folder / name);
   std::sort(files.begin(), files.end());
   return files;
 }

@@ -1,5 +1,7 @@
 #include "precompute/shards/remains.hpp"
 
+#include "precompute/folder_names.hpp"
+
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -93,9 +95,9 @@ void clear_remains(const fs::path& model) {
   const fs::path folder = model.has_parent_path() ? model.parent_path() : fs::path(".");
   const std::string name = model.filename().string();
   std::vector<fs::path> remains;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    const auto process = process_in(entry->path().filename().string(), name);
-    if (process && !is_alive(*process) && is_abandoned(entry->path()).value_or(false)) remains.push_back(entry->path());
+  for (const std::string& entry : names_in(folder, error)) {
+    const auto process = process_in(entry, name);
+    if (process && !is_alive(*process) && is_abandoned(folder / entry).value_or(false)) remains.push_back(folder / entry);
   }
   for (const fs::path& path : remains) remove_all_of(path);
 }

@@ -36,6 +36,7 @@ run() {  # preset, parser, inputs
   begin=$(date +%s)
   "$program" -runs="$3" -max_len="${longest[$name]}" -entropic=0 -timeout=20 -rss_limit_mb=3000 -print_final_stats=1 \
     -artifact_prefix="$findings/" "$corpus" "tests/data/fuzz/$name" >"$log" 2>&1 || { verdict="FINDING, see $log"; found=1; }
+  if grep -q "run interrupted" "$log"; then verdict="interrupted, no finding so far"; fi
   local inputs seconds=$(($(date +%s) - begin))
   inputs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   printf '%-12s %-10s %10s inputs  %6d s  %7d /s  %s\n' "$name" "$preset" "${inputs:-0}" "$seconds" \

@@ -21,7 +21,11 @@ using lbea::test::FakeEngine;
 
 namespace {
 
-bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
+/// LBEA_CAPTURES=10000000 asks for so many.
+std::uint64_t wanted_captures() {
+  if (const char* number = std::getenv("LBEA_CAPTURES")) return std::strtoull(number, nullptr, 10);
+  return std::getenv("LBEA_LONG_TESTS") != nullptr ? 1'000'000 : 10'000;
+}
 
 /// What a sender knows itself: the independent count.
 struct Captures {
@@ -132,7 +136,7 @@ Captures send_frames(WireContext& context, const std::string& endpoint, const st
 }  // namespace
 
 TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-off messages, three senders at once") {
-  const std::uint64_t wanted = is_long_run() ? 1'000'000 : 10'000;
+  const std::uint64_t wanted = wanted_captures();
   std::uint64_t total = 0;
   for (std::uint32_t round = 0; total < wanted; ++round) {
     std::mt19937 random(round);
