@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <memory>
+#include <new>
 #include <vector>
 
 namespace lbea {
@@ -13,6 +14,7 @@ namespace lbea {
 FileHash hash_file(const std::filesystem::path& path) {
   constexpr std::size_t piece = std::size_t{1} << 20;
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
+  if (state == nullptr) throw std::bad_alloc();
   XXH3_64bits_reset(state.get());
   std::ifstream file(path, std::ios::binary);
   std::vector<char> buffer(piece);
