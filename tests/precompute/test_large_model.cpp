@@ -1,6 +1,7 @@
 // Models larger than memory: what frames need is in RAM and stays there, the rest comes from the file when it is asked for.
 #include "runtime/src/model_view.hpp"
 #include "tests/precompute/shard_plates.hpp"
+#include "tests/support/instrumented.hpp"
 
 #include <cstdint>
 #include <cstdio>
@@ -125,7 +126,7 @@ TEST_CASE("landmarks are the file's business alone: shards and threads make the 
   CHECK(merged(work, plan) == baked_alone(plates.ensemble, description));
 }
 
-TEST_CASE("a model larger than the memory it may take: opened, locked and matched without reading from the disk") {
+TEST_CASE("a model larger than the memory it may take: opened, locked and matched without reading from the disk" * doctest::skip(is_instrumented)) {
   const bool is_long = is_long_run();  // 1.2 GB of positions: landmarks by themselves; else 20 MB
   const LargeModel large = is_long ? LargeModel{100, 100, {100, 100, 400, 400}} : LargeModel{8, 20, {100, 100, 400, 400}};
   const TemporaryFolder folder;
