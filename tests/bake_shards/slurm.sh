@@ -9,6 +9,7 @@ for program in munged slurmctld slurmd sbatch; do command -v $program >/dev/null
 
 pids=()
 at_the_end() {
+  if [ -e held/process ]; then kill -KILL "$(cat held/process)" 2>/dev/null || true; fi  # stopped, it would stay for ever
   for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
   for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
 }
