@@ -35,7 +35,7 @@ bool is_ours(std::string host) {
 
 void take_request(std::string_view text) {
   static EmptyFeed feed;
-  static web::Shared shared{AccessRules({"127.0.0.1", 8080, true}, {"rig.lab"}, token, {"https://viewer.example"}), Assets(), feed, {}, true, "1", 0, 0, 0, {}, {}, nullptr};
+  static web::Shared shared{AccessRules({"127.0.0.1", 8080, true}, {"rig.lab"}, token, {"https://viewer.example"}), Assets(), feed, {}, true, "1", 0, 0, 0, 0, {}, {}, nullptr};
   web::http::request_parser<web::http::empty_body> parser;
   parser.header_limit(16 * 1024);
   parser.body_limit(0);
