@@ -11,7 +11,8 @@
 namespace lbea {
 
 struct WireContext::State {
-  zmq::context_t context{1};  // one I/O thread carries 5 GB/s
+  explicit State(zmq::context_t&& started) : context(std::move(started)) {}
+  zmq::context_t context;
   detail::Gate gate{context};
 };
 

@@ -10,7 +10,7 @@ build=$(realpath "${1:-build/release}") source=$(realpath "$(dirname "$0")/../..
 points=${POINTS:-62000} rate=${RATE:-1000} time=${TIME:-10} method=${METHOD:-lbea} disk=${DISK:-/dev/shm}
 PATH=$(printf '%s:' "$build"/tools/{bake,sense,serve,send,inspect})$PATH
 folder=$(mktemp -d) recordings=$(mktemp -d -p "$disk")
-trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$folder" "$recordings"' EXIT
+trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$folder" "$recordings"' EXIT
 demo=$source/tests/data/rail-demo
 
 lbea-bake "$demo/ensemble.toml" -o "$folder/rail.lbea" >/dev/null
