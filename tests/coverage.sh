@@ -54,17 +54,18 @@ all_taken = all_there = 0
 for file in sorted(files, key=lambda f: f["filename"]):
     name = os.path.relpath(os.path.realpath(file["filename"]), root)
     if not parsers.match(name): continue
+    source = open(file["filename"]).read().splitlines()
     counts = collections.defaultdict(lambda: [0, 0])  # by place: the same template or inline function counts once
     for line, column, end_line, end_column, true, false, *_ in file["branches"]:
+        if re.search(r"if constexpr|while \(true\)", source[line - 1]): continue  # decided when it is compiled
         counts[line, column, end_line, end_column][0] += true
         counts[line, column, end_line, end_column][1] += false
     there, taken = 2 * len(counts), sum((t > 0) + (f > 0) for t, f in counts.values())
     all_taken, all_there = all_taken + taken, all_there + there
     if there: print(f"{100 * taken / there:6.1f} %  {taken:4} of {there:4}  {name}")
-    text = open(file["filename"]).read().splitlines() if listed else []
     for (line, column, end_line, end_column), (t, f) in sorted(counts.items()) if listed else []:
         if t and f: continue
-        condition = text[line - 1][column - 1:end_column - 1 if end_line == line else None]
+        condition = source[line - 1][column - 1:end_column - 1 if end_line == line else None]
         print(f"            {line}: never {'reached' if not t and not f else 'true' if not t else 'false'}: {condition}")
 share = 100 * all_taken / max(all_there, 1)
 print(f"{share:6.1f} %  {all_taken} of {all_there} branches of the parsers")

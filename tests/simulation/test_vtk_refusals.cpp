@@ -115,8 +115,9 @@ TEST_CASE("a cell of every kind gives the faces it has") {
     std::size_t faces;
   };
   // VTK's numbers; flat cells count as one face, a strip of four points as two, a polygon of five as three.
-  for (const auto [number, points, faces] : {Kind{5, 3, 1}, {22, 6, 1}, {9, 4, 1}, {8, 4, 1}, {23, 8, 1}, {28, 9, 1}, {7, 5, 3}, {7, 4, 1}, {6, 4, 2}, {10, 4, 4},
+  for (const Kind& kind : {Kind{5, 3, 1}, {22, 6, 1}, {9, 4, 1}, {8, 4, 1}, {23, 8, 1}, {28, 9, 1}, {7, 5, 3}, {7, 4, 1}, {6, 4, 2}, {10, 4, 4},
                                              {24, 10, 4}, {11, 8, 6}, {12, 8, 6}, {25, 20, 6}, {29, 27, 6}, {13, 6, 5}, {26, 15, 5}, {14, 5, 5}, {27, 13, 5}}) {
+    const int number = kind.number, points = kind.points;
     CAPTURE(number);
     std::string text = grid_head + "POINTS " + std::to_string(points) + " float\n", cell = std::to_string(points);
     for (int i = 0; i < points; ++i) {
@@ -126,7 +127,7 @@ TEST_CASE("a cell of every kind gives the faces it has") {
     text += "CELLS 2 " + std::to_string(points + 4) + "\n" + cell + "\n2 0 1\nCELL_TYPES 2\n" + std::to_string(number) + "\n3\n";
     const TemporaryFolder folder;
     const auto file = put(folder / "a.vtk", text);
-    CHECK(open_simulation(file)->mesh().elements.size() == faces);
+    CHECK(open_simulation(file)->mesh().elements.size() == kind.faces);
     if (number == 6 || number == 7) continue;
     text.replace(text.find(cell), cell.size(), std::to_string(points - 1) + cell.substr(cell.find(' '), cell.rfind(' ') - cell.find(' ')));
     text.replace(text.find("CELLS 2 "), 8 + std::to_string(points + 4).size(), "CELLS 2 " + std::to_string(points + 3));
