@@ -1,5 +1,6 @@
 // What 32 clients cost that never read, or send rubbish: the matcher's latency beside a monitor that serves nobody, and beside one
-// that serves them, in turns; the monitor's processor time and memory.
+// that serves them, in turns; the monitor's processor time and memory. The clients run on both sides: while the monitor serves
+// nobody they beset a stand-in, so that what they themselves cost the machine is not taken for the monitor's.
 //   node stalled.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON
 // LBEA_SERVE_OPTIONS: more options of lbea-serve. Exit code 77: skipped, because this is no long run, or because the machine is too
 // busy with other things to tell.
@@ -23,7 +24,7 @@ const memory = ({ pid }) => Number(readFileSync(`/proc/${pid}/status`, "utf8").m
 /// Processor time so far, in s.
 const work = ({ pid }) => readFileSync(`/proc/${pid}/stat`, "utf8").split(") ")[1].split(" ").slice(11, 13).reduce((sum, ticks) => sum + Number(ticks), 0) / 100;
 /// Clients are other machines: here they get what the programs under test leave of the processors.
-const startCrowd = (url) => spawn("chrt", ["--idle", "0", process.execPath, fileURLToPath(new URL("crowd.mjs", import.meta.url)), url, String(clients)], { stdio: "inherit" });
+const startIdle = (script, ...parameters) => spawn("chrt", ["--idle", "0", process.execPath, fileURLToPath(new URL(script, import.meta.url)), ...parameters], { stdio: ["ignore", "pipe", "inherit"] });
 
 /// Plays the test `loops` times, of which a busy machine may drop frames; the p99 of the time from a frame's arrival to its result.
 async function p99(url) {
@@ -44,8 +45,9 @@ async function measure(program) {
   return { latency, share: (work(program) - begin[0]) / (performance.now() - begin[1]) * 1000 };
 }
 
-async function measureCrowded(program, noteMemory) {
-  const crowd = startCrowd(program.url), watch = setInterval(() => noteMemory(memory(program)), 50);
+/// The same beside a crowd that besets `url`: the monitor's or another.
+async function measureBeside(url, program, noteMemory) {
+  const crowd = startIdle("crowd.mjs", url, String(clients)), watch = setInterval(() => noteMemory(memory(program)), 50);
   try {
     await new Promise((done) => setTimeout(done, settled));
     return await measure(program);
@@ -73,20 +75,24 @@ async function main() {
   await p99(program.url);
   const before = memory(program);
   let most = before, ratios = [], low = 0, high = Infinity;
+  const standIn = startIdle("stand_in.mjs");
+  standIn.unref();
+  process.on("exit", () => standIn.kill("SIGKILL"));
+  const elsewhere = String(await new Promise((done) => standIn.stdout.once("data", done))).trim(), note = (now) => (most = Math.max(most, now));
+  standIn.stdout.destroy();
   const isDecided = () => low > 1 + mostMore || high < 1 + mostMore;
   while (ratios.length < leastPairs || (ratios.length < mostPairs && !isDecided())) {
     // In turns which of the two comes first: whatever the machine does besides meets both.
     for (const isCrowded of ratios.length % 2 ? [true, false] : [false, true])
-      if (isCrowded) crowded.push(await measureCrowded(program, (now) => (most = Math.max(most, now))));
-      else alone.push(await measure(program));
+      (isCrowded ? crowded : alone).push(await measureBeside(isCrowded ? program.url : elsewhere, program, note));
     ratios = crowded.map(({ latency }, i) => latency / alone[i].latency);
     [low, high] = bounds(ratios);
   }
   const [quiet, busy] = [alone, crowded].map((windows) => median(windows.map(({ share }) => share)));
-  console.log(`p99 in ms of ${frames * loops} frames each, alone: ${list(alone)}`);
+  console.log(`p99 in ms of ${frames * loops} frames each, with the clients elsewhere: ${list(alone)}`);
   console.log(`beside ${clients} stalled and hostile clients: ${list(crowded)}`);
   console.log(`by pairs ${percent(median(ratios) - 1)} more; with a probability of 95 % between ${percent(low - 1)} and ${percent(high - 1)}`);
-  console.log(`lbea-monitor: ${percent(quiet)} of a processor alone, ${percent(busy)} beside them; ${before.toFixed(0)} MB, at most ${most.toFixed(0)} MB`);
+  console.log(`lbea-monitor: ${percent(quiet)} of a processor without them, ${percent(busy)} beside them; ${before.toFixed(0)} MB, at most ${most.toFixed(0)} MB`);
   assert.ok(most - before < mostMemory, "the monitor's memory grows with clients that do not read");
   assert.ok(busy - quiet < mostWork, "the monitor works for clients that do not read");
   assert.ok(low < 1 + mostMore, "the matcher is slower beside the clients");
