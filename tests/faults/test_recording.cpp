@@ -17,7 +17,7 @@ std::uint64_t frames_left(const TemporaryFolder& folder) {
     CHECK(mcap::audit(mcap::FileSource(file)).is_intact());
     return frames_in(mcap::FileSource(file));
   }
-  if (!std::filesystem::exists(mcap::partial_name(file))) return 0;
+  if (!std::filesystem::exists(mcap::partial_name(file)) || std::filesystem::file_size(mcap::partial_name(file)) == 0) return 0;
   MemorySink sink;
   mcap::recover(mcap::FileSource(mcap::partial_name(file)), sink);
   return frames_in(mcap::MemorySource(sink.bytes, "recovered"));
