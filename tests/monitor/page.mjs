@@ -88,6 +88,17 @@ async function checkPixels(page) {
   return meshAlone;
 }
 
+/// As after a crash of the graphics driver, or a night's sleep of the laptop.
+async function checkLostGraphics(page) {
+  await page.evaluate(async () => {
+    const lost = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+    lost.loseContext();
+    await new Promise((done) => setTimeout(done, 200));
+    lost.restoreContext();
+  });
+  await shows(page, (seen) => seen.drawn > 0.03 * seen.pixels, "the view does not come back when the browser has lost it");
+}
+
 async function checkColours(page) {
   const before = await look(page);
   await page.locator("#colour").selectOption("distance");
@@ -124,7 +135,7 @@ async function checkNoOverflow(page, name) {
 async function checkSizes(page) {
   for (const [width, height] of [[1280, 720], [1920, 1080], [3840, 2160]]) {
     await page.setViewportSize({ width, height });
-    await page.waitForTimeout(300);
+    await shows(page, (seen) => seen.drawn > 0.03 * seen.pixels, `the view stays blank at ${width}x${height}`);
     await checkNoOverflow(page, `${width}x${height}`);
     await page.screenshot({ path: join(out, `page-${width}x${height}.png`) });
   }
@@ -229,6 +240,7 @@ async function main() {
     assert.notEqual(await words(page, "verdict-word"), "No frames yet");
     assert.match(await words(page, "best-name"), /run_/);
     await checkPixels(page);
+    await checkLostGraphics(page);
     await checkColours(page);
     await checkExports(page, url);
     await checkKeyboard(page);
@@ -254,7 +266,7 @@ async function main() {
     await until(async () => (await words(page, "connection")) === "Live", "the page does not connect again");
     assert.equal(await page.evaluate(() => globalThis.sameDocument), true, "the page was loaded anew");
     await stop(again);
-    const refused = complaints.filter((text) => /WebSocket connection.*failed/.test(text));
+    const refused = complaints.filter((text) => /WebSocket connection.*failed|CONTEXT_LOST_WEBGL|Context (Lost|Restored)/.test(text));
     assert.deepEqual(complaints.filter((text) => !refused.includes(text)), [], "console");
     assert.ok(complaintsBefore >= 0 && outside.length === 0, `requests to elsewhere: ${outside}`);
     writeFileSync(join(out, "measured.json"), JSON.stringify({ ...loading, last }, null, 1));

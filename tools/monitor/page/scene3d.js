@@ -99,6 +99,7 @@ export class Scene3d {
     this.isDirty = true;
     this.restUntil = this.renderBegin = 0;
     canvas.addEventListener("keydown", (event) => this.key(event));
+    canvas.addEventListener("webglcontextrestored", () => this.comeBack());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
     this.recolour();
@@ -222,9 +223,15 @@ export class Scene3d {
     this.renderer.setSize(width, height, false);
     this.points.material.size = Math.max(1.5, height / 420) * this.renderer.getPixelRatio();
     this.draw();
+    if (this.fence !== undefined && this.hasDrawn()) this.render();  // nothing is left of a picture of another size: no rest now
   }
   draw() {
     this.isDirty = true;
+  }
+  /// The graphics driver had crashed, or the laptop slept: what was on its way will never be drawn.
+  comeBack() {
+    this.fence = null;
+    this.draw();
   }
   render() {
     this.isDirty = false;
