@@ -18,7 +18,7 @@ const look = (page) =>
     const context = copy.getContext("2d");
     context.drawImage(canvas, 0, 0);
     const { data } = context.getImageData(0, 0, copy.width, copy.height);
-    const seen = { drawn: 0, cloud: 0, hash: 0, pixels: copy.width * copy.height };
+    const seen = { drawn: 0, cloud: 0, hash: 0, pixels: copy.width * copy.height, background: [...data.slice(0, 3)].join() };
     const colours = new Set();
     for (let i = 0; i < data.length; i += 4) {
       const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
@@ -90,13 +90,14 @@ async function checkPixels(page) {
 
 /// As after a crash of the graphics driver, or a night's sleep of the laptop.
 async function checkLostGraphics(page) {
+  const { background } = await look(page);
   await page.evaluate(async () => {
     const lost = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
     lost.loseContext();
     await new Promise((done) => setTimeout(done, 200));
     lost.restoreContext();
   });
-  await shows(page, (seen) => seen.drawn > 0.03 * seen.pixels, "the view does not come back when the browser has lost it");
+  await shows(page, (seen) => seen.drawn > 0.03 * seen.pixels && seen.background === background, "the view does not come back when the browser has lost it");
 }
 
 async function checkColours(page) {

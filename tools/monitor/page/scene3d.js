@@ -231,7 +231,7 @@ export class Scene3d {
   /// The graphics driver had crashed, or the laptop slept: what was on its way will never be drawn.
   comeBack() {
     this.fence = null;
-    this.draw();
+    this.recolour();
   }
   render() {
     this.isDirty = false;
