@@ -61,7 +61,10 @@ void sync_folder(const std::filesystem::path& folder) noexcept {
 
 std::filesystem::path partial_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
 
-PartialFile::PartialFile(const std::filesystem::path& file) : file_(file), partial_(partial_name(file)), folder_(file.has_parent_path() ? file.parent_path() : ".") {
+std::filesystem::path PartialFile::default_partial_name(const std::filesystem::path& file) { return partial_name(file); }
+
+PartialFile::PartialFile(const std::filesystem::path& file, const std::filesystem::path& partial)
+    : file_(file), partial_(partial), folder_(file.has_parent_path() ? file.parent_path() : ".") {
   if (!file.has_filename()) fail(file, "it is a folder; add a file name");
   if (is_there(file_)) fail(file, "the file exists and recordings are never overwritten; choose another name");
   descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);

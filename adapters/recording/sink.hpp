@@ -26,7 +26,9 @@ class Sink {
 class PartialFile final : public Sink {
  public:
   /// Throws Error{write_failed} when FILE or FILE.partial exists: recordings are never overwritten.
-  explicit PartialFile(const std::filesystem::path& file);
+  explicit PartialFile(const std::filesystem::path& file) : PartialFile(file, default_partial_name(file)) {}
+  /// The same under another name until commit(): FILE.partial may be what FILE is made of.
+  PartialFile(const std::filesystem::path& file, const std::filesystem::path& partial);
   ~PartialFile() override;
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
@@ -36,6 +38,7 @@ class PartialFile final : public Sink {
   void keep(bool wanted) noexcept override { kept_ = wanted; }
 
  private:
+  static std::filesystem::path default_partial_name(const std::filesystem::path& file);
   void cut_back() noexcept;
   void start_write_back() noexcept;
   std::filesystem::path file_, partial_, folder_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 
 #include "adapters/simulation/grid_names.hpp"
 
@@ -45,8 +44,6 @@ const Array* source_array(const std::vector<Array>& arrays, const std::string& n
   return name.empty() ? nullptr : find_array(arrays, name + suffix);
 }
 
-float finite(double value) { return std::isfinite(value) ? static_cast<float>(value) : 0.0f; }
-
 }  // namespace
 
 std::vector<FieldSource> fields_of(const Grid& grid, const std::string& suffix) {
@@ -75,13 +72,13 @@ std::vector<float> field_values(const Grid& grid, const SourcedMesh& sourced, co
   std::vector<float> values(sourced.mesh.elements.size(), 0.0f);
   for (std::size_t e = 0; e < values.size(); ++e) {
     const Array* const cells = sourced.element_is_solid[e] ? solid : flat;
-    if (cells != nullptr) values[e] = finite(cells->values[sourced.element_source[e]]);
+    if (cells != nullptr) values[e] = static_cast<float>(cells->values[sourced.element_source[e]]);
     if (point == nullptr) continue;
     double sum = 0;
     const auto& corners = sourced.mesh.elements[e];
     const std::size_t count = corners[3] == corners[2] ? 3 : 4;
     for (std::size_t c = 0; c < count; ++c) sum += point->values[sourced.node_source[corners[c]]];
-    values[e] = finite(sum / static_cast<double>(count));
+    values[e] = static_cast<float>(sum / static_cast<double>(count));
   }
   return values;
 }

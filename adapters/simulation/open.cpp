@@ -17,6 +17,8 @@ constexpr std::size_t looked_at = 8192;
 
 std::string start_of(const fs::path& file) {
   std::string start(looked_at, '\0');
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return {};  // opening a fifo would wait for its writer
   std::ifstream in(file, std::ios::binary);
   in.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(in.gcount()));

@@ -130,7 +130,7 @@ void look(Search& search, std::uint32_t leaf, std::size_t query) {
 }
 
 void look_at_listed(Search& search) {
-  for (std::size_t i = 0; i < search.looks; ++i) look(search, search.listed[i] / lanes, search.listed[i] % lanes);
+  for (std::size_t i = 0; i < search.looks; ++i) look(search, static_cast<std::uint32_t>(search.listed[i] / lanes), search.listed[i] % lanes);
   search.looks = 0;
 }
 

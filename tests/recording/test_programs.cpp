@@ -274,6 +274,11 @@ TEST_CASE("killed at any moment: all but the last moment is recovered, and indep
     const test::Outcome recovery = run_program(LBEA_INSPECT " --recover run.mcap.partial -o fixed.mcap --json", bench.folder.path());
     CAPTURE(recovery.err);
     REQUIRE(recovery.exit_code == 0);
+    // Once the documented line failed, because the new file's own name until it is whole was that of the old one.
+    CHECK(run_program(LBEA_INSPECT " --recover run.mcap.partial -o run.mcap", bench.folder.path()).exit_code == 0);
+    CHECK(text_of(bench.folder / "run.mcap") == text_of(bench.folder / "fixed.mcap"));
+    CHECK(std::filesystem::exists(bench.folder / "run.mcap.partial"));
+    std::filesystem::remove(bench.folder / "run.mcap");
     const Json report = bench.inspect("fixed.mcap", 1);  // sound, but the recorder's closing account is missing
     CHECK(report["intact"] == true);
     CHECK(report["indexed"] == true);

@@ -298,8 +298,23 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
   CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", "ipc://" + bench.file("inference")}) == 0);
   CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "bogus", "--inference", "ipc://" + bench.file("inference")}) == 1);
   CHECK(contains(found(), "\"name\":\"infer\",\"level\":\"failed\""));
-  CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", bench.results}) == 1);
+  CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", "tcp://0.0.0.0:1"}) == 1);
   CHECK(contains(found(), "\"name\":\"inference\",\"level\":\"failed\""));
+  // A check once passed what the start then refused: a recording's name that is taken, a window that is none.
+  std::ofstream(bench.file("taken.mcap")) << "of yesterday";
+  for (const std::vector<std::string>& recording :
+       {std::vector<std::string>{"--record", bench.file("taken.mcap")}, {"--record", bench.folder.path().string()}, {"--record", bench.file("x.mcap"), "--record-window", "nan:2"}}) {
+    std::vector<std::string> more{"--frames", bench.frames, "--results", bench.results};
+    more.insert(more.end(), recording.begin(), recording.end());
+    CHECK(check(more) == 1);
+    CHECK(contains(found(), "\"name\":\"record\",\"level\":\"failed\""));
+  }
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--record-window", "0.5:2"}) == 2);  // of what?
+  for (const std::string number : {"010", "0x10", "99999999999999999999", "-9223372036854775809"}) {  // not eight, nor what would fit
+    CAPTURE(number);
+    CHECK(check({"--frames", bench.frames, "--results", bench.results, "--trigger-ns=" + number}) == 2);
+  }
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--trigger-ns=-9223372036854775808"}) == 0);
   const auto server = bench.serve();
   CHECK(check({"--frames", bench.frames, "--results", "ipc://" + bench.file("other")}) == 1);
   CHECK(contains(found(), "in use by another process"));

@@ -63,6 +63,7 @@ void add_options(Tool& tool, Options& options) {
                   "instead: measure against numbers of points and samples, write the tables into this folder");
   auto* through = tool.add_option("--through", options.endpoints,
                                   "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; time from sending a frame to its result, one at a time");
+  for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth"}) through->excludes(tool.get_option(other));
   tool.add_option("--rate", options.rate,
                   "with --through: so many frames a second, without waiting; time from when a frame is due, and what was lost")
       ->needs(through)

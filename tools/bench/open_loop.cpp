@@ -93,7 +93,7 @@ OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> cloud
   }
   listener.finish(due.size());
   const std::uint64_t first = schedule.warm_up - refused_warm_up;
-  Time last = begin;
+  Time last = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(static_cast<double>(frames - 1) / rate));
   for (std::uint64_t id = first; id < due.size(); ++id) {
     ++run.sent;
     const Time matched = listener.matched_at(id);
@@ -105,7 +105,7 @@ OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> cloud
     last = std::max(last, matched);
     run.since_due.push_back(std::chrono::duration<double, std::micro>(matched - due[id]).count());
   }
-  if (run.matched > 0) run.seconds = std::chrono::duration<double>(last - due[first]).count();
+  run.seconds = std::chrono::duration<double>(last - begin).count() - static_cast<double>(schedule.warm_up) / rate;
   return run;
 }
 

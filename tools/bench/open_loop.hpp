@@ -23,7 +23,7 @@ struct Bucket {
 struct OpenLoop {
   std::uint64_t sent = 0, refused = 0;  // refused: no room between here and the matcher
   std::uint64_t matched = 0, lost = 0;  // of those sent; lost: no result, or one that says it was not matched
-  double seconds = 0;                   // from the first intended time to the last result
+  double seconds = 0;                   // from when the first frame was due until the last one was, or its result was here
   /// Microseconds from when a frame was due, not from when it could be sent: a stall counts for every frame that it held up.
   std::vector<double> since_due;
 };

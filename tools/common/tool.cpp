@@ -3,11 +3,14 @@
 #include <lbea/lbea.hpp>
 
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <new>
+#include <string_view>
 
 #include <unistd.h>
 
@@ -39,13 +42,28 @@ int flushed(int exit_code, const std::string& name) {
   return exit_failed;
 }
 
+/// The library reads 010 as eight, and what does not fit as the largest that does.
+bool is_decimal_integer(std::string_view text, bool is_signed) {
+  const std::string_view digits = text.substr(text.starts_with('-') || text.starts_with('+') ? 1 : 0);
+  if (digits.size() > 1 && digits.starts_with('0')) return false;
+  const char* const end = digits.data() + digits.size();
+  std::int64_t within = 0;
+  std::uint64_t value = 0;
+  if (is_signed && text.starts_with('-')) return std::from_chars(text.data(), end, within) == std::from_chars_result{end, std::errc{}};
+  const auto [read, error] = std::from_chars(digits.data(), end, value);
+  return read == end && error == std::errc{} && (!is_signed || value <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
+}
+
 /// The library's ranges let through what compares with nothing.
 void refuse_what_is_no_number(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
-    if (!option->get_type_name().starts_with("FLOAT")) continue;
-    for (const std::string& text : option->results())
-      if (double value = 0; CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
+    const std::string type = option->get_type_name();
+    for (const std::string& text : option->results()) {
+      if (double value = 0; type.starts_with("FLOAT") && CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
         throw CLI::ValidationError(option->get_name(), "\"" + text + "\" is not a finite number");
+      if ((type.starts_with("INT") || type.starts_with("UINT")) && !is_decimal_integer(text, type.starts_with("INT")))
+        throw CLI::ValidationError(option->get_name(), "\"" + text + "\" is not a whole number that fits, in decimals without leading zeros");
+    }
   }
   for (const CLI::App* command : app.get_subcommands()) refuse_what_is_no_number(*command);
 }

@@ -130,6 +130,7 @@ void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& do
 
 bool is_recording(const std::filesystem::path& file) {
   if (file.extension() == ".mcap" || file.extension() == ".partial") return true;
+  if (!std::filesystem::is_regular_file(file)) return false;  // opening a fifo would wait for its writer
   std::array<char, mcap::magic.size()> front{};
   std::ifstream(file, std::ios::binary).read(front.data(), front.size());
   return std::ranges::equal(std::as_bytes(std::span(front)), std::as_bytes(std::span(mcap::magic)));
@@ -146,7 +147,10 @@ bool print_recording(const std::filesystem::path& file, bool as_json) {
 
 void recover_recording(const std::filesystem::path& damaged, const std::filesystem::path& fixed, bool as_json) {
   const mcap::FileSource source(damaged);
-  mcap::PartialFile sink(fixed);
+  std::error_code unknown;
+  const std::filesystem::path partial = mcap::partial_name(fixed);
+  const bool is_made_of_partial = std::filesystem::equivalent(partial, damaged, unknown);
+  mcap::PartialFile sink(fixed, is_made_of_partial ? fixed.string() + ".recovering" : partial.string());
   try {
     print_recovery(fixed, mcap::recover(source, sink), as_json);
   } catch (const Error& error) {

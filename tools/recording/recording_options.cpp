@@ -62,6 +62,12 @@ void add_recording_options(Tool& tool, RecordingOptions& options) {
                   "--trigger-ns or later");
 }
 
+void check_recording(const RecordingOptions& options) {
+  check_memory(options.memory_mb * megabyte);
+  if (!options.window.empty()) static_cast<void>(parse_window(options.window));
+  const mcap::PartialFile probe(options.file);
+}
+
 std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, const RunSettings& settings) {
   if (options.file.empty()) return nullptr;
   RecorderConfig config = options.config;

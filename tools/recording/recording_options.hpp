@@ -16,6 +16,9 @@ struct RecordingOptions {
 /// All but the file's name, which is an option of one program and an argument of another.
 void add_recording_options(Tool& tool, RecordingOptions& options);
 
+/// What begin_recording() would refuse. Throws the same; leaves nothing behind.
+void check_recording(const RecordingOptions& options);
+
 /// Null without a file. With a window, SIGUSR1 triggers from now on, as does the first frame captured at
 /// settings.matcher.trigger_ns or later, unless that is 0. Throws Error{bad_config | write_failed}.
 [[nodiscard]] std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, const RunSettings& settings);

@@ -85,6 +85,7 @@ int check(const ServeOptions& options) {
   for (Finding& finding : check_clock()) preflight.note(std::move(finding));
   preflight.note(check_descriptors());
   if (records) {
+    preflight.ask("record", [&] { return check_recording(options.recording), options.recording.file; });
     const auto folder = std::filesystem::absolute(options.recording.file).parent_path();
     preflight.note(check_disk(folder, probe_bytes));
   }

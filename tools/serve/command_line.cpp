@@ -60,8 +60,9 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
       ->check(CLI::Range(1u, 4096u));
-  tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP)");
+  auto* record = tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP)");
   add_recording_options(tool, options.recording);
+  tool.get_option("--record-window")->needs(record);  // who asks for a window believes it is being recorded
   options.access.add_to(tool);
   add_operation_options(tool, options);
 }
