@@ -3,6 +3,7 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
+#include <cerrno>
 
 #include <fnmatch.h>
 #include <glob.h>
@@ -40,7 +41,8 @@ std::vector<std::filesystem::path> matching_paths(const std::filesystem::path& f
   const bool is_absolute = std::filesystem::path(pattern).is_absolute();
   const std::string base = is_absolute || folder.empty() ? "" : literal(folder.string()) + "/";
   GlobResult found;
-  const int outcome = ::glob((base + pattern).c_str(), GLOB_ERR | GLOB_NOSORT, nullptr, &found.value);
+  const auto stops = [](const char*, int error) { return error == ENOENT ? 0 : 1; };  // what is not there matches nothing
+  const int outcome = ::glob((base + pattern).c_str(), GLOB_NOSORT, stops, &found.value);
   if (outcome != 0 && outcome != GLOB_NOMATCH)
     throw Error(Status::bad_input, "cannot look through the folders of \"" + pattern + "\" in " +
                                        (folder.empty() ? "." : folder.string()) + "; check their rights");

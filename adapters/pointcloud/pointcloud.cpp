@@ -22,7 +22,7 @@ struct CloudFormat {
 };
 
 bool is_ply(std::string_view start, std::size_t) {
-  return start.starts_with("ply") && start.size() > 3 && (start[3] == '\n' || start[3] == '\r' || start[3] == ' ');
+  return start == "ply" || start.starts_with("ply\n") || start.starts_with("ply\r") || start.starts_with("ply ");  // or cut there
 }
 
 bool is_pcd(std::string_view start, std::size_t) {

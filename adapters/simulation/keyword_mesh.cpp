@@ -12,6 +12,14 @@ namespace lbea::grid {
 
 namespace {
 
+bool is_letter(char c) noexcept { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
+
+std::string in_capitals(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(), [](char c) { return is_letter(c) ? static_cast<char>(c & ~0x20) : c; });
+  return result;
+}
+
 /// Widths of integers and reals in fixed columns.
 struct Widths {
   std::size_t integer = 8, real = 16;
@@ -26,8 +34,8 @@ class KeywordParser {
   Grid parse() {
     for (std::string_view line; lines_.next(line);) {
       if (line.starts_with('$') || (text::trimmed(line).empty() && card_ == Card::none)) continue;
-      if (line.starts_with("*END")) break;
-      if (line.starts_with('*')) begin(line);
+      if (line.starts_with("*END") || line.starts_with("*end")) break;
+      if (line.starts_with('*')) begin(in_capitals(line));
       else if (skip_ > 0) --skip_;
       else if (card_ == Card::node) take_node(line);
       else if (card_ == Card::shell) take_shell(line);
@@ -39,14 +47,12 @@ class KeywordParser {
  private:
   void begin(std::string_view line) {
     std::string keyword(text::next_word(line));
-    std::transform(keyword.begin(), keyword.end(), keyword.begin(),
-                   [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c; });
     if (keyword == "*KEYWORD") {
       if (line.find("LONG=Y") != std::string_view::npos) general_ = {20, 20};
       if (line.find("I10=Y") != std::string_view::npos) general_.integer = 10;
     }
     widths_ = general_;
-    for (; !keyword.empty() && std::string_view("+%-").find(keyword.back()) != std::string_view::npos; keyword.pop_back()) {
+    for (; std::string_view("+%-").find(keyword.back()) != std::string_view::npos; keyword.pop_back()) {  // stops at its '*'
       if (keyword.back() == '+') widths_ = {20, 20};
       if (keyword.back() == '%') widths_.integer = 10;
       if (keyword.back() == '-') widths_ = {};
@@ -197,7 +203,7 @@ bool is_keyword(std::string_view start) noexcept {
   text::LineReader lines(start);
   for (std::string_view line; lines.next(line);) {
     if (line.starts_with('$') || text::trimmed(line).empty()) continue;
-    return line.size() > 3 && line[0] == '*' && line[1] >= 'A' && line[1] <= 'Z' && line[2] >= 'A' && line[2] <= 'Z';
+    return line.size() > 3 && line[0] == '*' && is_letter(line[1]) && is_letter(line[2]);
   }
   return false;
 }

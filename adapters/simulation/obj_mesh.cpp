@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <utility>
 
 #include "adapters/file/atomic_file.hpp"
 #include "adapters/file/text_line.hpp"
@@ -70,8 +71,9 @@ class ObjParser {
 /// Its first lines all begin with its keywords, and one is a vertex.
 bool is_obj(std::string_view start) noexcept {
   text::LineReader lines(start.substr(0, start.find_last_of('\n')));  // the last line may be cut
-  bool has_vertex = false;
+  bool has_vertex = false, goes_on = false;
   for (std::string_view line; lines.next(line);) {
+    if (std::exchange(goes_on, line.ends_with('\\'))) continue;
     const std::string_view keyword = text::next_word(line);
     if (keyword.empty() || keyword.starts_with('#')) continue;
     if (std::find(keywords.begin(), keywords.end(), keyword) == keywords.end()) return false;

@@ -53,6 +53,8 @@ TEST_CASE("values of another type are refused with key and line") {
   check_refused("region = {nodes = 1}", {"region.nodes"});
   check_refused("region = {box = {min = [0, 0], max = [1, 1, 1]}}", {"region.box.min", "three"});
   check_refused("region = {box = {min = [0, 0, 0]}}", {"min and max"});
+  check_refused("region = {box = {max = [0, 0, 0]}}", {"min and max"});
+  check_refused("landmarks = 1", {"\"landmarks\"", "true or false"});
   check_refused("region = {box = {min = [0, 0, 2], max = [1, 1, 1]}}", {"above max"});
   check_refused("region = {sensor = \"\"}", {"region.sensor", "empty"});
   check_refused("steps = 1", {"\"steps\"", "table"});
@@ -76,6 +78,7 @@ TEST_CASE("runs that are not there") {
     return error_of([&] { (void)read_ensemble_toml(put(folder / "ensemble.toml", text)); });
   };
   CHECK(mentions(refusal("\n\nruns = [\"x*\"]"), "line 3: \"runs\" names \"x*\""));
+  CHECK(mentions(refusal("\nruns = [\"absent/*\"]"), "line 2: \"runs\" names \"absent/*\""));
   CHECK(mentions(refusal("runs = [\"x\"]"), "no such file"));
   CHECK(mentions(refusal("runs = []"), "missing or empty"));
   CHECK(mentions(refusal(""), "missing or empty"));

@@ -28,12 +28,32 @@ TEST_CASE("patterns, plain names, absolute paths; sorted by bytes") {
 
 TEST_CASE("signs of a pattern in the folder's own name are letters") {
   const TemporaryFolder outer;
-  const auto folder = outer / "tests [2024] *";
+  const auto folder = outer / "tests [2024] * why? a\\b";
   std::filesystem::create_directories(folder / "runs/a");
   CHECK(matching_paths(folder, "runs/*") == Paths{folder / "runs/a"});
   CHECK(matching_paths(folder, "runs/a") == Paths{folder / "runs/a"});
   CHECK(means_run("runs/a", folder, folder / "runs/a"));
   CHECK(means_run("a", folder, folder / "runs/a"));
+}
+
+TEST_CASE("without a folder patterns begin where the program stands") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "r/a");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  const Paths found = matching_paths("", "r/*");
+  std::filesystem::current_path(before);
+  CHECK(found == Paths{"r/a"});
+}
+
+TEST_CASE("a folder that is not there holds no run; one that cannot be looked through is refused") {
+  const TemporaryFolder folder;
+  CHECK(matching_paths(folder.path(), "absent/*").empty());
+  CHECK(matching_paths(folder / "absent", "*/a").empty());
+  std::filesystem::create_symlink("endless", folder / "endless");
+  const auto refused = error_of([&] { static_cast<void>(matching_paths(folder.path(), "endless/*")); });
+  check_error(refused, Status::bad_input, {"endless/*", folder.path().string(), "cannot look through"});
+  check_error(error_of([&] { static_cast<void>(matching_paths("", (folder / "endless/*").string())); }), Status::bad_input, {"in .;"});
 }
 
 TEST_CASE("a run is meant by path, name or pattern, and by nothing less") {
@@ -44,6 +64,8 @@ TEST_CASE("a run is meant by path, name or pattern, and by nothing less") {
   CHECK(means_run("run_?", "base", "base/runs/run_1"));
   CHECK(means_run("/data/run_1", "base", "/data/run_1"));
   CHECK(means_run("run_1", "", "run_1"));
+  CHECK(means_run("run[1]", "base", "base/run[1]"));
+  CHECK(means_run("runs/run[1]", "base", "base/runs/run[1]"));
   CHECK_FALSE(means_run("run_1", "base", "base/runs/run_10"));
   CHECK_FALSE(means_run("runs", "base", "base/runs/run_1"));
   CHECK_FALSE(means_run("other/run_1", "base", "base/runs/run_1"));

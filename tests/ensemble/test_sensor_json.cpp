@@ -108,7 +108,7 @@ TEST_CASE("a pose is a rotation within 1e-4 and a translation") {
   check_refused(with_pose("[[0,0,0,0],[0,0,0,0],[0,0,0,0]]"), "rotation");
   CHECK(read(with_pose("[[1,0,0,5],[0,1,0,6],[0,0,1,7],[0,0,0,1]]")).sensor.T_reference_sensor[7] == 6);
   for (const std::string pose :
-       {"1", "[]", "[1,0,0,0]", "[[1,0,0],[0,1,0],[0,0,1]]", "[[1,0,0,0],[0,1,0,0]]",
+       {"1", "[]", "[1,0,0,0]", "[1,2,3]", "[[1,0,0],[0,1,0],[0,0,1]]", "[[1,0,0,0],[0,1,0,0]]",
         "[[1,0,0,\"0\"],[0,1,0,0],[0,0,1,0]]", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,2]]"})
     check_refused(with_pose(pose), "three rows of four numbers");
   check_refused(with_pose("[[1,0,0,1e39],[0,1,0,0],[0,0,1,0]]"), "T_reference_sensor");
@@ -131,7 +131,7 @@ TEST_CASE("what is missing, misspelt or out of range is refused by its key") {
     check_refused(with_pose(unit_pose, ",\"" + share + "\":-0.5"), share);
   }
   check_refused(with_pose(unit_pose, ",\"noise\":-1"), "noise");
-  check_refused(with_pose(unit_pose, ",\"length_unit\":1"), "length_unit");
+  for (const char* unit : {"1", "\"\""}) check_refused(with_pose(unit_pose, std::string(",\"length_unit\":") + unit), "length_unit");
 }
 
 TEST_CASE("files that are no description") {

@@ -86,16 +86,16 @@ TEST_CASE("PCD in every storage gives the points") {
 }
 
 TEST_CASE("pixels of an organised cloud that hold no point become NaN, in an unorganised one the origin is a point") {
-  const std::vector<Row> written{{0, 0, 0, 0}, {1, 2, 1, 3}, {2, 0, 0, 4}, {3, none, none, none}};
-  CHECK(same(parse(binary(written, 2)).points, {{none, none, none}, {1, 2, 3}, {0, 0, 4}, {none, none, none}}));
-  CHECK(same(parse(binary(written, 1)).points, {{0, 0, 0}, {1, 2, 3}, {0, 0, 4}, {none, none, none}}));
+  const std::vector<Row> written{{0, 0, 0, 0}, {1, 2, 1, 3}, {2, 0, 0, 4}, {3, none, none, none}, {4, 5, 0, 0}, {5, 0, 6, 0}};
+  CHECK(same(parse(binary(written, 2)).points, {{none, none, none}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
+  CHECK(same(parse(binary(written, 1)).points, {{0, 0, 0}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
 }
 
 TEST_CASE("coordinates of every type, headers that begin with the version, blank lines, one stamp") {
   const std::vector<Point> point{{1, 2, 3}};
   for (const char* type : {"I", "U"})
     for (const std::size_t size : {1u, 2u, 4u}) {
-      std::string text = "VERSION .7\n\n# stamp_ns 5\n# stamp_ns 6\nFIELDS x y z\nSIZE";
+      std::string text = std::string(size == 1 ? "VERSION 0.7" : "VERSION .7") + "\n\n# stamp_ns 5\n# stamp_ns 6\nFIELDS x y z\nSIZE";
       for (int i = 0; i < 3; ++i) text += " " + std::to_string(size);
       text += std::string("\nTYPE ") + type + " " + type + " " + type + "\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA binary\n";
       for (const std::uint32_t value : {1u, 2u, 3u}) text.append(reinterpret_cast<const char*>(&value), size);
@@ -137,4 +137,10 @@ TEST_CASE("what a PCD header must not say is refused with the line") {
   std::string forged = packed(rows(5));
   forged.replace(forged.find("WIDTH 5"), 7, "WIDTH 4000000000").replace(forged.find("POINTS 5"), 8, "POINTS 4000000000");
   check_error(refusal(forged), Status::bad_input, {"4 GB"});
+  forged = packed(rows(5));
+  forged.replace(forged.find("WIDTH 5"), 7, "WIDTH 6").replace(forged.find("POINTS 5"), 8, "POINTS 6");
+  check_error(refusal(forged), Status::bad_input, {"the packed data", "size does not fit"});
+  forged = header(100'000, "binary_compressed");  // three bytes cannot hold as many
+  append(forged, std::uint32_t{3}), append(forged, std::uint32_t{1'800'000});
+  check_error(refusal(forged + "abc"), Status::bad_input, {"the packed data", "size does not fit"});
 }

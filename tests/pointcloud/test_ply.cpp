@@ -80,6 +80,19 @@ TEST_CASE("unsigned types keep their top bit") {
   CHECK(same(parse(text).points, {{200, 60000, 4e9f}}));
 }
 
+TEST_CASE("axes in another order, and lists whose counts have a sign") {
+  for (const bool big_endian : {false, true}) {
+    const auto p = [&](auto value) { return packed(value, big_endian); };
+    const std::string format = big_endian ? "binary_big_endian" : "binary_little_endian";
+    CHECK(same(parse(header(format, "element vertex 1\nproperty float z\nproperty float y\nproperty float x\n") + p(3.f) + p(2.f) + p(1.f)).points, {{1, 2, 3}}));
+    const std::string lists = "property list int8 uchar a\nproperty list int16 uchar b\nproperty float w\n";
+    CHECK(same(parse(header(format, vertex("float", 1) + lists) + p(1.f) + p(2.f) + p(3.f) + p(std::int8_t{1}) + "a" + p(std::int16_t{2}) + "bb" + p(0.f)).points, {{1, 2, 3}}));
+    for (const std::string& count : {p(std::int8_t{-1}), p(std::int8_t{0}) + p(std::int16_t{-1})})
+      check_error(error_of([&] { static_cast<void>(parse(header(format, vertex("float", 1) + lists) + p(1.f) + p(2.f) + p(3.f) + count + std::string(300, 'x'))); }),
+                  Status::bad_input, {"t.ply, byte", "negative count"});
+  }
+}
+
 TEST_CASE("sizes 0, 1, 2, many come back as written, in ASCII and binary") {
   for (const std::size_t size : {0u, 1u, 2u, 1000u}) {
     std::vector<Point> points(size);

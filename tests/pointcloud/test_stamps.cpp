@@ -22,7 +22,7 @@ TEST_CASE("stamps in names, exact to the nanosecond") {
 }
 
 TEST_CASE("other numbers in names are no stamps") {
-  for (const char* name : {"frame_000123", "scan12", "run_013_step02", "v1.5", "left", "", "t", "shot3", "12start", "20221121_143000",
+  for (const char* name : {"frame_000123", "scan12", "run_013_step02", "v1.5", "left", "", "t", "shot3", "12start", "20221121_143000", "v1.2.3",
                            "99999999999999999999s"}) {
     CAPTURE(name);
     CHECK_FALSE(stamp_in_name(name).has_value());
@@ -39,6 +39,8 @@ TEST_CASE("a table's stamps go before the file's, and these before the name's") 
   CHECK_FALSE(CloudStamps().of("c.pcd", std::nullopt).has_value());
   CHECK(CloudStamps(put(folder / "t.txt", "# filename stamp_ns\na.pcd 123\n")).of("a.pcd", {}) == 123);
   CHECK(CloudStamps(put(folder / "t.csv", "timestamp_us,name\r\n1.5,a\r\n")).of("a.pcd", {}) == 1500);
+  const CloudStamps remarked(put(folder / "r.csv", "# file,t_ns\n# the first test\na.pcd,9223372036854775807\n\n#a.pcd,1\n"));
+  CHECK(remarked.of("a.pcd", {}) == 9'223'372'036'854'775'807);
 }
 
 // Once such a cloud took its own stamp, from another clock than the table's, in the middle of a test.
@@ -60,6 +62,8 @@ TEST_CASE("a table that says too little is refused with the line") {
   refused("file,timestamp\na,1\n", {"line 1", "stamp_ns"});
   refused("file,stamp_ns\na\n", {"line 2", "too few"});
   refused("file,stamp_ns\na,soon\n", {"line 2", "soon"});
-  refused("file,stamp_s\na,99999999999999999999\n", {"line 2", "not a time"});
+  for (const char* none : {"99999999999999999999", "9223372036.9", "1.2.3", "1e3", "-", "."})
+    refused(std::string("file,stamp_s\na,") + none + "\n", {"line 2", "not a time"});
+  refused("file,stamp_ns\na,9223372036854775808\n", {"line 2", "not a time"});
   CHECK(error_of([&] { CloudStamps{folder / "none.csv"}; }).status == Status::file_not_found);
 }

@@ -40,6 +40,15 @@ TEST_CASE("the comma as decimal sign, where another separator is there") {
   CHECK(same(points_of("1,5\t-2\t3e-3\n4\t5,25\t-6\n"), two));
   check_refused("1,5 2,5 3,5\n", "line 1");         // might be anything
   check_refused("1;2;3\n1.234,5;0;0\n", "line 2");  // thousands
+  check_refused("1;2;3\n0," + std::string(70, '0') + ";0;0\n", "line 2: \"0,000");
+}
+
+TEST_CASE("tabs beside commas that separate") {
+  for (const char* text : {",1,\t2,\t3\n", "P1\t,1,2,3\n", "1,2,3,\tgood\n"}) {
+    CAPTURE(text);
+    CHECK(same(points_of(text), {{1, 2, 3}}));
+  }
+  check_refused("1\t2\t3,\n", "line 1: fewer than 3 columns");
 }
 
 TEST_CASE("columns by name, whatever their case, place and unit") {
@@ -123,6 +132,12 @@ TEST_CASE("the kind of a file is told from its content") {
           "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
           "end_header\n1 2 3\n");
   CHECK(same(read_point_cloud(ply).points, {{1, 2, 3}}));
+  for (const std::string end : {"\r\n", " \n"}) {  // after its first word
+    std::string text = text_of(ply);
+    CHECK(same(read_point_cloud(put("b.txt", text.replace(3, 1, end))).points, {{1, 2, 3}}));
+  }
+  CHECK(same(read_point_cloud(put("f.csv", "plywood,1,2,3\n")).points, {{1, 2, 3}}));
+  check_error(error_of([&] { (void)read_point_cloud(put("g.txt", "ply")); }), Status::bad_input, {"g.txt", "no \"end_header\"", "cut short"});
   CHECK(error_of([&] { (void)read_point_cloud(put("c.pcd", "# .PCD v0.7\n")); }).status == Status::bad_input);
   CHECK(error_of([&] { (void)read_point_cloud(put("d.bin", std::string("\1\0\2", 3))); }).status ==
         Status::unsupported_input);

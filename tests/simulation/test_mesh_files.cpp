@@ -134,6 +134,8 @@ TEST_CASE("STL triangles are joined where coordinates are equal, and stay joined
   SimulationState state;
   run->read(1, state);
   CHECK(state.positions[2] == 3);
+  put(folder / "a2.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n");
+  check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input, {"a2.stl", "3 points and 1 cells", "a1.stl"});
   put(folder / "a2.stl", stl(3, true));
   check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input, {"a2.stl, triangle 1", "a1.stl"});
   const fs::path text = put(folder / "b.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"

@@ -7,6 +7,8 @@
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
+#include <algorithm>
+
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -39,6 +41,14 @@ TEST_CASE("keyword files: what is wrong is said with the line") {
   refused("*NODE\n1,0,0,0\n*ELEMENT_SOLID\n1,1\n$ the nodes\n", {"within a solid"});
   refused("*KEYWORD\n*ELEMENT_SOLID_ORTHO\n", {"ELEMENT_SOLID_ORTHO"}, Status::unsupported_input);
   refused("*KEYWORD\n*ELEMENT_SHELL_BETA_COMPOSITE\n", {"BETA_COMPOSITE"}, Status::unsupported_input);
+  for (const char* other : {"*1AB\n", "*A1B\n", "*A{B\n", "*_AB\n", "*AB\n", "*\n"}) refused(other, {"none of the formats"}, Status::unsupported_input);
+}
+
+TEST_CASE("OBJ meshes: what is wrong is said with the line") {
+  const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  refused(three + "f 1 2 \\\n3\n", {"line 4", "write the face in one line"});
+  for (const std::string word : {"-4", "4294967296", "0", "1.5", "x"}) refused(three + "f 1 2 " + word + "\n", {"line 4", "\"" + word + "\" is no vertex"});
+  refused(three + "f 1 2\n", {"line 4", "three vertices"});
 }
 
 TEST_CASE("keyword files: widths of fields, by file and by card, and cards that belong to an element") {
@@ -56,6 +66,8 @@ TEST_CASE("keyword files: widths of fields, by file and by card, and cards that 
                                   "*KEYWORD LONG=Y\n*NODE-\n" + nodes(8, 16) + "*ELEMENT_SHELL-\n" + shell(8),
                                   "*KEYWORD\n*NODE %\n" + nodes(8, 16) + "*element_shell%\n" + shell(10),
                                   "*KEYWORD\n*NODE\n" + nodes(8, 16) + "*ELEMENT_SHELL_OFFSET_MCID_DOF\n" + shell(8) + "mcid\noffset\ndof\n",
+                                  "*keyword long=y\n*node\n" + nodes(20, 20) + "*element_shell\n" + shell(20) + "*end\n*NODE\n1,0,0,0\n",
+                                  "*KEYWORD\n*NODE\n" + nodes(8, 16) + "*ELEMENT_SHELL\n1,2,11,12,13,,\n",
                                   "*KEYWORD\n\n*NODE\n" + nodes(8, 16) + "*ELEMENT_SHELL_THICKNESS_BETA\n" + shell(8) + "thickness\n"}) {
     CAPTURE(text);
     const auto run = opened(folder, text);
@@ -66,11 +78,16 @@ TEST_CASE("keyword files: widths of fields, by file and by card, and cards that 
   }
   const auto run = opened(folder, "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT_SOLID\n1,7\n$ on a card of its own\n1,2,3,4\n");
   CHECK(run->mesh().elements.size() == 4);  // a tetrahedron
+  CHECK(opened(folder, "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT_SOLID\n1,7,1,2,3,4,,,,\n")->mesh().elements == run->mesh().elements);
 }
 
 TEST_CASE("PLY meshes: what is wrong is said with the byte") {
   refused(ply("element vertex 1\nproperty float x\nproperty float y\n" + faces, "0 0\n3 0 0 0\n"), {"x, y and z"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 -2\n"), {"a vertex that does not exist"});
+  refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 4294967295\n"), {"a vertex that does not exist"});
+  refused(ply(vertices + faces, "0 0 1e999 1 0 0 0 1 0\n3 0 1 2\n"), {"node 1", "not a number"});
+  refused("ply", {"none of the formats"}, Status::unsupported_input);
+  refused("plywood\n", {"none of the formats"}, Status::unsupported_input);
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n2 0 1\n"), {"fewer than three vertices"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 x 2\n"), {"expected a number"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1"), {"cut short"});
@@ -78,6 +95,22 @@ TEST_CASE("PLY meshes: what is wrong is said with the byte") {
   refused(ply(vertices + "element face 1\n", "0 0 0 1 0 0 0 1 0\n"), {"\"face\" has no properties"});
   refused(ply("element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar int more\n" + faces, "0 0 0 0 1 0 0 0 0 1 0 0\n3 0 1 2\n"), {"PLY"},
           Status::unsupported_input);
+}
+
+TEST_CASE("PLY meshes: line ends of Windows, tabs, a blank behind the first word") {
+  const TemporaryFolder folder;
+  const std::string text = ply(vertices + "property float {\n" + faces, "0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2\n");
+  std::string windows;
+  for (const char c : text) windows += c == '\n' ? "\r\n" : std::string(1, c);
+  std::string tabs = text;
+  std::replace(tabs.begin() + static_cast<std::ptrdiff_t>(tabs.find("0 0 0 1")), tabs.end(), ' ', '\t');
+  for (const std::string& same : {text, windows, tabs, "ply " + text.substr(3)}) {
+    CAPTURE(same);
+    const auto run = opened(folder, same);
+    CHECK(run->mesh().positions == std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+    CHECK(run->mesh().elements == std::vector<std::array<std::uint32_t, 4>>{{0, 1, 2, 2}});
+    CHECK(run->fields().size() == 1);
+  }
 }
 
 TEST_CASE("PLY meshes: other elements and properties are passed over") {

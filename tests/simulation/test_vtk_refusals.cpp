@@ -45,6 +45,7 @@ std::string polygons(const std::string& connectivity, const std::string& offsets
   return "<Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points>" + data("p", "Float32", "0 0 0 1 0 0 0 1 0", "NumberOfComponents=\"3\"") + "</Points><Polys>" +
          connectivity + offsets + "</Polys><CellData>" + arrays + "</CellData></Piece>";
 }
+std::string replaced(std::string text, const std::string& what, const std::string& by) { return text.replace(text.find(what), what.size(), by); }
 const std::string corners = data("connectivity", "Int64", "0 1 2"), ends = data("offsets", "Int64", "3");
 
 }  // namespace
@@ -54,12 +55,17 @@ TEST_CASE("legacy files: what is wrong is said") {
   refused(head + "POINTS 3 float\n", {"which DATASET"});
   refused(head + "DATASET STRUCTURED_GRID\n", {"STRUCTURED_GRID is not read"}, Status::unsupported_input);
   refused(grid_head + "POINTS x float\n", {"expected a count"});
-  refused(grid_head + "POINTS -3 float\n", {"expected a count"});
+  for (const char* count : {"-3", "4294967296"}) refused(grid_head + "POINTS " + count + " float\n", {"expected a count"});
   refused(grid_head + "POINTS 3\n0 0 0 1 0 0 0 1 0\n", {"a.vtk, byte"}, Status::unsupported_input);  // of no type
   refused(grid_head + "POINTS 3 quad\n0 0 0 1 0 0 0 1 0\n", {"quad"}, Status::unsupported_input);
   refused(grid_head + three_points + "SCALARS a float\n1 2 3\n", {"before POINT_DATA or CELL_DATA"});
   refused(grid_head + three_points + "POINT_DATA 3\nSCALARS a float 0\n", {"without components"});
   refused(grid_head + three_points + "FIELD FieldData 2\na 1 1 float\n7\n", {"before the last array of a FIELD"});
+  refused(grid_head + "FIELD f 2\nnote 1 5 string\none\n", {"before the last array of a FIELD"});
+  refused("# vtk DataFile Version 3.0\ntitle\nBINARY\nDATASET UNSTRUCTURED_GRID\nFIELD f 1\nnote 1 1 string\n\3one\n", {"type \"string\""}, Status::unsupported_input);
+  refused(grid_head + "METADATA\nINFORMATION 0\n", {"no surface"}, Status::unsupported_input);
+  refused(grid_head + three_points + "CELLS 2 4\n3 0 1 2\nCELL_TYPES 2\n5\n5\n", {"cells run past the end of their list"});
+  refused(grid_head + three_points + "CELLS 2 6\n1 0\n3 0 1 2\nCELL_TYPES 2\n1\n21\n", {"no surface"}, Status::unsupported_input);
   refused(grid_head + three_points + "CELLS 1 4\n3 0 1 2\n", {"as many CELL_TYPES as CELLS"});
   refused(grid_head + three_points + "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n256\n", {"a cell type is too large"});
   refused(grid_head + three_points + "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n20\n", {"cell 0", "VTK's kind 20"}, Status::unsupported_input);
@@ -147,6 +153,10 @@ TEST_CASE("XML files: what is wrong is said") {
   refused("<VTKFile type=\"PolyData\"><PolyData/><AppendedData encoding=\"raw\">", {"ends within its appended data"});
   refused(xml("<Piece NumberOfPoints=\"many\"/>"), {"no number at NumberOfPoints"});
   refused(xml("<Piece NumberOfPoints=\"4294967296\"/>"), {"no number at NumberOfPoints"});
+  refused(xml("<Piece NumberOfPoints=\"3 points\"/>"), {"no number at NumberOfPoints"});
+  refused(replaced(xml(polygons(corners, ends)), "0 0 0 1 0 0 0 1 0", "0 0 0 1 0 0          \n"), {"fewer than 9 values"});
+  refused(replaced(xml(polygons(corners, ends)), "0 0 0 1 0", "0 0 1e999 1 0"), {"node 1", "not a number"});
+  refused(xml(polygons(corners, ends, data("a", "Float32", "", "NumberOfComponents=\"0\""))), {"array \"a\" has 0 values of 0 components"});
   refused(xml("<Piece NumberOfPoints=\"3\"/>"), {"a piece without points"});
   refused(xml("<Piece NumberOfPoints=\"1\"><Points>" + data("p", "Float128", "0 0 0") + "</Points></Piece>"), {"values of type Float128"}, Status::unsupported_input);
   refused(xml("<Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" format=\"appended\" offset=\"9\"/></Points></Piece>"), {"ends before the data"});
@@ -166,6 +176,7 @@ TEST_CASE("XML files: what is wrong is said") {
   refused(unstructured("3 6", "5 256"), {"a type of cell that does not exist"});
   refused(unstructured("3 2", "5 5"), {"offsets of cells that do not rise"});
   refused(unstructured("7 6", "5 5"), {"offsets of cells that do not rise"});
+  refused(replaced(unstructured("3 2 6", "5 5 5"), "Cells=\"2\"", "Cells=\"3\""), {"offsets of cells that do not rise"});
 }
 
 TEST_CASE("XML files in base64 and packed: blocks that do not fit are refused") {
@@ -176,10 +187,13 @@ TEST_CASE("XML files in base64 and packed: blocks that do not fit are refused") 
   for (const char* packed : {"vtkZLibDataCompressor", "vtkLZ4DataCompressor"}) {
     CAPTURE(packed);
     refused(with("", packed), {"its data end early"});
+    refused(replaced(with("AAAAAA==", packed), "Points=\"1\"", "Points=\"0\""), {"no surface"}, Status::unsupported_input);
+    refused(replaced(with("AQAAAAAbtwAAAAAAAwAAAA==AAAA", packed), "Points=\"1\"", "Points=\"1000000\""), {"claims to unpack to more than it can"});
     refused(with("AAAAAAAAAAAAAAAA", packed), {"its size does not fit its values"});                  // no parts, but three values
     refused(with("AQAAAAwAAAAAAAAABAAAAA==AAAA", packed), {"its data end early"});                    // four packed bytes, three there
     refused(with("AQAAAAwAAAAAAAAABAAAAA==AAAAAA==", packed), {"its data do not unpack"});             // twelve bytes wanted
   }
+  refused(with("AQAAAAwAAAAAAAAACwAAAA==eJxjYIAAAAAIAAE=", "vtkZLibDataCompressor"), {"its data do not unpack"});  // to 8 bytes, not 12
   refused(with("DAAAAA==", ""), {"its data end early"});
   refused(with("CAAAAAAAAAAAAAAA", ""), {"array \"p\""});
 }

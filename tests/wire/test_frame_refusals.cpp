@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -26,8 +27,9 @@ struct Cloud {
   std::vector<Field> fields{{"x", 0}, {"y", 4}, {"z", 8}};
   std::vector<std::uint8_t> data = std::vector<std::uint8_t>(24);
   std::uint32_t nsec = 0;
-  double shift = 0, turn = 0;  // of the pose, in y
+  double shift = 0, turn = 0;  // of the pose, along and about the axis
   bool has_pose = false;
+  std::size_t axis = 1;
 };
 
 std::vector<std::byte> finish(flatbuffers::FlatBufferBuilder& builder,
@@ -47,8 +49,10 @@ std::vector<std::byte> encode(const Cloud& cloud) {
         foxglove::CreatePackedElementFieldDirect(inner, field.name.c_str(), field.offset, field.type));
   flatbuffers::Offset<foxglove::Pose> pose;
   if (cloud.has_pose) {
-    const auto position = foxglove::CreateVector3(inner, 0, cloud.shift, 0);
-    pose = foxglove::CreatePose(inner, position, foxglove::CreateQuaternion(inner, 0, cloud.turn, 0, 1));
+    std::array<double, 3> shift{}, turn{};
+    shift[cloud.axis] = cloud.shift, turn[cloud.axis] = cloud.turn;
+    const auto position = foxglove::CreateVector3(inner, shift[0], shift[1], shift[2]);
+    pose = foxglove::CreatePose(inner, position, foxglove::CreateQuaternion(inner, turn[0], turn[1], turn[2], 1));
   }
   const foxglove::Time time(1, cloud.nsec);
   inner.Finish(
@@ -120,6 +124,7 @@ TEST_CASE("too many points, too many bytes") {
   CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 10)}, {.max_points = 10}) == WireStatus::ok);
   CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 11)}, {.max_points = 10}) ==
         WireStatus::too_many_points);
+  CHECK(Encoder().frame({1, 1, {}}, 1, std::string(65'537, 'x')).empty());  // a frame's name is no place for a file
   const std::vector<Point> ten_million(10'000'000);
   Encoder encoder;
   FrameDecoder decoder({.least_message_bytes = 0});
@@ -136,8 +141,10 @@ TEST_CASE("stamps and poses") {
   CHECK(status_of({.nsec = 999'999'999}) == WireStatus::ok);
   CHECK(status_of({.nsec = 1'000'000'000}) == WireStatus::bad_stamp);
   CHECK(status_of({.has_pose = true}) == WireStatus::ok);
-  CHECK(status_of({.shift = 1e-9, .has_pose = true}) == WireStatus::unsupported_pose);
-  CHECK(status_of({.turn = 0.1, .has_pose = true}) == WireStatus::unsupported_pose);
+  for (const std::size_t axis : {0u, 1u, 2u}) {
+    CHECK(status_of({.shift = 1e-9, .has_pose = true, .axis = axis}) == WireStatus::unsupported_pose);
+    CHECK(status_of({.turn = 0.1, .has_pose = true, .axis = axis}) == WireStatus::unsupported_pose);
+  }
   CHECK(status_of({.shift = std::nan(""), .has_pose = true}) == WireStatus::unsupported_pose);
 }
 
@@ -160,6 +167,13 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   CHECK(decoder.header().identified);
   CHECK(decoder.header().id == 2);
   CHECK(decoder.open(finish(garbage, std::vector<std::uint8_t>(100, 0x7f))) == WireStatus::bad_cloud);
+  flatbuffers::FlatBufferBuilder inner, outer;  // without "data", as some writers leave empty vectors out
+  std::vector<flatbuffers::Offset<foxglove::PackedElementField>> fields;
+  for (const char* name : {"x", "y", "z"})
+    fields.push_back(foxglove::CreatePackedElementFieldDirect(inner, name, static_cast<std::uint32_t>(4 * fields.size()), NumericType::FLOAT32));
+  inner.Finish(foxglove::CreatePointCloudDirect(inner, nullptr, nullptr, 0, 12, &fields, nullptr));
+  CHECK(decoder.open(finish(outer, {inner.GetBufferPointer(), inner.GetBufferPointer() + inner.GetSize()})) == WireStatus::ok);
+  CHECK(decoder.header().points == 0);
 
   Encoder encoder;
   const std::vector<Point> points{{1, 2, 3}};
