@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 
 using namespace lbea;
 using namespace lbea::test;
@@ -75,14 +76,31 @@ TEST_CASE("fields come back, exact or within what the model promises") {
   }
 }
 
+TEST_CASE("a model without parameters and fields has none") {
+  const TemporaryFolder folder;
+  Ensemble ensemble = bent_plates(small);
+  ensemble.parameter_names.clear();
+  for (EnsembleRun& run : ensemble.runs) run.parameters.clear();
+  EnsembleDescription description = bent_plates_description();
+  description.fields.clear();
+  bake(ensemble, description, folder / "m.lbea");
+  const AlignedBytes bytes(folder / "m.lbea");
+  const Model model = Model::view(bytes.span());
+  CHECK(model.parameters() == 0);
+  CHECK(model.fields() == 0);
+  CHECK(model.simulation_name(1) == "plate_1");
+}
+
 TEST_CASE("a section's values are of its own type, and an image in memory is aligned") {
   AlignedBytes bytes = baked([](EnsembleDescription&) {});
   const std::size_t size = bytes.span().size();
   std::vector<std::byte> memory(size + 128);
-  const std::size_t shift = 64 - reinterpret_cast<std::uintptr_t>(memory.data()) % 64 + 8;
-  std::ranges::copy(bytes.span(), memory.begin() + static_cast<std::ptrdiff_t>(shift));
-  const auto unaligned = std::span<const std::byte>(memory).subspan(shift, size);
-  check_error(error_of([&] { static_cast<void>(Model::view(unaligned)); }), Status::bad_config, {"multiple of 64"});
+  void* aligned = memory.data();
+  std::size_t room = memory.size();
+  REQUIRE(std::align(64, size + 8, aligned, room) != nullptr);
+  std::byte* const unaligned = static_cast<std::byte*>(aligned) + 8;
+  std::memcpy(unaligned, bytes.span().data(), size);
+  check_error(error_of([&] { static_cast<void>(Model::view({unaligned, size})); }), Status::bad_config, {"multiple of 64"});
   forge(bytes.span(), SectionId::node_positions, [](format::SectionEntry& entry, auto) { entry.element_type = static_cast<std::uint32_t>(format::ElementType::u32); });
   check_error(error_of([&] { static_cast<void>(Model::view(bytes.span())); }), Status::corrupt_model, {"unexpected element type"});
 }

@@ -167,12 +167,12 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   CHECK(decoder.header().identified);
   CHECK(decoder.header().id == 2);
   CHECK(decoder.open(finish(garbage, std::vector<std::uint8_t>(100, 0x7f))) == WireStatus::bad_cloud);
-  flatbuffers::FlatBufferBuilder inner, outer;  // without "data", as some writers leave empty vectors out
+  flatbuffers::FlatBufferBuilder empty, around;  // some writers leave empty vectors out
   std::vector<flatbuffers::Offset<foxglove::PackedElementField>> fields;
   for (const char* name : {"x", "y", "z"})
-    fields.push_back(foxglove::CreatePackedElementFieldDirect(inner, name, static_cast<std::uint32_t>(4 * fields.size()), NumericType::FLOAT32));
-  inner.Finish(foxglove::CreatePointCloudDirect(inner, nullptr, nullptr, 0, 12, &fields, nullptr));
-  CHECK(decoder.open(finish(outer, {inner.GetBufferPointer(), inner.GetBufferPointer() + inner.GetSize()})) == WireStatus::ok);
+    fields.push_back(foxglove::CreatePackedElementFieldDirect(empty, name, static_cast<std::uint32_t>(4 * fields.size()), NumericType::FLOAT32));
+  empty.Finish(foxglove::CreatePointCloudDirect(empty, nullptr, nullptr, 0, 12, &fields, nullptr));
+  CHECK(decoder.open(finish(around, {empty.GetBufferPointer(), empty.GetBufferPointer() + empty.GetSize()})) == WireStatus::ok);
   CHECK(decoder.header().points == 0);
 
   Encoder encoder;
