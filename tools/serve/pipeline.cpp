@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t outcome_slots = 64;
 constexpr std::size_t refusal_slots = 4096;
 constexpr auto longest_drain = 500ms;  // taking in after stop() what had arrived, from a sender that goes on
-constexpr auto drained = 10ms;         // nothing for so long: that was all
+constexpr auto drained = 100ms;        // nothing for so long: that was all. Less, and a busy machine leaves frames of a sender that has gone in the socket
 constexpr auto patience = 100us;   // between looks for a free slot; only when a queue is full
 constexpr auto receive_timeout = 50ms;
 constexpr auto senders_interval = 100ms;  // how old what others are told of the senders may be
