@@ -36,6 +36,21 @@ std::int64_t reach_along_x(std::int64_t y, std::int64_t z, double margin) {
   return x;
 }
 
+/// A row of cells, as far away in y and z, and how far along x the margin reaches there.
+struct Neighbour {
+  std::int64_t y, z;
+  std::size_t x;
+};
+
+std::vector<Neighbour> neighbours(double margin) {
+  const auto reach = static_cast<std::int64_t>(std::ceil(margin)) + 1;
+  std::vector<Neighbour> rows;
+  for (std::int64_t z = -reach; z <= reach; ++z)
+    for (std::int64_t y = -reach; y <= reach; ++y)
+      if (const std::int64_t x = reach_along_x(y, z, margin); x >= 0) rows.push_back({y, z, static_cast<std::size_t>(x)});
+  return rows;
+}
+
 /// The cells of one y and z, in words of their own.
 using Row = std::vector<std::uint64_t>;
 
@@ -153,20 +168,21 @@ void EnvelopeBuilder::mark(const CellBlock& block, std::uint64_t cells) {
 }
 
 EnvelopeGrid EnvelopeBuilder::finish() const {
-  const std::int64_t ny = surface_.cells[1], nz = surface_.cells[2], reach = static_cast<std::int64_t>(std::ceil(margin_cells_)) + 1;
+  const std::int64_t ny = surface_.cells[1], nz = surface_.cells[2];
   const auto number = [&](std::int64_t y, std::int64_t z) { return static_cast<std::size_t>(y + ny * z); };
+  const std::vector<Neighbour> within = neighbours(margin_cells_);
+  const std::size_t farthest = std::ranges::max_element(within, {}, &Neighbour::x)->x;
   std::vector<Row> wide(number(0, nz), Row(words(surface_.cells[0])));
   for (std::int64_t z = 0; z < nz; ++z)
     for (std::int64_t y = 0; y < ny; ++y) {
       std::vector<Row> by_reach{row_at(surface_, surface_.cells[0] * number(y, z))};
       if (std::ranges::all_of(by_reach.front(), [](std::uint64_t word) { return word == 0; })) continue;
-      while (std::ssize(by_reach) <= reach) by_reach.push_back(widened(by_reach.back()));
-      for (std::int64_t k = std::max<std::int64_t>(z - reach, 0); k <= std::min(z + reach, nz - 1); ++k)
-        for (std::int64_t j = std::max<std::int64_t>(y - reach, 0); j <= std::min(y + reach, ny - 1); ++j) {
-          const std::int64_t x = reach_along_x(j - y, k - z, margin_cells_);
-          if (x < 0) continue;
-          std::ranges::transform(wide[number(j, k)], by_reach[static_cast<std::size_t>(x)], wide[number(j, k)].begin(), std::bit_or{});
-        }
+      while (by_reach.size() <= farthest) by_reach.push_back(widened(by_reach.back()));
+      for (const Neighbour& row : within) {
+        const std::int64_t j = y + row.y, k = z + row.z;
+        if (j < 0 || k < 0 || j >= ny || k >= nz) continue;
+        std::ranges::transform(wide[number(j, k)], by_reach[row.x], wide[number(j, k)].begin(), std::bit_or{});
+      }
     }
   EnvelopeGrid grid = surface_;
   for (std::size_t row = 0; row < wide.size(); ++row) mark_row(grid, surface_.cells[0] * row, wide[row]);

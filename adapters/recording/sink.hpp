@@ -21,12 +21,15 @@ class Sink {
   virtual void keep(bool wanted) noexcept { static_cast<void>(wanted); }
 };
 
+/// FILE with ".partial" behind it.
+[[nodiscard]] std::filesystem::path partial_name(const std::filesystem::path& file);
+
 /// A file that is called FILE.partial until commit(). When the program dies, what was appended stays there, for
 /// `lbea-inspect --recover`; when it goes on without commit(), only what it wants to keep.
 class PartialFile final : public Sink {
  public:
   /// Throws Error{write_failed} when FILE or FILE.partial exists: recordings are never overwritten.
-  explicit PartialFile(const std::filesystem::path& file) : PartialFile(file, default_partial_name(file)) {}
+  explicit PartialFile(const std::filesystem::path& file) : PartialFile(file, partial_name(file)) {}
   /// The same under another name until commit(): FILE.partial may be what FILE is made of.
   PartialFile(const std::filesystem::path& file, const std::filesystem::path& partial);
   ~PartialFile() override;
@@ -38,7 +41,6 @@ class PartialFile final : public Sink {
   void keep(bool wanted) noexcept override { kept_ = wanted; }
 
  private:
-  static std::filesystem::path default_partial_name(const std::filesystem::path& file);
   void cut_back() noexcept;
   void start_write_back() noexcept;
   std::filesystem::path file_, partial_, folder_;
@@ -47,8 +49,5 @@ class PartialFile final : public Sink {
   bool kept_ = false, committed_ = false;
   int broken_ = 0;                        // a failed append could not be undone: this error for ever
 };
-
-/// FILE with ".partial" behind it.
-[[nodiscard]] std::filesystem::path partial_name(const std::filesystem::path& file);
 
 }  // namespace lbea::mcap

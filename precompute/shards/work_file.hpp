@@ -1,14 +1,14 @@
 // A file of a bake's work folder: there whole and right, or not at all, whenever its writer dies.
 #pragma once
 
+#include <lbea/lbea.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
-#include <lbea/lbea.hpp>
-
 #include <string>
 #include <vector>
 
