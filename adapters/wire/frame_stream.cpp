@@ -125,7 +125,7 @@ bool FrameSink::State::hand_over(const std::shared_ptr<const std::vector<std::by
 std::uint64_t FrameSink::flush(std::chrono::milliseconds timeout) noexcept {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   const auto left = [&] { return state_->in_flight->load(std::memory_order_acquire); };
-  while (left() > 0 && std::chrono::steady_clock::now() < deadline) {
+  while ((left() > 0 || state_->room.has_unread()) && std::chrono::steady_clock::now() < deadline) {
     // A look at the socket lets it give up what a broken connection left in it.
     static_cast<void>(detail::wait(state_->socket, ZMQ_POLLOUT, {}));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -2,6 +2,8 @@
 
 #include "adapters/wire/socket_event.hpp"
 
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -34,8 +36,15 @@ SendRoom::SendRoom(zmq::context_t& context, zmq::socket_t& socket, const Endpoin
 void SendRoom::look() noexcept {
   if (monitor_.handle() == nullptr) return;
   for (SocketEvent event; read_event(monitor_, event) == EventRead::done;)
-    if (event.kind == ZMQ_EVENT_CONNECTED && leads_to(event.value, path_))
-      setsockopt(event.value, SOL_SOCKET, SO_SNDBUF, &wanted_bytes, sizeof(wanted_bytes));
+    if (event.kind == ZMQ_EVENT_CONNECTED && leads_to(event.value, path_)) {
+      connection_ = event.value;
+      setsockopt(connection_, SOL_SOCKET, SO_SNDBUF, &wanted_bytes, sizeof(wanted_bytes));
+    }
+}
+
+bool SendRoom::has_unread() const noexcept {
+  int bytes = 0;
+  return connection_ >= 0 && leads_to(connection_, path_) && ioctl(connection_, SIOCOUTQ, &bytes) == 0 && bytes > 0;
 }
 
 }  // namespace lbea::detail

@@ -18,9 +18,13 @@ class SendRoom {
   SendRoom(zmq::context_t& context, zmq::socket_t& socket, const Endpoint& endpoint);
   /// Takes care of connections made since the last look: the first, and those after the receiver was started anew.
   void look() noexcept;
+  /// Whether the receiver has yet to read something. ZeroMQ throws it away when the sender leaves while the receiver's queue
+  /// is full.
+  [[nodiscard]] bool has_unread() const noexcept;
 
  private:
   std::string path_;
+  int connection_ = -1;
   zmq::socket_t monitor_;
 };
 
