@@ -1,6 +1,7 @@
 #include "tools/monitor/live_feed.hpp"
 
 #include "adapters/wire/codec.hpp"
+#include "tools/common/wall_clock.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -18,8 +19,6 @@ constexpr auto cloudless_after = 1s;    // without a new cloud the view goes on 
 constexpr std::size_t recent_results = 256, waiting_clouds = 8;
 constexpr std::size_t rows_at_once = 2048;
 constexpr int previews_held = 2;
-
-std::int64_t wall_clock_ns() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 

@@ -1,5 +1,7 @@
 #include "tools/record/frame_tap.hpp"
 
+#include "tools/common/wall_clock.hpp"
+
 #include <chrono>
 
 namespace lbea {
@@ -11,10 +13,6 @@ using namespace std::chrono_literals;
 constexpr auto receive_timeout = 50ms;
 constexpr auto last_results = 300ms;  // after the last frame, its result may be on its way
 constexpr auto farewell = 2000ms;
-
-std::int64_t wall_clock_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 // lbea-record: records frames without a matcher, or on their way to one.
 #include "tools/common/access_options.hpp"
 #include "tools/common/distinct_endpoints.hpp"
+#include "tools/common/wall_clock.hpp"
 #include "tools/record/frame_tap.hpp"
 #include "tools/recording/recording_options.hpp"
 
@@ -45,7 +46,7 @@ RunSettings settings_of(const Options& options) {
   settings.program = "lbea-record " LBEA_VERSION_STRING;
   settings.matcher.trigger_ns = options.trigger_ns;
   settings.matcher.max_points = options.max_points;
-  settings.start_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  settings.start_ns = wall_clock_ns();
   return settings;
 }
 

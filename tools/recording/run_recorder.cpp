@@ -2,6 +2,7 @@
 
 #include "adapters/recording/recorder_account.hpp"
 #include "adapters/wire/schemas.hpp"
+#include "tools/common/wall_clock.hpp"
 #include "tools/recording/topics.hpp"
 
 #include <algorithm>
@@ -124,7 +125,7 @@ void RunRecorder::look_at_disk() noexcept {
 }
 
 void RunRecorder::trigger_now() noexcept {
-  recorder_.trigger(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
+  recorder_.trigger(wall_clock_ns());
 }
 
 }  // namespace lbea

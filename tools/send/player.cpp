@@ -1,6 +1,7 @@
 #include "tools/send/player.hpp"
 
 #include "adapters/wire/codec.hpp"
+#include "tools/common/wall_clock.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -17,12 +18,6 @@ constexpr auto stop_interval = 50ms;  // how long a stop may go unnoticed
 constexpr auto longest_farewell = 2000ms;
 constexpr auto heartbeat_interval = 200ms;
 
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 /// The cloud under a new id. In place when the socket has let go of the last round's, else in a copy.
 std::shared_ptr<const std::vector<std::byte>> relabelled(const EncodedCloud& cloud, std::uint64_t id) {
   auto message = cloud.message;
@@ -31,7 +26,7 @@ std::shared_ptr<const std::vector<std::byte>> relabelled(const EncodedCloud& clo
   } else {
     std::atomic_thread_fence(std::memory_order_acquire);  // after the socket's last read
   }
-  relabel_frame(*message, id, cloud.stamp_ns.value_or(now_ns()));
+  relabel_frame(*message, id, cloud.stamp_ns.value_or(wall_clock_ns()));
   return message;
 }
 

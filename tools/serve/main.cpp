@@ -4,6 +4,7 @@
 #include "adapters/sensor/sensor_json.hpp"
 #include "tools/common/distinct_endpoints.hpp"
 #include "tools/common/service_notify.hpp"
+#include "tools/common/wall_clock.hpp"
 #include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
 #include "tools/serve/inference_publisher.hpp"
@@ -46,7 +47,7 @@ PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) 
 RunSettings run_settings(const ServeOptions& options, const Model& model) {
   RunSettings settings{"lbea-serve " LBEA_VERSION_STRING, options.model_file, model.checksum(), name_of(options.matcher.method), options.matcher, "", 0};
   if (!options.pose_file.empty()) settings.sensor_json = as_text(read_file(options.pose_file));
-  settings.start_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  settings.start_ns = wall_clock_ns();
   return settings;
 }
 

@@ -1,5 +1,7 @@
 #include "tools/serve/pipeline.hpp"
 
+#include "tools/common/wall_clock.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <tuple>
@@ -21,12 +23,6 @@ constexpr auto senders_interval = 100ms;  // how old what others are told of the
 constexpr auto state_spacing = 10ms;      // between states, however many ask
 constexpr std::uint64_t most_announced = 1000;  // of one gap; the rest is only counted
 constexpr auto idle = 100ms;  // a bell that was missed costs at most this
-
-std::int64_t wall_clock_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 std::uint32_t short_ns(std::int64_t ns) noexcept {
   return static_cast<std::uint32_t>(
