@@ -1,0 +1,52 @@
+// The publishing thread: every outcome and refusal as a result, and from time to time the state of it all.
+#pragma once
+
+#include "adapters/wire/codec.hpp"
+#include "adapters/wire/streams.hpp"
+#include "tools/serve/frame_log.hpp"
+#include "tools/serve/handover.hpp"
+#include "tools/serve/latency_histogram.hpp"
+
+#include <atomic>
+#include <chrono>
+
+namespace lbea {
+
+class ResultPublisher {
+ public:
+  /// `config` outlives it.
+  ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, ResultSink sink, Handover& handover);
+  /// Until the matcher is done and everything is published.
+  void run() noexcept;
+  // Any thread:
+  /// As a result published now has them.
+  [[nodiscard]] Counters counters() const noexcept;
+  [[nodiscard]] PeerCounts peers() const noexcept { return sink_.peers(); }
+  [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
+  [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return total_times_; }
+  [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool publish_waiting() noexcept;
+  bool publish_refusals() noexcept;
+  void publish(const Outcome& outcome) noexcept;
+  void publish(const WireResult& refusal) noexcept;
+  void send_result() noexcept;
+  void note_times(const WireTimes& times) noexcept;
+  void publish_state() noexcept;
+
+  const PipelineConfig& config_;
+  const MatchEngine& engine_;
+  ResultSink sink_;
+  Handover& handover_;
+  Encoder encoder_;
+  FrameLog log_;
+  WireResult result_;
+  WireState state_;
+  std::uint64_t sequence_ = 0;
+  LatencyHistogram match_times_, total_times_;
+  std::atomic<std::uint64_t> rounds_{0};
+};
+
+}  // namespace lbea

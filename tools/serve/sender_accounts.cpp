@@ -1,0 +1,40 @@
+#include "tools/serve/sender_accounts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace lbea {
+
+namespace {
+constexpr std::chrono::milliseconds senders_interval{100};  // how old what others are told of the senders may be
+}
+
+IdTracker::Arrival SenderAccounts::saw(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept {
+  const IdTracker::Seen seen = ids_.saw(session, id, Clock::now());
+  handover_.counters.store(ids_);
+  announcer_.announce(WireStatus::missed, session, seen.gap, receive_ns);
+  return seen.arrival;
+}
+
+void SenderAccounts::told(const Control& control, std::int64_t receive_ns) noexcept {
+  const auto now = Clock::now();
+  const IdTracker::Told told = ids_.told(control, now);
+  handover_.counters.store(ids_);
+  announcer_.announce(WireStatus::missed, control.session, told.gap, receive_ns);
+  announcer_.announce(WireStatus::withheld, control.session, told.withheld, receive_ns);
+  if (control.kind != ControlKind::heartbeat) show(now);
+}
+
+void SenderAccounts::show_when_due() noexcept {
+  if (const auto now = Clock::now(); now >= next_show_) show(now);
+}
+
+void SenderAccounts::show(Clock::time_point now) noexcept {
+  next_show_ = now + senders_interval;
+  auto senders = ids_.senders(now, patience_);
+  handover_.counters.store_silent(static_cast<std::uint64_t>(std::count_if(
+      senders.begin(), senders.end(), [](const WireSender& s) { return s.condition == SenderCondition::silent; })));
+  handover_.senders.store(std::move(senders));
+}
+
+}  // namespace lbea

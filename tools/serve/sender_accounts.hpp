@@ -1,0 +1,38 @@
+// What became of each sender's captures, as far as its ids and words tell. Whatever changes is counted and shown to
+// others, and what never came is announced.
+#pragma once
+
+#include "adapters/wire/id_tracker.hpp"
+#include "tools/serve/announcer.hpp"
+
+#include <chrono>
+
+namespace lbea {
+
+/// The receiving thread's.
+class SenderAccounts {
+ public:
+  /// Without a word for `patience` a sender is silent.
+  SenderAccounts(std::chrono::milliseconds patience, Announcer& announcer, Handover& handover)
+      : patience_(patience), announcer_(announcer), handover_(handover) {}
+  /// A frame arrived.
+  IdTracker::Arrival saw(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept;
+  /// A sender spoke of its ids.
+  void told(const Control& control, std::int64_t receive_ns) noexcept;
+  /// Shows who the senders are and how they do.
+  void show() noexcept { show(Clock::now()); }
+  /// The same, unless it was done a moment ago.
+  void show_when_due() noexcept;
+
+ private:
+  using Clock = IdTracker::Clock;
+  void show(Clock::time_point now) noexcept;
+
+  std::chrono::milliseconds patience_;
+  IdTracker ids_;
+  Clock::time_point next_show_{};
+  Announcer& announcer_;
+  Handover& handover_;
+};
+
+}  // namespace lbea
