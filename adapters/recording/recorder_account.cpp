@@ -1,8 +1,12 @@
 #include "adapters/recording/recorder_account.hpp"
 
+#include "adapters/recording/wall_clock.hpp"
+
 namespace lbea {
 
 namespace {
+
+constexpr std::chrono::milliseconds account_interval{100};  // between two accounts in the file
 
 std::string lane_json(const RecorderStatus::Lane& lane) {
   return "{\"no_room\":" + std::to_string(lane.no_room) + ",\"write_failed\":" + std::to_string(lane.write_failed) + "}";
@@ -33,6 +37,21 @@ mcap::Metadata closing_metadata(const RecorderStatus& status) {
            {"notes_lost_no_room", text(status.notes.no_room)},
            {"notes_lost_write_failed", text(status.notes.write_failed)},
            {"failed_syncs", text(status.failed_syncs)}}};
+}
+
+void AccountMessages::append_when_due(mcap::Buffer& out, const RecorderStatus& status) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!is_due(now)) return;
+  due_ = now + account_interval;
+  append_when_changed(out, status);
+}
+
+void AccountMessages::append_when_changed(mcap::Buffer& out, const RecorderStatus& status) {
+  std::string account = account_json(status);
+  if (account == last_) return;
+  const auto time = static_cast<std::uint64_t>(wall_clock_ns());
+  mcap::append(out, mcap::Message{channel_, sequence_++, time, time, std::as_bytes(std::span(account))});
+  last_ = std::move(account);
 }
 
 }  // namespace lbea

@@ -1,8 +1,10 @@
 // The recorder's own account, for the recording itself.
 #pragma once
 
-#include "adapters/recording/recorder.hpp"
+#include "adapters/recording/mcap_records.hpp"
+#include "adapters/recording/recorder_status.hpp"
 
+#include <chrono>
 #include <string>
 
 namespace lbea {
@@ -14,5 +16,21 @@ namespace lbea {
 /// The last record of the data: how many messages there should be.
 [[nodiscard]] mcap::Metadata closing_metadata(const RecorderStatus& status);
 inline constexpr std::string_view closing_metadata_name = "lbea.recording.end";
+
+/// The account as messages of a recording, one whenever it has changed. One thread's.
+class AccountMessages {
+ public:
+  explicit AccountMessages(std::uint16_t channel) : channel_(channel) {}
+  /// Whether it is time to look at it again.
+  [[nodiscard]] bool is_due(std::chrono::steady_clock::time_point now) const noexcept { return now >= due_; }
+  void append_when_due(mcap::Buffer& out, const RecorderStatus& status);
+  void append_when_changed(mcap::Buffer& out, const RecorderStatus& status);
+
+ private:
+  std::uint16_t channel_;
+  std::uint32_t sequence_ = 0;
+  std::chrono::steady_clock::time_point due_{};
+  std::string last_;
+};
 
 }  // namespace lbea

@@ -1,0 +1,15 @@
+// This machine's clock as recordings have it.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace lbea {
+
+/// ns since 1970.
+[[nodiscard]] inline std::int64_t wall_clock_ns() noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace lbea
