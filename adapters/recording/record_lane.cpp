@@ -59,6 +59,7 @@ void RecordLane::begin_at(std::int64_t begin_ns) {
       std::ranges::count_if(pushed_out_, [&](std::int64_t time) { return time >= begin_ns; }));
   no_room_ += missed;
   outside_ -= missed;
+  pushed_out_.clear();  // counted once, also when the rest has no memory yet and all this is tried again
   drop_while([&](const mcap::Record& record) { return !is_message(record) || log_time_of(record) < begin_ns; }, outside_);
 }
 
