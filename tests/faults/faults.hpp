@@ -15,6 +15,8 @@ namespace lbea::test {
 
 inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 
+inline constexpr std::chrono::seconds longest_run{60};  // of a program: it takes less than one; so long, it hangs
+
 struct Fault {
   std::string call;       // as in fail_nth.c
   unsigned long nth = 0;  // 0: none
@@ -46,7 +48,7 @@ struct OneFile {
   Outcome run(const Fault& fault, const TemporaryFolder& folder, const std::filesystem::path& count) const {
     std::string words;
     for (const std::string& word : with(fault, folder.path(), count)) words += "'" + word + "' ";
-    return run_program(words + command, folder.path());
+    return run_program(words + command, folder.path(), {}, longest_run);
   }
   void check(const std::string& call, unsigned long most, unsigned long most_of_long = all) const;
 

@@ -39,8 +39,7 @@ inline Outcome record_stream(std::vector<std::string> words, const std::vector<s
     static_cast<void>(sink.flush(std::chrono::milliseconds(1000)));
     process.signal(SIGINT);
   }
-  const int exit_code = process.wait();
-  return {exit_code, text_of(said / "out"), text_of(said / "err")};
+  return outcome_of(process, said, longest_run);
 }
 
 inline std::uint64_t frames_in(const mcap::ByteSource& source) {

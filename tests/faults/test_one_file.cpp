@@ -41,6 +41,13 @@ TEST_CASE("any call of a replay into a model fails") {
   for (const std::string& call : calls) OneFile{command, "results.mcap"}.check(call, most);
 }
 
+TEST_CASE("a program that hangs does not hang its test: it is killed, and that is said") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_program("sleep 600", folder.path(), {}, std::chrono::milliseconds(100));
+  CHECK(outcome.exit_code == 128 + SIGKILL);
+  CHECK(outcome.err == "killed, because it still ran after 100 ms\n");
+}
+
 TEST_CASE("files that cannot be mapped are named") {
   const TemporaryFolder folder, elsewhere;
   REQUIRE(run_program(bake_command("m.lbea"), folder.path()).exit_code == 0);
