@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <new>
+#include <string_view>
 
 namespace lbea::detail {
 
@@ -11,6 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr auto breather = 10ms;          // until the next try when something is in short supply
 constexpr auto longest_handshake = 3s;  // ZeroMQ ends a connection that takes longer (see socket.cpp)
 constexpr int all_endings = ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_MONITOR_STOPPED;
 constexpr int all_failures = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
@@ -42,7 +46,7 @@ PeerCounts Door::counts() const noexcept {
   return {of(open_), of(peers_), of(admitted_), of(unknown_), of(excess_), of(malformed_)};
 }
 
-const char* Door::answer(const std::string& mechanism, const std::string& key) {
+const char* Door::answer(std::string_view mechanism, std::string_view key) {
   const bool is_known = wants_keys_ ? mechanism == "CURVE" && keys_.contains(key) : mechanism == "NULL";
   if (!is_known) {
     ++unknown_;
@@ -131,21 +135,36 @@ std::shared_ptr<Door> Gate::guard(zmq::socket_t& socket, const ServerAccess& acc
   return door;
 }
 
-void Gate::run() {
+/// Without memory for a moment nobody comes in, and who is in stays.
+void Gate::run() noexcept {
   while (!stopping_) {
-    {
-      const std::lock_guard lock(mutex_);
-      std::move(arrivals_.begin(), arrivals_.end(), std::back_inserter(watches_));
-      arrivals_.clear();
+    try {
+      turn();
+    } catch (const std::bad_alloc&) {
+      std::this_thread::sleep_for(breather);
     }
-    std::vector<zmq_pollitem_t> items{{questions_.handle(), 0, ZMQ_POLLIN, 0}, {ear_.handle(), 0, ZMQ_POLLIN, 0}};
-    for (Watch& watch : watches_) items.push_back({watch.monitor.handle(), 0, ZMQ_POLLIN, 0});
-    if (zmq_poll(items.data(), static_cast<int>(items.size()), -1) < 0 && zmq_errno() != EINTR) return;
-    char ring;
-    if (items[1].revents != 0) zmq_recv(ear_.handle(), &ring, 1, ZMQ_DONTWAIT);
-    std::erase_if(watches_, [](Watch& watch) { return !hear(watch); });
-    if (items[0].revents != 0) answer();
   }
+}
+
+void Gate::turn() {
+  {
+    const std::lock_guard lock(mutex_);
+    watches_.reserve(watches_.size() + arrivals_.size());
+    std::move(arrivals_.begin(), arrivals_.end(), std::back_inserter(watches_));
+    arrivals_.clear();
+  }
+  std::vector<zmq_pollitem_t> items{{questions_.handle(), 0, ZMQ_POLLIN, 0}, {ear_.handle(), 0, ZMQ_POLLIN, 0}};
+  for (Watch& watch : watches_) items.push_back({watch.monitor.handle(), 0, ZMQ_POLLIN, 0});
+  wait(items);
+  std::erase_if(watches_, [](Watch& watch) { return !hear(watch); });
+  if (items[0].revents != 0) answer();
+}
+
+/// ZeroMQ without memory loses its own words and can never be ended: then the program ends, here and in what else is noexcept.
+void Gate::wait(std::span<zmq_pollitem_t> items) noexcept {
+  if (zmq_poll(items.data(), static_cast<int>(items.size()), -1) < 0) return std::this_thread::sleep_for(breather);
+  char ring;
+  if (items[1].revents != 0) zmq_recv(ear_.handle(), &ring, 1, ZMQ_DONTWAIT);
 }
 
 bool Gate::hear(Watch& watch) {
@@ -158,25 +177,25 @@ bool Gate::hear(Watch& watch) {
   }
 }
 
-// A question: version, request id, domain, address, routing id, mechanism, credentials (RFC 27).
-void Gate::answer() {
-  std::vector<std::string> question;
+// A question: version, request id, domain, address, routing id, mechanism, credentials (RFC 27). A question that was taken must be
+// answered, or the socket takes no other one: nothing here allocates.
+void Gate::answer() noexcept {
+  std::array<zmq::message_t, 7> question;
+  zmq::message_t surplus;
   bool more = true;
-  while (more) {
-    zmq::message_t part;
+  for (std::size_t i = 0; more; ++i) {
+    zmq::message_t& part = i < question.size() ? question[i] : surplus;
     if (zmq_msg_recv(part.handle(), questions_.handle(), ZMQ_DONTWAIT) < 0) return;
-    question.push_back(part.to_string());
     more = part.more();
   }
-  question.resize(7);
   std::shared_ptr<Door> door;
   {
     const std::lock_guard lock(mutex_);
-    if (const auto found = doors_.find(question[2]); found != doors_.end()) door = found->second.lock();
+    if (const auto found = doors_.find(question[2].to_string_view()); found != doors_.end()) door = found->second.lock();
   }
+  const char* const verdict = door ? door->answer(question[5].to_string_view(), question[6].to_string_view()) : refused;
   // No name for the peer: ZeroMQ would let it take up a place of the socket's queue for ever, the only one of a queue of 1.
-  const std::array<std::string, 6> answer{
-      "1.0", question[1], door ? door->answer(question[5], question[6]) : refused, "", "", ""};
+  const std::array<std::string_view, 6> answer{"1.0", question[1].to_string_view(), verdict, "", "", ""};
   for (std::size_t i = 0; i < answer.size(); ++i)
     zmq_send(questions_.handle(), answer[i].data(), answer[i].size(), i + 1 < answer.size() ? ZMQ_SNDMORE : 0);
 }

@@ -6,9 +6,12 @@
 #include "adapters/wire/streams.hpp"
 
 #include <atomic>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <set>
+#include <span>
+#include <string_view>
 #include <thread>
 
 #include <zmq.hpp>
@@ -23,7 +26,7 @@ class Door {
   [[nodiscard]] const std::string& domain() const noexcept { return domain_; }
   [[nodiscard]] PeerCounts counts() const noexcept;
   /// Gate's thread. The status code of RFC 27. `key`: 32 bytes, or none.
-  [[nodiscard]] const char* answer(const std::string& mechanism, const std::string& key);
+  [[nodiscard]] const char* answer(std::string_view mechanism, std::string_view key);
   /// Gate's thread. An event of the socket's monitor.
   void note(std::uint16_t event, std::int32_t value);
 
@@ -34,7 +37,7 @@ class Door {
 
   std::string domain_;
   bool wants_keys_;
-  std::set<std::string> keys_;  // public, 32 bytes each
+  std::set<std::string, std::less<>> keys_;  // public, 32 bytes each
   std::uint64_t max_peers_;
   std::map<std::int32_t, Clock::time_point> connections_;  // by descriptor: since when
   std::uint64_t put_off_ = 0;  // told to come back, and not gone yet
@@ -57,8 +60,10 @@ class Gate {
     std::shared_ptr<Door> door;
   };
   void wake();
-  void run();
-  void answer();
+  void run() noexcept;
+  void turn();
+  void wait(std::span<zmq_pollitem_t> items) noexcept;
+  void answer() noexcept;
   /// False once the socket is gone.
   static bool hear(Watch& watch);
 
@@ -66,7 +71,7 @@ class Gate {
   zmq::socket_t questions_, bell_, ear_;
   std::mutex mutex_;  // guards what follows, and bell_
   std::vector<Watch> arrivals_;
-  std::map<std::string, std::weak_ptr<Door>> doors_;
+  std::map<std::string, std::weak_ptr<Door>, std::less<>> doors_;
   std::uint64_t next_ = 0;
   std::atomic<bool> stopping_{false};
   std::vector<Watch> watches_;  // the thread's

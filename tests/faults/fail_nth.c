@@ -3,10 +3,12 @@
 //   LBEA_FAULT_NTH    from 1; 0 or nothing: all succeed
 //   LBEA_FAULT_PATH   only calls on files whose path begins so (not for allocate)
 //   LBEA_FAULT_COUNT  a file that is told at the program's end how often the call was made
+//   LBEA_FAULT_ASKERS a file that is told, when an allocation fails, which libraries asked for it, a line each
 // What happens before main() does not count: no program can answer for that.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -23,6 +25,7 @@ static enum Call watched = call_none;  // none until main() begins
 static unsigned long nth = 0;
 static const char* prefix = "";
 static const char* count_file = NULL;
+static const char* askers_file = NULL;
 static atomic_ulong count = 0;
 
 static int is_due(enum Call call) {
@@ -88,7 +91,22 @@ extern void* __libc_calloc(size_t n, size_t size);
 extern void* __libc_realloc(void* block, size_t size);
 extern void* __libc_memalign(size_t alignment, size_t size);
 
+static void tell_askers(void) {
+  void* calls[64];
+  if (askers_file == NULL) return;
+  const int depth = backtrace(calls, 64);
+  const int descriptor = open(askers_file, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  for (int i = 0; i < depth; ++i) {
+    Dl_info about;
+    if (dladdr(calls[i], &about) == 0 || about.dli_fname == NULL) continue;
+    if (write(descriptor, about.dli_fname, strlen(about.dli_fname)) < 0 || write(descriptor, "\n", 1) < 0) abort();
+  }
+  close(descriptor);
+}
+
 static void* no_memory(void) {
+  watched = call_none;
+  tell_askers();
   errno = ENOMEM;
   return NULL;
 }
@@ -109,6 +127,9 @@ static void begin(void) {
   const char* const number = getenv("LBEA_FAULT_NTH");
   if (getenv("LBEA_FAULT_PATH") != NULL) prefix = getenv("LBEA_FAULT_PATH");
   count_file = getenv("LBEA_FAULT_COUNT");
+  askers_file = getenv("LBEA_FAULT_ASKERS");
+  void* first;
+  backtrace(&first, 1);  // loads what it needs
   if (number != NULL) nth = strtoul(number, NULL, 10);
   for (int i = call_write; i <= call_allocate; ++i)
     if (call != NULL && strcmp(call, names[i]) == 0) watched = (enum Call)i;

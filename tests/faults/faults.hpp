@@ -23,13 +23,18 @@ struct Fault {
 };
 
 /// Words before a command: it runs with the fault, in whatever it does with files below `folder`; how often the call was
-/// made stands in `count` afterwards.
+/// made stands in `count` afterwards, which libraries asked for a failed allocation beside it.
 inline std::vector<std::string> with(const Fault& fault, const std::filesystem::path& folder, const std::filesystem::path& count) {
   return {"/usr/bin/env", "LD_PRELOAD=" LBEA_FAIL_NTH, "LBEA_FAULT_CALL=" + fault.call, "LBEA_FAULT_NTH=" + std::to_string(fault.nth),
-          "LBEA_FAULT_PATH=" + folder.string(), "LBEA_FAULT_COUNT=" + count.string()};
+          "LBEA_FAULT_PATH=" + folder.string(), "LBEA_FAULT_COUNT=" + count.string(), "LBEA_FAULT_ASKERS=" + count.string() + ".askers"};
 }
 
 inline unsigned long counted(const std::filesystem::path& count) { return std::strtoul(text_of(count).c_str(), nullptr, 10); }
+
+inline bool was_asked_by(const std::string& library, const std::filesystem::path& count) {
+  const std::string askers = count.string() + ".askers";
+  return std::filesystem::exists(askers) && contains(text_of(askers), library);
+}
 
 inline constexpr unsigned long all = ~0ul;
 
