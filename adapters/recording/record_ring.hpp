@@ -4,6 +4,7 @@
 
 #include "adapters/recording/mcap_records.hpp"
 
+#include <algorithm>
 #include <atomic>
 
 namespace lbea::mcap {
@@ -18,9 +19,10 @@ class RecordRing {
   RecordRing& operator=(const RecordRing&) = delete;
 
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+  /// Bytes put and not yet given back; exact only for the two threads themselves.
   [[nodiscard]] std::size_t used() const noexcept {
-    return static_cast<std::size_t>(written_.load(std::memory_order_acquire) -
-                                    released_.load(std::memory_order_acquire));
+    const std::uint64_t released = released_.load(std::memory_order_acquire);  // first: it never overtakes the other
+    return std::min(static_cast<std::size_t>(written_.load(std::memory_order_acquire) - released), capacity_);
   }
 
   // producer

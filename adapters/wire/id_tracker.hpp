@@ -19,6 +19,7 @@ struct IdRange {
 class IdTracker {
  public:
   using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds usual_patience{3000};
   enum class Arrival : std::uint8_t { in_order, late, duplicate };
   struct Seen {
     Arrival arrival = Arrival::in_order;

@@ -3,6 +3,7 @@
 // allocates after construction. Waiting, where wanted, is done beside it: see Doorbell.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -21,7 +22,8 @@ class SpscRing {
   [[nodiscard]] std::size_t capacity() const noexcept { return slots_.size(); }
   /// Slots published and not yet released; exact only for the two threads themselves.
   [[nodiscard]] std::size_t used() const noexcept {
-    return published_.load(std::memory_order_acquire) - released_.load(std::memory_order_acquire);
+    const std::size_t released = released_.load(std::memory_order_acquire);  // first: it never overtakes the other
+    return std::min(published_.load(std::memory_order_acquire) - released, slots_.size());
   }
   /// Before the threads start: every slot, to size what it holds.
   [[nodiscard]] std::vector<T>& slots() noexcept { return slots_; }

@@ -1,5 +1,6 @@
 // Recording, inspecting, recovering and replaying as the programs do it, with the demo ensemble's model.
 #include "adapters/wire/codec.hpp"
+#include "adapters/wire/id_tracker.hpp"
 #include "adapters/wire/streams.hpp"
 #include "tests/support/instrumented.hpp"
 #include "tests/support/program.hpp"
@@ -384,6 +385,23 @@ TEST_CASE("lbea-record alone, and between a rig and its matcher") {
   CHECK(report["frames"] == 10);
   CHECK(report["results_by_status"]["ok"] == 10);
   CHECK(contains(text_of(bench.file("serve.out")), "\"matched\":10"));
+}
+
+// The last frames of a sender whose connection broke were in no account, and lbea-record called its file complete.
+TEST_CASE("lbea-record says which sender went without goodbye, and calls the run incomplete") {
+  Bench bench;
+  const std::string rig = "ipc://" + bench.file("rig");
+  const auto recorder = bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--record-memory", "16", "--json"}, "record", "ready: frames on");
+  {
+    WireContext context;
+    Camera camera(context, rig);
+    camera.send_bytes(camera.encoder().control({1, ControlKind::hello, 0, 0}));
+    for (std::uint64_t id = 0; id < 5; ++id) camera.send(id);
+  }
+  std::this_thread::sleep_for(IdTracker::usual_patience + 300ms);
+  CHECK(stop(*recorder) == 1);
+  CHECK(contains(text_of(bench.file("record.err")), "session 1 did not say goodbye: its captures are accounted for up to id"));
+  CHECK(Json::parse(text_of(bench.file("record.out")))["silent"] == 1);
 }
 
 TEST_CASE("what cannot be done is said in a sentence") {

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <thread>
 
 using namespace lbea;
@@ -37,6 +39,24 @@ TEST_CASE("what is claimed is not seen before it is published") {
   CHECK(ring.front() == nullptr);
   ring.publish();
   CHECK(*ring.front() == 1);
+}
+
+// A state once could say that four thousand million frames wait: the two ends were read in the wrong order.
+TEST_CASE("a third thread never sees more used than there are slots") {
+  SpscRing<int> ring(3);
+  std::atomic<bool> done{false};
+  std::thread mover([&] {
+    for (int i = 0; i < 2'000'000; ++i) {
+      ring.publish();
+      ring.release();
+    }
+    done = true;
+  });
+  std::size_t most = 0;
+  while (!done) most = std::max(most, ring.used());
+  mover.join();
+  CHECK(most <= 3);
+  CHECK(ring.used() == 0);
 }
 
 TEST_CASE("two threads: everything arrives once, whole and in order") {

@@ -2,6 +2,7 @@
 
 #include "tools/common/wall_clock.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 namespace lbea {
@@ -31,7 +32,7 @@ void FrameTap::stop() {
     if (thread->joinable()) thread->join();
 }
 
-TapTally FrameTap::tally() const noexcept { return {received_, damaged_, forwarded_, refused_, missed_, lost_results_}; }
+TapTally FrameTap::tally() const noexcept { return {received_, damaged_, forwarded_, refused_, missed_, silent_, lost_results_}; }
 
 void FrameTap::take_frames() noexcept {
   while (true) {
@@ -40,6 +41,8 @@ void FrameTap::take_frames() noexcept {
     if (message) take(*message);
     if (last_look && !message) break;
   }
+  senders_ = ids_.senders(IdTracker::Clock::now(), IdTracker::usual_patience);
+  silent_ = static_cast<std::uint64_t>(std::ranges::count(senders_, SenderCondition::silent, &WireSender::condition));
   if (forward_) static_cast<void>(forward_->flush(farewell));
 }
 
@@ -53,7 +56,7 @@ void FrameTap::take(Message message) noexcept {
   if (forward_) ++(forward_->send(message) ? forwarded_ : refused_);
   const FrameHeader& header = decoder_.header();
   ++received_;
-  if (header.identified) ids_.saw(header.session, header.id);
+  if (header.identified) ids_.saw(header.session, header.id, IdTracker::Clock::now());
   missed_ = ids_.missed() + ids_.withheld();
   if (header.cloud.empty()) ++damaged_;
   recorder_.frame(message, header, receive_ns);
@@ -66,7 +69,7 @@ bool FrameTap::take_words(Message message) noexcept {
     if (decoder_.open(message) != WireStatus::end_of_stream) return false;
     control = {decoder_.header().session, ControlKind::goodbye, decoder_.header().id, 0};
   }
-  ids_.told(control);
+  ids_.told(control, IdTracker::Clock::now());
   missed_ = ids_.missed() + ids_.withheld();
   return true;
 }

@@ -17,6 +17,7 @@ struct TapTally {
   std::uint64_t forwarded = 0;
   std::uint64_t refused = 0;    // the matcher had no room for them
   std::uint64_t missed = 0;       // captures of which no frame arrived, as ids and the sender's words tell
+  std::uint64_t silent = 0;        // senders gone without goodbye: what they held back is unknown
   std::uint64_t lost_results = 0;  // results and states that this subscriber did not get
 };
 
@@ -29,6 +30,8 @@ class FrameTap {
   /// Takes in what has arrived, then ends.
   void stop();
   [[nodiscard]] TapTally tally() const noexcept;
+  /// After stop(): who sent.
+  [[nodiscard]] const std::vector<WireSender>& senders() const noexcept { return senders_; }
 
  private:
   void take_frames() noexcept;
@@ -43,8 +46,9 @@ class FrameTap {
   RunRecorder& recorder_;
   FrameDecoder decoder_;
   IdTracker ids_;
+  std::vector<WireSender> senders_;
   std::uint64_t next_sequence_ = 0;  // 0: none heard yet
-  std::atomic<std::uint64_t> received_{0}, damaged_{0}, forwarded_{0}, refused_{0}, missed_{0}, lost_results_{0};
+  std::atomic<std::uint64_t> received_{0}, damaged_{0}, forwarded_{0}, refused_{0}, missed_{0}, silent_{0}, lost_results_{0};
   std::atomic<bool> stopping_{false};
   std::thread frames_thread_, results_thread_;
 };

@@ -2,6 +2,7 @@
 #include "tools/common/access_options.hpp"
 #include "tools/common/distinct_endpoints.hpp"
 #include "tools/common/wall_clock.hpp"
+#include "tools/common/unfinished_senders.hpp"
 #include "tools/record/frame_tap.hpp"
 #include "tools/recording/recording_options.hpp"
 
@@ -27,7 +28,8 @@ struct Options {
 constexpr auto description =
     "Records frames that a rig sends, without a matcher, or with --forward on their way to one: then the rig sends here and\n"
     "this program passes everything on. Where lbea-serve runs, its own --record is the shorter way.\n"
-    "The exit code is 1 when anything could not be recorded, found no room at the matcher, or did not arrive.";
+    "The exit code is 1 when anything could not be recorded, found no room at the matcher, or did not arrive,\n"
+    "and when a sender fell silent without goodbye.";
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("FILE", options.recording.file, "the recording (MCAP), which must not exist yet")->required();
@@ -53,7 +55,7 @@ RunSettings settings_of(const Options& options) {
 void print(const TapTally& tally, const RunObserver::Counts& counts, bool as_json) {
   const nlohmann::ordered_json json{{"received", tally.frames},     {"recorded", counts.recorded}, {"unrecorded", counts.unrecorded},
                                     {"damaged", tally.damaged},     {"forwarded", tally.forwarded}, {"refused", tally.refused},
-                                    {"missed", tally.missed},
+                                    {"missed", tally.missed},       {"silent", tally.silent},
                                     {"lost_results", tally.lost_results}};
   std::string line;
   for (const auto& [key, value] : json.items()) line += (line.empty() ? "" : ", ") + key + " " + value.dump();
@@ -81,9 +83,10 @@ int record(const Options& options) {
   }
   tap.stop();
   const bool all_recorded = watch.finish();
+  warn_of_unfinished(tap.senders());
   const TapTally tally = tap.tally();
   print(tally, recorder->counts(), options.json);
-  return all_recorded && tally.damaged == 0 && tally.refused == 0 && tally.missed == 0 && tally.lost_results == 0 ? exit_ok : exit_failed;
+  return all_recorded && tally.damaged == 0 && tally.refused == 0 && tally.missed == 0 && tally.silent == 0 && tally.lost_results == 0 ? exit_ok : exit_failed;
 }
 
 }  // namespace

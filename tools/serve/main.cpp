@@ -4,6 +4,7 @@
 #include "adapters/sensor/sensor_json.hpp"
 #include "tools/common/distinct_endpoints.hpp"
 #include "tools/common/service_notify.hpp"
+#include "tools/common/unfinished_senders.hpp"
 #include "tools/common/wall_clock.hpp"
 #include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
@@ -124,6 +125,7 @@ int serve(ServeOptions options) {
   stay(pipeline, recording, service);
   service.stopping();
   pipeline.stop();
+  warn_of_unfinished(pipeline.senders());
   const bool all_recorded = recording.finish();
   const Counters counters = pipeline.counters();
   std::printf("%s\n", (options.json ? tally_json(counters) : tally_line(counters)).c_str());

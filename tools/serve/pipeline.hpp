@@ -23,10 +23,8 @@ class Pipeline {
   [[nodiscard]] Counters counters() const noexcept { return publisher_.counters(); }
   [[nodiscard]] PeerCounts frame_peers() const noexcept { return receiver_.peers(); }
   [[nodiscard]] PeerCounts result_peers() const noexcept { return publisher_.peers(); }
-  [[nodiscard]] std::size_t queue_used() const noexcept {
-    const std::size_t used = handover_.frames.used();  // may be read between two moves of the others
-    return used > handover_.frames.capacity() ? 0 : used;
-  }
+  [[nodiscard]] std::size_t queue_used() const noexcept { return handover_.frames.used(); }
+  [[nodiscard]] std::vector<WireSender> senders() const { return handover_.senders.load(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return publisher_.match_times(); }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return publisher_.total_times(); }
   /// The unchanging part of the state.

@@ -1,7 +1,7 @@
 // What a pipeline is told before it starts.
 #pragma once
 
-#include "adapters/wire/messages.hpp"
+#include "adapters/wire/id_tracker.hpp"
 #include "tools/serve/run_observer.hpp"
 
 #include <chrono>
@@ -14,7 +14,7 @@ struct PipelineConfig {
   std::uint32_t queue_slots = 16;  // frames that may wait for the matcher; 1.5 MB each at 131,072 points
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
-  std::chrono::milliseconds sender_patience{3000};  // without a word a sender is silent after so long
+  std::chrono::milliseconds sender_patience = IdTracker::usual_patience;  // without a word a sender is silent after so long
   double stray_results_per_second = 1000;           // results for messages that are nobody's frame
   WireState description;  // the unchanging part: version, method, model
   std::function<void()> on_matching_thread;  // called there once, before the first frame; may be empty
