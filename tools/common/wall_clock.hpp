@@ -1,14 +1,4 @@
-// What stamps and recordings count time by.
+// What stamps and recordings count time by: one clock for all programs, the recorder's.
 #pragma once
 
-#include <chrono>
-#include <cstdint>
-
-namespace lbea {
-
-/// ns since 1970.
-[[nodiscard]] inline std::int64_t wall_clock_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace lbea
+#include "adapters/recording/wall_clock.hpp"
