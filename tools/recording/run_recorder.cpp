@@ -9,6 +9,7 @@
 #include <array>
 #include <charconv>
 #include <limits>
+#include <new>
 
 namespace lbea {
 
@@ -90,8 +91,12 @@ std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) n
   if (channels_.size() == max_frame_channels) return 0;
   const auto next = static_cast<std::uint16_t>(first_frames_channel + channels_.size());
   mcap::Buffer record;
-  mcap::append(record, channel(next, frames_schema_id, frames_topic, "flatbuffer",
-                               {{std::string(session_key), hexadecimal(session)}, {std::string(id_high_key), hexadecimal(id_high)}}));
+  try {
+    mcap::append(record, channel(next, frames_schema_id, frames_topic, "flatbuffer",
+                                 {{std::string(session_key), hexadecimal(session)}, {std::string(id_high_key), hexadecimal(id_high)}}));
+  } catch (const std::bad_alloc&) {
+    return 0;  // this frame is lost and counted, the next one tries again
+  }
   if (!recorder_.put_channel(Recorder::Lane::frames, record)) return 0;
   channels_.push_back({session, id_high, next});
   return next;
