@@ -1,15 +1,16 @@
 // Loaded before a program (LD_PRELOAD): counts its calls of one kind and fails the n-th.
-//   LBEA_FAULT_CALL   write | sync | rename | truncate | map | allocate
+//   LBEA_FAULT_CALL   write | sync | rename | truncate | map | thread | allocate
 //   LBEA_FAULT_NTH    from 1; 0 or nothing: all succeed
-//   LBEA_FAULT_PATH   only calls on files whose path begins so (not for allocate)
+//   LBEA_FAULT_PATH   only calls on files whose path begins so (not for thread and allocate)
 //   LBEA_FAULT_COUNT  a file that is told at the program's end how often the call was made
-//   LBEA_FAULT_ASKERS a file that is told, when an allocation fails, which libraries asked for it, a line each
+//   LBEA_FAULT_ASKERS a file that is told, when a thread or an allocation fails, which libraries asked for it, a line each
 // What happens before main() does not count: no program can answer for that.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <execinfo.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,8 +19,8 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-enum Call { call_none, call_write, call_sync, call_rename, call_truncate, call_map, call_allocate };
-static const char* const names[] = {"", "write", "sync", "rename", "truncate", "map", "allocate"};
+enum Call { call_none, call_write, call_sync, call_rename, call_truncate, call_map, call_thread, call_allocate };
+static const char* const names[] = {"", "write", "sync", "rename", "truncate", "map", "thread", "allocate"};
 
 static enum Call watched = call_none;  // none until main() begins
 static unsigned long nth = 0;
@@ -102,6 +103,12 @@ static void tell_askers(void) {
     if (write(descriptor, about.dli_fname, strlen(about.dli_fname)) < 0 || write(descriptor, "\n", 1) < 0) abort();
   }
   close(descriptor);
+}
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*), void* argument) {
+  if (!is_due(call_thread)) return NEXT(pthread_create)(thread, attributes, start, argument);
+  tell_askers();
+  return EAGAIN;
 }
 
 static void* no_memory(void) {

@@ -84,8 +84,9 @@ inline void OneFile::check_one(const Fault& fault, const std::string& undisturbe
   CHECK((outcome.exit_code == 0 || outcome.exit_code == 1));
   if (outcome.exit_code == 0) CHECK(is_there);
   if (is_there) CHECK((text_of(folder / output) == undisturbed));
-  if (outcome.exit_code != 0) CHECK(contains(outcome.err, fault.call == "allocate" ? "error: " : output));
-  if (outcome.exit_code != 0 && fault.call != "allocate") CHECK_FALSE(is_there);
+  const bool concerns_file = fault.call != "allocate" && fault.call != "thread";
+  if (outcome.exit_code != 0) CHECK(contains(outcome.err, concerns_file ? output : "error: "));
+  if (outcome.exit_code != 0 && concerns_file) CHECK_FALSE(is_there);
   CHECK(files_in(folder.path()) == (is_there ? 1 : 0));
 }
 

@@ -85,7 +85,8 @@ void check(const std::vector<std::string>& program, const std::string& call, uns
 }  // namespace
 
 TEST_CASE("any call of lbea-record fails") {
-  for (const std::string call : {"write", "sync", "rename", "allocate"}) check({LBEA_RECORD, "FOLDER/run.mcap"}, call, 8);
+  for (const std::string call : {"write", "sync", "rename", "thread", "allocate"})
+    check({LBEA_RECORD, "FOLDER/run.mcap", "--results", "ipc:///nobody"}, call, 8);
 }
 
 TEST_CASE("any call of lbea-serve --record fails") {
@@ -95,4 +96,7 @@ TEST_CASE("any call of lbea-serve --record fails") {
               .exit_code == 0);
   const std::vector<std::string> serve{LBEA_SERVE, model, "--results", "ipc://" + (folder / "results").string(), "--record", "FOLDER/run.mcap"};
   for (const std::string call : {"write", "sync", "allocate"}) check(serve, call, 5);
+  std::vector<std::string> with_everything = serve;
+  with_everything.insert(with_everything.end(), {"--preview", "ipc://" + (folder / "preview").string(), "--metrics", "127.0.0.1:0"});
+  check(with_everything, "thread", all);
 }

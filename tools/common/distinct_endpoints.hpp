@@ -7,7 +7,7 @@
 
 namespace lbea {
 
-/// Options by name with their addresses, empty when not given. Throws Error{bad_config} that names the first two that are the
+/// Options by name with their addresses, empty when not given. Throws WrongUsage that names the first two that are the
 /// same; "any free port" is never the same.
 void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options);
 

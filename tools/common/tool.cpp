@@ -11,6 +11,7 @@
 #include <limits>
 #include <new>
 #include <string_view>
+#include <system_error>
 
 #include <unistd.h>
 
@@ -18,21 +19,43 @@ namespace lbea {
 
 namespace {
 
-[[noreturn]] void end_without_memory();
-const std::terminate_handler default_handler = std::set_terminate(end_without_memory);
+thread_local bool has_run_out = false;  // of memory, at some time
+[[noreturn]] void note_no_memory() {
+  has_run_out = true;
+  throw std::bad_alloc();
+}
+[[maybe_unused]] const std::new_handler without_handler = std::set_new_handler(note_no_memory);
 
-/// Memory may also run out where nobody can catch it: before run(), in a thread that must not throw.
-[[noreturn]] void end_without_memory() {
-  constexpr char sentence[] = "error: out of memory\n";
+/// What ends the program. Where a function that must not throw was put into another one the compiler no longer says what was
+/// thrown, only that something was.
+bool is_want_of_memory() {
   try {
     if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
   } catch (const std::bad_alloc&) {
+    return true;
+  } catch (...) {
+    return false;
+  }
+  return has_run_out && std::uncaught_exceptions() > 0;
+}
+
+[[noreturn]] void end();
+const std::terminate_handler default_handler = std::set_terminate(end);
+
+/// Memory may also run out where nobody can catch it: before run(), in a thread that must not throw.
+[[noreturn]] void end() {
+  constexpr char sentence[] = "error: out of memory\n";
+  if (is_want_of_memory()) {
     static_cast<void>(!::write(STDERR_FILENO, sentence, sizeof(sentence) - 1));
     ::_exit(exit_failed);
-  } catch (...) {
   }
   default_handler();
   std::abort();
+}
+
+std::string sentence_of(const std::system_error& error) {
+  if (error.code() != std::errc::resource_unavailable_try_again) return error.what();
+  return "the system grants no further thread or process; end others, or raise the limit (ulimit -u, TasksMax=)";
 }
 
 /// What was printed may still be on its way.
@@ -96,8 +119,13 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   std::signal(SIGXFSZ, SIG_IGN);
   try {
     return flushed(body(), get_name());
+  } catch (const WrongUsage& wrong) {
+    std::fprintf(stderr, "%s\nRun with --help for more information.\n", wrong.what());
+    return exit_usage;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "%s: error: out of memory\n", get_name().c_str());
+  } catch (const std::system_error& error) {
+    std::fprintf(stderr, "%s: error: %s\n", get_name().c_str(), sentence_of(error).c_str());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: error: %s\n", get_name().c_str(), error.what());
   }
@@ -109,6 +137,9 @@ void catch_stop_signals() {
   action.sa_handler = [](int) { stop_requested = 1; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  struct sigaction hangup {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup's wish
 }
 
 }  // namespace lbea

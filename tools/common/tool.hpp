@@ -5,11 +5,17 @@
 
 #include <csignal>
 #include <functional>
+#include <stdexcept>
 #include <string>
 
 namespace lbea {
 
 enum ExitCode : int { exit_ok = 0, exit_failed = 1, exit_usage = 2 };
+
+/// Options that each may be given and together make no sense: a sentence that says why and what to do. Ends with exit_usage.
+struct WrongUsage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// A command line with --version and an example under --help.
 class Tool : public CLI::App {
@@ -22,7 +28,7 @@ class Tool : public CLI::App {
   int run(int argc, char** argv, const std::function<int()>& body);
 };
 
-/// Set by SIGINT and SIGTERM after catch_stop_signals(): loops look at it and leave in good order.
+/// Set by SIGINT, SIGTERM and SIGHUP (the terminal is gone) after catch_stop_signals(): loops look at it and leave in good order.
 extern volatile std::sig_atomic_t stop_requested;
 void catch_stop_signals();
 

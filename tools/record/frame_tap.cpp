@@ -20,8 +20,13 @@ constexpr auto farewell = 2000ms;
 FrameTap::FrameTap(FrameSource frames, std::optional<FrameSink> forward, std::optional<ResultSource> results, RunRecorder& recorder,
                    WireLimits limits)
     : frames_(std::move(frames)), forward_(std::move(forward)), results_(std::move(results)), recorder_(recorder), decoder_(limits) {
-  frames_thread_ = std::thread(&FrameTap::take_frames, this);
-  if (results_) results_thread_ = std::thread(&FrameTap::take_results, this);
+  try {
+    frames_thread_ = std::thread(&FrameTap::take_frames, this);
+    if (results_) results_thread_ = std::thread(&FrameTap::take_results, this);
+  } catch (...) {  // no destructor runs for a half-built object
+    stop();
+    throw;
+  }
 }
 
 FrameTap::~FrameTap() { stop(); }

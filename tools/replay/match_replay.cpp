@@ -12,10 +12,19 @@ MatchReplay::MatchReplay(const Model& model, const MatcherConfig& config, const 
       end_(threads) {
   reserve(outcome_, config.max_matches);
   for (Slot& slot : slots_) slot.engine = std::make_unique<ModelEngine>(model, config, views);
-  for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
+  workers_.reserve(slots_.size() - 1);
+  try {
+    for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
+  } catch (...) {  // no destructor runs for a half-built object
+    for (std::size_t i = workers_.size() + 1; i < slots_.size(); ++i) begin_.arrive_and_drop();
+    end_workers();
+    throw;
+  }
 }
 
-MatchReplay::~MatchReplay() {
+MatchReplay::~MatchReplay() { end_workers(); }
+
+void MatchReplay::end_workers() noexcept {
   stopping_ = true;
   if (!workers_.empty()) begin_.arrive_and_wait();
   for (std::thread& worker : workers_) worker.join();

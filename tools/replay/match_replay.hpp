@@ -40,6 +40,7 @@ class MatchReplay {
     MatchResult match;
   };
   void work(Slot& slot);
+  void end_workers() noexcept;
   void run_batch();
   WireResult result_of(Slot& slot);
 

@@ -25,18 +25,28 @@ Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frame
       receiver_(config_, std::move(frames), handover_),
       matcher_(config_, engine, handover_),
       publisher_(config_, engine, std::move(results), handover_) {
-  publishing_ = std::thread(&ResultPublisher::run, &publisher_);
-  matching_ = std::thread(&FrameMatcher::run, &matcher_);
-  receiving_ = std::thread(&FrameReceiver::run, &receiver_);
+  try {
+    publishing_ = std::thread(&ResultPublisher::run, &publisher_);
+    matching_ = std::thread(&FrameMatcher::run, &matcher_);
+    receiving_ = std::thread(&FrameReceiver::run, &receiver_);
+  } catch (...) {  // no destructor runs for a half-built object
+    stop();
+    throw;
+  }
 }
 
 Pipeline::~Pipeline() { stop(); }
 
+/// Each thread ends once the one before it is done, which it also is when it never began.
 void Pipeline::stop() {
   receiver_.stop();
-  for (std::thread* thread : {&receiving_, &matching_, &publishing_}) {
-    if (thread->joinable()) thread->join();
-  }
+  if (receiving_.joinable()) receiving_.join();
+  handover_.receiver_done = true;
+  handover_.frame_bell.ring();
+  if (matching_.joinable()) matching_.join();
+  handover_.matcher_done = true;
+  handover_.result_bell.ring();
+  if (publishing_.joinable()) publishing_.join();
 }
 
 }  // namespace lbea
