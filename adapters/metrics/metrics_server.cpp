@@ -82,7 +82,8 @@ class Visit : public std::enable_shared_from_this<Visit<Server>> {
   void answer() {
     const auto& request = parser_.get();
     const bool is_read = request.method() == http::verb::get || request.method() == http::verb::head;
-    const bool is_page = request.target() == "/metrics" || request.target() == "/";
+    const auto path = request.target().substr(0, request.target().find('?'));
+    const bool is_page = path == "/metrics" || path == "/";
     http::status status = http::status::ok;
     if (!is_local_name(std::string(request[http::field::host]))) {
       status = http::status::forbidden;

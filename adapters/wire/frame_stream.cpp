@@ -51,6 +51,10 @@ PeerCounts FrameSource::peers() const noexcept {
   return state_->bound.door ? state_->bound.door->counts() : PeerCounts{};
 }
 
+std::vector<PeerVisit> FrameSource::visits() {
+  return state_->bound.door ? state_->bound.door->visits() : std::vector<PeerVisit>{};
+}
+
 std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) noexcept {
   auto& [bound, message] = *state_;
   auto& socket = bound.socket;

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <new>
 #include <string_view>
+#include <utility>
 
 namespace lbea::detail {
 
@@ -14,6 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr std::size_t most_visits = 64;
 constexpr auto breather = 10ms;          // until the next try when something is in short supply
 constexpr auto longest_handshake = 3s;  // ZeroMQ ends a connection that takes longer (see socket.cpp)
 constexpr int all_endings = ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_MONITOR_STOPPED;
@@ -38,7 +40,7 @@ Door::Door(std::string domain, const ServerAccess& access)
     : domain_(std::move(domain)),
       wants_keys_(access.keys.has_value()),
       max_peers_(access.max_peers) {
-  for (const AllowedPeer& peer : access.allowed) keys_.insert(decoded(peer.public_key));
+  for (const AllowedPeer& peer : access.allowed) names_.emplace(decoded(peer.public_key), peer.name);
 }
 
 PeerCounts Door::counts() const noexcept {
@@ -46,18 +48,38 @@ PeerCounts Door::counts() const noexcept {
   return {of(open_), of(peers_), of(admitted_), of(unknown_), of(excess_), of(malformed_)};
 }
 
-const char* Door::answer(std::string_view mechanism, std::string_view key) {
-  const bool is_known = wants_keys_ ? mechanism == "CURVE" && keys_.contains(key) : mechanism == "NULL";
-  if (!is_known) {
+const char* Door::answer(std::string_view mechanism, std::string_view key, std::string_view address) noexcept {
+  using enum PeerVisit::Answer;
+  const auto owner = wants_keys_ && mechanism == "CURVE" ? names_.find(key) : names_.end();
+  if (wants_keys_ ? owner == names_.end() : mechanism != "NULL") {
     ++unknown_;
+    note_visit(unknown, {}, address);
     return refused;
   }
+  const std::string_view name = wants_keys_ ? std::string_view(owner->second) : std::string_view();
   if (peers_ >= max_peers_) {
     ++excess_;
     ++put_off_;
+    note_visit(excess, name, address);
     return come_back;
   }
+  note_visit(admitted, name, address);
   return welcome;
+}
+
+/// For want of memory a visit is only counted.
+void Door::note_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address) noexcept {
+  const std::lock_guard lock(visits_mutex_);
+  if (visits_.size() == most_visits) return;
+  try {
+    visits_.push_back({answer, std::string(name), std::string(address)});
+  } catch (const std::bad_alloc&) {
+  }
+}
+
+std::vector<PeerVisit> Door::visits() {
+  const std::lock_guard lock(visits_mutex_);
+  return std::exchange(visits_, {});
 }
 
 void Door::note(std::uint16_t event, std::int32_t value) {
@@ -193,7 +215,7 @@ void Gate::answer() noexcept {
     const std::lock_guard lock(mutex_);
     if (const auto found = doors_.find(question[2].to_string_view()); found != doors_.end()) door = found->second.lock();
   }
-  const char* const verdict = door ? door->answer(question[5].to_string_view(), question[6].to_string_view()) : refused;
+  const char* const verdict = door ? door->answer(question[5].to_string_view(), question[6].to_string_view(), question[3].to_string_view()) : refused;
   // No name for the peer: ZeroMQ would let it take up a place of the socket's queue for ever, the only one of a queue of 1.
   const std::array<std::string_view, 6> answer{"1.0", question[1].to_string_view(), verdict, "", "", ""};
   for (std::size_t i = 0; i < answer.size(); ++i)

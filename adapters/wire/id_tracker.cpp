@@ -7,30 +7,44 @@ namespace lbea {
 namespace {
 constexpr std::size_t most_sessions = 64;
 constexpr std::size_t most_gaps = 64;  // remembered per session
+constexpr std::uint64_t most_earlier = 1024;
 constexpr std::uint64_t no_id = ~std::uint64_t{0};  // has no next one
+constexpr std::uint64_t furthest_jump = std::uint64_t{1} << 32;  // 49 days at 1,000 a second
 }  // namespace
 
 IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Clock::time_point now) {
+  Session* known = find(id_of_session);
+  if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= furthest_jump)) return {Arrival::impossible, {}};
   Session& session = session_of(id_of_session, id, now);
+  if (known == nullptr && id > 0) session.earlier.push_back({id - std::min(id, most_earlier), std::min(id, most_earlier)});
   WireSender& sender = session.sender;
-  if (id < sender.next_id || id == no_id) {
-    if (!take_missing(session, id)) {
-      ++duplicates_;
-      return {Arrival::duplicate, {}};
-    }
-    --missed_;
-    --sender.missed;
-    ++sender.received;
-    ++reordered_;
-    return {Arrival::late, {}};
-  }
+  if (id < sender.next_id) return {late(session, id), {}};
   const IdRange gap = advance(session, id);
   sender.next_id = id + 1;
   ++sender.received;
   return {Arrival::in_order, gap};
 }
 
+IdTracker::Arrival IdTracker::late(Session& session, std::uint64_t id) {
+  WireSender& sender = session.sender;
+  if (take(session.missing, id)) {
+    --missed_;
+    --sender.missed;
+  } else if (take(session.earlier, id)) {
+    sender.first_id = std::min(sender.first_id, id);
+  } else {
+    ++duplicates_;
+    return Arrival::duplicate;
+  }
+  ++sender.received;
+  ++reordered_;
+  return Arrival::late;
+}
+
 IdTracker::Told IdTracker::told(const Control& control, Clock::time_point now) {
+  const Session* known = find(control.session);
+  const bool is_far = known != nullptr && control.next_id > known->sender.next_id && control.next_id - known->sender.next_id >= furthest_jump;
+  if (control.withheld >= furthest_jump || is_far) return {{}, {}, false};
   const std::uint64_t first_withheld = control.next_id - control.withheld;
   Session& session = session_of(control.session, first_withheld, now);
   WireSender& sender = session.sender;
@@ -58,17 +72,20 @@ IdRange IdTracker::advance(Session& session, std::uint64_t id) {
   return gap;
 }
 
-bool IdTracker::take_missing(Session& session, std::uint64_t id) {
-  auto& missing = session.missing;
-  const auto gap = std::find_if(missing.begin(), missing.end(),
-                                [&](const IdRange& g) { return id >= g.first && id - g.first < g.count; });
-  if (gap == missing.end()) return false;
-  const IdRange before{gap->first, id - gap->first};
-  const IdRange after{id + 1, gap->count - before.count - 1};
-  auto at = missing.erase(gap);
-  if (after.count > 0) at = missing.insert(at, after);
-  if (before.count > 0) missing.insert(at, before);
+bool IdTracker::take(std::vector<IdRange>& ranges, std::uint64_t id) {
+  const auto range = std::find_if(ranges.begin(), ranges.end(), [&](const IdRange& r) { return id >= r.first && id - r.first < r.count; });
+  if (range == ranges.end()) return false;
+  const IdRange before{range->first, id - range->first};
+  const IdRange after{id + 1, range->count - before.count - 1};
+  auto at = ranges.erase(range);
+  if (after.count > 0) at = ranges.insert(at, after);
+  if (before.count > 0) ranges.insert(at, before);
   return true;
+}
+
+IdTracker::Session* IdTracker::find(std::uint64_t session) noexcept {
+  const auto found = std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.sender.session == session; });
+  return found == recent_.end() ? nullptr : &*found;
 }
 
 IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t first_id,

@@ -20,18 +20,21 @@ class IdTracker {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds usual_patience{3000};
-  enum class Arrival : std::uint8_t { in_order, late, duplicate };
+  /// impossible: no sender's next id; not counted, so that one false number does not ruin an account.
+  enum class Arrival : std::uint8_t { in_order, late, duplicate, impossible };
   struct Seen {
     Arrival arrival = Arrival::in_order;
     IdRange gap;  // ids that are missed as of now
   };
   struct Told {
     IdRange gap, withheld;
+    bool is_possible = true;  // else nothing was counted
   };
 
   /// A frame arrived. Gaps count from the first id of a session on: what was sent before this receiver listened
   /// is nobody's loss. An id that was missed and comes after all is late and no longer missed, as long as the gap
-  /// is among the latest ones of its session. The highest number of all is no id: always a duplicate.
+  /// is among the latest ones of its session; so is one of the 1,024 before the first that came. Impossible are the highest
+  /// number of all, which has no next one, and ids that are 2^32 or more beyond what their session has reached.
   Seen saw(std::uint64_t session, std::uint64_t id, Clock::time_point now = {});
   /// A sender spoke of its ids: those below next_id are missed unless they came, but for the withheld ones.
   Told told(const Control& control, Clock::time_point now = {});
@@ -52,12 +55,16 @@ class IdTracker {
     Clock::time_point last_heard;
     bool speaks = false;           // of more than frames
     std::vector<IdRange> missing;  // the latest gaps, ascending
+    std::vector<IdRange> earlier;  // ids before the first one that came, which may be on their way yet
   };
   /// The session, begun at `first_id` when it is new.
   Session& session_of(std::uint64_t session, std::uint64_t first_id, Clock::time_point now);
   /// Everything from next_id to `id` is missed.
   IdRange advance(Session& session, std::uint64_t id);
-  static bool take_missing(Session& session, std::uint64_t id);
+  Session* find(std::uint64_t session) noexcept;
+  Arrival late(Session& session, std::uint64_t id);
+  /// Takes an id out of ranges; false when it is in none.
+  static bool take(std::vector<IdRange>& ranges, std::uint64_t id);
 
   std::vector<Session> recent_;  // bounded: the least recently used one makes room
   std::uint64_t uses_ = 0, missed_ = 0, withheld_ = 0, duplicates_ = 0, reordered_ = 0, sessions_ = 0;

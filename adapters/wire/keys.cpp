@@ -42,6 +42,16 @@ struct OpenFile {
   }
 };
 
+/// Whoever may change a public key decides who may connect.
+void check_rights(const std::filesystem::path& file, const struct stat& found, bool is_secret) {
+  if (is_secret && (found.st_mode & 077) != 0)
+    refuse(file, "others may read or change this secret key; make it yours alone: chmod 600 " + file.string());
+  if (is_secret && found.st_uid != ::geteuid() && found.st_uid != 0)
+    refuse(file, "this secret key belongs to another user; use one of your own");
+  if (!is_secret && (found.st_mode & S_IWOTH) != 0)
+    refuse(file, "anybody may change these public keys, and with them who may connect; chmod o-w " + file.string());
+}
+
 std::string read_text(const std::filesystem::path& file, bool is_secret) {
   const OpenFile open{::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   struct stat found;
@@ -50,14 +60,13 @@ std::string read_text(const std::filesystem::path& file, bool is_secret) {
                                             "); check its path, or make one with lbea-keygen"};
   if (!S_ISREG(found.st_mode) || found.st_size < 0 || static_cast<std::size_t>(found.st_size) > largest_file)
     refuse(file, "is not a key file; make one with lbea-keygen");
-  if (is_secret && (found.st_mode & 077) != 0)
-    refuse(file, "others may read or change this secret key; make it yours alone: chmod 600 " + file.string());
-  if (is_secret && found.st_uid != ::geteuid() && found.st_uid != 0)
-    refuse(file, "this secret key belongs to another user; use one of your own");
   std::string text(static_cast<std::size_t>(found.st_size), '\0');
   const ssize_t got = ::read(open.descriptor, text.data(), text.size());
   if (got < 0) refuse(file, std::string("cannot be read (") + std::strerror(errno) + ")");
   text.resize(static_cast<std::size_t>(got));
+  if (text.starts_with("\xEF\xBB\xBF")) refuse(file, "begins with a byte order mark; save it as plain UTF-8 text without one");
+  if (is_secret && text.find(secret_kind) == std::string::npos) refuse(file, "holds no secret key; give the .key file of lbea-keygen");
+  check_rights(file, found, is_secret);
   return text;
 }
 

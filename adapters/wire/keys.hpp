@@ -39,7 +39,7 @@ struct ClientAccess {
 void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys, const std::string& name);
 /// Throws Error{bad_config} when others than the owner may read the file, or the keys do not belong together.
 [[nodiscard]] CurveKeyPair read_key_pair(const std::filesystem::path& file);
-/// The public keys of a file, at least one.
+/// The public keys of a file, at least one. Throws Error{bad_config} when anybody may change the file.
 [[nodiscard]] std::vector<AllowedPeer> read_public_keys(const std::filesystem::path& file);
 
 /// Throws Error{bad_config} for keys without anyone allowed, which ZeroMQ would take for "anyone", and the reverse.

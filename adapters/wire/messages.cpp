@@ -21,7 +21,7 @@ constexpr std::array<StatusText, wire_status_count> status_texts{{
     {"wrong_kind", Fate::rejected,
      "the message is not of the kind that belongs on this socket (its file identifier says so); check what "
      "the sender is connected to"},
-    {"damaged", Fate::rejected, "the message is cut short or its offsets lead outside it"},
+    {"damaged", Fate::rejected, "the message is cut short, its offsets lead outside it, or its id is 2^32 or more beyond the last one"},
     {"bad_cloud", Fate::rejected, "the frame holds no intact foxglove.PointCloud"},
     {"bad_layout", Fate::rejected,
      "the cloud's point_stride does not divide its data or a field reaches beyond the stride"},

@@ -53,6 +53,10 @@ PeerCounts ResultSink::peers() const noexcept {
   return state_->bound.door ? state_->bound.door->counts() : PeerCounts{};
 }
 
+std::vector<PeerVisit> ResultSink::visits() {
+  return state_->bound.door ? state_->bound.door->visits() : std::vector<PeerVisit>{};
+}
+
 struct ResultSource::State {
   zmq::socket_t socket;
   zmq::message_t message;

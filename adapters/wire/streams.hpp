@@ -43,6 +43,14 @@ struct PeerCounts {
   std::uint64_t malformed = 0;  // ended before they were known: silent too long, or not ZeroMQ's protocol
 };
 
+/// Somebody who came to a bound socket and said who they are.
+struct PeerVisit {
+  enum class Answer : std::uint8_t { admitted, unknown, excess };  // as in PeerCounts
+  Answer answer = Answer::unknown;
+  std::string name;     // of the key's owner; empty for keys that are not allowed, and without keys
+  std::string address;  // as ZeroMQ has it: an IP address, over ipc localhost:USER:GROUP:PROCESS in numbers
+};
+
 /// Where the matcher takes frames from: binds.
 class FrameSource {
  public:
@@ -56,6 +64,8 @@ class FrameSource {
   /// The next message, valid until the next call; nothing when none comes within `timeout` or a signal does.
   [[nodiscard]] std::optional<Message> receive(std::chrono::milliseconds timeout) noexcept;
   [[nodiscard]] PeerCounts peers() const noexcept;  // any thread
+  /// Those since the last call, at most 64: the first of a crowd. Any thread.
+  [[nodiscard]] std::vector<PeerVisit> visits();
 
  private:
   struct State;
@@ -111,6 +121,7 @@ class ResultSink {
   /// Whether anyone subscribed since the last call: who comes late wants the state.
   [[nodiscard]] bool has_newcomer() noexcept;
   [[nodiscard]] PeerCounts peers() const noexcept;  // any thread
+  [[nodiscard]] std::vector<PeerVisit> visits();        // any thread
 
  private:
   struct State;

@@ -128,6 +128,27 @@ TEST_CASE("a secret key that others may read is refused, whichever others") {
   }
 }
 
+TEST_CASE("public keys that anybody may change are refused: they say who may connect") {
+  const test::TemporaryFolder folder;
+  write_key_pair(folder / "k", generate_key_pair(), "k");
+  for (const mode_t mode : {0644u, 0664u, 0600u, 0440u}) {
+    ::chmod((folder / "k.pub").c_str(), mode);
+    CHECK(read_public_keys(folder / "k.pub").size() == 1);
+  }
+  for (const mode_t mode : {0646u, 0666u, 0602u}) {
+    ::chmod((folder / "k.pub").c_str(), mode);
+    check_error(error_of([&] { static_cast<void>(read_public_keys(folder / "k.pub")); }), Status::bad_config, {"chmod o-w"});
+  }
+}
+
+TEST_CASE("a public key in place of a secret one, and a byte order mark, are called what they are") {
+  const test::TemporaryFolder folder;
+  write_key_pair(folder / "k", generate_key_pair(), "k");
+  check_error(error_of([&] { static_cast<void>(read_key_pair(folder / "k.pub")); }), Status::bad_config, {"give the .key file"});
+  std::ofstream(folder / "marked.pub") << "\xEF\xBB\xBF" << text_of(folder / "k.pub");
+  check_error(error_of([&] { static_cast<void>(read_public_keys(folder / "marked.pub")); }), Status::bad_config, {"byte order mark"});
+}
+
 TEST_CASE("damaged key files are refused with their line") {
   const test::TemporaryFolder folder;
   const CurveKeyPair keys = generate_key_pair();
@@ -202,6 +223,15 @@ TEST_CASE("frames come from allowed keys alone") {
     CHECK(source.peers().unknown >= 2);
     CHECK(source.peers().malformed >= 2);
     CHECK(delivers(camera, source, 30s));
+    std::size_t known = 0, unknown = 0;
+    for (const PeerVisit& visit : source.visits()) {
+      CHECK(visit.address == (where.starts_with("tcp") ? "127.0.0.1" : "localhost:" + std::to_string(::getuid()) + ":" + std::to_string(::getgid()) + ":" + std::to_string(::getpid())));
+      known += visit.answer == PeerVisit::Answer::admitted && visit.name == "camera" ? 1u : 0u;
+      unknown += visit.answer == PeerVisit::Answer::unknown && visit.name.empty() ? 1u : 0u;
+    }
+    CHECK(known == 1);
+    CHECK(unknown >= 2);
+    CHECK(source.visits().empty());  // told once
   }
 }
 

@@ -304,6 +304,55 @@ TEST_CASE("a sender that falls silent without goodbye is noticed, and makes the 
   CHECK(is_complete(pipeline.counters()));
 }
 
+// Stopped within the three seconds of patience after its sender was killed, a run once called itself complete.
+TEST_CASE("at the end nobody who is gone without goodbye is waited for") {
+  const test::TemporaryFolder folder;
+  FakeEngine engine;
+  WireContext context;
+  FrameSource source(context, "ipc://" + (folder / "frames").string(), {.max_points = 100});
+  ResultSink results(context, "ipc://" + (folder / "results").string());
+  auto sink = std::make_unique<FrameSink>(context, source.endpoint());
+  PipelineConfig config;
+  config.limits.max_points = 100;
+  Pipeline pipeline(config, engine, std::move(source), std::move(results));
+  Encoder encoder;
+  REQUIRE(sink->tell(encoder.control({5, ControlKind::hello, 0, 0}), 30s));
+  REQUIRE(eventually([&] { return !pipeline.senders().empty(); }));
+  CHECK(pipeline.counters().silent == 0);
+  sink.reset();
+  REQUIRE(eventually([&] { return pipeline.frame_peers().peers == 0; }));
+  pipeline.stop();
+  CHECK(pipeline.counters().silent == 1);
+  CHECK_FALSE(is_complete(pipeline.counters()));
+}
+
+TEST_CASE("an id or a word that cannot be is refused and leaves the account as it was") {
+  const test::TemporaryFolder folder;
+  FakeEngine engine;
+  WireContext context;
+  PipelineConfig config;
+  config.limits.max_points = 100;
+  FrameSource source(context, "ipc://" + (folder / "frames").string(), config.limits);
+  ResultSink results(context, "ipc://" + (folder / "results").string());
+  FrameSink sink(context, source.endpoint());
+  Pipeline pipeline(config, engine, std::move(source), std::move(results));
+  Encoder encoder;
+  const std::vector<Point> points(10);
+  constexpr auto far = ~std::uint64_t{0} - 1;
+  for (const std::uint64_t id : {std::uint64_t{0}, far, far + 1}) REQUIRE(sink.send(encoder.frame({id, 0, points}, 7), 30s));
+  REQUIRE(sink.tell(encoder.control({7, ControlKind::goodbye, far, far}), 30s));
+  REQUIRE(sink.tell(encoder.end_of_stream(7, far), 30s));
+  REQUIRE(sink.send(encoder.frame({1, 0, points}, 7), 30s));
+  REQUIRE(eventually([&] { return pipeline.counters().sum(Fate::matched) == 2; }));
+  pipeline.stop();
+  const Counters counters = pipeline.counters();
+  CHECK(counters.captured() == 6);
+  CHECK(counters.of(WireStatus::damaged) == 3);     // two frames and the end of the stream
+  CHECK(counters.of(WireStatus::wrong_kind) == 1);  // the word
+  CHECK(counters.missed == 0);
+  CHECK(counters.adds_up());
+}
+
 TEST_CASE("strays beyond a rate are counted and not announced one by one; frames are") {
   const test::TemporaryFolder folder;
   FakeEngine engine;

@@ -156,6 +156,7 @@ TEST_CASE("with keys: the right ones are served, end to end; others are not") {
   CHECK(bench.send() == 1);
   CHECK(bench.send({"--key", bench.file("camera.key")}) == 2);  // whose matcher?
   CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.pub")}) == 1);
+  CHECK(eventually([&] { return contains(bench.said(), "frames: camera came in from 127.0.0.1") && contains(bench.said(), "without a key that is allowed (--allow), one of them from 127.0.0.1"); }));
   server->signal(SIGINT);
   CHECK(server->wait() == 0);
   CHECK(contains(text_of(bench.file("serve.out")), "\"captured\":1,\"received\":1,\"matched\":1"));

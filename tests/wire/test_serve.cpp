@@ -267,7 +267,7 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({LBEA_SERVE, "--frames", frames, "--results", results}, 1, LBEA_SERVE);
   fails({LBEA_MODEL, "--frames", "tcp://0.0.0.0:5555", "--results", results}, 1,
         "use 127.0.0.1 instead of 0.0.0.0");
-  fails({LBEA_MODEL, "--frames", frames, "--results", frames}, 1, "--frames and --results are both \"" + frames);  // not another process
+  fails({LBEA_MODEL, "--frames", frames, "--results", frames}, 2, "--frames and --results are both \"" + frames);  // not another process
   for (const char* none : {"nan", "inf", "-NAN"}) fails({LBEA_MODEL, "--frames", frames, "--results", results, "--min-coverage", none}, 2, "--min-coverage");
   fails({LBEA_MODEL, "--frames", frames, "--results", results, "--trusted-distance", "inf"}, 2, "--trusted-distance");
   fails({LBEA_MODEL, "--frames", frames, "--results", results, "--infer", "plastic_strain"}, 2, "--inference");

@@ -32,7 +32,8 @@ void FrameReceiver::run() noexcept {
     accounts_.show_when_due();
   }
   drain();
-  accounts_.show();
+  const PeerCounts peers = source_.peers();
+  accounts_.show_at_end(peers.admitted > 0 && peers.peers == 0);
   handover_.receiver_done = true;
   handover_.frame_bell.ring();
 }
@@ -56,7 +57,7 @@ void FrameReceiver::take(Message message, bool patient) noexcept {
 bool FrameReceiver::take_control(Message message, std::int64_t receive_ns) noexcept {
   Control control;
   if (decode_control(message, control) != WireStatus::ok) return false;
-  accounts_.told(control, receive_ns);
+  if (!accounts_.told(control, receive_ns)) return false;
   if (control.kind == ControlKind::heartbeat) return true;
   handover_.state_wanted = true;
   handover_.result_bell.ring();
@@ -67,9 +68,9 @@ void FrameReceiver::take_frame(Message message, bool patient, std::int64_t recei
   const auto begin = Clock::now();
   WireStatus status = decoder_.open(message);
   const FrameHeader& header = decoder_.header();
+  if (header.identified) status = note_id(status, receive_ns);
   const bool is_end = status == WireStatus::end_of_stream;
   if (!is_end) handover_.counters.count_received();
-  if (header.identified) status = note_id(status, receive_ns);
   if (status != WireStatus::ok && !is_end) {
     announcer_.refuse(status, header, receive_ns);
   } else if (FrameSlot* slot = claim_slot(patient || is_end)) {
@@ -82,11 +83,12 @@ void FrameReceiver::take_frame(Message message, bool patient, std::int64_t recei
 WireStatus FrameReceiver::note_id(WireStatus status, std::int64_t receive_ns) noexcept {
   const FrameHeader& header = decoder_.header();
   if (status == WireStatus::end_of_stream) {
-    accounts_.told({header.session, ControlKind::goodbye, header.id, 0}, receive_ns);
-    return status;
+    const bool is_possible = accounts_.told({header.session, ControlKind::goodbye, header.id, 0}, receive_ns);
+    return is_possible ? status : WireStatus::damaged;
   }
-  const bool came_before = accounts_.saw(header.session, header.id, receive_ns) == IdTracker::Arrival::duplicate;
-  return came_before && status == WireStatus::ok ? WireStatus::duplicate : status;
+  const IdTracker::Arrival arrival = accounts_.saw(header.session, header.id, receive_ns);
+  if (arrival == IdTracker::Arrival::impossible) return WireStatus::damaged;
+  return arrival == IdTracker::Arrival::duplicate && status == WireStatus::ok ? WireStatus::duplicate : status;
 }
 
 FrameSlot* FrameReceiver::claim_slot(bool patient) noexcept {

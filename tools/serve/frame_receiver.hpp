@@ -20,6 +20,7 @@ class FrameReceiver {
   // Any thread:
   void stop() noexcept { stopping_ = true; }
   [[nodiscard]] PeerCounts peers() const noexcept { return source_.peers(); }
+  [[nodiscard]] std::vector<PeerVisit> visits() { return source_.visits(); }
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
 
  private:

@@ -11,6 +11,7 @@
 #include "tools/serve/inference_publisher.hpp"
 #include "tools/serve/metrics_page.hpp"
 #include "tools/serve/model_engine.hpp"
+#include "tools/serve/peer_log.hpp"
 #include "tools/serve/preview.hpp"
 #include "tools/serve/run_observers.hpp"
 #include "tools/serve/tally.hpp"
@@ -68,14 +69,16 @@ void report(const std::vector<Privilege>& privileges) {
 }
 
 /// Until a stop signal: tells who watches that all threads come round.
-void stay(const Pipeline& pipeline, RecordingWatch& recording, const ServiceNotify& service) {
+void stay(Pipeline& pipeline, RecordingWatch& recording, const ServiceNotify& service) {
   Vigil vigil(pipeline);
+  PeerLog peers(pipeline);
   auto next_status = std::chrono::steady_clock::now();
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     recording.look();
     const auto now = std::chrono::steady_clock::now();
     if (vigil.look(now)) service.alive();
+    peers.look(now);
     if (now < next_status) continue;
     service.status(tally_line(pipeline.counters()));
     next_status = now + std::chrono::seconds(1);

@@ -23,6 +23,8 @@ class Pipeline {
   [[nodiscard]] Counters counters() const noexcept { return publisher_.counters(); }
   [[nodiscard]] PeerCounts frame_peers() const noexcept { return receiver_.peers(); }
   [[nodiscard]] PeerCounts result_peers() const noexcept { return publisher_.peers(); }
+  [[nodiscard]] std::vector<PeerVisit> frame_visits() { return receiver_.visits(); }
+  [[nodiscard]] std::vector<PeerVisit> result_visits() { return publisher_.visits(); }
   [[nodiscard]] std::size_t queue_used() const noexcept { return handover_.frames.used(); }
   [[nodiscard]] std::vector<WireSender> senders() const { return handover_.senders.load(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return publisher_.match_times(); }

@@ -22,6 +22,7 @@ class ResultPublisher {
   /// As a result published now has them.
   [[nodiscard]] Counters counters() const noexcept;
   [[nodiscard]] PeerCounts peers() const noexcept { return sink_.peers(); }
+  [[nodiscard]] std::vector<PeerVisit> visits() { return sink_.visits(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return total_times_; }
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }

@@ -16,22 +16,24 @@ IdTracker::Arrival SenderAccounts::saw(std::uint64_t session, std::uint64_t id, 
   return seen.arrival;
 }
 
-void SenderAccounts::told(const Control& control, std::int64_t receive_ns) noexcept {
+bool SenderAccounts::told(const Control& control, std::int64_t receive_ns) noexcept {
   const auto now = Clock::now();
   const IdTracker::Told told = ids_.told(control, now);
+  if (!told.is_possible) return false;
   handover_.counters.store(ids_);
   announcer_.announce(WireStatus::missed, control.session, told.gap, receive_ns);
   announcer_.announce(WireStatus::withheld, control.session, told.withheld, receive_ns);
-  if (control.kind != ControlKind::heartbeat) show(now);
+  if (control.kind != ControlKind::heartbeat) show(now, patience_);
+  return true;
 }
 
 void SenderAccounts::show_when_due() noexcept {
-  if (const auto now = Clock::now(); now >= next_show_) show(now);
+  if (const auto now = Clock::now(); now >= next_show_) show(now, patience_);
 }
 
-void SenderAccounts::show(Clock::time_point now) noexcept {
+void SenderAccounts::show(Clock::time_point now, Clock::duration patience) noexcept {
   next_show_ = now + senders_interval;
-  auto senders = ids_.senders(now, patience_);
+  auto senders = ids_.senders(now, patience);
   handover_.counters.store_silent(static_cast<std::uint64_t>(std::count_if(
       senders.begin(), senders.end(), [](const WireSender& s) { return s.condition == SenderCondition::silent; })));
   handover_.senders.store(std::move(senders));

@@ -17,16 +17,16 @@ class SenderAccounts {
       : patience_(patience), announcer_(announcer), handover_(handover) {}
   /// A frame arrived.
   IdTracker::Arrival saw(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept;
-  /// A sender spoke of its ids.
-  void told(const Control& control, std::int64_t receive_ns) noexcept;
-  /// Shows who the senders are and how they do.
-  void show() noexcept { show(Clock::now()); }
+  /// A sender spoke of its ids; false when they cannot be.
+  bool told(const Control& control, std::int64_t receive_ns) noexcept;
+  /// Shows who the senders are and how they do. At the end no patience is left for those who are gone.
+  void show_at_end(bool everyone_is_gone) noexcept { show(Clock::now(), everyone_is_gone ? Clock::duration(-1) : patience_); }
   /// The same, unless it was done a moment ago.
   void show_when_due() noexcept;
 
  private:
   using Clock = IdTracker::Clock;
-  void show(Clock::time_point now) noexcept;
+  void show(Clock::time_point now, Clock::duration patience) noexcept;
 
   std::chrono::milliseconds patience_;
   IdTracker ids_;
