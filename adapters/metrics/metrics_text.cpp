@@ -1,5 +1,7 @@
 #include "adapters/metrics/metrics_text.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -14,6 +16,12 @@ std::string number(double value) {
   std::array<char, 32> digits;
   const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
   return {digits.data(), end};
+}
+
+/// Names of files may be any bytes; the page is UTF-8.
+std::string as_utf8(std::string_view text) {
+  using Json = nlohmann::json;
+  return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
 }
 
 /// Line breaks and backslashes end up in help texts, quotes too in labels.
@@ -58,7 +66,7 @@ MetricsText& MetricsText::histogram(std::string_view name, std::string_view help
 }
 
 std::string MetricsText::label(std::string_view name, std::string_view value) {
-  return std::string(name) + "=\"" + escaped(value, true) + "\"";
+  return std::string(name) + "=\"" + escaped(as_utf8(value), true) + "\"";
 }
 
 void MetricsText::line(std::string_view suffix, std::string_view labels, const std::string& value) {

@@ -19,7 +19,7 @@ namespace lbea {
 namespace {
 
 constexpr std::string_view known_forms =
-    "write ipc:///tmp/frames.ipc, tcp://127.0.0.1:5555 or inproc://frames";
+    "write ipc:///tmp/frames.ipc or tcp://127.0.0.1:5555";
 
 [[noreturn]] void refuse(const std::string& address, const std::string& why) {
   throw Error{Status::bad_config, "endpoint \"" + address + "\": " + why};

@@ -39,7 +39,7 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
 }
 
 [[noreturn]] void fail(const std::filesystem::path& file, const char* what) {
-  throw Error(Status::file_not_found, file.string() + ": " + what + ": " + std::strerror(errno));
+  throw Error(Status::file_not_found, file.string() + ": " + what + ": " + std::strerror(errno) + "; check its path and rights");
 }
 
 }  // namespace

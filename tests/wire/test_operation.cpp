@@ -318,6 +318,12 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--trigger-ns=-9223372036854775808"}) == 0);
   const auto server = bench.serve();
   CHECK(check({"--frames", bench.frames, "--results", "ipc://" + bench.file("other")}) == 1);
+  // A name in another encoding once ended the check with the JSON library's own words.
+  const std::string latin = bench.file("k\xFC" "che.lbea");
+  std::filesystem::copy_file(LBEA_MODEL, latin);
+  const test::Outcome said = test::run_program(LBEA_SERVE " '" + latin + "' --check --json --frames ipc://" + bench.file("a") + " --results ipc://" + bench.file("b"), bench.folder.path());
+  CHECK(said.exit_code == 0);
+  CHECK(contains(said.out, "k\xEF\xBF\xBD" "che.lbea: "));
   CHECK(contains(found(), "in use by another process"));
   CHECK(bench.send() == 0);  // the one that runs was not disturbed
   server->signal(SIGINT);

@@ -83,7 +83,7 @@ std::array<char, viewer_head_bytes> viewer_head(std::uint32_t subscription, std:
 }
 
 std::string viewer_notice(ViewerNotice level, std::string_view sentence) {
-  return json{{"op", "status"}, {"level", static_cast<unsigned>(level)}, {"message", sentence}}.dump();
+  return json{{"op", "status"}, {"level", static_cast<unsigned>(level)}, {"message", sentence}}.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 std::string ViewerSubscriptions::take(std::string_view text) {

@@ -68,7 +68,7 @@ void add_options(Tool& tool, ServeOptions& options) {
 }
 
 std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
-  if (options.matcher.method != Method::fit) throw Error(Status::bad_config, "--infer needs the estimate of --method fit");
+  if (options.matcher.method != Method::fit) throw Error(Status::bad_config, "--infer needs the estimate of --method fit; choose that method, or leave --infer out");
   return find_field(model, options.inferred_field);
 }
 

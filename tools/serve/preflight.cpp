@@ -49,7 +49,7 @@ std::string Preflight::to_json() const {
   json["findings"] = nlohmann::ordered_json::array();
   for (const Finding& finding : findings_)
     json["findings"].push_back({{"name", finding.name}, {"level", name_of(finding.level)}, {"text", finding.text}});
-  return json.dump();
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace lbea
