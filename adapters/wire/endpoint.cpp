@@ -64,6 +64,17 @@ bool is_same_file(int descriptor, const std::filesystem::path& name) {
          mine.st_dev == named.st_dev;
 }
 
+/// What a killed process left refuses.
+bool somebody_listens(const std::filesystem::path& path) {
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.string().copy(address.sun_path, sizeof(address.sun_path) - 1);
+  const bool listens = ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0 || errno == EAGAIN;
+  ::close(socket);
+  return listens;
+}
+
 int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
   if (descriptor >= 0) return descriptor;
@@ -115,12 +126,15 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
   }
   // ZeroMQ unlinks whatever stands at the path, and would do so to a file that is somebody's.
   struct stat found;
-  if (::stat(endpoint.path.c_str(), &found) != 0 || S_ISSOCK(found.st_mode)) return;
+  if (::stat(endpoint.path.c_str(), &found) != 0) return;
+  if (!S_ISSOCK(found.st_mode)) give_back(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
+  if (somebody_listens(endpoint.path)) give_back(endpoint, " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
+}
+
+void EndpointLock::give_back(const Endpoint& endpoint, const std::string& why) {
   ::unlink(file_.c_str());
   ::close(std::exchange(descriptor_, -1));
-  throw Error{Status::endpoint_unavailable,
-              "endpoint \"" + endpoint.address + "\": " + endpoint.path.string() +
-                  " exists and is not a socket; choose another path"};
+  throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\"" + why};
 }
 
 EndpointLock::~EndpointLock() {

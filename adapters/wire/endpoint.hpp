@@ -35,6 +35,7 @@ class EndpointLock {
   EndpointLock& operator=(EndpointLock&& other) noexcept;
 
  private:
+  [[noreturn]] void give_back(const Endpoint& endpoint, const std::string& why);
   std::filesystem::path file_;
   int descriptor_ = -1;
 };

@@ -1,4 +1,5 @@
 #include "adapters/wire/endpoint.hpp"
+#include "adapters/wire/streams.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
 
@@ -76,6 +77,20 @@ TEST_CASE("a lock file that a killed process left behind is taken over") {
   ::waitpid(child, &status, 0);
   REQUIRE(std::filesystem::exists(folder / "frames.lock"));
   CHECK(error_of([&] { EndpointLock lock(endpoint); }).status == Status::ok);
+}
+
+// What tidies up old files took a lock away, and the next matcher the socket of the one that ran, without a word to either.
+TEST_CASE("who listens is not robbed when the lock file was removed") {
+  const test::TemporaryFolder folder;
+  WireContext context;
+  FrameSource first(context, "ipc://" + (folder / "frames").string());
+  std::filesystem::remove(folder / "frames.lock");
+  const Error error = error_of([&] { FrameSource second(context, "ipc://" + (folder / "frames").string()); });
+  CHECK(error.status == Status::endpoint_unavailable);
+  CHECK(mentions(error, "lock file somebody removed"));
+  FrameSink sink(context, first.endpoint());
+  REQUIRE(sink.send(std::vector<std::byte>(3), std::chrono::seconds(30)));
+  CHECK(first.receive(std::chrono::seconds(30)));
 }
 
 TEST_CASE("a folder that is not there") {
