@@ -400,7 +400,7 @@ TEST_CASE("lbea-record says which sender went without goodbye, and calls the run
   }
   std::this_thread::sleep_for(IdTracker::usual_patience + 300ms);
   CHECK(stop(*recorder) == 1);
-  CHECK(contains(text_of(bench.file("record.err")), "session 1 did not say goodbye: its captures are accounted for up to id"));
+  CHECK(contains(text_of(bench.file("record.err")), "session 0000000000000001 did not say goodbye: its captures are accounted for up to id"));
   CHECK(Json::parse(text_of(bench.file("record.out")))["silent"] == 1);
 }
 

@@ -13,7 +13,7 @@ namespace lbea {
 inline void warn_of_unfinished(const std::vector<WireSender>& senders) {
   for (const WireSender& sender : senders)
     if (sender.condition != SenderCondition::ended && sender.next_id > sender.first_id)
-      spdlog::warn("session {:x} did not say goodbye: its captures are accounted for up to id {}; whether it took more is unknown", sender.session,
+      spdlog::warn("session {:016x} did not say goodbye: its captures are accounted for up to id {}; whether it took more is unknown", sender.session,
                    sender.next_id - 1);
 }
 
