@@ -44,7 +44,7 @@ std::string Preflight::to_text() const {
 }
 
 std::string Preflight::to_json() const {
-  nlohmann::ordered_json json;
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
   json["passed"] = passed();
   json["findings"] = nlohmann::ordered_json::array();
   for (const Finding& finding : findings_)

@@ -51,7 +51,7 @@ std::string tally_line(const Counters& counters) {
 }
 
 std::string tally_json(const Counters& counters) {
-  nlohmann::ordered_json json;
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();  // the library's null that becomes one cannot be destroyed when memory is out
   json["captured"] = counters.captured();
   json["received"] = counters.received;
   json["matched"] = counters.sum(Fate::matched);
