@@ -7,112 +7,14 @@
 #include <iterator>
 #include <new>
 #include <string_view>
-#include <utility>
 
 namespace lbea::detail {
 
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr std::size_t most_visits = 64;
-constexpr auto breather = 10ms;          // until the next try when something is in short supply
-constexpr auto longest_handshake = 3s;  // ZeroMQ ends a connection that takes longer (see socket.cpp)
-constexpr int all_endings = ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_MONITOR_STOPPED;
-constexpr int all_failures = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
-                             ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
-constexpr int watched = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED | all_failures | all_endings;
-
-// A peer that is refused does not try again; one that is to come back does, once ZeroMQ has let go of it.
-constexpr const char* welcome = "200";
-constexpr const char* come_back = "300";
-constexpr const char* refused = "400";
-
-std::string decoded(const std::string& key) {
-  std::string bytes(32, '\0');
-  zmq_z85_decode(reinterpret_cast<std::uint8_t*>(bytes.data()), key.c_str());
-  return bytes;
-}
+constexpr std::chrono::milliseconds breather{10};  // until the next try when something is in short supply
 
 }  // namespace
-
-Door::Door(std::string domain, const ServerAccess& access)
-    : domain_(std::move(domain)),
-      wants_keys_(access.keys.has_value()),
-      max_peers_(access.max_peers) {
-  for (const AllowedPeer& peer : access.allowed) names_.emplace(decoded(peer.public_key), peer.name);
-}
-
-PeerCounts Door::counts() const noexcept {
-  const auto of = [](const Count& count) { return count.load(std::memory_order_relaxed); };
-  return {of(open_), of(peers_), of(admitted_), of(unknown_), of(excess_), of(malformed_)};
-}
-
-const char* Door::answer(std::string_view mechanism, std::string_view key, std::string_view address) noexcept {
-  using enum PeerVisit::Answer;
-  const auto owner = wants_keys_ && mechanism == "CURVE" ? names_.find(key) : names_.end();
-  if (wants_keys_ ? owner == names_.end() : mechanism != "NULL") {
-    ++unknown_;
-    note_visit(unknown, {}, address);
-    return refused;
-  }
-  const std::string_view name = wants_keys_ ? std::string_view(owner->second) : std::string_view();
-  if (peers_ >= max_peers_) {
-    ++excess_;
-    ++put_off_;
-    note_visit(excess, name, address);
-    return come_back;
-  }
-  note_visit(admitted, name, address);
-  return welcome;
-}
-
-/// For want of memory a visit is only counted.
-void Door::note_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address) noexcept {
-  const std::lock_guard lock(visits_mutex_);
-  if (visits_.size() == most_visits) return;
-  try {
-    visits_.push_back({answer, std::string(name), std::string(address)});
-  } catch (const std::bad_alloc&) {
-  }
-}
-
-std::vector<PeerVisit> Door::visits() {
-  const std::lock_guard lock(visits_mutex_);
-  return std::exchange(visits_, {});
-}
-
-void Door::note(std::uint16_t event, std::int32_t value) {
-  if (event == ZMQ_EVENT_ACCEPTED) {
-    connections_[value] = Clock::now();
-  } else if (event == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) {
-    ++peers_;
-    ++admitted_;
-  } else if (event == ZMQ_EVENT_DISCONNECTED) {
-    note_end(value);
-  }
-  if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && put_off_ > 0) {
-    --put_off_;  // or a stranger left meanwhile: it is counted once either way
-  } else if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL || event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
-    ++malformed_;
-  }
-  failed_last_ = (event & all_failures) != 0;
-  open_ = connections_.size();
-}
-
-// ZeroMQ does not say which connection succeeded. One that failed ends right after it is said to; what is not even
-// ZeroMQ ends without a word and soon, when the handshake is still running; the others were peers.
-void Door::note_end(std::int32_t descriptor) {
-  const auto found = connections_.find(descriptor);
-  if (found == connections_.end()) return;
-  const bool is_young = Clock::now() - found->second < longest_handshake;
-  const bool has_strangers = connections_.size() > peers_;
-  connections_.erase(found);
-  if (!failed_last_ && is_young && has_strangers) ++malformed_;
-  const bool was_peer = !failed_last_ && !(is_young && has_strangers);
-  if (was_peer && peers_ > 0) --peers_;
-  if (peers_ > connections_.size()) peers_ = connections_.size();
-}
 
 Gate::Gate(zmq::context_t& context)
     : context_(context),
@@ -145,7 +47,7 @@ std::shared_ptr<Door> Gate::guard(zmq::socket_t& socket, const ServerAccess& acc
     door = std::make_shared<Door>(name, access);
     doors_[name] = door;
     const std::string address = "inproc://" + name;
-    zmq_socket_monitor(socket.handle(), address.c_str(), watched);
+    zmq_socket_monitor(socket.handle(), address.c_str(), Door::watched);
     zmq::socket_t monitor(context_, zmq::socket_type::pair);
     monitor.set(zmq::sockopt::linger, 0);
     monitor.set(zmq::sockopt::rcvhwm, 0);  // bounded by the connections; a full one would stop ZeroMQ's I/O thread
@@ -215,7 +117,7 @@ void Gate::answer() noexcept {
     const std::lock_guard lock(mutex_);
     if (const auto found = doors_.find(question[2].to_string_view()); found != doors_.end()) door = found->second.lock();
   }
-  const char* const verdict = door ? door->answer(question[5].to_string_view(), question[6].to_string_view(), question[3].to_string_view()) : refused;
+  const char* const verdict = door ? door->answer(question[5].to_string_view(), question[6].to_string_view(), question[3].to_string_view()) : Door::refused;
   // No name for the peer: ZeroMQ would let it take up a place of the socket's queue for ever, the only one of a queue of 1.
   const std::array<std::string_view, 6> answer{"1.0", question[1].to_string_view(), verdict, "", "", ""};
   for (std::size_t i = 0; i < answer.size(); ++i)
