@@ -12,14 +12,26 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto receive_timeout = 50ms;
-constexpr auto last_results = 300ms;  // after the last frame, its result may be on its way
+constexpr auto longest_drain = 500ms;   // taking in after stop() what had arrived, from a sender that goes on
+constexpr auto drained = 100ms;         // nothing for so long: that was all
+constexpr auto last_results = 300ms;    // after the last frame, its result may be on its way
 constexpr auto farewell = 2000ms;
+constexpr auto senders_interval = 100ms;
+
+/// What a message says beside frames, if it does; the decoder has opened it.
+std::optional<SenderWord> word_in(Message message, WireStatus status, const FrameHeader& header) {
+  if (status == WireStatus::end_of_stream) return SenderWord{{header.session, ControlKind::goodbye, header.id, 0}, true};
+  Control control;
+  if (message_kind(message) != MessageKind::control || decode_control(message, control) != WireStatus::ok) return std::nullopt;
+  return SenderWord{control};
+}
 
 }  // namespace
 
 FrameTap::FrameTap(FrameSource frames, std::optional<FrameSink> forward, std::optional<ResultSource> results, RunRecorder& recorder,
                    WireLimits limits)
-    : frames_(std::move(frames)), forward_(std::move(forward)), results_(std::move(results)), recorder_(recorder), decoder_(limits) {
+    : frames_(std::move(frames)), results_(std::move(results)), recorder_(recorder), decoder_(limits) {
+  if (forward) forward_.emplace(std::move(*forward));
   try {
     frames_thread_ = std::thread(&FrameTap::take_frames, this);
     if (results_) results_thread_ = std::thread(&FrameTap::take_results, this);
@@ -37,46 +49,84 @@ void FrameTap::stop() {
     if (thread->joinable()) thread->join();
 }
 
-TapTally FrameTap::tally() const noexcept { return {received_, damaged_, forwarded_, refused_, missed_, silent_, lost_results_}; }
+TapTally FrameTap::tally() const noexcept {
+  return {received_, damaged_, too_many_points_, forwarded_, refused_, missed_, withheld_, silent_, lost_results_, untold_};
+}
 
 void FrameTap::take_frames() noexcept {
-  while (true) {
-    const bool last_look = stopping_;
-    const auto message = frames_.receive(receive_timeout);
-    if (message) take(*message);
-    if (last_look && !message) break;
+  while (!stopping_) take_next(receive_timeout);
+  for (const auto stopped = Clock::now(); Clock::now() - stopped < longest_drain && take_next(drained);) {
   }
-  senders_ = ids_.senders(IdTracker::Clock::now(), IdTracker::usual_patience);
-  silent_ = static_cast<std::uint64_t>(std::ranges::count(senders_, SenderCondition::silent, &WireSender::condition));
-  if (forward_) static_cast<void>(forward_->flush(farewell));
+  const PeerCounts peers = frames_.peers();
+  show_senders(Clock::now(), peers.admitted > 0 && peers.peers == 0 ? Clock::duration(-1) : IdTracker::usual_patience);  // no patience with who is gone
+  if (forward_) untold_ = forward_->finish(farewell);
+}
+
+bool FrameTap::take_next(std::chrono::milliseconds timeout) noexcept {
+  const auto message = frames_.receive(timeout);
+  if (message) take(*message);
+  if (!message && forward_) forward_->offer();
+  if (const auto now = Clock::now(); now >= next_show_) show_senders(now, IdTracker::usual_patience);
+  return message.has_value();
 }
 
 void FrameTap::take(Message message) noexcept {
   const std::int64_t receive_ns = wall_clock_ns();
-  if (take_words(message)) {
-    if (forward_) forward_->tell(message, farewell);  // what is said about frames is worth waiting for
-    return;
-  }
-  // First on its way to the matcher, then into the recording. A frame that finds no room is refused, as by a camera.
-  if (forward_) ++(forward_->send(message) ? forwarded_ : refused_);
-  const FrameHeader& header = decoder_.header();
-  ++received_;
-  if (header.identified) ids_.saw(header.session, header.id, IdTracker::Clock::now());
+  const WireStatus status = decoder_.open(message);
+  const auto word = word_in(message, status, decoder_.header());
+  if (!word || !hear(*word)) take_frame(message, word ? WireStatus::damaged : status, receive_ns);
   missed_ = ids_.missed() + ids_.withheld();
-  if (header.cloud.empty()) ++damaged_;
-  recorder_.frame(message, header, receive_ns);
+  withheld_ = ids_.withheld();
 }
 
-/// False for a frame, which then is opened, whatever its condition.
-bool FrameTap::take_words(Message message) noexcept {
-  Control control;
-  if (message_kind(message) != MessageKind::control || decode_control(message, control) != WireStatus::ok) {
-    if (decoder_.open(message) != WireStatus::end_of_stream) return false;
-    control = {decoder_.header().session, ControlKind::goodbye, decoder_.header().id, 0};
+/// Recorded whatever its condition, as far as there is a cloud.
+void FrameTap::take_frame(Message message, WireStatus status, std::int64_t receive_ns) noexcept {
+  const FrameHeader& header = decoder_.header();
+  ++received_;
+  // First on its way to the matcher, then into the recording.
+  const bool is_refused = forward_ && !forward_->send(message);
+  recorder_.frame(message, header, receive_ns);
+  if (header.cloud.empty()) ++damaged_;
+  if (status == WireStatus::too_many_points) ++too_many_points_;
+  if (header.identified && !header.end_of_stream) {
+    const auto [arrival, gap] = ids_.saw(header.session, header.id, Clock::now());
+    note(TapEvent::Kind::received, WireStatus::missed, header.session, gap);
+    if (arrival == IdTracker::Arrival::impossible) status = WireStatus::damaged;
+    if (arrival == IdTracker::Arrival::duplicate && status == WireStatus::ok) status = WireStatus::duplicate;
   }
-  ids_.told(control, IdTracker::Clock::now());
-  missed_ = ids_.missed() + ids_.withheld();
+  const IdRange id{header.id, 1};
+  if (status != WireStatus::ok || ids_.sessions() != known_sessions_) note(TapEvent::Kind::received, status, header.session, id);
+  known_sessions_ = ids_.sessions();
+  if (!forward_) return;
+  ++(is_refused ? refused_ : forwarded_);
+  if (is_refused) note(TapEvent::Kind::refused, status, header.session, id);
+}
+
+/// False when it cannot be true.
+bool FrameTap::hear(const SenderWord& word) noexcept {
+  const Control& control = word.control;
+  const IdTracker::Told told = ids_.told(control, Clock::now());
+  if (!told.is_possible) return false;
+  note(TapEvent::Kind::received, WireStatus::missed, control.session, told.gap);
+  note(TapEvent::Kind::received, WireStatus::withheld, control.session, told.withheld);
+  if (word.ends_stream) note(TapEvent::Kind::received, WireStatus::end_of_stream, control.session, {control.next_id, 1});
+  if (forward_) forward_->tell(word);
   return true;
+}
+
+void FrameTap::note(TapEvent::Kind kind, WireStatus status, std::uint64_t session, IdRange ids) noexcept {
+  if (ids.count == 0) return;
+  TapEvent* event = events_.claim();
+  if (event == nullptr) return;
+  *event = {kind, status, session, ids};
+  events_.publish();
+}
+
+void FrameTap::show_senders(Clock::time_point now, Clock::duration patience) noexcept {
+  next_show_ = now + senders_interval;
+  auto senders = ids_.senders(now, patience);
+  silent_ = static_cast<std::uint64_t>(std::ranges::count(senders, SenderCondition::silent, &WireSender::condition));
+  senders_.store(std::move(senders));
 }
 
 void FrameTap::take_results() noexcept {

@@ -3,7 +3,10 @@
 
 #include "adapters/wire/id_tracker.hpp"
 #include "adapters/wire/streams.hpp"
+#include "tools/record/forwarder.hpp"
+#include "tools/record/tap_log.hpp"
 #include "tools/recording/run_recorder.hpp"
+#include "tools/serve/shared_counters.hpp"
 
 #include <atomic>
 #include <optional>
@@ -12,16 +15,23 @@
 namespace lbea {
 
 struct TapTally {
-  std::uint64_t frames = 0;     // received
-  std::uint64_t damaged = 0;    // of these: nothing in them could be recorded
+  std::uint64_t frames = 0;           // received
+  std::uint64_t damaged = 0;          // of these: nothing in them could be recorded
+  std::uint64_t too_many_points = 0;  // of these: recorded, and more than a matcher will take
   std::uint64_t forwarded = 0;
-  std::uint64_t refused = 0;    // the matcher had no room for them
-  std::uint64_t missed = 0;       // captures of which no frame arrived, as ids and the sender's words tell
+  std::uint64_t refused = 0;       // the matcher had no room for them
+  std::uint64_t missed = 0;        // captures of which no frame arrived, as ids and the sender's words tell
+  std::uint64_t withheld = 0;      // of these: their sender found no room
   std::uint64_t silent = 0;        // senders gone without goodbye: what they held back is unknown
   std::uint64_t lost_results = 0;  // results and states that this subscriber did not get
+  std::uint64_t untold = 0;        // after stop(): what senders said that the matcher did not take
+  /// Every capture is in a frame that came, and the matcher has it too.
+  [[nodiscard]] bool is_complete() const noexcept {
+    return damaged == 0 && refused == 0 && missed == 0 && silent == 0 && lost_results == 0;
+  }
 };
 
-/// Receives and forwards on one thread, listens to results on another.
+/// Receives and forwards on one thread, which waits for nobody; listens to results on another.
 class FrameTap {
  public:
   /// `forward` and `results` may be absent.
@@ -30,25 +40,37 @@ class FrameTap {
   /// Takes in what has arrived, then ends.
   void stop();
   [[nodiscard]] TapTally tally() const noexcept;
-  /// After stop(): who sent.
-  [[nodiscard]] const std::vector<WireSender>& senders() const noexcept { return senders_; }
+  /// Who sends, as of a moment ago; after stop(): who sent.
+  [[nodiscard]] std::vector<WireSender> senders() const { return senders_.load(); }
+  /// One thread's to read.
+  [[nodiscard]] TapEvents& events() noexcept { return events_; }
 
  private:
+  using Clock = IdTracker::Clock;
+
   void take_frames() noexcept;
+  bool take_next(std::chrono::milliseconds timeout) noexcept;
   void take(Message message) noexcept;
-  bool take_words(Message message) noexcept;
+  void take_frame(Message message, WireStatus status, std::int64_t receive_ns) noexcept;
+  bool hear(const SenderWord& word) noexcept;
+  void note(TapEvent::Kind kind, WireStatus status, std::uint64_t session, IdRange ids) noexcept;
+  void show_senders(Clock::time_point now, Clock::duration patience) noexcept;
   void take_results() noexcept;
   void note_sequence(std::uint64_t sequence) noexcept;
 
   FrameSource frames_;
-  std::optional<FrameSink> forward_;
+  std::optional<Forwarder> forward_;
   std::optional<ResultSource> results_;
   RunRecorder& recorder_;
   FrameDecoder decoder_;
   IdTracker ids_;
-  std::vector<WireSender> senders_;
+  TapEvents events_{1024};
+  SharedSenders senders_;
+  Clock::time_point next_show_{};
+  std::uint64_t known_sessions_ = 0;
   std::uint64_t next_sequence_ = 0;  // 0: none heard yet
-  std::atomic<std::uint64_t> received_{0}, damaged_{0}, forwarded_{0}, refused_{0}, missed_{0}, silent_{0}, lost_results_{0};
+  std::atomic<std::uint64_t> received_{0}, damaged_{0}, too_many_points_{0}, forwarded_{0}, refused_{0}, missed_{0}, withheld_{0}, silent_{0},
+      lost_results_{0}, untold_{0};
   std::atomic<bool> stopping_{false};
   std::thread frames_thread_, results_thread_;
 };

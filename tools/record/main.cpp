@@ -20,6 +20,7 @@ struct Options {
   std::string frames_endpoint, forward_endpoint, results_endpoint;
   RecordingOptions recording;
   ServerAccessOptions server_access;
+  ClientAccessOptions matcher_access;
   std::int64_t trigger_ns = 0;
   std::uint32_t max_points = WireLimits{}.max_points;
   bool json = false;
@@ -28,19 +29,34 @@ struct Options {
 constexpr auto description =
     "Records frames that a rig sends, without a matcher, or with --forward on their way to one: then the rig sends here and\n"
     "this program passes everything on. Where lbea-serve runs, its own --record is the shorter way.\n"
+    "Recording never waits for the matcher: a frame that finds no room there is recorded, and counted as refused.\n"
     "The exit code is 1 when anything could not be recorded, found no room at the matcher, or did not arrive,\n"
     "and when a sender fell silent without goodbye.";
 
+/// What an unset variable of a shell leaves of an argument.
+std::string refuse_empty(const std::string& text) { return text.empty() ? "is empty; is a variable of the shell unset?" : ""; }
+
 void add_options(Tool& tool, Options& options) {
-  tool.add_option("FILE", options.recording.file, "the recording (MCAP), which must not exist yet")->required();
-  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/rig.ipc")->required();
-  tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to");
-  tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too");
+  tool.add_option("FILE", options.recording.file, "the recording (MCAP), which must not exist yet")->required()->check(refuse_empty);
+  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/rig.ipc")->required()->check(refuse_empty);
+  auto* forward = tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to")->check(refuse_empty);
+  auto* results = tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too")->check(refuse_empty);
   add_recording_options(tool, options.recording);
   tool.add_option("--trigger-ns", options.trigger_ns, "the sender's clock at impact");
-  tool.add_option("--max-points", options.max_points, "larger frames are not recorded, only counted")->check(CLI::Range(1u, 16'777'216u));
+  tool.add_option("--max-points", options.max_points,
+                  "what a matcher of this recording will take; larger frames are recorded like all others, counted and logged")
+      ->check(CLI::Range(1u, 16'777'216u));
   options.server_access.add_to(tool);
+  auto* server_key = tool.add_option("--server-key", options.matcher_access.server_key_file,
+                                     "public key (.pub) of the matcher, when it has one: for --forward and --results")
+                         ->check(refuse_empty);
+  tool.add_option("--client-key", options.matcher_access.key_file, "this program's secret key (.key) towards the matcher, which the matcher allows")
+      ->needs(server_key)
+      ->check(refuse_empty);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
+  tool.callback([=] {
+    if (*server_key && !*forward && !*results) throw CLI::ValidationError("--server-key", "is for --forward and --results, and neither is given");
+  });
 }
 
 RunSettings settings_of(const Options& options) {
@@ -54,12 +70,28 @@ RunSettings settings_of(const Options& options) {
 
 void print(const TapTally& tally, const RunObserver::Counts& counts, bool as_json) {
   const nlohmann::ordered_json json{{"received", tally.frames},     {"recorded", counts.recorded}, {"unrecorded", counts.unrecorded},
-                                    {"damaged", tally.damaged},     {"forwarded", tally.forwarded}, {"refused", tally.refused},
-                                    {"missed", tally.missed},       {"silent", tally.silent},
+                                    {"damaged", tally.damaged},     {"too_many_points", tally.too_many_points}, {"forwarded", tally.forwarded}, {"refused", tally.refused},
+                                    {"missed", tally.missed},       {"withheld", tally.withheld}, {"silent", tally.silent},
                                     {"lost_results", tally.lost_results}};
   std::string line;
   for (const auto& [key, value] : json.items()) line += (line.empty() ? "" : ", ") + key + " " + value.dump();
   std::printf("%s\n", (as_json ? json.dump() : line).c_str());
+}
+
+/// What of the test is not in the recording, and what of it the matcher did not get.
+void warn_of_losses(const std::string& file, const TapTally& tally) {
+  std::string losses;
+  const auto add = [&](std::uint64_t count, const char* what) {
+    if (count > 0) losses += (losses.empty() ? "" : ", ") + std::to_string(count) + " " + what;
+  };
+  add(tally.missed - tally.withheld, "captures that never arrived (missed)");
+  add(tally.withheld, "captures that found no room at their sender (withheld)");
+  add(tally.damaged, "messages without a whole point cloud (damaged)");
+  add(tally.silent, "senders gone without goodbye (what they still held is unknown)");
+  add(tally.lost_results, "results and states of the matcher");
+  if (!losses.empty()) spdlog::warn("{} does not hold the whole test; missing in it: {}", file, losses);
+  if (tally.refused > 0) spdlog::warn("the matcher did not get {} of {} frames; they are recorded", tally.refused, tally.frames);
+  if (tally.untold > 0) spdlog::warn("the matcher was not told what the senders said last; its own account ends before that");
 }
 
 int record(const Options& options) {
@@ -68,25 +100,30 @@ int record(const Options& options) {
   WireContext context;
   WireLimits limits;
   limits.max_points = options.max_points;
+  const ClientAccess matcher_access = options.matcher_access.load();
   FrameSource frames(context, options.frames_endpoint, limits, options.server_access.load());
   std::optional<FrameSink> forward;
   std::optional<ResultSource> results;
-  if (!options.forward_endpoint.empty()) forward.emplace(context, options.forward_endpoint);
-  if (!options.results_endpoint.empty()) results.emplace(context, options.results_endpoint);
+  if (!options.forward_endpoint.empty()) forward.emplace(context, options.forward_endpoint, default_queued_messages, matcher_access);
+  if (!options.results_endpoint.empty()) results.emplace(context, options.results_endpoint, results_held, matcher_access);
   const auto recorder = begin_recording(options.recording, settings_of(options));
   RecordingWatch watch(recorder.get(), options.recording.file);
   spdlog::info("ready: frames on {}", frames.endpoint());
   FrameTap tap(std::move(frames), std::move(forward), std::move(results), *recorder, limits);
+  TapLog log;
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     watch.look();
+    log.look(tap.events(), tap.senders());
   }
   tap.stop();
+  log.look(tap.events(), tap.senders());
   const bool all_recorded = watch.finish();
-  warn_of_unfinished(tap.senders());
   const TapTally tally = tap.tally();
+  warn_of_unfinished(tap.senders());
+  warn_of_losses(options.recording.file, tally);
   print(tally, recorder->counts(), options.json);
-  return all_recorded && tally.damaged == 0 && tally.refused == 0 && tally.missed == 0 && tally.silent == 0 && tally.lost_results == 0 ? exit_ok : exit_failed;
+  return all_recorded && tally.is_complete() ? exit_ok : exit_failed;
 }
 
 }  // namespace

@@ -3,56 +3,46 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <utility>
 
 namespace lbea {
 
 namespace {
-constexpr auto interval = std::chrono::seconds(1);
-
-std::string untold_text(std::uint64_t untold) {
-  return untold == 0 ? std::string() : " (and " + std::to_string(untold) + " more since the last such line)";
-}
 
 /// Whether session and id of the message could be read.
 bool is_identified(WireStatus status) {
   return status != WireStatus::wrong_kind && status != WireStatus::damaged &&
          status != WireStatus::message_too_large;
 }
+
 }  // namespace
 
-void FrameLog::note(const WireResult& result) {
-  note_session(result);
-  if (result.status == WireStatus::end_of_stream) {
-    spdlog::info("end of stream before frame {} of session {:016x}", result.frame_id, result.session);
-  } else if (result.status != WireStatus::ok) {
-    note_trouble(result);
+std::string frames_text(IdRange ids) {
+  if (ids.count == 1) return "frame " + std::to_string(ids.first);
+  return "frames " + std::to_string(ids.first) + " to " + std::to_string(ids.first + (ids.count - 1));
+}
+
+void FrameLog::note(const WireResult& result) { note(result.status, result.session, {result.frame_id, 1}); }
+
+void FrameLog::note(WireStatus status, std::uint64_t session, IdRange ids) {
+  note_session(status, session, ids.first);
+  if (status == WireStatus::end_of_stream) {
+    spdlog::info("end of stream before frame {} of session {:016x}", ids.first, session);
+  } else if (status != WireStatus::ok) {
+    note_trouble(status, ids);
   }
 }
 
-bool FrameLog::may_speak(Line& line) {
-  const auto now = Clock::now();
-  if (line.last != Clock::time_point{} && now - line.last < interval) {
-    ++line.untold;
-    return false;
-  }
-  line.last = now;
-  return true;
+void FrameLog::note_trouble(WireStatus status, IdRange ids) {
+  LogLine& line = by_status_[static_cast<std::size_t>(status)];
+  if (!line.may_speak(ids.count)) return;
+  const std::string what = is_identified(status) ? frames_text(ids) : "a message";
+  spdlog::warn("{}: {}: {}{}", what, to_string(status), explain(status), line.untold_text());
 }
 
-void FrameLog::note_trouble(const WireResult& result) {
-  Line& line = by_status_[static_cast<std::size_t>(result.status)];
-  if (!may_speak(line)) return;
-  const std::string what =
-      is_identified(result.status) ? "frame " + std::to_string(result.frame_id) : "a message";
-  spdlog::warn("{}: {}: {}{}", what, to_string(result.status), explain(result.status),
-               untold_text(std::exchange(line.untold, 0)));
-}
-
-void FrameLog::note_session(const WireResult& result) {
-  if (!is_identified(result.status) || result.session == session_) return;
-  session_ = result.session;
-  if (may_speak(senders_)) spdlog::info("frame {}: from session {:016x}", result.frame_id, result.session);
+void FrameLog::note_session(WireStatus status, std::uint64_t session, std::uint64_t id) {
+  if (!is_identified(status) || session == session_) return;
+  session_ = session;
+  if (senders_.may_speak()) spdlog::info("frame {}: from session {:016x}", id, session);
 }
 
 void FrameLog::note(const WireState& state) {

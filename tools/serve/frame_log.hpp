@@ -1,32 +1,30 @@
 // What the operator reads while frames come in: one line per kind of trouble and second, however much there is.
 #pragma once
 
+#include "adapters/wire/id_tracker.hpp"
 #include "adapters/wire/messages.hpp"
-
-#include <chrono>
+#include "tools/common/log_line.hpp"
 
 namespace lbea {
+
+/// "frame 7", "frames 7 to 9".
+[[nodiscard]] std::string frames_text(IdRange ids);
 
 class FrameLog {
  public:
   /// A result about to be published.
   void note(const WireResult& result);
+  /// What became of these captures.
+  void note(WireStatus status, std::uint64_t session, IdRange ids);
   /// A state about to be published.
   void note(const WireState& state);
 
  private:
-  using Clock = std::chrono::steady_clock;
-  struct Line {
-    Clock::time_point last{};
-    std::uint64_t untold = 0;
-  };
-  /// Whether a line may be written now; counts it as untold otherwise.
-  static bool may_speak(Line& line);
-  void note_trouble(const WireResult& result);
-  void note_session(const WireResult& result);
+  void note_trouble(WireStatus status, IdRange ids);
+  void note_session(WireStatus status, std::uint64_t session, std::uint64_t id);
 
-  std::array<Line, wire_status_count> by_status_{};
-  Line senders_;
+  std::array<LogLine, wire_status_count> by_status_{};
+  LogLine senders_;
   std::uint64_t session_ = 0;
   std::vector<WireSender> known_;
 };
