@@ -218,7 +218,9 @@ int Writer::finish() {
   const std::uint32_t crc = crc32(covered, crc32(to.offsets, crc32(to.summary)));
   std::memcpy(footer.data() + covered.size(), &crc, sizeof crc);
   const std::array<Bytes, 5> pieces{buffer_, to.summary, to.offsets, footer, std::as_bytes(std::span(magic))};
-  return sink_.append(pieces);
+  const int error = sink_.append(pieces);
+  if (error == 0) size_ += bytes_of(pieces);
+  return error;
 }
 
 }  // namespace lbea::mcap

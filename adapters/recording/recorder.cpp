@@ -52,7 +52,8 @@ void Recorder::trigger(std::int64_t log_time_ns) noexcept {
 
 RecorderStatus Recorder::status() const noexcept {
   return {state_,         frames_.counts(),   notes_.counts(),        disk_.bytes,        frames_.used(),
-          frames_.peak(), frames_.capacity(), disk_.longest_write_ns, disk_.failed_syncs, disk_.last_error};
+          frames_.peak(), frames_.capacity(), disk_.longest_write_ns, disk_.failed_syncs, disk_.last_error,
+          window()};
 }
 
 RecorderStatus Recorder::finish() noexcept {
@@ -83,7 +84,7 @@ bool Recorder::try_tick(bool last) noexcept {
 void Recorder::tick(bool last) {
   if (state_ == RecorderState::armed && trigger_ns_ != no_trigger) begin_window();
   switch (state_) {
-    case RecorderState::armed: return forget_old();
+    case RecorderState::armed: return last ? drop_rest() : forget_old();
     case RecorderState::recording: return record(last);
     case RecorderState::finished:
     case RecorderState::failed: return drop_rest();
@@ -96,8 +97,7 @@ void Recorder::forget_old() {
 }
 
 void Recorder::begin_window() {
-  const std::int64_t begin_ns = trigger_ns_ - config_.window->before.count();
-  for (RecordLane* lane : {&notes_, &frames_}) lane->begin_at(begin_ns);
+  for (RecordLane* lane : {&notes_, &frames_}) lane->begin_at(window_begin_ns());
   state_ = RecorderState::recording;
 }
 
@@ -125,8 +125,16 @@ bool Recorder::write_chunk() {
   return !notes.records.empty() || !frames.records.empty();
 }
 
+std::int64_t Recorder::window_begin_ns() const noexcept { return trigger_ns_ - config_.window->before.count(); }
+
 std::int64_t Recorder::window_end_ns() const noexcept {
   return config_.window ? trigger_ns_ + config_.window->after.count() : std::numeric_limits<std::int64_t>::max();
+}
+
+std::optional<RecorderStatus::Window> Recorder::window() const noexcept {
+  if (!config_.window) return std::nullopt;
+  if (trigger_ns_ == no_trigger) return RecorderStatus::Window{};
+  return RecorderStatus::Window{true, window_begin_ns(), window_end_ns()};
 }
 
 bool Recorder::window_is_over(std::int64_t now_ns) const noexcept {

@@ -46,7 +46,9 @@ class Recorder {
   void end_file() noexcept;
   void drop_rest();
   [[nodiscard]] std::size_t waiting_bytes() const noexcept { return frames_.used() + notes_.used(); }
+  [[nodiscard]] std::int64_t window_begin_ns() const noexcept;
   [[nodiscard]] std::int64_t window_end_ns() const noexcept;
+  [[nodiscard]] std::optional<RecorderStatus::Window> window() const noexcept;
   [[nodiscard]] bool window_is_over(std::int64_t now_ns) const noexcept;
 
   std::unique_ptr<mcap::Sink> sink_;

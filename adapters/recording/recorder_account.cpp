@@ -28,15 +28,22 @@ std::string_view account_schema() noexcept {
 }
 
 mcap::Metadata closing_metadata(const RecorderStatus& status) {
-  const auto text = [](std::uint64_t number) { return std::to_string(number); };
-  return {std::string(closing_metadata_name),
-          {{"frames_recorded", text(status.frames.recorded)},
-           {"frames_lost_no_room", text(status.frames.no_room)},
-           {"frames_lost_write_failed", text(status.frames.write_failed)},
-           {"notes_recorded", text(status.notes.recorded)},
-           {"notes_lost_no_room", text(status.notes.no_room)},
-           {"notes_lost_write_failed", text(status.notes.write_failed)},
-           {"failed_syncs", text(status.failed_syncs)}}};
+  const auto text = [](auto number) { return std::to_string(number); };
+  mcap::Metadata closing{std::string(closing_metadata_name),
+                         {{"frames_recorded", text(status.frames.recorded)},
+                          {"frames_lost_no_room", text(status.frames.no_room)},
+                          {"frames_lost_write_failed", text(status.frames.write_failed)},
+                          {"notes_recorded", text(status.notes.recorded)},
+                          {"notes_lost_no_room", text(status.notes.no_room)},
+                          {"notes_lost_write_failed", text(status.notes.write_failed)},
+                          {"failed_syncs", text(status.failed_syncs)}}};
+  if (!status.window) return closing;
+  const auto note = [&](std::string_view key, std::string value) { closing.texts.emplace(key, std::move(value)); };
+  note(triggered_key, status.window->triggered ? "yes" : "no");
+  note(window_begin_key, text(status.window->begin_ns));
+  note(window_end_key, text(status.window->end_ns));
+  note(frames_outside_key, text(status.frames.outside));
+  return closing;
 }
 
 void AccountMessages::append_when_due(mcap::Buffer& out, const RecorderStatus& status) {
@@ -50,8 +57,16 @@ void AccountMessages::append_when_changed(mcap::Buffer& out, const RecorderStatu
   std::string account = account_json(status);
   if (account == last_) return;
   const auto time = static_cast<std::uint64_t>(wall_clock_ns());
-  mcap::append(out, mcap::Message{channel_, sequence_++, time, time, std::as_bytes(std::span(account))});
-  last_ = std::move(account);
+  mcap::append(out, mcap::Message{channel_, sequence_, time, time, std::as_bytes(std::span(account))});
+  appended_ = std::move(account);
+}
+
+void AccountMessages::settle(bool written) noexcept {
+  if (written && !appended_.empty()) {
+    last_ = std::move(appended_);
+    ++sequence_;
+  }
+  appended_.clear();
 }
 
 }  // namespace lbea

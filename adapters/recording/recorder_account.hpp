@@ -16,6 +16,10 @@ namespace lbea {
 /// The last record of the data: how many messages there should be.
 [[nodiscard]] mcap::Metadata closing_metadata(const RecorderStatus& status);
 inline constexpr std::string_view closing_metadata_name = "lbea.recording.end";
+/// In it, with a window: "yes" or "no", and from when to when, in the recorder's time.
+inline constexpr std::string_view triggered_key = "triggered", window_begin_key = "window_begin_ns", window_end_key = "window_end_ns";
+/// Frames that came before or after it.
+inline constexpr std::string_view frames_outside_key = "frames_outside";
 
 /// The account as messages of a recording, one whenever it has changed. One thread's.
 class AccountMessages {
@@ -25,12 +29,14 @@ class AccountMessages {
   [[nodiscard]] bool is_due(std::chrono::steady_clock::time_point now) const noexcept { return now >= due_; }
   void append_when_due(mcap::Buffer& out, const RecorderStatus& status);
   void append_when_changed(mcap::Buffer& out, const RecorderStatus& status);
+  /// What was appended is in the file, or it is not: then it is due again.
+  void settle(bool written) noexcept;
 
  private:
   std::uint16_t channel_;
   std::uint32_t sequence_ = 0;
   std::chrono::steady_clock::time_point due_{};
-  std::string last_;
+  std::string last_, appended_;
 };
 
 }  // namespace lbea

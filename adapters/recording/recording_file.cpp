@@ -48,6 +48,7 @@ bool RecordingFile::write(mcap::Bytes notes, mcap::Bytes frames, const RecorderS
   const std::int64_t taken_ns = std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin).count();
   if (taken_ns > disk_.longest_write_ns) disk_.longest_write_ns = taken_ns;
   definitions_.settle(written);
+  account_.settle(written);
   return written;
 }
 

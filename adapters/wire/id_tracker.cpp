@@ -9,7 +9,6 @@ constexpr std::size_t most_sessions = 64;
 constexpr std::size_t most_gaps = 64;  // remembered per session
 constexpr std::uint64_t most_earlier = 1024;
 constexpr std::uint64_t no_id = ~std::uint64_t{0};  // has no next one
-constexpr std::uint64_t furthest_jump = std::uint64_t{1} << 32;  // 49 days at 1,000 a second
 }  // namespace
 
 IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Clock::time_point now) {

@@ -20,6 +20,7 @@ class IdTracker {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds usual_patience{3000};
+  static constexpr std::uint64_t furthest_jump = std::uint64_t{1} << 32;  // 49 days at 1,000 a second
   /// impossible: no sender's next id; not counted, so that one false number does not ruin an account.
   enum class Arrival : std::uint8_t { in_order, late, duplicate, impossible };
   struct Seen {

@@ -204,6 +204,7 @@ struct WireInference {
   std::uint64_t model_checksum = 0;
 };
 
+/// Failed: something that was to be recorded is not in the file, from the first loss on, or the file could not be ended.
 enum class RecordingPhase : std::uint8_t { armed, recording, finished, failed };
 [[nodiscard]] std::string_view to_string(RecordingPhase phase) noexcept;
 
@@ -211,7 +212,7 @@ enum class RecordingPhase : std::uint8_t { armed, recording, finished, failed };
 struct WireRecording {
   static constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
   RecordingPhase phase = RecordingPhase::recording;
-  std::uint64_t bytes = 0;             // in the file, without the index at its end
+  std::uint64_t bytes = 0;             // in the file
   std::uint64_t free_bytes = unknown;  // of its file system, for this program
   bool operator==(const WireRecording&) const = default;
 };

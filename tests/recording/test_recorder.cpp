@@ -246,6 +246,19 @@ TEST_CASE("whichever write fails, once or from then on: counted, and what is the
   }
 }
 
+TEST_CASE("an account that the disk did not take is written again, though nothing has changed") {
+  const auto disk = std::make_shared<SharedSink::State>();
+  disk->memory.fail_at = 3;  // the first two are the start of the file, the third is a chunk with definitions and the account
+  Recorder recorder(std::make_unique<SharedSink>(disk), small_config(), a_start());
+  const auto deadline = std::chrono::steady_clock::now() + 20s;
+  while (recorder.status().last_error == 0 && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+  const RecorderStatus status = recorder.finish();
+  CHECK(status.last_error != 0);
+  CHECK(status.state == RecorderState::finished);
+  CHECK(status.bytes == disk->memory.bytes.size());
+  CHECK_FALSE(on_channel(hear(disk->memory.bytes).messages, status_channel).empty());
+}
+
 TEST_CASE("a start that cannot be written is an error") {
   for (const std::size_t n : {1u, 2u}) {
     const auto disk = std::make_shared<SharedSink::State>();
@@ -305,9 +318,12 @@ TEST_CASE("without a trigger a window records nothing; a ring too small for it i
     for (std::uint32_t i = 0; i < 10; ++i) CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, i, 100))));
     const RecorderStatus status = recorder.finish();
     CHECK(status.frames.recorded == 0);
-    CHECK(status.is_sound());
+    CHECK(status.frames.outside == 10);
+    CHECK(status.has_ended_untriggered());
+    CHECK_FALSE(status.is_sound());  // once this was a success
   }
   CHECK(on_channel(hear(disk->memory.bytes).messages, 1).empty());
+  CHECK(number_in(hear(disk->memory.bytes).audit, "frames_outside") == 10);
 
   const auto second = std::make_shared<SharedSink::State>();
   Recorder recorder(std::make_unique<SharedSink>(second), config, a_start());

@@ -32,7 +32,7 @@ std::map<std::string, Json> runs_of(const Json& report) {
 
 std::map<std::string, Json> sections_of(const Json& report) {
   auto sections = by_name(report["sections"], [](const Json& section) {
-    return section["title"].get<std::string>() + " " + section["part"].dump();
+    return section["title"].get<std::string>() + " " + text(section["part"]);
   });
   for (auto& [name, section] : sections) section.erase("offset");  // moves with the sections before it
   return sections;

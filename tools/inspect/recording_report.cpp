@@ -26,7 +26,8 @@ Json sessions_json(const RunAudit& audit) {
                         {"last_id", session.last_id},
                         {"missing", session.missing},
                         {"duplicates", session.duplicates},
-                        {"ended", session.ended}});
+                        {"ended", session.ended},
+                        {"silent", session.silent}});
   return sessions;
 }
 
@@ -58,10 +59,40 @@ Json gaps_json(const std::vector<mcap::Gap>& gaps) {
   return list;
 }
 
+/// Names and counts of what is not zero, e.g. of all that was dropped.
+Json reasons_json(const Counters& counters, Fate fate) {
+  Json reasons = Json::object();
+  for (std::size_t i = 0; i < wire_status_count; ++i)
+    if (const auto status = static_cast<WireStatus>(i); fate_of(status) == fate && counters.of(status) > 0)
+      reasons[std::string(to_string(status))] = counters.of(status);
+  return reasons;
+}
+
+/// Null when no matcher was heard.
+Json matcher_json(const RunAudit& audit) {
+  if (!audit.counters) return nullptr;
+  const Counters& counters = *audit.counters;
+  return {{"captured", counters.captured()},
+          {"matched", counters.sum(Fate::matched)},
+          {"rejected", counters.sum(Fate::rejected)},
+          {"dropped", counters.sum(Fate::dropped)},
+          {"rejected_by_reason", reasons_json(counters, Fate::rejected)},
+          {"dropped_by_reason", reasons_json(counters, Fate::dropped)},
+          {"missed", counters.of(WireStatus::missed)},
+          {"withheld", counters.of(WireStatus::withheld)},
+          {"silent", counters.silent}};
+}
+
+Json window_json(const RunAudit& audit) {
+  if (!audit.window) return nullptr;
+  return {{"triggered", audit.window->triggered}, {"frames_outside", audit.window->outside}, {"cut_apart", audit.cut_apart}};
+}
+
 Json report(const std::filesystem::path& file, const RunAudit& audit) {
   return {{"file", file.string()},
           {"complete", audit.is_complete()},
           {"flaws", audit.flaws()},
+          {"holds_all_that_came", audit.holds_all_that_came()},
           {"intact", audit.file.is_intact()},
           {"closed", audit.file.is_closed},
           {"indexed", audit.file.has_summary},
@@ -77,23 +108,46 @@ Json report(const std::filesystem::path& file, const RunAudit& audit) {
           {"lost_while_recording", audit.lost},
           {"seconds", static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9},
           {"results_by_status", audit.results_by_status},
+          {"matcher", matcher_json(audit)},
+          {"window", window_json(audit)},
           {"sessions", sessions_json(audit)},
           {"channels", channels_json(audit.file)},
           {"gaps", gaps_json(audit.file.gaps)},
           {"settings", settings_json(audit.settings)}};
 }
 
+void print_matcher(const RunAudit& audit) {
+  const Json matcher = matcher_json(audit);
+  if (matcher.is_null()) return;
+  std::printf("\nthe matcher's account, when it was last heard\n ");
+  for (const char* key : {"captured", "matched", "rejected", "dropped"}) std::printf(" %s %s", key, matcher[key].dump().c_str());
+  for (const char* reasons : {"rejected_by_reason", "dropped_by_reason"})
+    for (const auto& [reason, count] : matcher[reasons].items()) std::printf("\n    %-14s %s", reason.c_str(), count.dump().c_str());
+  std::printf("\n");
+}
+
+void print_sessions(const RunAudit& audit) {
+  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+  std::printf("\nsessions\n");
+  for (const auto& [id, session] : audit.sessions)
+    std::printf("  %s  captures %llu to %llu: frames %llu, missing %llu%s%s\n", hexadecimal(id).c_str(), number(session.first_id),
+                number(session.last_id), number(session.frames), number(session.missing), session.ended ? ", ended by the sender" : "",
+                session.silent ? ", went without goodbye" : "");
+}
+
 void print_text(const std::filesystem::path& file, const RunAudit& audit) {
   const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   std::printf("%s: %s, %llu bytes\n", file.c_str(), audit.is_complete() ? "complete" : "NOT COMPLETE", number(audit.file.bytes));
-  for (const std::string& flaw : audit.flaws()) std::printf("  %s\n", flaw.c_str());
+  const auto flaws = audit.flaws();
+  if (audit.holds_all_that_came() && !flaws.empty()) std::printf("  the file is sound and holds all that came; but:\n");
+  for (const std::string& flaw : flaws) std::printf("  %s\n", flaw.c_str());
+  if (audit.window && audit.window->triggered)
+    std::printf("  only what happened around the trigger; %llu frames or results at its edges have their counterpart outside\n", number(audit.cut_apart));
   std::printf("\n  frames           %llu in %.3f s\n  results          %llu\n  duplicates       %llu\n", number(audit.frames),
               static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9, number(audit.results), number(audit.duplicates()));
   for (const auto& [status, count] : audit.results_by_status) std::printf("    %-14s %llu\n", status.c_str(), number(count));
-  std::printf("\nsessions\n");
-  for (const auto& [id, session] : audit.sessions)
-    std::printf("  %s  frames %llu to %llu: %llu, missing %llu%s\n", hexadecimal(id).c_str(), number(session.first_id),
-                number(session.last_id), number(session.frames), number(session.missing), session.ended ? ", ended by the sender" : "");
+  print_matcher(audit);
+  print_sessions(audit);
   std::printf("\nchannels\n");
   const Json channels = channels_json(audit.file);
   for (const Json& channel : channels)

@@ -21,7 +21,6 @@ struct Options {
   RecordingOptions recording;
   ServerAccessOptions server_access;
   ClientAccessOptions matcher_access;
-  std::int64_t trigger_ns = 0;
   std::uint32_t max_points = WireLimits{}.max_points;
   bool json = false;
 };
@@ -37,12 +36,16 @@ constexpr auto description =
 std::string refuse_empty(const std::string& text) { return text.empty() ? "is empty; is a variable of the shell unset?" : ""; }
 
 void add_options(Tool& tool, Options& options) {
-  tool.add_option("FILE", options.recording.file, "the recording (MCAP), which must not exist yet")->required()->check(refuse_empty);
+  tool.add_option("FILE", options.recording.file, "the recording (MCAP), which must not exist yet; its name may contain the time of the start in "
+                                              "strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
+      ->required()
+      ->transform(recording_name());
   tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/rig.ipc")->required()->check(refuse_empty);
   auto* forward = tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to")->check(refuse_empty);
   auto* results = tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too")->check(refuse_empty);
   add_recording_options(tool, options.recording);
-  tool.add_option("--trigger-ns", options.trigger_ns, "the sender's clock at impact");
+  const auto take_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = stamp_ns; };
+  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")->default_str("0");
   tool.add_option("--max-points", options.max_points,
                   "what a matcher of this recording will take; larger frames are recorded like all others, counted and logged")
       ->check(CLI::Range(1u, 16'777'216u));
@@ -62,7 +65,7 @@ void add_options(Tool& tool, Options& options) {
 RunSettings settings_of(const Options& options) {
   RunSettings settings;
   settings.program = "lbea-record " LBEA_VERSION_STRING;
-  settings.matcher.trigger_ns = options.trigger_ns;
+  settings.matcher.trigger_ns = options.recording.trigger_ns.value_or(0);
   settings.matcher.max_points = options.max_points;
   settings.start_ns = wall_clock_ns();
   return settings;
@@ -96,6 +99,7 @@ void warn_of_losses(const std::string& file, const TapTally& tally) {
 
 int record(const Options& options) {
   catch_stop_signals();
+  catch_trigger_signal();
   require_distinct_endpoints({{"--frames", options.frames_endpoint}, {"--forward", options.forward_endpoint}, {"--results", options.results_endpoint}});
   WireContext context;
   WireLimits limits;

@@ -2,8 +2,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include <array>
 #include <charconv>
 #include <csignal>
+#include <ctime>
 #include <system_error>
 
 #include <unistd.h>
@@ -47,6 +49,18 @@ void check_memory(std::size_t bytes) {
                                                 bytes / megabyte, installed / megabyte));
 }
 
+constexpr std::string_view conversions = "%YCymBbhdejHIMSFTRpZzaAuwUWVGgs";  // of strftime: those without slashes and line ends
+
+/// Empty when `pattern` is no name, or one that would come out empty.
+std::string name_at(const std::string& pattern, std::time_t time) {
+  for (auto at = pattern.find('%'); at != std::string::npos; at = pattern.find('%', at + 2))
+    if (at + 1 == pattern.size() || conversions.find(pattern[at + 1]) == std::string_view::npos) return {};
+  std::tm local{};
+  ::localtime_r(&time, &local);
+  std::array<char, 4096> name{};  // the longest path there is
+  return {name.data(), std::strftime(name.data(), name.size(), pattern.c_str(), &local)};
+}
+
 std::string reason(int error) { return error == 0 ? "" : ": " + std::generic_category().message(error); }
 
 }  // namespace
@@ -62,28 +76,53 @@ void add_recording_options(Tool& tool, RecordingOptions& options) {
                   "--trigger-ns or later");
 }
 
+CLI::Validator recording_name() {
+  const std::time_t start = std::time(nullptr);
+  const auto replace = [start](std::string& name) -> std::string {
+    if (name.empty()) return "is empty; is a variable of the shell unset?";
+    std::string named = name_at(name, start);
+    if (named.empty()) return "\"" + name + "\" is not a file name with a time in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for a percent sign";
+    name = std::move(named);
+    return {};
+  };
+  return CLI::Validator(replace, "");
+}
+
+void catch_trigger_signal() {
+  std::signal(SIGUSR1, [](int) { trigger_requested = 1; });
+}
+
 void check_recording(const RecordingOptions& options) {
   check_memory(options.memory_mb * megabyte);
   if (!options.window.empty()) static_cast<void>(parse_window(options.window));
   const mcap::PartialFile probe(options.file);
 }
 
-std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, const RunSettings& settings) {
+std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, RunSettings settings) {
   if (options.file.empty()) return nullptr;
   RecorderConfig config = options.config;
   config.frame_ring_bytes = options.memory_mb * megabyte;
   check_memory(config.frame_ring_bytes);
   if (!options.window.empty()) config.window = parse_window(options.window);
+  settings.record_window = options.window;
   auto recorder = std::make_unique<RunRecorder>(options.file, config, settings);
-  if (config.window && settings.matcher.trigger_ns != 0) recorder->trigger_at(settings.matcher.trigger_ns);
-  if (config.window) std::signal(SIGUSR1, [](int) { trigger_requested = 1; });
+  if (config.window && options.trigger_ns) recorder->trigger_at(*options.trigger_ns);
   spdlog::info("recording to {}{}", options.file, config.window ? ", armed: waiting for the trigger" : "");
   return recorder;
 }
 
+void RecordingWatch::pass_on_trigger() {
+  if (trigger_requested == 0) return;
+  trigger_requested = 0;
+  if (recorder_ != nullptr && recorder_->status().window)
+    recorder_->trigger_now();
+  else
+    spdlog::warn("SIGUSR1: there is no --record-window to trigger; nothing changes");
+}
+
 void RecordingWatch::look() {
+  pass_on_trigger();
   if (recorder_ == nullptr) return;
-  if (trigger_requested != 0) recorder_->trigger_now();
   note(recorder_->status());
   if (const auto now = Clock::now(); now - last_look_at_disk_ >= disk_interval) {
     recorder_->look_at_disk();
@@ -93,7 +132,7 @@ void RecordingWatch::look() {
 
 void RecordingWatch::note(const RecorderStatus& status) {
   const auto now = Clock::now();
-  const std::uint64_t lost = recorder_->counts().unrecorded;
+  const std::uint64_t lost = this->lost();
   if ((lost != lost_ || status.failed_syncs != failed_syncs_) && now - last_loss_ >= log_interval) {
     spdlog::error("recording: LOST so far {} frames and {} results and states for want of memory, {} and {} that the disk did not take{}",
                   status.frames.no_room, status.notes.no_room, status.frames.write_failed, status.notes.write_failed,
@@ -108,8 +147,20 @@ void RecordingWatch::note(const RecorderStatus& status) {
     last_crowd_ = now;
   }
   if (status.state != state_ && status.state == RecorderState::recording) spdlog::info("recording: triggered");
-  if (status.state != state_ && status.state == RecorderState::finished) spdlog::info("recording: {} is complete", file_);
+  if (status.state != state_ && status.state == RecorderState::finished) note_end(status);
   state_ = status.state;
+}
+
+std::uint64_t RecordingWatch::lost() const { return recorder_->counts().unrecorded; }
+
+void RecordingWatch::note_end(const RecorderStatus& status) {
+  if (status.has_ended_untriggered())
+    spdlog::error("recording: THE TRIGGER NEVER CAME: of {} frames nothing was kept, {} is empty", status.frames.outside, file_);
+  else if (status.is_sound() && lost() == 0)
+    spdlog::info("recording: {} is complete", file_);
+  else
+    spdlog::error("recording: {} is closed, and NOT complete: {} frames, results and states are lost, {} failed attempts to force it to the disk{}",
+                  file_, lost(), status.failed_syncs, reason(status.last_error));
 }
 
 bool RecordingWatch::finish() {
@@ -123,7 +174,7 @@ bool RecordingWatch::finish() {
   spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, most memory in use {} %", status.frames.recorded,
                status.notes.recorded, status.bytes / megabyte, status.longest_write_ns / 1'000'000,
                100 * status.ring_peak / std::max<std::size_t>(status.ring_bytes, 1));
-  return status.is_sound() && recorder_->counts().unrecorded == 0;
+  return status.is_sound() && lost() == 0;
 }
 
 }  // namespace lbea

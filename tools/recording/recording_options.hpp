@@ -7,11 +7,16 @@
 namespace lbea {
 
 struct RecordingOptions {
-  std::string file;    // empty: nothing is recorded
+  std::string file;    // as it is called now, see recording_name(); empty: nothing is recorded
   std::string window;  // BEFORE:AFTER in seconds; empty: all is recorded
   std::size_t memory_mb = RecorderConfig{}.frame_ring_bytes >> 20;
   RecorderConfig config;  // the rest
+  std::optional<std::int64_t> trigger_ns{};  // --trigger-ns, when it was given; 0 is a time like any other
 };
+
+/// For the option that names the file: puts the time of the start in place of strftime's conversions (%Y-%m-%d_%H-%M-%S; a
+/// percent sign is %%), and refuses a name that is empty or that strftime cannot read.
+[[nodiscard]] CLI::Validator recording_name();
 
 /// All but the file's name, which is an option of one program and an argument of another.
 void add_recording_options(Tool& tool, RecordingOptions& options);
@@ -19,9 +24,12 @@ void add_recording_options(Tool& tool, RecordingOptions& options);
 /// What begin_recording() would refuse. Throws the same; leaves nothing behind.
 void check_recording(const RecordingOptions& options);
 
-/// Null without a file. With a window, SIGUSR1 triggers from now on, as does the first frame captured at
-/// settings.matcher.trigger_ns or later, unless that is 0. Throws Error{bad_config | write_failed}.
-[[nodiscard]] std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, const RunSettings& settings);
+/// From now on SIGUSR1 triggers, or where there is nothing to trigger is answered with a warning.
+void catch_trigger_signal();
+
+/// Null without a file. With a window, the first frame captured at options.trigger_ns or later triggers too. Throws
+/// Error{bad_config | write_failed}.
+[[nodiscard]] std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, RunSettings settings);
 
 /// Log lines about a recording that goes on: at most one a second of each kind.
 class RecordingWatch {
@@ -35,7 +43,10 @@ class RecordingWatch {
 
  private:
   using Clock = std::chrono::steady_clock;
+  void pass_on_trigger();
   void note(const RecorderStatus& status);
+  void note_end(const RecorderStatus& status);
+  [[nodiscard]] std::uint64_t lost() const;
   RunRecorder* recorder_;
   std::string file_;
   RecorderState state_ = RecorderState::recording;

@@ -47,7 +47,9 @@ RecordingStart start_of(const RunSettings& settings) {
   return start;
 }
 
-RecordingPhase phase_of(RecorderState state) {
+/// What is lost is nothing that will end well.
+RecordingPhase phase_of(RecorderState state, bool is_whole_so_far) {
+  if (!is_whole_so_far) return RecordingPhase::failed;
   switch (state) {
     case RecorderState::armed: return RecordingPhase::armed;
     case RecorderState::recording: return RecordingPhase::recording;
@@ -119,7 +121,7 @@ RunObserver::Counts RunRecorder::counts() const noexcept {
 
 std::optional<WireRecording> RunRecorder::recording() const noexcept {
   const RecorderStatus status = recorder_.status();
-  return WireRecording{phase_of(status.state), status.bytes, free_bytes_};
+  return WireRecording{phase_of(status.state, status.is_sound() && without_channel_ == 0), status.bytes, free_bytes_};
 }
 
 void RunRecorder::look_at_disk() noexcept {

@@ -80,7 +80,8 @@ mcap::Metadata to_metadata(const RunSettings& settings) {
            {"trigger_ns", text(matcher.trigger_ns)},
            {"T_reference_sensor", text(matcher.T_reference_sensor)},
            {"sensor_json", settings.sensor_json},
-           {"start_ns", text(settings.start_ns)}}};
+           {"start_ns", text(settings.start_ns)},
+           {"record_window", settings.record_window}}};
 }
 
 RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file) {
@@ -102,6 +103,7 @@ RunSettings settings_from(const mcap::Metadata& metadata, const std::string& fil
   from.read("T_reference_sensor", matcher.T_reference_sensor);
   from.read("sensor_json", settings.sensor_json);
   from.read("start_ns", settings.start_ns);
+  from.read("record_window", settings.record_window);
   return settings;
 }
 

@@ -19,6 +19,7 @@ struct RunSettings {
   MatcherConfig matcher;
   std::string sensor_json;  // the rig's description as it was given; may be empty
   std::int64_t start_ns = 0;
+  std::string record_window{};  // BEFORE:AFTER in seconds; empty: all was recorded
 };
 
 /// The metadata record of that name.

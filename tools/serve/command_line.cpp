@@ -18,7 +18,8 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
                   "sensor.json with T_reference_sensor; without it frames are taken as they are. With fit, the whole rig: when "
                   "the model was not baked for this pose, its samples are rendered anew at the start")
       ->check(CLI::ExistingFile);
-  tool.add_option("--trigger-ns", matcher.trigger_ns, "the sender's clock at impact");
+  const auto take_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
+  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")->default_str("0");
   tool.add_option("--max-points", matcher.max_points, "larger frames are refused")
       ->check(CLI::Range(1u, 16'777'216u));
   tool.add_option("--matches", matcher.max_matches, "samples per result, best first")
@@ -60,7 +61,9 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
       ->check(CLI::Range(1u, 4096u));
-  auto* record = tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP)");
+  auto* record = tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP), which must not exist yet; its name may "
+                                 "contain the time of the start in strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
+                     ->transform(recording_name());
   add_recording_options(tool, options.recording);
   tool.get_option("--record-window")->needs(record);  // who asks for a window believes it is being recorded
   options.access.add_to(tool);

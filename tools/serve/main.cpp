@@ -87,6 +87,7 @@ void stay(Pipeline& pipeline, RecordingWatch& recording, const ServiceNotify& se
 
 int serve(ServeOptions options) {
   catch_stop_signals();
+  catch_trigger_signal();
   raise_descriptor_limit();
   require_distinct_endpoints({{"--frames", options.frames_endpoint},
                               {"--results", options.results_endpoint},
