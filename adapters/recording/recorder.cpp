@@ -149,7 +149,7 @@ void Recorder::end_file() noexcept {
     state_ = RecorderState::failed;
     return;
   }
-  const bool ended = file_.write_last_account(status()) && file_.close(status());
+  const bool ended = file_.write_last_account(status()) && (!stopping_ || !remark_ || file_.write(*remark_)) && file_.close(status());
   state_ = ended ? RecorderState::finished : RecorderState::failed;
 }
 

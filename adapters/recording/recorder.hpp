@@ -29,6 +29,8 @@ class Recorder {
   /// Something happened at `log_time`: with a window, it is recorded around this time. Only the first one counts.
   void trigger(std::int64_t log_time_ns) noexcept;
   [[nodiscard]] RecorderStatus status() const noexcept;
+  /// Before finish() and by the same thread: what the file is to say at its end, unless a window has ended it before.
+  void remark(mcap::Metadata remark) { remark_ = std::move(remark); }
   /// Records what was put so far, ends the file and gives it its name. At the latest done by the destructor, which however
   /// leaves nothing of a recording without a single frame: the program did not come to recording.
   RecorderStatus finish() noexcept;
@@ -60,6 +62,7 @@ class Recorder {
   Clock::time_point waiting_since_{};  // what is in the rings; 0: nothing is
   std::atomic<std::int64_t> trigger_ns_;
   std::atomic<RecorderState> state_;  // changed by the writing thread
+  std::optional<mcap::Metadata> remark_;  // the writing thread's once it is stopping
   std::atomic<bool> stopping_{false}, abandoned_{false};
   DiskSyncer syncer_;
   std::thread thread_;  // the writing one; the last member, because it uses all others

@@ -62,6 +62,10 @@ bool RecordingFile::write_last_account(const RecorderStatus& status) noexcept {
   });
 }
 
+bool RecordingFile::write(const mcap::Metadata& metadata) noexcept {
+  return tally([&] { return writer_.metadata(metadata); });
+}
+
 bool RecordingFile::close(const RecorderStatus& status) noexcept {
   return tally([&] {
     int error = writer_.metadata(closing_metadata(status));

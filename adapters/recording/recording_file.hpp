@@ -23,6 +23,7 @@ class RecordingFile {
 
   // The end, one after the other; false when it failed.
   [[nodiscard]] bool write_last_account(const RecorderStatus& status) noexcept;
+  [[nodiscard]] bool write(const mcap::Metadata& metadata) noexcept;
   /// Whole, on the disk, and under its name.
   [[nodiscard]] bool close(const RecorderStatus& status) noexcept;
 

@@ -117,6 +117,7 @@ TEST_CASE("recording does not wait for a matcher that is not there; when it come
   CHECK(tally["missed"] == 5);
   CHECK(tally["withheld"] == 5);
   CHECK(rig.inspect()["frames"] == 200);
+  CHECK(rig.inspect()["missing"] == 5);
   CHECK(contains(rig.log(), "frame 0: refused"));
   CHECK(contains(rig.log(), "the matcher did not get 200 of 200 frames"));
 }
@@ -181,6 +182,10 @@ TEST_CASE("a lost or refused frame is in the log by its number, and at the end i
   CHECK(tally["missed"] == 9);
   CHECK(tally["withheld"] == 3);
   CHECK(tally["damaged"] == 1);
+  const Json report = rig.inspect();  // the recording itself tells of what came neither between its frames nor after them
+  CHECK(report["complete"] == false);
+  CHECK(report["missing"] == 9);
+  CHECK(report["sessions"][0]["ended"] == true);
 }
 
 TEST_CASE("frames with too many points for a matcher are recorded, counted and said") {
@@ -218,10 +223,16 @@ TEST_CASE("a matcher with keys gets its frames, and its results are recorded") {
     Encoder encoder;
     WireState state;
     state.sequence = 1;
+    state.method = "lbea";
+    state.model.file = "rail.lbea";
+    state.model.checksum = 0xabc;
     CHECK(results.send(encoder.state(state)));
     CHECK(rig.stop() == (knows_keys ? 0 : 1));
     CHECK(rig.tally()["forwarded"] == (knows_keys ? 1 : 0));
-    CHECK(rig.inspect()["states"] == (knows_keys ? 1 : 0));
+    const Json report = rig.inspect();
+    CHECK(report["states"] == (knows_keys ? 1 : 0));
+    CHECK(report["settings"]["model_file"] == (knows_keys ? "rail.lbea" : ""));
+    CHECK(report["settings"]["method"] == (knows_keys ? "lbea" : ""));
   }
 }
 

@@ -122,6 +122,7 @@ int record(const Options& options) {
   }
   tap.stop();
   log.look(tap.events(), tap.senders());
+  recorder->note_senders(tap.senders());
   const bool all_recorded = watch.finish();
   const TapTally tally = tap.tally();
   warn_of_unfinished(tap.senders());

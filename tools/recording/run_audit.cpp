@@ -1,6 +1,7 @@
 #include "tools/recording/run_audit.hpp"
 
 #include "adapters/recording/recorder_account.hpp"
+#include "tools/recording/run_senders.hpp"
 #include "tools/recording/run_tally.hpp"
 #include "tools/recording/topics.hpp"
 
@@ -68,6 +69,11 @@ std::uint64_t RunAudit::missing() const noexcept {
   return std::max(by_ids, counters->of(WireStatus::missed) + counters->of(WireStatus::withheld));
 }
 
+std::uint64_t RunAudit::silent() const noexcept {
+  if (is_matchers_own()) return counters ? counters->silent : 0;
+  return static_cast<std::uint64_t>(std::ranges::count_if(sessions, [](const auto& session) { return session.second.silent; }));
+}
+
 std::uint64_t RunAudit::duplicates() const noexcept { return sum(sessions, &Session::duplicates); }
 
 bool RunAudit::holds_all_that_came() const noexcept {
@@ -101,6 +107,9 @@ RunAudit audit_run(const std::filesystem::path& file) {
   const mcap::FileSource source(file);
   audit.file = mcap::audit(source, [&](const mcap::Message& message, const mcap::Channel* channel) { tally.take(message, channel); });
   read_metadata(audit, source.name());
+  for (const mcap::Metadata& metadata : audit.file.metadata)
+    if (metadata.name == senders_metadata_name)
+      for (const WireSender& sender : senders_from(metadata)) tally.know(sender);
   tally.close();
   return audit;
 }

@@ -45,7 +45,7 @@ struct RunAudit {
   [[nodiscard]] bool is_matchers_own() const noexcept;
   [[nodiscard]] std::uint64_t missing() const noexcept;
   /// Senders that went without goodbye.
-  [[nodiscard]] std::uint64_t silent() const noexcept { return is_matchers_own() && counters ? counters->silent : 0; }
+  [[nodiscard]] std::uint64_t silent() const noexcept;
   [[nodiscard]] std::uint64_t duplicates() const noexcept;
   /// Intact, and the recorder put into it all that came and was asked for.
   [[nodiscard]] bool holds_all_that_came() const noexcept;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "adapters/recording/recorder.hpp"
+#include "tools/recording/run_senders.hpp"
 #include "tools/recording/run_settings.hpp"
 #include "tools/serve/run_observer.hpp"
 
@@ -26,6 +27,8 @@ class RunRecorder final : public RunObserver {
   void trigger_now() noexcept;
   void trigger_at(std::int64_t stamp_ns) noexcept { trigger_stamp_ns_ = stamp_ns; }
   [[nodiscard]] RecorderStatus status() const noexcept { return recorder_.status(); }
+  /// Before finish(), by the same thread: what is known of the senders at the end.
+  void note_senders(const std::vector<WireSender>& senders) { recorder_.remark(to_metadata(senders)); }
   /// After the last call to any of the above.
   RecorderStatus finish() noexcept { return recorder_.finish(); }
 

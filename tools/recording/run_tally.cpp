@@ -108,6 +108,11 @@ void RunTally::take_state(const RecordedMessage& message) {
   }
   take_counters(state_.sequence, state_.counters);
   for (const WireSender& sender : state_.senders) sessions_[sender.session].account = sender;
+  if (matcher_ || state_.model.checksum == 0) return;
+  matcher_.emplace();
+  matcher_->model_file = state_.model.file;
+  matcher_->model_checksum = state_.model.checksum;
+  matcher_->method = state_.method;
 }
 
 void RunTally::take_counters(std::uint64_t sequence, const Counters& counters) {
@@ -117,6 +122,11 @@ void RunTally::take_counters(std::uint64_t sequence, const Counters& counters) {
 }
 
 void RunTally::close() {
+  if (matcher_ && audit_.settings.model_checksum == 0) {  // recorded beside a matcher, of which nothing was known at the start
+    audit_.settings.model_file = matcher_->model_file;
+    audit_.settings.model_checksum = matcher_->model_checksum;
+    audit_.settings.method = matcher_->method;
+  }
   if (audit_.is_replayed) audit_.counters.reset();
   for (auto& [session, captures] : sessions_) close_session(session, captures);
   for (auto* list : {&frames_, &matched_, &dropped_, &refused_}) std::ranges::sort(*list);
@@ -130,7 +140,9 @@ void RunTally::close_session(std::uint64_t id, Captures& captures) {
   sort_and_unite(captures.frames);
   sort_and_unite(captures.absent);
   const std::uint64_t distinct = captures.frames.size();
-  const bool is_known = audit_.is_matchers_own() && captures.account.has_value();
+  std::optional<WireSender> account = audit_.is_matchers_own() ? captures.account : std::nullopt;
+  if (captures.recorders_account && !audit_.window) account = captures.recorders_account;
+  const bool is_known = account.has_value();
   if (frames == 0 && captures.absent.empty() && !is_known) return;
   sort_and_unite(captures.refused);
   std::vector<std::uint64_t> came = merged(captures.frames, captures.refused);
@@ -140,10 +152,10 @@ void RunTally::close_session(std::uint64_t id, Captures& captures) {
   range.widen(came);
   range.widen(captures.absent);
   if (captures.end) range.widen(range.first, *captures.end);
-  if (is_known) range.widen(captures.account->first_id, captures.account->next_id);
+  if (is_known) range.widen(account->first_id, account->next_id);
   if (range.past_last == 0) return;
-  const bool silent = is_known && captures.account->condition == SenderCondition::silent;
-  const bool ended = captures.end.has_value() || (is_known && captures.account->condition == SenderCondition::ended);
+  const bool silent = is_known && account->condition == SenderCondition::silent;
+  const bool ended = captures.end.has_value() || (is_known && account->condition == SenderCondition::ended);
   audit_.sessions[id] = {range.first, range.past_last - 1, frames, range.past_last - range.first - came.size(), frames - distinct, ended, silent};
 }
 

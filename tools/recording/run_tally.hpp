@@ -11,6 +11,8 @@ class RunTally {
   explicit RunTally(RunAudit& audit) : audit_(audit) {}
   /// `channel` is null for a message whose channel is not defined.
   void take(const mcap::Message& message, const mcap::Channel* channel);
+  /// What a recorder without a matcher said of a sender at its end.
+  void know(const WireSender& sender) { sessions_[sender.session].recorders_account = sender; }
   /// After the last message, when the audit knows everything else about the file.
   void close();
 
@@ -28,6 +30,7 @@ class RunTally {
     std::vector<std::uint64_t> frames, refused, absent;  // ids; absent: of which the matcher says that no frame came
     std::optional<std::uint64_t> end;                    // the first id that the sender did not give
     std::optional<WireSender> account;                   // the matcher's, the latest
+    std::optional<WireSender> recorders_account;
   };
 
   void take_frame(const RecordedMessage& frame);
@@ -42,6 +45,7 @@ class RunTally {
   std::map<std::uint64_t, Captures> sessions_;
   std::vector<Named> frames_, matched_, dropped_, refused_;
   std::uint64_t last_sequence_ = 0;
+  std::optional<RunSettings> matcher_;  // the model and method of the first one that was heard
   WireResult result_;
   WireState state_;
 };
