@@ -6,6 +6,13 @@
 
 namespace lbea {
 
+namespace detail {
+/// Taken over by the socket and still in this process.
+struct InFlight {
+  std::atomic<std::uint64_t> messages{0}, frames{0};
+};
+}  // namespace detail
+
 namespace {
 
 constexpr std::int64_t largest_control_message = 1024;  // what a receiver may send to a sender
@@ -13,7 +20,8 @@ constexpr std::int64_t largest_control_message = 1024;  // what a receiver may s
 /// Keeps a message alive while ZeroMQ reads it, and tells when it is done.
 struct Pending {
   std::shared_ptr<const std::vector<std::byte>> message;
-  std::shared_ptr<std::atomic<std::uint64_t>> in_flight;
+  std::shared_ptr<detail::InFlight> in_flight;
+  bool is_frame;
   // ZeroMQ's queues order what the two threads do, but a thread sanitizer does not see into them.
   std::atomic<bool> is_filled{false};
 };
@@ -23,7 +31,8 @@ void release(void*, void* hint) {
   const std::unique_ptr<Pending> pending(static_cast<Pending*>(hint));
   static_cast<void>(pending->is_filled.load(std::memory_order_acquire));
   pending->message.reset();
-  pending->in_flight->fetch_sub(1, std::memory_order_release);
+  if (pending->is_frame) pending->in_flight->frames.fetch_sub(1, std::memory_order_release);
+  pending->in_flight->messages.fetch_sub(1, std::memory_order_release);
 }
 
 }  // namespace
@@ -68,9 +77,9 @@ struct FrameSink::State {
   zmq::socket_t socket;
   detail::SendRoom room;
   Tally tally{};
-  std::shared_ptr<std::atomic<std::uint64_t>> in_flight = std::make_shared<std::atomic<std::uint64_t>>(0);
+  std::shared_ptr<detail::InFlight> in_flight = std::make_shared<detail::InFlight>();
 
-  bool hand_over(const std::shared_ptr<const std::vector<std::byte>>& bytes,
+  bool hand_over(const std::shared_ptr<const std::vector<std::byte>>& bytes, bool is_frame,
                  std::chrono::milliseconds timeout) noexcept;
 };
 
@@ -101,21 +110,22 @@ bool FrameSink::send(Message message, std::chrono::milliseconds timeout) noexcep
 }
 
 bool FrameSink::tell(Message message, std::chrono::milliseconds timeout) noexcept {
-  return state_->hand_over(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), timeout);
+  return state_->hand_over(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), false, timeout);
 }
 
 bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
                      std::chrono::milliseconds timeout) noexcept {
-  const bool sent = state_->hand_over(bytes, timeout);
+  const bool sent = state_->hand_over(bytes, true, timeout);
   ++(sent ? state_->tally.sent : state_->tally.refused);
   return sent;
 }
 
-bool FrameSink::State::hand_over(const std::shared_ptr<const std::vector<std::byte>>& bytes,
+bool FrameSink::State::hand_over(const std::shared_ptr<const std::vector<std::byte>>& bytes, bool is_frame,
                                  std::chrono::milliseconds timeout) noexcept {
   room.look();
-  in_flight->fetch_add(1, std::memory_order_relaxed);
-  auto* pending = new Pending{bytes, in_flight};
+  in_flight->messages.fetch_add(1, std::memory_order_relaxed);
+  if (is_frame) in_flight->frames.fetch_add(1, std::memory_order_relaxed);
+  auto* pending = new Pending{bytes, in_flight, is_frame};
   pending->is_filled.store(true, std::memory_order_release);
   // ZeroMQ only reads what it sends; it takes a pointer to non-const for the release function's sake.
   zmq::message_t message(const_cast<std::byte*>(bytes->data()), bytes->size(), release, pending);
@@ -128,13 +138,13 @@ bool FrameSink::State::hand_over(const std::shared_ptr<const std::vector<std::by
 
 std::uint64_t FrameSink::flush(std::chrono::milliseconds timeout) noexcept {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
-  const auto left = [&] { return state_->in_flight->load(std::memory_order_acquire); };
+  const auto left = [&] { return state_->in_flight->messages.load(std::memory_order_acquire); };
   while ((left() > 0 || state_->room.has_unread()) && std::chrono::steady_clock::now() < deadline) {
     // A look at the socket lets it give up what a broken connection left in it.
     static_cast<void>(detail::wait(state_->socket, ZMQ_POLLOUT, {}));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  return left();
+  return state_->in_flight->frames.load(std::memory_order_acquire);
 }
 
 }  // namespace lbea

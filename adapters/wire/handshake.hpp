@@ -22,6 +22,8 @@ class Handshake {
   /// and returns what it has of this session; nothing when it does not say so within `patience`.
   [[nodiscard]] std::optional<WireSender> part(std::uint64_t next_id, std::uint64_t withheld,
                                                std::chrono::milliseconds patience);
+  /// The matcher's latest one that was read.
+  [[nodiscard]] const WireState& state() const noexcept { return state_; }
 
  private:
   [[nodiscard]] const WireSender* own_entry(std::chrono::milliseconds timeout);

@@ -95,7 +95,7 @@ class FrameSink {
   bool send(const std::shared_ptr<const std::vector<std::byte>>& message,
             std::chrono::milliseconds timeout = {}) noexcept;
   [[nodiscard]] const Tally& tally() const noexcept;
-  /// Messages taken over by the socket and still in this process; waits up to `timeout` for none, and over ipc until the
+  /// Frames taken over by the socket and still in this process; waits up to `timeout` for no message at all, and over ipc until the
   /// receiver has read the connection empty: ZeroMQ throws away what is unread in one whose sender leaves while the receiver's
   /// queue is full. Over tcp only results tell what has been read. To be called before a sink is destroyed.
   [[nodiscard]] std::uint64_t flush(std::chrono::milliseconds timeout) noexcept;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lbea {
 
@@ -60,16 +61,58 @@ WireResult without_timings(WireResult result) {
 }
 
 Comparison::Comparison(RecordedRun& run, double tolerance) : tolerance_(tolerance) {
+  std::vector<Key> frames;
   WireResult result;
+  WireState state;
   while (const auto message = run.next()) {
+    if (message->kind == RecordedMessage::Kind::state && decode_state(message->data, state) == WireStatus::ok) note_first_ids(state);
+    if (message->kind == RecordedMessage::Kind::frame) frames.emplace_back(message->session, message->id);
     if (message->kind != RecordedMessage::Kind::result) continue;
     if (decode_result(message->data, result) != WireStatus::ok)
       throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be of another version");
-    if (!is_of_a_frame(result.status)) continue;
-    Answers& answers = recorded_[{result.session, result.frame_id}];
-    if (answers.results.empty()) answers.first = result.status;
-    answers.results.push_back(result);
+    if (is_of_a_frame(result.status)) take_recorded(result);
   }
+  note_sessions(frames);
+  note_lost_history(frames);
+}
+
+void Comparison::take_recorded(const WireResult& result) {
+  Answers& answers = recorded_[{result.session, result.frame_id}];
+  if (answers.results.empty()) answers.first = result.status;
+  answers.results.push_back(result);
+}
+
+void Comparison::note_sessions(const std::vector<Key>& frames) {
+  for (const Key& frame : frames) {
+    if (!recorded_.contains(frame)) continue;
+    Session& session = sessions_.try_emplace(frame.first, Session{frame.second, frame.second, false}).first->second;
+    session.first_id = std::min(session.first_id, frame.second);
+    session.last_id = std::max(session.last_id, frame.second);
+  }
+}
+
+void Comparison::note_first_ids(const WireState& state) {
+  for (const WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
+}
+
+// The matcher had earlier frames of the session; or what is added up is of more frames than are here since the test began.
+void Comparison::note_lost_history(const std::vector<Key>& frames) {
+  for (auto& [number, session] : sessions_)
+    if (const auto first = first_ids_.find(number); first != first_ids_.end() && first->second < session.first_id) session.began_before = true;
+  std::uint64_t session = 0, frames_of_test = 0;
+  for (const Key& frame : frames) {
+    if (std::exchange(session, frame.first) != frame.first) frames_of_test = 0;
+    if (!was_dropped(frame.first, frame.second)) ++frames_of_test;
+    const auto found = recorded_.find(frame);
+    if (found == recorded_.end()) continue;
+    for (const WireResult& result : found->second.results)
+      if (result.test.frames > frames_of_test) sessions_.at(frame.first).began_before = true;
+  }
+}
+
+bool Comparison::is_at_edge(const Key& key) const {
+  const auto session = sessions_.find(key.first);
+  return session == sessions_.end() || !session->second.holds(key.second);
 }
 
 bool Comparison::was_dropped(std::uint64_t session, std::uint64_t id) const {
@@ -83,14 +126,25 @@ bool Comparison::is_same(const WireResult& recorded, const WireResult& now) cons
          best_distance_difference(recorded, now) <= tolerance_ && relative_difference(recorded.coverage, now.coverage) <= tolerance_;
 }
 
-std::optional<std::string> Comparison::take(const WireResult& now) {
-  const std::string name = "frame " + std::to_string(now.frame_id) + ": ";
-  const auto found = recorded_.find({now.session, now.frame_id});
+std::optional<std::string> Comparison::take(const WireResult& result) {
+  const std::string name = "frame " + std::to_string(result.frame_id) + ": ";
+  const Key key{result.session, result.frame_id};
+  const auto found = recorded_.find(key);
+  if (found == recorded_.end() && is_at_edge(key)) {
+    ++tally_.edge_frames;
+    return std::nullopt;
+  }
   if (found == recorded_.end() || found->second.results.empty()) {
     ++tally_.not_recorded;
-    return name + "no result is recorded; now " + text(now);
+    return name + "no result is recorded; now " + text(result);
   }
+  WireResult now = result;
   auto& results = found->second.results;
+  if (const auto session = sessions_.find(key.first); session->second.began_before && (now.test.frames > 0 || results.front().test.frames > 0)) {
+    now.test = {};
+    for (WireResult& then : results) then.test = {};
+    ++tally_.without_history;
+  }
   auto place = std::ranges::find_if(results, [&](const WireResult& then) { return is_same(then, now); });
   if (place == results.end()) place = results.begin();
   const WireResult then = *place;
@@ -110,7 +164,7 @@ ComparisonTally Comparison::tally() const {
   ComparisonTally tally = tally_;
   for (const auto& [key, answers] : recorded_) {
     // Frames that were dropped then are not asked again, and of rejected ones there may be no cloud.
-    tally.not_repeated += static_cast<std::uint64_t>(
+    (is_at_edge(key) ? tally.edge_results : tally.not_repeated) += static_cast<std::uint64_t>(
         std::ranges::count(answers.results, Fate::matched, [](const WireResult& result) { return fate_of(result.status); }));
   }
   return tally;

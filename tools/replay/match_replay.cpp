@@ -30,11 +30,13 @@ void MatchReplay::end_workers() noexcept {
   for (std::thread& worker : workers_) worker.join();
 }
 
-bool MatchReplay::add(const RecordedMessage& frame, const ResultTaker& take) {
+bool MatchReplay::add(const RecordedMessage& frame, bool is_asked, const ResultTaker& take) {
   Slot& slot = slots_[filled_++];
+  slot.is_asked = is_asked;
   slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
-  const bool is_second = ids_.saw(frame.session, frame.id).arrival == IdTracker::Arrival::duplicate;
-  if (is_second && slot.status == WireStatus::ok) slot.status = WireStatus::duplicate;
+  const IdTracker::Arrival arrival = ids_.saw(frame.session, frame.id).arrival;
+  if (arrival == IdTracker::Arrival::impossible) slot.status = WireStatus::damaged;
+  if (arrival == IdTracker::Arrival::duplicate && slot.status == WireStatus::ok) slot.status = WireStatus::duplicate;
   slot.header = decoder_.header();
   slot.header.frame_id = {};
   slot.header.cloud = {};
@@ -47,7 +49,10 @@ bool MatchReplay::add(const RecordedMessage& frame, const ResultTaker& take) {
 bool MatchReplay::flush(const ResultTaker& take) {
   run_batch();
   bool go_on = true;
-  for (std::size_t i = 0; i < filled_ && go_on; ++i) go_on = take(result_of(slots_[i]));
+  for (std::size_t i = 0; i < filled_ && go_on; ++i) {
+    const WireResult result = result_of(slots_[i]);
+    if (slots_[i].is_asked) go_on = take(result);
+  }
   filled_ = 0;
   return go_on;
 }
@@ -88,7 +93,7 @@ WireResult MatchReplay::result_of(Slot& slot) {
   result.frame_id = slot.header.id;
   result.stamp_ns = slot.header.stamp_ns;
   result.receive_ns = slot.receive_ns;
-  result.sequence = sequence_++;
+  result.sequence = slot.is_asked ? sequence_++ : 0;
   result.model_checksum = model_checksum_;
   result.elapsed_ns = {};
   return result;

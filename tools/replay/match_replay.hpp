@@ -25,8 +25,11 @@ class MatchReplay {
   MatchReplay(const MatchReplay&) = delete;
   MatchReplay& operator=(const MatchReplay&) = delete;
 
-  /// One recorded frame. Its result comes with this call or a later one, in the order of the frames.
-  bool add(const RecordedMessage& frame, const ResultTaker& take);
+  /// One recorded frame. Its result comes with this call or a later one, in the order of the frames; only the test's history
+  /// hears of it when nobody asked for it.
+  bool add(const RecordedMessage& frame, bool is_asked, const ResultTaker& take);
+  /// A frame before those: it is not matched, and later ones with its id come twice.
+  void pass_over(const RecordedMessage& frame) { static_cast<void>(ids_.saw(frame.session, frame.id)); }
   /// The results that are still out.
   bool flush(const ResultTaker& take);
 
@@ -38,6 +41,7 @@ class MatchReplay {
     WireStatus status = WireStatus::ok;
     std::vector<Point> points;
     MatchResult match;
+    bool is_asked = true;
   };
   void work(Slot& slot);
   void end_workers() noexcept;

@@ -43,20 +43,6 @@ class PoseFile {
   std::filesystem::path path_;
 };
 
-RunSettings settings_for(const RecordedRun& run, const Model& model, const ModelReplayOptions& options) {
-  RunSettings settings = run.settings();
-  if (settings.model_checksum != 0 && settings.model_checksum != model.checksum())
-    spdlog::info("{} is not the model it was recorded with ({})", options.model_file, settings.model_file);
-  if (!options.pose_file.empty()) {
-    settings.matcher.T_reference_sensor = read_pose(options.pose_file);
-    settings.sensor_json = as_text(read_file(options.pose_file));
-  }
-  settings.program = "lbea-replay " LBEA_VERSION_STRING;
-  settings.model_file = options.model_file;
-  settings.model_checksum = model.checksum();
-  return settings;
-}
-
 SensorViews views_of(const RunSettings& settings, const Model& model) {
   const PoseFile pose(settings.sensor_json);
   return views_for(settings.matcher, model, pose.path());
@@ -94,34 +80,59 @@ class Takers {
   std::uint64_t shown_ = 0;
 };
 
+/// Matches the frames of the part, and before them those that its first results tell of: the test's history. False when stopped.
+bool match_part(RecordedRun& run, const Part& part, bool has_history, const Comparison* comparison, MatchReplay& replay, const ResultTaker& take) {
+  const std::int64_t history_ns = has_history ? history_of(run, part) : part.from_ns;
+  run.limit(Part{}.from_ns, part.to_ns);
+  run.rewind();
+  while (const auto message = run.next()) {
+    if (stop_requested != 0) return false;
+    if (message->kind != RecordedMessage::Kind::frame) continue;
+    if (comparison != nullptr && comparison->was_dropped(message->session, message->id)) continue;
+    if (message->log_time_ns < history_ns) {
+      replay.pass_over(*message);
+    } else if (!replay.add(*message, message->log_time_ns >= part.from_ns, take)) {
+      return false;
+    }
+  }
+  return replay.flush(take);
+}
+
+void explain(const ComparisonTally& tally, const std::string& file) {
+  if (tally.edge_frames + tally.edge_results > 0)
+    spdlog::warn("{} begins or ends between frames and their results: {} frames there without a result and {} results without a frame are not compared",
+                 file, tally.edge_frames, tally.edge_results);
+  if (tally.without_history > 0)
+    spdlog::warn("{}: the test began before the recording; {} results are compared but for what the test adds up", file, tally.without_history);
+}
+
+bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions& options) {
+  const std::string& file = options.settings.recording;
+  if (!part.is_whole) tally.not_repeated = tally.edge_results = 0;  // of other frames
+  explain(tally, file);
+  std::printf("%s\n", (options.json ? comparison_json(tally) : comparison_line(tally)).c_str());
+  if (tally.compared() == 0)
+    throw Error(Status::bad_input, file + ": nothing was compared, as no frame is recorded with its result; lbea-inspect says what is recorded");
+  return tally.is_same();
+}
+
 }  // namespace
 
-bool replay_into_model(RecordedRun& run, const ModelReplayOptions& options) {
-  const Model model = Model::open(options.model_file);
-  const RunSettings settings = settings_for(run, model, options);
+bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
+  const Model model = Model::open(options.settings.model_file);
+  const RunSettings settings = replay_settings(run.settings(), model, options.settings);
   std::optional<Comparison> comparison;
   if (options.compares) {
-    RecordedRun whole(options.recording);  // results come later than their frames: not cut by a range
-    comparison.emplace(whole, options.tolerance);
+    run.rewind();  // results come later than their frames: not cut by a range
+    comparison.emplace(run, options.tolerance);
   }
-  Takers takers(options, settings, comparison ? &*comparison : nullptr);
+  Comparison* const compared = comparison ? &*comparison : nullptr;
+  Takers takers(options, settings, compared);
   MatchReplay replay(model, settings.matcher, views_of(settings, model), options.threads);
   const ResultTaker take = [&](const WireResult& result) { return takers(result); };
-  bool goes_on = true;
-  while (goes_on) {
-    const auto message = run.next();
-    if (!message) break;
-    if (message->kind != RecordedMessage::Kind::frame) continue;
-    if (comparison && comparison->was_dropped(message->session, message->id)) continue;
-    goes_on = replay.add(*message, take);
-  }
-  if (!(goes_on && replay.flush(take))) return false;
+  if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, take)) return false;
   takers.finish();
-  if (!comparison) return true;
-  ComparisonTally tally = comparison->tally();
-  if (options.is_part) tally.not_repeated = 0;
-  std::printf("%s\n", (options.json ? comparison_json(tally) : comparison_line(tally)).c_str());
-  return tally.is_same();
+  return !comparison || conclude(comparison->tally(), part, options);
 }
 
 }  // namespace lbea

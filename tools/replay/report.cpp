@@ -42,7 +42,7 @@ std::string result_json(const WireResult& result) {
               {"stamp_ns", result.stamp_ns},   {"status", to_string(result.status)},
               {"verdict", to_string(result.verdict)}, {"coverage", result.coverage},
               {"matches", std::move(matches)}}
-      .dump();
+      .dump(-1, ' ', false, Json::error_handler_t::replace);  // names may be no UTF-8
 }
 
 std::string comparison_line(const ComparisonTally& tally) {
@@ -59,19 +59,24 @@ std::string comparison_json(const ComparisonTally& tally) {
               {"other_status", tally.other_status},
               {"not_recorded", tally.not_recorded},
               {"not_repeated", tally.not_repeated},
+              {"edge_frames", tally.edge_frames},
+              {"edge_results", tally.edge_results},
+              {"without_history", tally.without_history},
               {"worst_distance", tally.worst_distance}}
       .dump();
 }
 
 std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms) {
   return format("frames %llu = sent %llu + refused %llu; %llu did not leave; %.3f s, worst lateness %.3f ms", number(tally.frames), number(tally.sent),
-                number(tally.refused), number(tally.left), tally.seconds, worst_lateness_ms);
+                number(tally.refused), number(tally.left), tally.seconds, worst_lateness_ms) +
+         (tally.receipt ? receipt_text(*tally.receipt) : "");
 }
 
 std::string socket_json(const SocketReplayTally& tally, double worst_lateness_ms) {
-  return Json{{"frames", tally.frames}, {"sent", tally.sent},       {"refused", tally.refused},
-              {"left", tally.left},     {"seconds", tally.seconds}, {"worst_lateness_ms", worst_lateness_ms}}
-      .dump();
+  Json json{{"frames", tally.frames}, {"sent", tally.sent},       {"refused", tally.refused},
+            {"left", tally.left},     {"seconds", tally.seconds}, {"worst_lateness_ms", worst_lateness_ms}};
+  if (tally.receipt && tally.receipt->is_whole) json["receipt"] = receipt_json(*tally.receipt);
+  return json.dump();
 }
 
 }  // namespace lbea

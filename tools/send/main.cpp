@@ -1,10 +1,10 @@
 // lbea-send: plays point clouds from files to a matcher, as a camera would.
 #include "adapters/pointcloud/pointcloud.hpp"
-#include "adapters/wire/handshake.hpp"
 #include "tools/common/access_options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/tool.hpp"
 #include "tools/send/player.hpp"
+#include "tools/send/receipt.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -30,7 +30,7 @@ constexpr auto description =
     "With --rate or --realtime a frame that finds no room at the receiver is refused and counted, as a camera\n"
     "cannot wait; without, sending waits. With --results nothing is sent before the matcher has said that it\n"
     "counts, and at the end it says what it has. The exit code is 1 when a frame was refused, did not leave here\n"
-    "or, with --results, did not arrive.";
+    "or, with --results, did not arrive or found no room in the matcher's queue.";
 constexpr auto longest_wait = std::chrono::milliseconds(5000);
 
 void add_options(Tool& tool, Options& options) {
@@ -73,8 +73,7 @@ void wait_for_receiver(FrameSink& sink, const Options& options) {
 /// What became of it all: as the sender saw it, and as the matcher says when it was asked.
 struct Account {
   PlayTally tally;
-  bool is_receipted = false;
-  std::optional<WireSender> receipt;
+  std::optional<Receipt> receipt;
 };
 
 std::string tally_json(const Account& account) {
@@ -84,18 +83,8 @@ std::string tally_json(const Account& account) {
                               {"refused", tally.refused},
                               {"handed_over", tally.handed_over},
                               {"seconds", tally.seconds}};
-  if (account.receipt)
-    json["receipt"] = {{"received", account.receipt->received},
-                       {"withheld", account.receipt->withheld},
-                       {"missed", account.receipt->missed}};
+  if (account.receipt && account.receipt->is_whole) json["receipt"] = receipt_json(*account.receipt);
   return json.dump();
-}
-
-std::string receipt_text(const Account& account) {
-  if (!account.is_receipted) return {};
-  if (!account.receipt) return "; the matcher did not say what arrived";
-  return "; the matcher has received " + std::to_string(account.receipt->received) + ", missed " +
-         std::to_string(account.receipt->missed);
 }
 
 std::string tally_line(const Account& account) {
@@ -103,8 +92,8 @@ std::string tally_line(const Account& account) {
   char seconds[32];
   std::snprintf(seconds, sizeof seconds, "%.3f", tally.seconds);
   return "captured " + std::to_string(tally.captured) + " = sent " + std::to_string(tally.sent) +
-         " + refused " + std::to_string(tally.refused) + "; handed over " +
-         std::to_string(tally.handed_over) + " in " + seconds + " s" + receipt_text(account);
+         " + refused " + std::to_string(tally.refused) + "; handed over " + (tally.handed_over < tally.sent ? "at least " : "") +
+         std::to_string(tally.handed_over) + " in " + seconds + " s" + (account.receipt ? receipt_text(*account.receipt) : "");
 }
 
 std::vector<EncodedCloud> load(const Options& options) {
@@ -117,7 +106,7 @@ std::vector<EncodedCloud> load(const Options& options) {
 bool is_complete(const Account& account, std::uint64_t planned) {
   const PlayTally& tally = account.tally;
   if (tally.handed_over != tally.captured || tally.captured < planned) return false;
-  return !account.is_receipted || (account.receipt && account.receipt->received == tally.captured);
+  return !account.receipt || (account.receipt->is_whole && account.receipt->received == tally.captured && account.receipt->dropped == 0);
 }
 
 int send(Options options) {
@@ -134,9 +123,11 @@ int send(Options options) {
   if (!options.results_endpoint.empty())
     handshake.emplace(sink, ResultSource(context, options.results_endpoint, results_held, access), options.play.session);
   wait_for_receiver(sink, options);
+  std::optional<Receipts> receipts;
   if (handshake) {
-    const auto state = handshake->greet(stop);
-    if (state) options.play.max_message_bytes = state->max_message_bytes;
+    const WireState state = handshake->greet(stop).value_or(WireState{});
+    options.play.max_message_bytes = state.max_message_bytes;
+    receipts.emplace(state);
   }
   const std::uint64_t planned = options.play.rounds * clouds.size();
   Account account;
@@ -146,8 +137,8 @@ int send(Options options) {
         play(clouds, options.play, sink, stop, [&](std::uint64_t done) { progress.advance_to(done); });
   }
   if (handshake) {
-    account.is_receipted = true;
-    account.receipt = handshake->part(account.tally.captured, 0, longest_wait);
+    receipts->ask(*handshake, options.play.session, account.tally.captured);
+    account.receipt = receipts->sum();
   }
   std::printf("%s\n", (options.json ? tally_json(account) : tally_line(account)).c_str());
   return is_complete(account, planned) ? exit_ok : exit_failed;

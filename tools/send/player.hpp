@@ -20,7 +20,7 @@ struct PlayTally {
   std::uint64_t captured = 0;     // frames whose time came: sent + refused
   std::uint64_t sent = 0;         // taken over by the socket
   std::uint64_t refused = 0;      // no room at the receiver, as for a camera that cannot wait, or too large
-  std::uint64_t handed_over = 0;  // of those sent, how many left this process
+  std::uint64_t handed_over = 0;  // of those sent, how many left this process; one more may have, which ZeroMQ lets go of with the next
   double seconds = 0;
 };
 

@@ -1,12 +1,11 @@
 #include "tools/serve/command_line.hpp"
 
+#include "tools/common/method_names.hpp"
 #include "tools/serve/inference_publisher.hpp"
 
 namespace lbea {
 
 namespace {
-
-const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
 
 void add_matching_options(Tool& tool, ServeOptions& options) {
   MatcherConfig& matcher = options.matcher;
@@ -73,12 +72,6 @@ void add_options(Tool& tool, ServeOptions& options) {
 std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
   if (options.matcher.method != Method::fit) throw Error(Status::bad_config, "--infer needs the estimate of --method fit; choose that method, or leave --infer out");
   return find_field(model, options.inferred_field);
-}
-
-std::string name_of(Method method) {
-  for (const auto& [name, value] : method_names)
-    if (value == method) return name;
-  return "unknown";
 }
 
 std::uint64_t queue_bytes(const ServeOptions& options) noexcept {

@@ -25,7 +25,6 @@ struct ServeOptions {
 void add_options(Tool& tool, ServeOptions& options);
 /// The place of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
-[[nodiscard]] std::string name_of(Method method);
 /// Every waiting frame has a slot for max_points, allocated at the start; in bytes.
 [[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
 

@@ -3,6 +3,7 @@
 #include "adapters/metrics/metrics_server.hpp"
 #include "adapters/sensor/sensor_json.hpp"
 #include "tools/common/distinct_endpoints.hpp"
+#include "tools/common/method_names.hpp"
 #include "tools/common/service_notify.hpp"
 #include "tools/common/unfinished_senders.hpp"
 #include "tools/common/wall_clock.hpp"

@@ -100,8 +100,8 @@ void ResultPublisher::publish_state() noexcept {
   state_.sequence = sequence_++;
   state_.publish_ns = wall_clock_ns();
   state_.queue_used = static_cast<std::uint32_t>(handover_.frames.used());
-  state_.counters = counters();
   state_.senders = handover_.senders.load();
+  state_.counters = counters();  // after the senders: what became of the frames of one that has ended is in them
   if (config_.observer != nullptr) state_.recording = config_.observer->recording();
   const Message message = encoder_.state(state_);
   sink_.send(message);

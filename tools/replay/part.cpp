@@ -1,0 +1,70 @@
+#include "tools/replay/part.hpp"
+
+#include "tools/common/tool.hpp"
+
+#include <charconv>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+constexpr double longest_s = 4e9;
+
+std::optional<double> seconds(std::string_view text, double if_empty) {
+  if (text.empty()) return if_empty;
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(std::abs(value) <= longest_s)) return std::nullopt;
+  return value;
+}
+
+std::optional<RecordedMessage> next_frame(RecordedRun& run) {
+  auto message = run.next();
+  while (message && message->kind != RecordedMessage::Kind::frame) message = run.next();
+  return message;
+}
+
+}  // namespace
+
+Range::Range(const std::string& words) : text(words), from_s(-longest_s), to_s(longest_s) {
+  if (text.empty()) return;
+  const auto colon = text.find(':');
+  const std::string_view view = text;
+  const auto from = colon == std::string::npos ? std::nullopt : seconds(view.substr(0, colon), -longest_s);
+  const auto to = colon == std::string::npos ? std::nullopt : seconds(view.substr(colon + 1), longest_s);
+  if (!from || !to) throw WrongUsage("--range \"" + text + "\": not FROM:TO in seconds; write e.g. 0.5:2");
+  if (*from > *to) throw WrongUsage("--range \"" + text + "\": it ends before it begins; write FROM:TO, e.g. 0.5:2");
+  from_s = *from;
+  to_s = *to;
+}
+
+Part part_of(RecordedRun& run, const Range& range, const std::string& file) {
+  run.rewind();
+  const auto first = next_frame(run);
+  if (!first) throw Error(Status::bad_input, file + ": no frame is recorded there; lbea-inspect says what is");
+  if (range.text.empty()) return {};
+  const std::int64_t begin = first->log_time_ns;
+  const Part part{begin + static_cast<std::int64_t>(range.from_s * 1e9), begin + static_cast<std::int64_t>(range.to_s * 1e9), false};
+  run.rewind();
+  run.limit(part.from_ns, part.to_ns);
+  if (!next_frame(run))
+    throw Error(Status::bad_input, file + ": no frame in --range " + range.text +
+                                       ", seconds after the first frame; lbea-inspect says how long the recording is");
+  run.limit(Part{}.from_ns, Part{}.to_ns);
+  return part;
+}
+
+std::int64_t history_of(RecordedRun& run, const Part& part) {
+  std::int64_t begin = part.from_ns;
+  std::optional<std::uint64_t> session;
+  run.rewind();
+  while (const auto frame = next_frame(run)) {
+    if (session != frame->session) begin = frame->log_time_ns;
+    session = frame->session;
+    if (frame->log_time_ns >= part.from_ns) break;
+  }
+  return std::min(begin, part.from_ns);
+}
+
+}  // namespace lbea
