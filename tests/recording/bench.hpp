@@ -46,10 +46,16 @@ class Bench {
 class Camera {
  public:
   Camera(WireContext& context, const std::string& endpoint) : sink_(context, endpoint) { REQUIRE(sink_.wait_ready(30s)); }
+  /// From now on in the sensor's coordinates.
+  void look_from(const std::string& sensor_json) {
+    const Json pose = Json::parse(text_of(sensor_json));
+    for (const Json& row : pose["T_reference_sensor"])
+      for (const Json& value : row) T_reference_sensor_.push_back(value.get<double>());
+  }
   void send(std::uint64_t id, std::uint64_t session = 1) {
     const auto positions = model_.node_positions(static_cast<std::uint32_t>(id % model_.samples()));
     points_.clear();
-    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) points_.push_back({positions[i], positions[i + 1], positions[i + 2]});
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) points_.push_back(seen({positions[i], positions[i + 1], positions[i + 2]}));
     send_bytes(encoder_.frame({id, static_cast<std::int64_t>(1000 + id), points_}, session));
   }
   void send_bytes(std::span<const std::byte> bytes) { REQUIRE(sink_.send(bytes, 30s)); }
@@ -57,7 +63,15 @@ class Camera {
   Encoder& encoder() { return encoder_; }
 
  private:
+  [[nodiscard]] Point seen(const Point& reference) const {
+    const auto& T = T_reference_sensor_;
+    if (T.empty()) return reference;
+    const double x = reference.x - T[3], y = reference.y - T[7], z = reference.z - T[11];
+    const auto along = [&](std::size_t axis) { return static_cast<float>(T[axis] * x + T[axis + 4] * y + T[axis + 8] * z); };
+    return {along(0), along(1), along(2)};
+  }
   Model model_ = Model::open(LBEA_MODEL);
+  std::vector<double> T_reference_sensor_;
   FrameSink sink_;
   Encoder encoder_;
   std::vector<Point> points_;

@@ -333,7 +333,10 @@ TEST_CASE("what cannot be done is said in a sentence") {
   std::ofstream(bench.file("there.mcap")) << "";
   fails(LBEA_REPLAY " none.mcap --model " LBEA_MODEL, 1, "there is no file none.mcap");
   fails(LBEA_REPLAY " text.mcap --model " LBEA_MODEL, 1, "not a recording");
-  fails(LBEA_REPLAY " text.mcap", 1, "Give --to ENDPOINT or --model MODEL");
+  fails(LBEA_REPLAY " text.mcap", 2, "Give --to ENDPOINT or --model MODEL");
+  fails(LBEA_REPLAY " text.mcap --range a:b --model " LBEA_MODEL, 2, "write e.g. 0.5:2");
+  fails(LBEA_REPLAY " text.mcap --speed 2 --model " LBEA_MODEL, 2, "--speed");
+  fails(LBEA_REPLAY " text.mcap --step --model " LBEA_MODEL, 2, "--step");
   fails(LBEA_REPLAY " text.mcap --model " LBEA_MODEL " --to ipc:///tmp/x", 2, "--to");
   fails(LBEA_INSPECT " text.mcap", 1, "does not begin like an MCAP file");
   fails(LBEA_INSPECT " --recover text.mcap -o new.mcap", 1, "nothing in this file can be read");
