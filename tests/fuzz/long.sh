@@ -5,8 +5,9 @@
 #   bash tests/fuzz/long.sh frame mcap         these
 #   RUNS=100000 bash tests/fuzz/long.sh        fewer inputs
 #   BUILD=dir, WORK=dir                        where it is built; where corpora, logs and findings are kept
-# MCAP's decompressors allocate so much that the address sanitizer would take hours: their ten million go through a build
-# with the standard library's checks and the undefined-behaviour sanitizer instead, and a tenth of it through this one.
+# MCAP's decompressors and the TOML library of the descriptions allocate so much that the address sanitizer would take hours: their
+# ten million go through a build with the standard library's checks and the undefined-behaviour sanitizer instead, and a tenth of it
+# through this one.
 # An input that is a finding is kept in WORK/NAME.findings; `fuzz_NAME FILE` of any build replays it.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -44,9 +45,9 @@ run() {  # preset, parser, inputs
 }
 
 for name in "${chosen[@]}"; do
-  if [ "$name" = mcap ]; then
-    run fuzz-fast mcap "$runs"
-    run fuzz mcap $((runs / 10))
+  if [ "$name" = mcap ] || [ "$name" = description ]; then
+    run fuzz-fast "$name" "$runs"
+    run fuzz "$name" $((runs / 10))
   else
     run fuzz "$name" "$runs"
   fi
