@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <unordered_set>
 #include <utility>
 
 namespace lbea {
@@ -29,11 +30,12 @@ std::vector<std::filesystem::path> read_runs(TomlTable& table) {
   if (patterns.empty())
     table.fail("runs", "is missing or empty: give the runs' paths, or patterns like \"runs/*\"");
   std::vector<std::filesystem::path> runs;
+  std::unordered_set<std::string> seen;
   for (const std::string& pattern : patterns) {
     const auto paths = matching_paths(table.folder(), pattern);
     if (paths.empty()) table.fail("runs", "names \"" + pattern + "\", but there is no such file or folder");
     for (const auto& path : paths)
-      if (std::find(runs.begin(), runs.end(), path) == runs.end()) runs.push_back(path);
+      if (seen.insert(path.native()).second) runs.push_back(path);
   }
   return runs;
 }

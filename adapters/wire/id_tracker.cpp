@@ -15,29 +15,42 @@ IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Cl
   Session* known = find(id_of_session);
   if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= furthest_jump)) return {Arrival::impossible, {}};
   Session& session = session_of(id_of_session, id, now);
-  if (known == nullptr && id > 0) session.earlier.push_back({id - std::min(id, most_earlier), std::min(id, most_earlier)});
+  if (known == nullptr) session.earliest = id - std::min(id, most_earlier);
   WireSender& sender = session.sender;
-  if (id < sender.next_id) return {late(session, id), {}};
+  if (id < sender.next_id) return late(session, id);
   const IdRange gap = advance(session, id);
   sender.next_id = id + 1;
   ++sender.received;
   return {Arrival::in_order, gap};
 }
 
-IdTracker::Arrival IdTracker::late(Session& session, std::uint64_t id) {
+IdTracker::Seen IdTracker::late(Session& session, std::uint64_t id) {
   WireSender& sender = session.sender;
-  if (take(session.missing, id)) {
+  IdRange gap;
+  if (take_missing(session, id)) {
     --missed_;
     --sender.missed;
-  } else if (take(session.earlier, id)) {
-    sender.first_id = std::min(sender.first_id, id);
+  } else if (id >= session.earliest && id < sender.first_id) {
+    gap = begin_at(session, id);
   } else {
     ++duplicates_;
-    return Arrival::duplicate;
+    return {Arrival::duplicate, {}};
   }
   ++sender.received;
   ++reordered_;
-  return Arrival::late;
+  return {Arrival::late, gap};
+}
+
+IdRange IdTracker::begin_at(Session& session, std::uint64_t id) {
+  WireSender& sender = session.sender;
+  const IdRange gap{id + 1, sender.first_id - id - 1};
+  sender.first_id = id;
+  if (gap.count == 0) return {};
+  missed_ += gap.count;
+  sender.missed += gap.count;
+  session.missing.insert(session.missing.begin(), gap);
+  if (session.missing.size() > most_gaps) session.missing.erase(session.missing.begin());
+  return gap;
 }
 
 IdTracker::Told IdTracker::told(const Control& control, Clock::time_point now) {
@@ -71,14 +84,15 @@ IdRange IdTracker::advance(Session& session, std::uint64_t id) {
   return gap;
 }
 
-bool IdTracker::take(std::vector<IdRange>& ranges, std::uint64_t id) {
-  const auto range = std::find_if(ranges.begin(), ranges.end(), [&](const IdRange& r) { return id >= r.first && id - r.first < r.count; });
-  if (range == ranges.end()) return false;
-  const IdRange before{range->first, id - range->first};
-  const IdRange after{id + 1, range->count - before.count - 1};
-  auto at = ranges.erase(range);
-  if (after.count > 0) at = ranges.insert(at, after);
-  if (before.count > 0) ranges.insert(at, before);
+bool IdTracker::take_missing(Session& session, std::uint64_t id) {
+  auto& missing = session.missing;
+  const auto gap = std::find_if(missing.begin(), missing.end(), [&](const IdRange& g) { return id >= g.first && id - g.first < g.count; });
+  if (gap == missing.end()) return false;
+  const IdRange before{gap->first, id - gap->first};
+  const IdRange after{id + 1, gap->count - before.count - 1};
+  auto at = missing.erase(gap);
+  if (after.count > 0) at = missing.insert(at, after);
+  if (before.count > 0) missing.insert(at, before);
   return true;
 }
 
@@ -101,7 +115,7 @@ IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t f
       *found = {};
     }
     found->sender.session = session;
-    found->sender.first_id = found->sender.next_id = first_id;
+    found->sender.first_id = found->sender.next_id = found->earliest = first_id;
   }
   found->last_use = ++uses_;
   found->last_heard = now;

@@ -56,16 +56,18 @@ class IdTracker {
     Clock::time_point last_heard;
     bool speaks = false;           // of more than frames
     std::vector<IdRange> missing;  // the latest gaps, ascending
-    std::vector<IdRange> earlier;  // ids before the first one that came, which may be on their way yet
+    std::uint64_t earliest = 0;    // ids from here to the first one may be on their way yet
   };
   /// The session, begun at `first_id` when it is new.
   Session& session_of(std::uint64_t session, std::uint64_t first_id, Clock::time_point now);
   /// Everything from next_id to `id` is missed.
   IdRange advance(Session& session, std::uint64_t id);
   Session* find(std::uint64_t session) noexcept;
-  Arrival late(Session& session, std::uint64_t id);
-  /// Takes an id out of ranges; false when it is in none.
-  static bool take(std::vector<IdRange>& ranges, std::uint64_t id);
+  /// An id before next_id.
+  Seen late(Session& session, std::uint64_t id);
+  /// The session began earlier than it seemed, with `id`: what lies between is missed.
+  IdRange begin_at(Session& session, std::uint64_t id);
+  static bool take_missing(Session& session, std::uint64_t id);
 
   std::vector<Session> recent_;  // bounded: the least recently used one makes room
   std::uint64_t uses_ = 0, missed_ = 0, withheld_ = 0, duplicates_ = 0, reordered_ = 0, sessions_ = 0;

@@ -166,7 +166,10 @@ TEST_CASE("frames that come after a later one are no duplicates because the sess
   }
   IdTracker ids;
   ids.saw(1, 5000);
-  CHECK(ids.saw(1, 5000 - 1024).arrival == IdTracker::Arrival::late);
+  CHECK(ids.saw(1, 4990).gap == IdRange{4991, 9});  // now it is known that there were these
+  CHECK(ids.missed() == 9);
+  CHECK(ids.saw(1, 5000 - 1024).gap == IdRange{5000 - 1023, 1013});
+  CHECK(ids.senders({}, {}).front().received == 3);
   CHECK(ids.saw(1, 5000 - 1025).arrival == IdTracker::Arrival::duplicate);  // so far back nothing is remembered
   // Who said where it began has nothing before.
   static_cast<void>(ids.told({2, ControlKind::hello, 10, 0}));

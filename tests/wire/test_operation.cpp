@@ -150,7 +150,7 @@ TEST_CASE("with keys: the right ones are served, end to end; others are not") {
   const std::string results = bench.word_after("results on ");
   const std::vector<std::string> as_camera{"--results", results, "--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.key")};
   CHECK(bench.send(as_camera) == 0);
-  CHECK(contains(text_of(bench.file("send.out")), "\"receipt\":{\"received\":1,\"withheld\":0,\"missed\":0}"));
+  CHECK(contains(text_of(bench.file("send.out")), "\"receipt\":{\"received\":1,\"withheld\":0,\"missed\":0,\"dropped\":0}"));
   CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("stranger.key")}) == 1);
   CHECK(contains(text_of(bench.file("send.err")), "nobody who knows this program's key"));
   CHECK(bench.send() == 1);
