@@ -317,7 +317,7 @@ TEST_CASE("at the end nobody who is gone without goodbye is waited for") {
   Pipeline pipeline(config, engine, std::move(source), std::move(results));
   Encoder encoder;
   REQUIRE(sink->tell(encoder.control({5, ControlKind::hello, 0, 0}), 30s));
-  REQUIRE(eventually([&] { return !pipeline.senders().empty(); }));
+  REQUIRE(eventually([&] { return !pipeline.senders().empty() && pipeline.frame_peers().admitted == 1; }));
   CHECK(pipeline.counters().silent == 0);
   sink.reset();
   REQUIRE(eventually([&] { return pipeline.frame_peers().peers == 0; }));
