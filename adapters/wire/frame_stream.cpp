@@ -2,6 +2,7 @@
 #include "adapters/wire/socket.hpp"
 
 #include <atomic>
+#include <new>
 #include <thread>
 
 namespace lbea {
@@ -43,11 +44,13 @@ struct FrameSource::State {
 };
 
 FrameSource::FrameSource(WireContext& context, const std::string& address, WireLimits limits,
-                         const ServerAccess& access) {
+                         const ServerAccess& access) try {
   const detail::SocketOptions options{
       .high_water_mark = static_cast<int>(limits.queued_messages),
       .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
   state_.reset(new State{{context, zmq::socket_type::pull, options, address, access}, {}});
+} catch (const std::bad_alloc&) {
+  context.state().lost_a_socket = true;
 }
 
 FrameSource::~FrameSource() = default;
@@ -84,7 +87,7 @@ struct FrameSink::State {
 };
 
 FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint32_t queued_messages,
-                     const ClientAccess& access) {
+                     const ClientAccess& access) try {
   const Endpoint endpoint = parse_endpoint(address);
   auto socket = detail::make_socket(context.state().context, zmq::socket_type::push,
                                     {.high_water_mark = static_cast<int>(queued_messages),
@@ -93,6 +96,8 @@ FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint
   detail::SendRoom room(context.state().context, socket, endpoint);
   detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), std::move(room)});
+} catch (const std::bad_alloc&) {
+  context.state().lost_a_socket = true;
 }
 
 FrameSink::~FrameSink() = default;

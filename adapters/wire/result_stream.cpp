@@ -1,5 +1,6 @@
 #include "adapters/wire/socket.hpp"
 
+#include <new>
 #include <utility>
 
 namespace lbea {
@@ -18,12 +19,14 @@ struct ResultSink::State {
   void hear_subscribers() noexcept;
 };
 
-ResultSink::ResultSink(WireContext& context, const std::string& address, int held, const ServerAccess& access) {
+ResultSink::ResultSink(WireContext& context, const std::string& address, int held, const ServerAccess& access) try {
   const detail::SocketOptions options{.high_water_mark = held,
                                       .max_message_bytes = largest_subscription,
                                       .linger_ms = result_linger_ms};
   state_.reset(new State{{context, zmq::socket_type::xpub, options, address, access}});
   state_->bound.socket.set(zmq::sockopt::xpub_verbose, true);  // every subscription, not every first one
+} catch (const std::bad_alloc&) {
+  context.state().lost_a_socket = true;
 }
 
 ResultSink::~ResultSink() = default;
@@ -63,13 +66,15 @@ struct ResultSource::State {
 };
 
 ResultSource::ResultSource(WireContext& context, const std::string& address, int held,
-                           const ClientAccess& access) {
+                           const ClientAccess& access) try {
   const Endpoint endpoint = parse_endpoint(address);
   auto socket =
       detail::make_socket(context.state().context, zmq::socket_type::sub,
                           {.high_water_mark = held, .max_message_bytes = largest_result});
   detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), {}});
+} catch (const std::bad_alloc&) {
+  context.state().lost_a_socket = true;
 }
 
 ResultSource::~ResultSource() = default;

@@ -14,6 +14,7 @@ struct WireContext::State {
   explicit State(zmq::context_t&& started) : context(std::move(started)) {}
   zmq::context_t context;
   detail::Gate gate{context};
+  bool lost_a_socket = false;  // half made when memory ran out: ZeroMQ would wait for it for ever
 };
 
 namespace detail {
