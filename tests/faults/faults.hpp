@@ -69,6 +69,7 @@ inline void OneFile::check(const std::string& call, unsigned long most, unsigned
   const std::string undisturbed = text_of(folder / output);
   REQUIRE_FALSE(undisturbed.empty());
   const std::vector<unsigned long> numbers = chosen(counted(elsewhere / "count"), most, most_of_long);
+  CHECK((!numbers.empty() || call == "truncate"));  // what makes none cannot fail; not every program reserves room
   for (const unsigned long nth : numbers) check_one({call, nth}, undisturbed);
   MESSAGE(output << ": " << numbers.size() << " of " << counted(elsewhere / "count") << " calls of " << call << " failed");
 }
@@ -81,8 +82,13 @@ inline void OneFile::check_one(const Fault& fault, const std::string& undisturbe
   const Outcome outcome = run(fault, folder, elsewhere / "count");
   CAPTURE(outcome.err);
   const bool is_there = std::filesystem::exists(folder / output);
-  CHECK((outcome.exit_code == 0 || outcome.exit_code == 1));
   if (outcome.exit_code == 0) CHECK(is_there);
+  // TBB, which the ray caster's library works with, ends the program when it gets no thread; the next bake clears away what is left.
+  if (was_asked_by("libtbb", elsewhere / "count") && outcome.exit_code == 128 + SIGABRT) {
+    CHECK_FALSE(is_there);
+    return;
+  }
+  CHECK((outcome.exit_code == 0 || outcome.exit_code == 1));
   if (is_there) CHECK((text_of(folder / output) == undisturbed));
   const bool concerns_file = fault.call != "allocate" && fault.call != "thread";
   if (outcome.exit_code != 0) CHECK(contains(outcome.err, concerns_file ? output : "error: "));

@@ -12,8 +12,8 @@ const std::string demo = (data() / "rail-demo").string();
 const std::vector<std::string> calls{"write", "sync", "rename", "truncate", "allocate"};
 constexpr unsigned long most = 15;
 
-std::string bake_command(const std::string& output, const std::string& threads = " --threads 1") {
-  return LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo + "/region-nodes.txt --modes 5 --steps 0,10 -o " + output + threads;
+std::string bake_command(const std::string& output) {
+  return LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo + "/region-nodes.txt --modes 5 --steps 0,10 --threads 1 -o " + output;
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ TEST_CASE("any thread of a bake and of a replay cannot be started") {
   const TemporaryFolder folder;
   REQUIRE(run_program(bake_command("m.lbea"), folder.path()).exit_code == 0);
   const auto recording = put_recording(folder / "run.mcap");
-  OneFile{bake_command("m.lbea", " --threads 3"), "m.lbea"}.check("thread", all);
+  OneFile{LBEA_BAKE " " + demo + "/ensemble.toml --modes 5 --threads 3 -o m.lbea", "m.lbea"}.check("thread", all);
   OneFile{LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() + " --threads 4 -o results.mcap", "results.mcap"}.check("thread", all);
 }
 
