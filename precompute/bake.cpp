@@ -1,10 +1,10 @@
 #include "precompute/bake.hpp"
 
-#include "precompute/model_writer.hpp"
-#include "precompute/shards/bake_shard.hpp"
-#include "precompute/shards/estimate.hpp"
-#include "precompute/shards/merge_shards.hpp"
-#include "precompute/shards/plan_bake.hpp"
+#include "precompute/model_file/model_writer.hpp"
+#include "precompute/jobs/bake_shard.hpp"
+#include "precompute/jobs/estimate.hpp"
+#include "precompute/jobs/merge_shards.hpp"
+#include "precompute/jobs/plan_bake.hpp"
 #include "precompute/stopwatch.hpp"
 
 namespace lbea {

@@ -10,7 +10,7 @@
 
 namespace lbea {
 
-/// Steps 2, 3 and 5 of the method: plan, one shard and merge in one process (precompute/shards), in a folder beside the
+/// Steps 2, 3 and 5 of the method: plan, one shard and merge in one process (precompute/jobs), in a folder beside the
 /// model that is gone afterwards. The runs are read twice, with one state per thread in memory.
 /// description: runs, reference_run, parameters, node_file, sensor and output are the caller's business; what they
 /// name has become `ensemble`, region.node_ids, options.visible_nodes and `output`.

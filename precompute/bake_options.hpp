@@ -1,8 +1,8 @@
 // How a bake runs, as opposed to what it makes.
 #pragma once
 
-#include "precompute/common_mesh.hpp"
-#include "precompute/view_renderer.hpp"
+#include "precompute/survey/common_mesh.hpp"
+#include "precompute/depth_images/view_renderer.hpp"
 
 #include <array>
 #include <cstdint>

@@ -16,10 +16,10 @@ fuzzers=(frame result control model mcap d3plot mesh_files ply xyz cloud tables 
 parsers=(
   runtime/src/'(section_reader|model_view|read_views|mapped_file)'
   adapters/wire/'(frame_codec|result_codec|control_codec|inference_codec|verified|keys|endpoint)'
-  adapters/recording/'(byte_cursor|byte_source|mcap_parse|record_walk|salvage|compression|audit|audit_summary|recovery)'
+  adapters/mcap/'(byte_cursor|byte_source|mcap_parse|record_walk|salvage|compression|audit|audit_summary|recovery)'
   adapters/simulation/
-  adapters/pointcloud/'(pcd|ply|ply_ascii|ply_binary|pointcloud|stamps|stl_cloud|xyz)'
-  adapters/file/'(ply_header|stl_corners|text_line)'
+  adapters/clouds/'(pcd|ply|ply_ascii|ply_binary|pointcloud|stamps|stl_cloud|xyz)'
+  adapters/files/'(ply_header|stl_corners|text_line)'
   adapters/'(ensemble|sensor)'/
   tools/monitor/'(access|http_address|foxglove|web_session)'
 )

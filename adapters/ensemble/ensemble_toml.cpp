@@ -3,7 +3,7 @@
 #include "adapters/ensemble/run_list.hpp"
 #include "adapters/ensemble/suggestion.hpp"
 #include "adapters/ensemble/toml_table.hpp"
-#include "adapters/file/atomic_file.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
-#include "adapters/file/atomic_file.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <algorithm>
 #include <array>

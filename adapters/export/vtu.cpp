@@ -1,7 +1,7 @@
 #include "adapters/export/vtu.hpp"
 
 #include "adapters/export/xml_text.hpp"
-#include "adapters/file/atomic_file.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <lbea/lbea.hpp>
 

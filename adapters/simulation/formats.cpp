@@ -2,17 +2,17 @@
 
 #include <array>
 
-#include "adapters/simulation/d3plot_encoding.hpp"
-#include "adapters/simulation/grid_reader.hpp"
-#include "adapters/simulation/keyword_mesh.hpp"
-#include "adapters/simulation/obj_mesh.hpp"
+#include "adapters/simulation/d3plot/d3plot_encoding.hpp"
+#include "adapters/simulation/vtk/grid_reader.hpp"
+#include "adapters/simulation/mesh/keyword_mesh.hpp"
+#include "adapters/simulation/mesh/obj_mesh.hpp"
 #include "adapters/simulation/open.hpp"
-#include "adapters/simulation/ply_mesh.hpp"
+#include "adapters/simulation/mesh/ply_mesh.hpp"
 #include "adapters/simulation/series.hpp"
-#include "adapters/simulation/stl_mesh.hpp"
-#include "adapters/simulation/vtk_collection.hpp"
-#include "adapters/simulation/vtk_legacy.hpp"
-#include "adapters/simulation/vtk_xml.hpp"
+#include "adapters/simulation/mesh/stl_mesh.hpp"
+#include "adapters/simulation/vtk/vtk_collection.hpp"
+#include "adapters/simulation/vtk/vtk_legacy.hpp"
+#include "adapters/simulation/vtk/vtk_xml.hpp"
 
 namespace lbea {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "adapters/simulation/d3plot_reader.hpp"
+#include "adapters/simulation/d3plot/d3plot_reader.hpp"
 #include "adapters/simulation/formats.hpp"
 #include "adapters/simulation/series.hpp"
 

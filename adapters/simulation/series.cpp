@@ -1,6 +1,6 @@
 #include "adapters/simulation/series.hpp"
 
-#include "precompute/folder_names.hpp"
+#include "precompute/survey/folder_names.hpp"
 
 #include <lbea/lbea.hpp>
 

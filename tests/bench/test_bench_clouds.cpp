@@ -1,4 +1,4 @@
-#include "adapters/pointcloud/pointcloud.hpp"
+#include "adapters/clouds/pointcloud.hpp"
 #include "tests/support/test_data.hpp"
 #include "tools/bench/clouds.hpp"
 

@@ -1,4 +1,4 @@
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"

@@ -1,11 +1,11 @@
 // Short recordings made by the programs, whole, cut, or while something fails.
 #pragma once
 
-#include "adapters/recording/audit.hpp"
-#include "adapters/recording/recovery.hpp"
-#include "adapters/recording/sink.hpp"
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/mcap/audit.hpp"
+#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/sink.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/faults/faults.hpp"
 #include "tests/wire/wire_support.hpp"
 

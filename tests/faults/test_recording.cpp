@@ -1,6 +1,6 @@
 // While a recording is made, any of its calls fails: nothing is lost without a word, and what was said to be recorded is there.
 #include "tests/faults/recordings.hpp"
-#include "tests/recording/mcap_support.hpp"
+#include "tests/mcap/mcap_support.hpp"
 
 #include <nlohmann/json.hpp>
 

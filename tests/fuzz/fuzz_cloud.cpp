@@ -1,4 +1,4 @@
-#include "adapters/pointcloud/pointcloud.hpp"
+#include "adapters/clouds/pointcloud.hpp"
 
 #include <cstdlib>
 

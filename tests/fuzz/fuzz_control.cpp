@@ -1,7 +1,7 @@
 // Any bytes as what a sender says: refused, or read and, once written again, read as the same. Then the account of
 // ids is held to its sum, whatever several senders say one after another.
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/id_tracker.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <algorithm>
 #include <cstdlib>

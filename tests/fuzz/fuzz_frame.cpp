@@ -1,5 +1,5 @@
 // Any bytes as a frame: refused, or read within their bounds.
-#include "adapters/wire/codec.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include <cstdlib>
 

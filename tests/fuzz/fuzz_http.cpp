@@ -1,7 +1,7 @@
 // Any bytes as what a browser or a viewer says to the monitor. The first byte chooses: an HTTP request's head, a message over
 // a viewer's WebSocket, or an address on the command line. Whoever does not ask under our name and from our own page with our
 // token gets nothing.
-#include "tools/monitor/web_session.hpp"
+#include "tools/monitor/web/web_session.hpp"
 
 #include <lbea/lbea.hpp>
 

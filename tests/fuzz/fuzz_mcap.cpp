@@ -1,6 +1,6 @@
 // Any bytes as a recording: audited within their bounds, and whatever is recovered is a sound file.
-#include "adapters/recording/audit.hpp"
-#include "adapters/recording/recovery.hpp"
+#include "adapters/mcap/audit.hpp"
+#include "adapters/mcap/recovery.hpp"
 
 #include <lbea/lbea.hpp>
 

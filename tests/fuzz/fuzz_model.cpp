@@ -1,7 +1,7 @@
 // Any bytes as a model, with sizes and checksums made to fit so that changes reach what lies behind them: refused, or a
 // model that holds what it says and that matches a frame.
-#include "runtime/src/checksum.hpp"
-#include "runtime/src/model_format.hpp"
+#include "runtime/src/model/checksum.hpp"
+#include "runtime/src/model/model_format.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,5 +1,5 @@
 // Any bytes as a result, a state or an inference: refused, or read and, once written again, read as the same.
-#include "adapters/wire/codec.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include <cstdlib>
 

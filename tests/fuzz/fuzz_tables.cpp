@@ -1,8 +1,8 @@
 // Any bytes as one of the small files that people write: the first byte chooses which. Refused in words, or read.
 #include "adapters/ensemble/ensemble_toml.hpp"
-#include "adapters/pointcloud/stamps.hpp"
-#include "adapters/sensor/sensor_json.hpp"
-#include "adapters/wire/keys.hpp"
+#include "adapters/clouds/stamps.hpp"
+#include "adapters/rig/sensor_json.hpp"
+#include "adapters/wire/access/keys.hpp"
 #include "tests/fuzz/memory_file.hpp"
 
 #include <lbea/lbea.hpp>

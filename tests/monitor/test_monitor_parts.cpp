@@ -1,12 +1,12 @@
 // The monitor's parts, each against what it should be.
 #include "tests/support/synthetic_model.hpp"
 #include "tests/wire/wire_support.hpp"
-#include "tools/monitor/access.hpp"
-#include "tools/monitor/health.hpp"
-#include "tools/monitor/packet.hpp"
-#include "tools/monitor/scene.hpp"
-#include "tools/monitor/test_log.hpp"
-#include "tools/serve/preview.hpp"
+#include "tools/monitor/web/access.hpp"
+#include "tools/monitor/feeds/health.hpp"
+#include "tools/monitor/scene/packet.hpp"
+#include "tools/monitor/scene/scene.hpp"
+#include "tools/monitor/feeds/test_log.hpp"
+#include "tools/shared/matching/preview.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // What viewers say over Foxglove's protocol, and who is let in: a case per sentence.
 #include "tests/support/refusals.hpp"
-#include "tools/monitor/access.hpp"
-#include "tools/monitor/foxglove.hpp"
+#include "tools/monitor/web/access.hpp"
+#include "tools/monitor/web/foxglove.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // Who is served and who is not, over real sockets; what stalled and hostile clients cost.
 #include "tests/monitor/raw_client.hpp"
 #include "tests/wire/wire_support.hpp"
-#include "tools/monitor/web_server.hpp"
+#include "tools/monitor/web/web_server.hpp"
 
 #include <doctest/doctest.h>
 

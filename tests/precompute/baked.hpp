@@ -1,7 +1,7 @@
 // A baked model and the matrices in it, as tests look at them.
 #pragma once
 
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/support/synthetic_model.hpp"
 
 #include <Eigen/Dense>

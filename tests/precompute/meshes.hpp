@@ -1,7 +1,7 @@
 // Surfaces whose Laplace-Beltrami spectrum is known.
 #pragma once
 
-#include "precompute/mesh_laplacian.hpp"
+#include "precompute/basis/mesh_laplacian.hpp"
 
 #include <cmath>
 #include <map>

@@ -2,9 +2,9 @@
 // processes that die.
 #pragma once
 
-#include "precompute/shards/bake_shard.hpp"
-#include "precompute/shards/merge_shards.hpp"
-#include "precompute/shards/run_status.hpp"
+#include "precompute/jobs/bake_shard.hpp"
+#include "precompute/jobs/merge_shards.hpp"
+#include "precompute/jobs/run_status.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/synthetic_model.hpp"
 

@@ -1,4 +1,4 @@
-#include "precompute/envelope.hpp"
+#include "precompute/survey/envelope.hpp"
 #include "tests/precompute/baked.hpp"
 
 #include <doctest/doctest.h>

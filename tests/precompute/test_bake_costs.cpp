@@ -1,5 +1,5 @@
 // What a bake in shards takes of memory and time: no more for an ensemble ten times as large, and a million vertices.
-#include "precompute/shards/estimate.hpp"
+#include "precompute/jobs/estimate.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/instrumented.hpp"
 

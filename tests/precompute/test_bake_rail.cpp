@@ -2,7 +2,7 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/simulation/open.hpp"
 #include "precompute/bake.hpp"
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/support/test_data.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include "precompute/common_mesh.hpp"
+#include "precompute/survey/common_mesh.hpp"
 
 #include "tests/support/synthetic_simulation.hpp"
 

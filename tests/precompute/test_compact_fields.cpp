@@ -1,6 +1,6 @@
 // Fields in 16 bits: the error that is stated holds, the ends are exact, and rounding twice is rounding once.
-#include "runtime/src/field_codes.hpp"
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/field_codes.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/refusals.hpp"
 

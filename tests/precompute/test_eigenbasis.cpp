@@ -1,6 +1,6 @@
-#include "precompute/eigenbasis.hpp"
+#include "precompute/basis/eigenbasis.hpp"
 
-#include "precompute/shift_invert.hpp"
+#include "precompute/basis/shift_invert.hpp"
 #include "tests/precompute/meshes.hpp"
 
 #include <lbea/lbea.hpp>

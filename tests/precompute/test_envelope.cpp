@@ -1,6 +1,6 @@
-#include "precompute/envelope.hpp"
+#include "precompute/survey/envelope.hpp"
 
-#include "runtime/src/cloud_index.hpp"
+#include "runtime/src/match/cloud_index.hpp"
 
 #include <lbea/lbea.hpp>
 

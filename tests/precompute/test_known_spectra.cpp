@@ -1,5 +1,5 @@
 // Smooth surfaces with known eigenvalues: linear elements converge with the square of the edge length.
-#include "precompute/eigenbasis.hpp"
+#include "precompute/basis/eigenbasis.hpp"
 #include "tests/precompute/meshes.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // Models larger than memory: what frames need is in RAM and stays there, the rest comes from the file when it is asked for.
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/instrumented.hpp"
 

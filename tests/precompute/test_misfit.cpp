@@ -1,5 +1,5 @@
-#include "precompute/branches.hpp"
-#include "precompute/misfit.hpp"
+#include "precompute/depth_images/branches.hpp"
+#include "precompute/depth_images/misfit.hpp"
 
 #include <doctest/doctest.h>
 

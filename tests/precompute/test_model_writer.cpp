@@ -1,6 +1,6 @@
-#include "precompute/model_writer.hpp"
+#include "precompute/model_file/model_writer.hpp"
 
-#include "runtime/src/section_reader.hpp"
+#include "runtime/src/model/section_reader.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"

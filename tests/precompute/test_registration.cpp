@@ -3,7 +3,7 @@
 #include "precompute/registration/rigid_motion.hpp"
 #include "precompute/registration/shape_modes.hpp"
 #include "precompute/registration/surface_tree.hpp"
-#include "precompute/sensor/virtual_sensor.hpp"
+#include "precompute/rig/virtual_sensor.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "precompute/survey.hpp"
+#include "precompute/survey/survey.hpp"
 
 #include <lbea/lbea.hpp>
 

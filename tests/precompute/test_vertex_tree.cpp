@@ -1,6 +1,6 @@
-#include "precompute/vertex_tree.hpp"
+#include "precompute/basis/vertex_tree.hpp"
 
-#include "runtime/src/vertex_tree.hpp"
+#include "runtime/src/model/vertex_tree.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 // Models with other contents than were baked, whose checksums fit all the same.
 #pragma once
 
-#include "runtime/src/checksum.hpp"
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/checksum.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/support/refusals.hpp"
 
 #include <cstring>

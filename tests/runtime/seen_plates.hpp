@@ -1,8 +1,8 @@
 // Bending plates under a stereo rig that looks down on them.
 #pragma once
 
-#include "precompute/sensor/depth_views.hpp"
-#include "precompute/sensor/virtual_sensor.hpp"
+#include "precompute/depth_images/depth_views.hpp"
+#include "precompute/rig/virtual_sensor.hpp"
 #include "tests/support/synthetic_model.hpp"
 
 namespace lbea::test {

@@ -1,4 +1,4 @@
-#include "runtime/src/cloud_index.hpp"
+#include "runtime/src/match/cloud_index.hpp"
 #include "tests/runtime/brute_force.hpp"
 
 #include <doctest/doctest.h>

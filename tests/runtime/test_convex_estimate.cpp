@@ -1,4 +1,4 @@
-#include "runtime/src/convex_estimate.hpp"
+#include "runtime/src/match/convex_estimate.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "runtime/src/correspondence.hpp"
+#include "runtime/src/match/correspondence.hpp"
 #include "tests/runtime/brute_force.hpp"
 
 #include <doctest/doctest.h>

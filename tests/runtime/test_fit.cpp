@@ -1,6 +1,6 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
-#include "precompute/sample_views.hpp"
-#include "runtime/src/view_ranking.hpp"
+#include "precompute/depth_images/sample_views.hpp"
+#include "runtime/src/match/view_ranking.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // One build carries its inner loops for several instruction sets: each must answer with the same bits.
-#include "runtime/src/cloud_index.hpp"
+#include "runtime/src/match/cloud_index.hpp"
 #include "tests/runtime/brute_force.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/runtime/frames.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"

@@ -1,5 +1,5 @@
-#include "runtime/src/nearest_samples.hpp"
-#include "runtime/src/sample_tree.hpp"
+#include "runtime/src/match/nearest_samples.hpp"
+#include "runtime/src/model/sample_tree.hpp"
 
 #include <doctest/doctest.h>
 

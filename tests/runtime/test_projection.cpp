@@ -1,4 +1,4 @@
-#include "runtime/src/projection.hpp"
+#include "runtime/src/match/projection.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // The whole way, from d3plot and PLY to matches, against an independent numpy/scipy implementation of the method.
-#include "adapters/pointcloud/pointcloud.hpp"
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
 #include "precompute/bake.hpp"
 #include "tests/support/test_data.hpp"

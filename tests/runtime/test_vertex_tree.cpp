@@ -1,5 +1,5 @@
-#include "precompute/vertex_tree.hpp"
-#include "runtime/src/vertex_tree.hpp"
+#include "precompute/basis/vertex_tree.hpp"
+#include "runtime/src/model/vertex_tree.hpp"
 #include "tests/runtime/brute_force.hpp"
 
 #include <doctest/doctest.h>

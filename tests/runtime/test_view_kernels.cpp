@@ -1,6 +1,6 @@
 // The depth images' inner loops against plain ones in double precision, and against each other bit by bit.
-#include "runtime/src/frame_view.hpp"
-#include "runtime/src/kernels.hpp"
+#include "runtime/src/match/frame_view.hpp"
+#include "runtime/src/kernels/kernels.hpp"
 #include "tests/runtime/brute_force.hpp"
 
 #include <doctest/doctest.h>

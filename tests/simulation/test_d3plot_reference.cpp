@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "adapters/simulation/d3plot_database.hpp"
+#include "adapters/simulation/d3plot/d3plot_database.hpp"
 #include <lbea/lbea.hpp>
 
 #include "adapters/simulation/open.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "adapters/simulation/d3plot_surface.hpp"
+#include "adapters/simulation/d3plot/d3plot_surface.hpp"
 #include "tests/support/d3plot_writer.hpp"
 
 using lbea::d3plot::Hexahedron;

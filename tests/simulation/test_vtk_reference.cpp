@@ -6,7 +6,7 @@
 
 #include "adapters/simulation/open.hpp"
 #include "precompute/bake.hpp"
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -1,7 +1,7 @@
 // A matcher for tests of what surrounds it.
 #pragma once
 
-#include "tools/serve/match_engine.hpp"
+#include "tools/shared/matching/match_engine.hpp"
 
 #include <atomic>
 #include <chrono>

@@ -1,6 +1,6 @@
 // Nobody in: keys and their files, the allow-list, caps, strangers who knock. Real sockets throughout.
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"

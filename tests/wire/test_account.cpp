@@ -1,6 +1,6 @@
 // Every capture of every sender ends up in exactly one place, whatever happens on the way: small and large queues,
 // stalls on either side, senders that come and go, messages that the socket layer cuts off.
-#include "adapters/wire/handshake.hpp"
+#include "adapters/wire/access/handshake.hpp"
 #include "tools/serve/pipeline.hpp"
 #include "tools/serve/tally.hpp"
 

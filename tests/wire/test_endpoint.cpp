@@ -1,5 +1,5 @@
-#include "adapters/wire/endpoint.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/sockets/endpoint.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
 

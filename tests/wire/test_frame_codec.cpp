@@ -1,5 +1,5 @@
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/schemas.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/codec/schemas.hpp"
 
 #include "frame_generated.h"
 

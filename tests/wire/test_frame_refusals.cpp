@@ -1,5 +1,5 @@
 // Frames as a careless or hostile peer would send them, built field by field with the generated accessors.
-#include "adapters/wire/codec.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include "frame_generated.h"
 

@@ -1,4 +1,4 @@
-#include "adapters/wire/id_tracker.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // lbea-serve in operation, as a process: keys end to end, metrics, words to systemd, the check, restarts, strangers.
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
 

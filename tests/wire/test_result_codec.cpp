@@ -1,4 +1,4 @@
-#include "adapters/wire/codec.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // lbea-send as the program it is, against a pipeline in this process.
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/instrumented.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"

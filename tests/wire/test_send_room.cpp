@@ -1,6 +1,6 @@
 // What the system says of the connections of this process.
-#include "adapters/wire/send_room.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/sockets/send_room.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/wire/wire_support.hpp"
 
 #include <doctest/doctest.h>

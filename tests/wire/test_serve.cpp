@@ -1,7 +1,7 @@
 // lbea-serve as the program it is, with the demo ensemble's model; frames and results in this process.
-#include "adapters/sensor/sensor_json.hpp"
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/rig/sensor_json.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
 

@@ -1,5 +1,5 @@
 // Messages of other writers, which leave away what they do not have: read with the defaults, never through a null.
-#include "adapters/wire/codec.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include "inference_generated.h"
 #include "result_generated.h"

@@ -1,4 +1,4 @@
-#include "adapters/wire/spsc_ring.hpp"
+#include "adapters/wire/sockets/spsc_ring.hpp"
 
 #include <doctest/doctest.h>
 

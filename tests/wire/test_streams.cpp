@@ -1,6 +1,6 @@
 // Real sockets: ipc, tcp and inproc.
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
 

@@ -1,7 +1,7 @@
 #include "tools/bake/command_line.hpp"
 
 #include "adapters/ensemble/ensemble_toml.hpp"
-#include "tools/bake/ensemble_input.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "precompute/ensemble_description.hpp"
-#include "tools/common/tool.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <filesystem>
 #include <optional>

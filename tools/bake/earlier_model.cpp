@@ -1,7 +1,7 @@
 #include "tools/bake/earlier_model.hpp"
 
 #include "adapters/simulation/open.hpp"
-#include "precompute/shards/model_run.hpp"
+#include "precompute/jobs/model_run.hpp"
 
 #include <nlohmann/json.hpp>
 

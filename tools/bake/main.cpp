@@ -2,7 +2,7 @@
 #include "adapters/simulation/open.hpp"
 #include "precompute/bake.hpp"
 #include "tools/bake/command_line.hpp"
-#include "tools/bake/ensemble_input.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/bake/report.hpp"
 #include "tools/bake/stage_progress.hpp"
 #include "tools/bake/steps.hpp"

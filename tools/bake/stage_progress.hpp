@@ -2,7 +2,7 @@
 #pragma once
 
 #include "precompute/bake_options.hpp"
-#include "tools/common/progress.hpp"
+#include "tools/shared/cli/progress.hpp"
 
 #include <optional>
 #include <string>

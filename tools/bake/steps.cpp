@@ -1,8 +1,8 @@
 #include "tools/bake/steps.hpp"
 
-#include "precompute/shards/merge_shards.hpp"
+#include "precompute/jobs/merge_shards.hpp"
 #include "tools/bake/earlier_model.hpp"
-#include "tools/bake/ensemble_input.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/bake/stage_progress.hpp"
 
 #include <memory>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "precompute/bake_summary.hpp"
-#include "precompute/shards/bake_shard.hpp"
-#include "precompute/shards/estimate.hpp"
-#include "precompute/shards/run_status.hpp"
+#include "precompute/jobs/bake_shard.hpp"
+#include "precompute/jobs/estimate.hpp"
+#include "precompute/jobs/run_status.hpp"
 #include "tools/bake/command_line.hpp"
 
 #include <filesystem>

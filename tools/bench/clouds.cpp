@@ -1,6 +1,6 @@
 #include "tools/bench/clouds.hpp"
 
-#include "adapters/pointcloud/pointcloud.hpp"
+#include "adapters/clouds/pointcloud.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "tools/bench/growth.hpp"
 
-#include "adapters/file/atomic_file.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // The search alone, over tables larger than the model's.
-#include "runtime/src/sample_tree.hpp"
+#include "runtime/src/model/sample_tree.hpp"
 #include "tools/bench/growth.hpp"
 
 #include <algorithm>

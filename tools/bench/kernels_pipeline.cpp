@@ -1,8 +1,8 @@
 // Matcher::match() stage by stage, with the inner loops of a chosen instruction set.
-#include "runtime/src/cloud_index.hpp"
-#include "runtime/src/correspondence.hpp"
-#include "runtime/src/matcher_config.hpp"
-#include "runtime/src/stopwatch.hpp"
+#include "runtime/src/match/cloud_index.hpp"
+#include "runtime/src/match/correspondence.hpp"
+#include "runtime/src/match/matcher_config.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 #include "tools/bench/pipeline.hpp"
 
 #include <algorithm>

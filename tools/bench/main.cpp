@@ -1,13 +1,13 @@
 // lbea-bench: how long does a frame take? Checks the answers first, then times them.
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "tools/bench/growth.hpp"
 #include "tools/bench/machine.hpp"
 #include "tools/bench/open_loop.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/bench/round_trip.hpp"
 #include "tools/bench/statistics.hpp"
-#include "tools/common/progress.hpp"
-#include "tools/common/tool.hpp"
+#include "tools/shared/cli/progress.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <cstdio>
 

@@ -1,8 +1,8 @@
 // What one would write from libraries: a nanoflann tree per frame, Eigen's product, a loop over all samples.
-#include "runtime/src/cell_grid.hpp"
-#include "runtime/src/matcher_config.hpp"
-#include "runtime/src/stopwatch.hpp"
-#include "runtime/src/transform.hpp"
+#include "runtime/src/match/cell_grid.hpp"
+#include "runtime/src/match/matcher_config.hpp"
+#include "runtime/src/match/stopwatch.hpp"
+#include "runtime/src/match/transform.hpp"
 #include "tools/bench/pipeline.hpp"
 
 #include <Eigen/Core>

@@ -1,7 +1,7 @@
 // What is timed: ways from a frame to its matches that must all find the same.
 #pragma once
 
-#include "runtime/src/kernels.hpp"
+#include "runtime/src/kernels/kernels.hpp"
 #include "tools/bench/answer.hpp"
 
 #include <lbea/lbea.hpp>

@@ -1,7 +1,7 @@
 // A cloud in reference coordinates, in double precision, sorted into what the ensemble's envelope holds and what not.
 #pragma once
 
-#include "runtime/src/model_view.hpp"
+#include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
 

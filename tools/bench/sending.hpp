@@ -1,8 +1,8 @@
 // Clouds on their way to a running lbea-serve, and its results.
 #pragma once
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/bench/round_trip.hpp"
 
 #include <chrono>

@@ -1,7 +1,7 @@
 // What a rig suffers from in practice, done to sensed frames.
 #pragma once
 
-#include "precompute/sensor/stereo_sensor.hpp"
+#include "precompute/rig/stereo_sensor.hpp"
 
 #include <lbea/lbea.hpp>
 

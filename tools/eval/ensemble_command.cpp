@@ -2,9 +2,9 @@
 
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/simulation/open.hpp"
-#include "tools/bake/ensemble_input.hpp"
-#include "tools/common/progress.hpp"
-#include "tools/common/scratch_folder.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
+#include "tools/shared/cli/progress.hpp"
+#include "tools/shared/cli/scratch_folder.hpp"
 #include "tools/eval/evaluation.hpp"
 #include "tools/eval/evaluation_report.hpp"
 

@@ -1,7 +1,7 @@
 // lbea-eval ensemble: which runs play the experiments, how they are sensed, what is tried.
 #pragma once
 
-#include "tools/common/tool.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #include "tools/eval/evaluation.hpp"
 
 #include "precompute/parallel.hpp"
-#include "tools/bake/ensemble_input.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/eval/other_component.hpp"
 #include "tools/eval/true_mesh.hpp"
 

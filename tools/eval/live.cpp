@@ -1,7 +1,7 @@
 #include "tools/eval/live.hpp"
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/eval/experiment_error.hpp"
 
 #include <lbea/inference.hpp>

@@ -1,8 +1,8 @@
 // Watches the results of a running test and holds each against the truth.
 #pragma once
 
-#include "adapters/wire/keys.hpp"
-#include "adapters/wire/messages.hpp"
+#include "adapters/wire/access/keys.hpp"
+#include "adapters/wire/codec/messages.hpp"
 #include "tools/eval/truth.hpp"
 
 #include <lbea/lbea.hpp>

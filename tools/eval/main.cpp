@@ -1,8 +1,8 @@
 // lbea-eval: how good are the matches? Holds results against the truth of sensed experiments.
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
-#include "tools/common/access_options.hpp"
-#include "tools/common/tool.hpp"
+#include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
 #include "tools/eval/report.hpp"

@@ -1,7 +1,7 @@
 #include "tools/eval/report.hpp"
 
 #include "adapters/export/vtu.hpp"
-#include "adapters/pointcloud/pointcloud.hpp"
+#include "adapters/clouds/pointcloud.hpp"
 #include "tools/eval/mesh_series.hpp"
 #include "tools/eval/report_text.hpp"
 

@@ -1,7 +1,7 @@
 // What the reports share: formatted lines, and files that are whole or not there.
 #pragma once
 
-#include "adapters/file/atomic_file.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <array>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #include "tools/eval/split.hpp"
 
-#include "precompute/sensor/counter_random.hpp"
+#include "precompute/rig/counter_random.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,8 +1,8 @@
 #include "tools/eval/trial.hpp"
 
 #include "adapters/export/vtu.hpp"
-#include "precompute/sensor/counter_random.hpp"
-#include "precompute/sensor/virtual_sensor.hpp"
+#include "precompute/rig/counter_random.hpp"
+#include "precompute/rig/virtual_sensor.hpp"
 #include "tools/eval/mesh_series.hpp"
 #include "tools/eval/true_mesh.hpp"
 

@@ -1,7 +1,7 @@
 // One experiment, sensed and matched frame by frame with every method, beside the truth.
 #pragma once
 
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "precompute/simulation.hpp"
 #include "tools/eval/disturbance.hpp"
 #include "tools/eval/experiment_error.hpp"

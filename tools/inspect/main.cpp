@@ -1,5 +1,5 @@
 // lbea-inspect: verifies a model or a recording and prints what is inside.
-#include "tools/common/tool.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/inspect/model_diff.hpp"
 #include "tools/inspect/model_report.hpp"
 #include "tools/inspect/recording_report.hpp"

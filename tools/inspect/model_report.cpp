@@ -1,7 +1,7 @@
 #include "tools/inspect/model_report.hpp"
 
-#include "runtime/src/mapped_file.hpp"
-#include "runtime/src/section_reader.hpp"
+#include "runtime/src/model/mapped_file.hpp"
+#include "runtime/src/model/section_reader.hpp"
 #include "tools/inspect/hexadecimal.hpp"
 #include "tools/inspect/json_words.hpp"
 

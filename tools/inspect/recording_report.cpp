@@ -1,8 +1,8 @@
 #include "tools/inspect/recording_report.hpp"
 
-#include "adapters/recording/recovery.hpp"
+#include "adapters/mcap/recovery.hpp"
 #include "tools/inspect/hexadecimal.hpp"
-#include "tools/recording/run_audit.hpp"
+#include "tools/shared/recording/run_audit.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 // lbea-keygen: a pair of keys for a program that speaks over the network.
-#include "adapters/wire/keys.hpp"
-#include "tools/common/tool.hpp"
+#include "adapters/wire/access/keys.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <cstdio>
 

@@ -1,9 +1,9 @@
 // lbea-monitor: a web page that shows a running test.
-#include "adapters/wire/codec.hpp"
-#include "tools/common/tool.hpp"
-#include "tools/monitor/live_feed.hpp"
-#include "tools/monitor/recording_feed.hpp"
-#include "tools/monitor/web_server.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/tool.hpp"
+#include "tools/monitor/feeds/live_feed.hpp"
+#include "tools/monitor/feeds/recording_feed.hpp"
+#include "tools/monitor/web/web_server.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>

@@ -1,8 +1,8 @@
 // The way from here to the matcher. Nothing waits for it but finish().
 #pragma once
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/record/waiting_words.hpp"
 
 #include <chrono>

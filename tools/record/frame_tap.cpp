@@ -1,6 +1,6 @@
 #include "tools/record/frame_tap.hpp"
 
-#include "tools/common/wall_clock.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
 
 #include <algorithm>
 #include <chrono>

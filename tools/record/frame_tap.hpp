@@ -1,12 +1,12 @@
 // Stands between a rig and its matcher: records what comes and passes it on, byte for byte.
 #pragma once
 
-#include "adapters/wire/id_tracker.hpp"
-#include "adapters/wire/streams.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/record/forwarder.hpp"
 #include "tools/record/tap_log.hpp"
-#include "tools/recording/run_recorder.hpp"
-#include "tools/serve/shared_counters.hpp"
+#include "tools/shared/recording/run_recorder.hpp"
+#include "tools/shared/intake/shared_counters.hpp"
 
 #include <atomic>
 #include <optional>

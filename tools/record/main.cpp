@@ -1,10 +1,10 @@
 // lbea-record: records frames without a matcher, or on their way to one.
-#include "tools/common/access_options.hpp"
-#include "tools/common/distinct_endpoints.hpp"
-#include "tools/common/wall_clock.hpp"
-#include "tools/common/unfinished_senders.hpp"
+#include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/cli/distinct_endpoints.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
+#include "tools/shared/intake/unfinished_senders.hpp"
 #include "tools/record/frame_tap.hpp"
-#include "tools/recording/recording_options.hpp"
+#include "tools/shared/recording/recording_options.hpp"
 
 #include <nlohmann/json.hpp>
 #include <spdlog/sinks/stdout_color_sinks.h>

@@ -1,9 +1,9 @@
 // What the operator reads while frames come in: as lbea-serve says it, from a thread that may wait for the terminal.
 #pragma once
 
-#include "adapters/wire/spsc_ring.hpp"
-#include "tools/common/log_line.hpp"
-#include "tools/serve/frame_log.hpp"
+#include "adapters/wire/sockets/spsc_ring.hpp"
+#include "tools/shared/cli/log_line.hpp"
+#include "tools/shared/intake/frame_log.hpp"
 
 namespace lbea {
 

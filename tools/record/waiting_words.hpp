@@ -1,7 +1,7 @@
 // What senders said beside their frames while the matcher had no room for it.
 #pragma once
 
-#include "adapters/wire/messages.hpp"
+#include "adapters/wire/codec/messages.hpp"
 
 #include <cstddef>
 #include <deque>

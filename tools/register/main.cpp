@@ -1,8 +1,8 @@
 // lbea-register: where does the rig stand? Refines a rough pose from clouds of the undeformed component.
-#include "adapters/file/atomic_file.hpp"
-#include "adapters/pointcloud/pointcloud.hpp"
-#include "tools/common/cloud_files.hpp"
-#include "tools/common/tool.hpp"
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/clouds/pointcloud.hpp"
+#include "tools/shared/cli/cloud_files.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/register/undeformed.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 #include "tools/register/undeformed.hpp"
 
-#include "adapters/file/atomic_file.hpp"
+#include "adapters/files/atomic_file.hpp"
 #include "precompute/registration/rigid_motion.hpp"
-#include "precompute/sensor/virtual_sensor.hpp"
+#include "precompute/rig/virtual_sensor.hpp"
 
 #include <nlohmann/json.hpp>
 

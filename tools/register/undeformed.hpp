@@ -1,7 +1,7 @@
 // The component as a rig sees it before the impact, from a model.
 #pragma once
 
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "precompute/registration/registration.hpp"
 #include "precompute/registration/shape_modes.hpp"
 

@@ -1,6 +1,6 @@
 #include "tools/replay/comparison.hpp"
 
-#include "adapters/wire/codec.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include <algorithm>
 #include <cmath>

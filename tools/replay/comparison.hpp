@@ -1,8 +1,8 @@
 // Recorded results against new ones, frame by frame.
 #pragma once
 
-#include "adapters/wire/messages.hpp"
-#include "tools/recording/recorded_run.hpp"
+#include "adapters/wire/codec/messages.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 
 #include <map>
 #include <optional>

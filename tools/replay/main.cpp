@@ -1,7 +1,7 @@
 // lbea-replay: plays a recording to a matcher's socket, or straight into a model.
-#include "tools/common/access_options.hpp"
-#include "tools/common/method_names.hpp"
-#include "tools/common/tool.hpp"
+#include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/cli/method_names.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/replay/model_replay.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/replay/witness.hpp"

@@ -2,11 +2,11 @@
 // however many threads.
 #pragma once
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/id_tracker.hpp"
-#include "tools/recording/recorded_run.hpp"
-#include "tools/serve/model_engine.hpp"
-#include "tools/serve/outcome.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
+#include "tools/shared/matching/model_engine.hpp"
+#include "tools/shared/matching/outcome.hpp"
 
 #include <barrier>
 #include <functional>

@@ -1,12 +1,12 @@
 #include "tools/replay/model_replay.hpp"
 
-#include "adapters/file/atomic_file.hpp"
-#include "adapters/sensor/sensor_json.hpp"
-#include "tools/common/tool.hpp"
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/rig/sensor_json.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/replay/match_replay.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/replay/results_file.hpp"
-#include "tools/serve/views.hpp"
+#include "tools/shared/matching/views.hpp"
 
 #include <spdlog/spdlog.h>
 

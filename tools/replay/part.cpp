@@ -1,6 +1,6 @@
 #include "tools/replay/part.hpp"
 
-#include "tools/common/tool.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <charconv>
 #include <cmath>

@@ -1,7 +1,7 @@
 // Which part of a recording is played.
 #pragma once
 
-#include "tools/recording/recorded_run.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 
 #include <limits>
 #include <string>

@@ -1,10 +1,10 @@
 #include "tools/replay/replay_settings.hpp"
 
-#include "adapters/file/atomic_file.hpp"
-#include "adapters/sensor/sensor_json.hpp"
-#include "adapters/wire/codec.hpp"
-#include "tools/common/method_names.hpp"
-#include "tools/recording/recorded_run.hpp"
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/rig/sensor_json.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/method_names.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 
 #include <spdlog/spdlog.h>
 

@@ -1,7 +1,7 @@
 // How the frames of a recording are matched: as they were then, where the command line does not say otherwise.
 #pragma once
 
-#include "tools/recording/run_settings.hpp"
+#include "tools/shared/recording/run_settings.hpp"
 
 #include <optional>
 #include <string>

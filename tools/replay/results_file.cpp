@@ -1,7 +1,7 @@
 #include "tools/replay/results_file.hpp"
 
-#include "adapters/wire/schemas.hpp"
-#include "tools/recording/topics.hpp"
+#include "adapters/wire/codec/schemas.hpp"
+#include "tools/shared/recording/topics.hpp"
 
 #include <system_error>
 

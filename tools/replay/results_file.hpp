@@ -1,9 +1,9 @@
 // New results as a recording of their own: the same results give the same bytes.
 #pragma once
 
-#include "adapters/recording/mcap_writer.hpp"
-#include "adapters/wire/codec.hpp"
-#include "tools/recording/run_settings.hpp"
+#include "adapters/mcap/mcap_writer.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/recording/run_settings.hpp"
 
 #include <filesystem>
 

@@ -1,7 +1,7 @@
 #include "tools/replay/socket_replay.hpp"
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/id_tracker.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <algorithm>
 #include <map>

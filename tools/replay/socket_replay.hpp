@@ -1,8 +1,8 @@
 // Recorded frames to a matcher, as a camera would send them.
 #pragma once
 
-#include "adapters/wire/streams.hpp"
-#include "tools/recording/recorded_run.hpp"
+#include "adapters/wire/sockets/streams.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 #include "tools/replay/pace.hpp"
 #include "tools/replay/witness.hpp"
 

@@ -1,6 +1,6 @@
 #include "tools/replay/witness.hpp"
 
-#include "adapters/wire/codec.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include <spdlog/spdlog.h>
 

@@ -1,7 +1,7 @@
 // What the matcher that frames are replayed to says of them.
 #pragma once
 
-#include "tools/send/receipt.hpp"
+#include "tools/shared/intake/receipt.hpp"
 
 #include <functional>
 #include <optional>

@@ -1,10 +1,10 @@
 // lbea-send: plays point clouds from files to a matcher, as a camera would.
-#include "adapters/pointcloud/pointcloud.hpp"
-#include "tools/common/access_options.hpp"
-#include "tools/common/progress.hpp"
-#include "tools/common/tool.hpp"
+#include "adapters/clouds/pointcloud.hpp"
+#include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/cli/progress.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/send/player.hpp"
-#include "tools/send/receipt.hpp"
+#include "tools/shared/intake/receipt.hpp"
 
 #include <nlohmann/json.hpp>
 

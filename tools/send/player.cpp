@@ -1,7 +1,7 @@
 #include "tools/send/player.hpp"
 
-#include "adapters/wire/codec.hpp"
-#include "tools/common/wall_clock.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -1,7 +1,7 @@
 // Sends a playlist at its pace.
 #pragma once
 
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/send/playlist.hpp"
 
 #include <functional>

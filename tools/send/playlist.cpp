@@ -1,8 +1,8 @@
 #include "tools/send/playlist.hpp"
 
-#include "adapters/pointcloud/pointcloud.hpp"
-#include "adapters/pointcloud/stamps.hpp"
-#include "adapters/wire/codec.hpp"
+#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/stamps.hpp"
+#include "adapters/wire/codec/codec.hpp"
 
 #include <map>
 

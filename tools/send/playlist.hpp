@@ -1,7 +1,7 @@
 // The clouds to send, encoded before the first one leaves, so that the pace depends on nothing but the clock.
 #pragma once
 
-#include "tools/common/cloud_files.hpp"
+#include "tools/shared/cli/cloud_files.hpp"
 
 #include <cstddef>
 #include <cstdint>

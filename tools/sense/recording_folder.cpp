@@ -1,7 +1,7 @@
 #include "tools/sense/recording_folder.hpp"
 
-#include "adapters/file/atomic_file.hpp"
-#include "adapters/pointcloud/pointcloud.hpp"
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/clouds/pointcloud.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "tools/sense/sensor_copy.hpp"
 
-#include "adapters/file/atomic_file.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <array>
 #include <charconv>

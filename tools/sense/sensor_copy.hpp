@@ -1,7 +1,7 @@
 // sensor.json for the frames: the rig's own file with what the command line changed.
 #pragma once
 
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/rig/sensor_json.hpp"
 
 #include <filesystem>
 #include <string>

@@ -1,10 +1,10 @@
 #include "tools/serve/check.hpp"
 
-#include "adapters/metrics/metrics_server.hpp"
-#include "adapters/sensor/sensor_json.hpp"
+#include "adapters/http/metrics_server.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/inference_publisher.hpp"
 #include "tools/serve/preflight.hpp"
-#include "tools/serve/views.hpp"
+#include "tools/shared/matching/views.hpp"
 
 #include <cstdio>
 #include <filesystem>

@@ -1,6 +1,6 @@
 #include "tools/serve/command_line.hpp"
 
-#include "tools/common/method_names.hpp"
+#include "tools/shared/cli/method_names.hpp"
 #include "tools/serve/inference_publisher.hpp"
 
 namespace lbea {

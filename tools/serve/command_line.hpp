@@ -1,9 +1,9 @@
 // What lbea-serve is told.
 #pragma once
 
-#include "tools/common/access_options.hpp"
-#include "tools/common/tool.hpp"
-#include "tools/recording/recording_options.hpp"
+#include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/cli/tool.hpp"
+#include "tools/shared/recording/recording_options.hpp"
 #include "tools/serve/pipeline.hpp"
 #include "tools/serve/privileges.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tools/serve/handover.hpp"
-#include "tools/serve/match_engine.hpp"
+#include "tools/shared/matching/match_engine.hpp"
 
 #include <atomic>
 #include <functional>

@@ -1,8 +1,8 @@
 // The receiving thread: from the socket into the matcher's queue, or refused in words.
 #pragma once
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/serve/announcer.hpp"
 #include "tools/serve/handover.hpp"
 #include "tools/serve/sender_accounts.hpp"

@@ -2,11 +2,11 @@
 // other, the bells beside them, and what each thread lets the next ones know.
 #pragma once
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/spsc_ring.hpp"
-#include "tools/serve/outcome.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/spsc_ring.hpp"
+#include "tools/shared/matching/outcome.hpp"
 #include "tools/serve/pipeline_config.hpp"
-#include "tools/serve/shared_counters.hpp"
+#include "tools/shared/intake/shared_counters.hpp"
 
 #include <atomic>
 #include <chrono>

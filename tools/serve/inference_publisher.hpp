@@ -1,7 +1,7 @@
 // What the cameras cannot see, frame by frame: published beside the results, on a socket and a thread of its own.
 #pragma once
 
-#include "tools/serve/run_observer.hpp"
+#include "tools/shared/intake/run_observer.hpp"
 
 #include <lbea/inference.hpp>
 

@@ -1,6 +1,6 @@
 #include "tools/serve/pipeline.hpp"
 
-#include "tools/common/wall_clock.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
 
 #include <utility>
 

@@ -1,8 +1,8 @@
 // What a pipeline is told before it starts.
 #pragma once
 
-#include "adapters/wire/id_tracker.hpp"
-#include "tools/serve/run_observer.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
+#include "tools/shared/intake/run_observer.hpp"
 
 #include <chrono>
 #include <functional>

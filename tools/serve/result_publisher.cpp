@@ -1,6 +1,6 @@
 #include "tools/serve/result_publisher.hpp"
 
-#include "tools/common/wall_clock.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
 #include "tools/serve/short_ns.hpp"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 // The publishing thread: every outcome and refusal as a result, and from time to time the state of it all.
 #pragma once
 
-#include "adapters/wire/codec.hpp"
-#include "adapters/wire/streams.hpp"
-#include "tools/serve/frame_log.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
+#include "tools/shared/intake/frame_log.hpp"
 #include "tools/serve/handover.hpp"
 #include "tools/serve/latency_histogram.hpp"
 

@@ -1,7 +1,7 @@
 // Several observers where the pipeline knows one.
 #pragma once
 
-#include "tools/serve/run_observer.hpp"
+#include "tools/shared/intake/run_observer.hpp"
 
 #include <vector>
 

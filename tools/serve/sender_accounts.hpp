@@ -2,7 +2,7 @@
 // others, and what never came is announced.
 #pragma once
 
-#include "adapters/wire/id_tracker.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 #include "tools/serve/announcer.hpp"
 
 #include <chrono>

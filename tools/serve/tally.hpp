@@ -1,7 +1,7 @@
 // The closing account of a run of lbea-serve.
 #pragma once
 
-#include "adapters/wire/messages.hpp"
+#include "adapters/wire/codec/messages.hpp"
 
 #include <string>
 

@@ -1,0 +1,181 @@
+#include "adapters/clouds/stamps.hpp"
+
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/files/text_line.hpp"
+#include "adapters/clouds/xyz_columns.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::array<std::pair<std::string_view, std::int64_t>, 4> units{
+    {{"ns", 1}, {"us", 1'000}, {"ms", 1'000'000}, {"s", 1'000'000'000}}};
+constexpr std::int64_t second = 1'000'000'000;
+
+bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+bool is_letter(char c) noexcept { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+
+/// Decimal digits times a unit, exactly down to the ns; nothing when it does not fit.
+std::optional<std::int64_t> in_ns(std::string_view number, std::int64_t unit) noexcept {
+  const bool is_negative = number.starts_with('-');
+  if (is_negative) number.remove_prefix(1);
+  std::int64_t value = 0, scale = unit;
+  bool is_behind_point = false, has_digit = false;
+  for (const char c : number) {
+    if (c == '.' && !is_behind_point) {
+      is_behind_point = true;
+      continue;
+    }
+    if (!is_digit(c)) return std::nullopt;
+    has_digit = true;
+    const std::int64_t digit = c - '0';
+    if (is_behind_point) {
+      scale /= 10;
+      if (__builtin_add_overflow(value, digit * scale, &value)) return std::nullopt;
+    } else if (__builtin_mul_overflow(value, std::int64_t{10}, &value) ||
+               __builtin_add_overflow(value, digit * unit, &value)) {
+      return std::nullopt;
+    }
+  }
+  if (!has_digit) return std::nullopt;
+  return is_negative ? -value : value;
+}
+
+/// The number at `at`: digits, at most one point between them.
+std::string_view number_at(std::string_view text, std::size_t at) noexcept {
+  std::size_t end = at;
+  bool has_point = false;
+  for (; end < text.size(); ++end) {
+    const bool is_point = text[end] == '.' && !has_point && end + 1 < text.size() && is_digit(text[end + 1]);
+    if (!is_digit(text[end]) && !is_point) break;
+    has_point = has_point || is_point;
+  }
+  return text.substr(at, end - at);
+}
+
+std::optional<std::int64_t> since_1970(std::string_view number) noexcept {
+  const std::size_t point = number.find('.');
+  if (point != std::string_view::npos) return point == 10 ? in_ns(number, second) : std::nullopt;
+  if (number.size() == 13) return in_ns(number, 1'000'000);
+  if (number.size() == 16) return in_ns(number, 1'000);
+  return number.size() == 19 ? in_ns(number, 1) : std::nullopt;
+}
+
+std::optional<std::int64_t> unit_named(std::string_view word) noexcept {
+  for (const auto& [name, ns] : units)
+    if (word == name) return ns;
+  return std::nullopt;
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+/// The unit at the end of a column's name: "stamp_ns", "time [s]"; nothing when it is no time.
+std::optional<std::int64_t> unit_of_column(const std::string& name) {
+  constexpr std::array<std::string_view, 4> times{"stamp", "timestamp", "time", "t"};
+  const std::size_t end = std::min(name.find_first_of("_ [("), name.size());
+  if (std::find(times.begin(), times.end(), name.substr(0, end)) == times.end()) return std::nullopt;
+  const std::size_t first = name.find_first_not_of("_ [(", end);
+  if (first == std::string::npos) return std::nullopt;
+  return unit_named(std::string_view(name).substr(first, name.find_first_of(" ])", first) - first));
+}
+
+struct TableColumns {
+  std::size_t file = 0, time = 0;
+  std::int64_t unit = 1;
+};
+
+char separator_of(std::string_view line) {
+  for (const char separator : {';', '\t', ','})
+    if (line.find(separator) != std::string_view::npos) return separator;
+  return pointcloud::Fields::blanks;
+}
+
+std::vector<std::string> split(std::string_view line, char separator) {
+  std::vector<std::string> words;
+  pointcloud::Fields fields(line, separator);
+  for (std::string_view field; fields.next(field);) words.emplace_back(field);
+  return words;
+}
+
+std::optional<TableColumns> columns_of(const std::vector<std::string>& names) {
+  constexpr std::array<std::string_view, 4> files{"file", "filename", "name", "cloud"};
+  TableColumns columns{names.size(), names.size(), 1};
+  for (std::size_t i = names.size(); i-- > 0;) {
+    const std::string name = lower(names[i]);
+    if (std::find(files.begin(), files.end(), name) != files.end()) columns.file = i;
+    if (const auto unit = unit_of_column(name)) columns.time = i, columns.unit = *unit;
+  }
+  return columns.file < names.size() && columns.time < names.size() ? std::optional(columns) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::int64_t> stamp_in_name(std::string_view stem) noexcept {
+  std::optional<std::int64_t> found;
+  for (std::size_t at = 0; at < stem.size(); ++at) {
+    if (!is_digit(stem[at])) continue;
+    const std::string_view number = number_at(stem, at);
+    const std::size_t end = at + number.size();
+    std::size_t letters = end;
+    while (letters < stem.size() && is_letter(stem[letters])) ++letters;
+    const auto unit = unit_named(stem.substr(end, letters - end));
+    const std::size_t before = at > 0 && stem[at - 1] == '=' ? at - 1 : at;  // "t=3.5"
+    const bool is_after_t = before > 0 && stem[before - 1] == 't' && (before < 2 || !is_letter(stem[before - 2]));
+    if (unit) found = in_ns(number, *unit);
+    else if (is_after_t && (number.find('.') != std::string_view::npos || before != at)) found = in_ns(number, second);
+    else if (letters == end && !found) found = since_1970(number);
+    at = end;
+  }
+  return found;
+}
+
+CloudStamps::CloudStamps(const std::filesystem::path& table) {
+  const auto bytes = read_file(table);
+  text::LineReader lines(as_text(bytes));
+  std::optional<TableColumns> columns;
+  const auto fail = [&](const std::string& what) {
+    throw Error{Status::bad_input, table.string() + ", line " + std::to_string(lines.line()) + ": " + what};
+  };
+  char separator = ',';
+  for (std::string_view line; lines.next(line);) {
+    if (text::trimmed(line).empty() || (columns && line.starts_with('#'))) continue;
+    if (!columns) {
+      if (line.starts_with('#')) line.remove_prefix(1);
+      separator = separator_of(line);
+      columns = columns_of(split(line, separator));
+      if (!columns) fail("the columns are not named; expected a column \"file\" and one of the time with its unit, such as \"stamp_ns\"");
+      continue;
+    }
+    const auto words = split(line, separator);
+    if (words.size() <= std::max(columns->file, columns->time)) fail("too few columns");
+    const auto stamp = in_ns(words[columns->time], columns->unit);
+    if (!stamp) fail("\"" + words[columns->time].substr(0, 40) + "\" is not a time");
+    const std::string file = std::filesystem::path(words[columns->file]).filename().string();
+    if (const auto [at, is_new] = table_.emplace(file, *stamp); !is_new && at->second != *stamp) fail(file + " has another time above");
+  }
+  if (!columns) fail("the table is empty");
+}
+
+std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file, std::optional<std::int64_t> in_file) const {
+  for (const std::string& name : {file.filename().string(), file.stem().string()})
+    if (const auto found = table_.find(name); found != table_.end()) return found->second;
+  if (!table_.empty())
+    throw Error{Status::bad_input, file.string() + ": is not in the table of stamps; clouds of one test need one clock, so add its line or take the table away"};
+  return in_file ? in_file : stamp_in_name(file.stem().string());
+}
+
+}  // namespace lbea

@@ -1,0 +1,153 @@
+#include "adapters/files/ply_header.hpp"
+
+#include "adapters/files/text_line.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <utility>
+
+namespace lbea::ply {
+
+namespace {
+
+constexpr std::array<std::size_t, 8> scalar_sizes{1, 1, 2, 2, 4, 4, 4, 8};
+
+constexpr std::array<std::pair<std::string_view, Scalar>, 16> scalar_names{{
+    {"char", Scalar::int8},
+    {"uchar", Scalar::uint8},
+    {"short", Scalar::int16},
+    {"ushort", Scalar::uint16},
+    {"int", Scalar::int32},
+    {"uint", Scalar::uint32},
+    {"float", Scalar::float32},
+    {"double", Scalar::float64},
+    {"int8", Scalar::int8},
+    {"uint8", Scalar::uint8},
+    {"int16", Scalar::int16},
+    {"uint16", Scalar::uint16},
+    {"int32", Scalar::int32},
+    {"uint32", Scalar::uint32},
+    {"float32", Scalar::float32},
+    {"float64", Scalar::float64},
+}};
+
+class HeaderParser {
+ public:
+  HeaderParser(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+
+  Header parse() {
+    std::string_view line;
+    if (!lines_.next(line) || text::trimmed(line) != "ply") fail("the first line is not \"ply\"");
+    while (lines_.next(line)) {
+      const std::string_view keyword = text::next_word(line);
+      if (keyword == "end_header") return finish();
+      take(keyword, line);
+    }
+    fail("the header has no \"end_header\"; the file is cut short");
+  }
+
+ private:
+  void take(std::string_view keyword, std::string_view rest) {
+    if (keyword == "format") take_format(rest);
+    else if (keyword == "comment" || keyword == "obj_info") take_comment(rest);
+    else if (keyword == "element") take_element(rest);
+    else if (keyword == "property") take_property(rest);
+    else if (!keyword.empty()) fail("unknown keyword \"" + std::string(keyword) + "\"");
+  }
+
+  void take_format(std::string_view rest) {
+    const std::string_view format = text::next_word(rest);
+    if (format == "ascii") header_.format = Format::ascii;
+    else if (format == "binary_little_endian") header_.format = Format::little_endian;
+    else if (format == "binary_big_endian") header_.format = Format::big_endian;
+    else fail("unknown format \"" + std::string(format) + "\"", Status::unsupported_input);
+    if (text::next_word(rest) != "1.0") fail("the version of the format is not 1.0", Status::unsupported_input);
+    has_format_ = true;
+  }
+
+  void take_comment(std::string_view rest) {
+    if (!header_.stamp_ns) header_.stamp_ns = text::find_stamp(rest);
+  }
+
+  void take_element(std::string_view rest) {
+    Element element;
+    element.name = text::next_word(rest);
+    const std::string_view count = text::next_word(rest);
+    const auto [stop, error] = std::from_chars(count.data(), count.data() + count.size(), element.count);
+    if (element.name.empty() || count.empty() || error != std::errc{} || stop != count.data() + count.size())
+      fail("expected \"element <name> <count>\"");
+    header_.elements.push_back(std::move(element));
+  }
+
+  void take_property(std::string_view rest) {
+    if (header_.elements.empty()) fail("a property before the first element");
+    Property property;
+    std::string_view type = text::next_word(rest);
+    if (type == "list") {
+      property.count_type = scalar(text::next_word(rest));
+      if (*property.count_type >= Scalar::float32) fail("the count of a list is not an integer");
+      type = text::next_word(rest);
+    }
+    property.type = scalar(type);
+    property.name = text::next_word(rest);
+    if (property.name.empty()) fail("a property without a name");
+    header_.elements.back().properties.push_back(std::move(property));
+  }
+
+  Scalar scalar(std::string_view word) const {
+    for (const auto& [scalar_name, type] : scalar_names)
+      if (word == scalar_name) return type;
+    fail("unknown type \"" + std::string(word) + "\"");
+  }
+
+  Header finish() {
+    if (!has_format_) fail("the header has no \"format\" line");
+    header_.bytes = lines_.byte();
+    header_.lines = lines_.line();
+    return std::move(header_);
+  }
+
+  [[noreturn]] void fail(const std::string& what, Status status = Status::bad_input) const {
+    throw Error(status, name_ + ", line " + std::to_string(lines_.line()) + ": " + what + " (PLY header)");
+  }
+
+  text::LineReader lines_;
+  const std::string& name_;
+  Header header_;
+  bool has_format_ = false;
+};
+
+}  // namespace
+
+std::size_t size_of(Scalar type) noexcept { return scalar_sizes[static_cast<std::size_t>(type)]; }
+
+std::uint64_t load_bits(const std::byte* at, std::size_t size, bool is_big_endian) noexcept {
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < size; ++i)
+    bits |= std::to_integer<std::uint64_t>(at[is_big_endian ? size - 1 - i : i]) << (8 * i);
+  return bits;
+}
+
+double load(const std::byte* at, Scalar type, bool is_big_endian) noexcept {
+  const std::uint64_t bits = load_bits(at, size_of(type), is_big_endian);
+  switch (type) {
+    case Scalar::int8: return static_cast<std::int8_t>(bits);
+    case Scalar::int16: return static_cast<std::int16_t>(bits);
+    case Scalar::int32: return static_cast<std::int32_t>(bits);
+    case Scalar::float32: return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+    case Scalar::float64: return std::bit_cast<double>(bits);
+    case Scalar::uint8:
+    case Scalar::uint16:
+    case Scalar::uint32: break;
+  }
+  return static_cast<double>(bits);
+}
+
+Header parse_header(std::string_view text, const std::string& name) {
+  return HeaderParser(text, name).parse();
+}
+
+}  // namespace lbea::ply

@@ -1,0 +1,66 @@
+#include "adapters/files/text_line.hpp"
+
+#include <charconv>
+#include <limits>
+#include <system_error>
+
+namespace lbea::text {
+
+bool LineReader::next(std::string_view& line) {
+  if (at_ >= text_.size()) return false;
+  const std::size_t end = text_.find('\n', at_);
+  const std::size_t stop = end == std::string_view::npos ? text_.size() : end;
+  line = text_.substr(at_, stop - at_);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  at_ = end == std::string_view::npos ? text_.size() : end + 1;
+  ++line_;
+  return true;
+}
+
+std::string_view trimmed(std::string_view text) noexcept {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::string_view next_word(std::string_view& rest) noexcept {
+  std::size_t begin = 0;
+  while (begin < rest.size() && is_blank(rest[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < rest.size() && !is_blank(rest[end])) ++end;
+  const std::string_view word = rest.substr(begin, end - begin);
+  rest.remove_prefix(end);
+  return word;
+}
+
+bool parse_number(std::string_view word, float& value) noexcept {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  if (word.empty() || word.front() == '+') return false;
+  const char* const end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, value);
+  if (error == std::errc{} && stop == end) return true;
+  if (error == std::errc::result_out_of_range && stop == end) {  // below or above float, not double: 1e-60
+    double wide = 0;
+    if (std::from_chars(word.data(), end, wide).ec != std::errc{}) return false;
+    value = static_cast<float>(wide);
+    return true;
+  }
+  if (error != std::errc{} || *stop != '#') return false;  // some run-time libraries print NaN as 1.#QNAN
+  value = std::numeric_limits<float>::quiet_NaN();
+  return true;
+}
+
+std::optional<std::int64_t> find_stamp(std::string_view comment) noexcept {
+  constexpr std::string_view key = "stamp_ns";
+  const std::size_t at = comment.find(key);
+  if (at == std::string_view::npos) return std::nullopt;
+  std::string_view rest = comment.substr(at + key.size());
+  const std::size_t digits = rest.find_first_not_of(" \t:=");
+  if (digits == std::string_view::npos) return std::nullopt;
+  rest.remove_prefix(digits);
+  std::int64_t stamp = 0;
+  const auto result = std::from_chars(rest.data(), rest.data() + rest.size(), stamp);
+  return result.ec == std::errc{} ? std::optional(stamp) : std::nullopt;
+}
+
+}  // namespace lbea::text

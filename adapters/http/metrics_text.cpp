@@ -1,0 +1,78 @@
+#include "adapters/http/metrics_text.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+std::string number(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
+  std::array<char, 32> digits;
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  return {digits.data(), end};
+}
+
+/// Names of files may be any bytes; the page is UTF-8.
+std::string as_utf8(std::string_view text) {
+  using Json = nlohmann::json;
+  return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
+}
+
+/// Line breaks and backslashes end up in help texts, quotes too in labels.
+std::string escaped(std::string_view text, bool is_label) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '\\' || (is_label && c == '"')) escaped += '\\';
+    escaped += c == '\n' ? std::string("\\n") : std::string(1, c);
+  }
+  return escaped;
+}
+
+}  // namespace
+
+MetricsText& MetricsText::metric(std::string_view name, std::string_view type, std::string_view help) {
+  name_ = name;
+  text_ += "# HELP " + name_ + " " + escaped(help, false) + "\n# TYPE " + name_ + " " + std::string(type) + "\n";
+  return *this;
+}
+
+MetricsText& MetricsText::value(std::uint64_t value, std::string_view labels) {
+  line({}, labels, std::to_string(value));
+  return *this;
+}
+
+MetricsText& MetricsText::value(double value, std::string_view labels) {
+  line({}, labels, number(value));
+  return *this;
+}
+
+MetricsText& MetricsText::histogram(std::string_view name, std::string_view help, std::span<const double> bounds,
+                                    std::span<const std::uint64_t> counts, double sum) {
+  metric(name, "histogram", help);
+  std::uint64_t so_far = 0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    so_far += counts[i];
+    line("_bucket", label("le", i < bounds.size() ? number(bounds[i]) : "+Inf"), std::to_string(so_far));
+  }
+  line("_sum", {}, number(sum));
+  line("_count", {}, std::to_string(so_far));
+  return *this;
+}
+
+std::string MetricsText::label(std::string_view name, std::string_view value) {
+  return std::string(name) + "=\"" + escaped(as_utf8(value), true) + "\"";
+}
+
+void MetricsText::line(std::string_view suffix, std::string_view labels, const std::string& value) {
+  text_ += name_ + std::string(suffix);
+  if (!labels.empty()) text_ += "{" + std::string(labels) + "}";
+  text_ += " " + value + "\n";
+}
+
+}  // namespace lbea

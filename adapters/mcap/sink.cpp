@@ -1,0 +1,128 @@
+#include "adapters/mcap/sink.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+namespace lbea::mcap {
+
+namespace {
+
+// The system is told to write early and often: left alone it saves up gigabytes and then stalls.
+constexpr std::uint64_t write_back_bytes = std::uint64_t{8} << 20;
+constexpr std::size_t most_pieces = 64;
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& why) {
+  throw Error(Status::write_failed, "cannot record to " + file.string() + ": " + why);
+}
+
+bool is_there(const std::filesystem::path& file) {
+  struct stat about {};
+  return ::lstat(file.c_str(), &about) == 0;
+}
+
+/// 0 or an error number; `written` counts also what a failing call had written before.
+int write_all(int descriptor, std::span<iovec> pieces, std::uint64_t offset) {
+  while (!pieces.empty()) {
+    const ssize_t n = ::pwritev(descriptor, pieces.data(), static_cast<int>(pieces.size()), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    offset += static_cast<std::uint64_t>(n);
+    std::size_t left = static_cast<std::size_t>(n);
+    while (!pieces.empty() && left >= pieces[0].iov_len) {
+      left -= pieces[0].iov_len;
+      pieces = pieces.subspan(1);
+    }
+    if (pieces.empty()) break;
+    if (n == 0) return EIO;
+    pieces[0].iov_base = static_cast<std::byte*>(pieces[0].iov_base) + left;
+    pieces[0].iov_len -= left;
+  }
+  return 0;
+}
+
+void sync_folder(const std::filesystem::path& folder) noexcept {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;  // writable without being readable: the file itself is whole in any case
+  static_cast<void>(::fsync(descriptor));
+  ::close(descriptor);
+}
+
+}  // namespace
+
+std::filesystem::path partial_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
+
+PartialFile::PartialFile(const std::filesystem::path& file, const std::filesystem::path& partial)
+    : file_(file), partial_(partial), folder_(file.has_parent_path() ? file.parent_path() : ".") {
+  if (!file.has_filename()) fail(file, "it is a folder; add a file name");
+  if (is_there(file_)) fail(file, "the file exists and recordings are never overwritten; choose another name");
+  descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0 && errno == EEXIST)
+    fail(file, partial_.string() + " exists, from a recording that goes on or was cut off; see " +
+                   "lbea-inspect --recover, or choose another name");
+  if (descriptor_ < 0) fail(file, std::generic_category().message(errno) + "; check the folder and its rights");
+}
+
+PartialFile::~PartialFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!kept_ && !committed_) ::unlink(partial_.c_str());
+}
+
+int PartialFile::append(std::span<const Bytes> pieces) noexcept {
+  if (broken_ != 0) return broken_;
+  std::array<iovec, most_pieces> vectors;
+  if (pieces.size() > vectors.size()) return E2BIG;
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    vectors[i] = {const_cast<std::byte*>(pieces[i].data()), pieces[i].size()};  // written from, never to
+    bytes += pieces[i].size();
+  }
+  if (const int error = write_all(descriptor_, std::span(vectors).first(pieces.size()), size_); error != 0) {
+    cut_back();
+    return error;
+  }
+  size_ += bytes;
+  start_write_back();
+  return 0;
+}
+
+void PartialFile::cut_back() noexcept {
+  if (::ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) broken_ = errno;
+}
+
+void PartialFile::start_write_back() noexcept {
+  if (size_ - started_ < write_back_bytes) return;
+  static_cast<void>(::sync_file_range(descriptor_, static_cast<off_t>(started_),
+                                      static_cast<off_t>(size_ - started_), SYNC_FILE_RANGE_WRITE));
+  started_ = size_;
+}
+
+int PartialFile::sync() noexcept { return ::fdatasync(descriptor_) == 0 ? 0 : errno; }
+
+int PartialFile::commit() noexcept {
+  if (broken_ != 0) return broken_;
+  if (::fsync(descriptor_) != 0) return errno;
+  // link() refuses where rename() would overwrite what has appeared under the name meanwhile.
+  if (::link(partial_.c_str(), file_.c_str()) == 0) {
+    static_cast<void>(::unlink(partial_.c_str()));
+  } else if (errno == EEXIST || is_there(file_)) {
+    return EEXIST;
+  } else if (::rename(partial_.c_str(), file_.c_str()) != 0) {  // a file system without links
+    return errno;
+  }
+  committed_ = true;
+  sync_folder(folder_);
+  const int closed = ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
+  return closed;
+}
+
+}  // namespace lbea::mcap

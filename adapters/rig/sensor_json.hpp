@@ -1,0 +1,27 @@
+// The stereo rig's calibration and noise, as sensor.json.
+#pragma once
+
+#include "precompute/rig/stereo_sensor.hpp"
+
+#include <filesystem>
+#include <string>
+
+namespace lbea {
+
+struct SensorDescription {
+  StereoSensor sensor;
+  SensingNoise noise;
+  std::string length_unit = "mm";
+};
+
+/// Reads all of it. Poses are three rows of four numbers (or four rows, the last 0 0 0 1). Required are
+/// T_reference_sensor, sensor.T_reference_right, focal_px, width_px and height_px; what is not said of noise and
+/// unit keeps its default.
+/// Throws Error{file_not_found | bad_input} that names file and key: also for unknown keys, for a rotation that is
+/// off by more than 1e-4 and for shares outside 0..1.
+[[nodiscard]] SensorDescription read_sensor_json(const std::filesystem::path& path);
+
+/// T_reference_sensor alone; nothing else needs to be in the file.
+[[nodiscard]] RigidTransform read_pose(const std::filesystem::path& path);
+
+}  // namespace lbea

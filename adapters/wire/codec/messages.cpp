@@ -1,0 +1,84 @@
+#include "adapters/wire/codec/messages.hpp"
+
+namespace lbea {
+
+namespace {
+
+struct StatusText {
+  std::string_view name;
+  Fate fate;
+  std::string_view sentence;
+};
+
+constexpr std::array<StatusText, wire_status_count> status_texts{{
+    {"ok", Fate::matched, "matched"},
+    {"low_coverage", Fate::matched, "matched, but too little of the surface was seen to trust it"},
+    {"empty_frame", Fate::rejected,
+     "no finite point inside the ensemble's envelope; check the sensor's pose and what it looks at"},
+    {"too_many_points", Fate::rejected,
+     "more points than the matcher was started for; raise --max-points or thin the cloud"},
+    {"message_too_large", Fate::rejected, "more bytes than a frame of the allowed size can have"},
+    {"wrong_kind", Fate::rejected,
+     "the message is not of the kind that belongs on this socket (its file identifier says so); check what "
+     "the sender is connected to"},
+    {"damaged", Fate::rejected, "the message is cut short, its offsets lead outside it, or its id is 2^32 or more beyond the last one"},
+    {"bad_cloud", Fate::rejected, "the frame holds no intact foxglove.PointCloud"},
+    {"bad_layout", Fate::rejected,
+     "the cloud's point_stride does not divide its data or a field reaches beyond the stride"},
+    {"bad_fields", Fate::rejected, "the cloud needs exactly one float32 field for each of x, y and z"},
+    {"bad_stamp", Fate::rejected, "the stamp is before 1970, after 2106, or has 1,000,000,000 ns or more"},
+    {"unsupported_pose", Fate::rejected,
+     "the cloud carries a pose of its own; send points in sensor coordinates, without one"},
+    {"queue_full", Fate::dropped,
+     "the matcher was busy with earlier frames and no slot was free; raise --queue or send fewer frames"},
+    {"end_of_stream", Fate::not_a_capture, "the sender says that the test is over"},
+    {"missed", Fate::dropped,
+     "later ids came, this one did not: the connection broke, or the message was over the size limit"},
+    {"withheld", Fate::dropped, "the sender captured it and found no room to send it; send fewer frames"},
+    {"duplicate", Fate::rejected, "a frame with this id came before; give every capture an id of its own"},
+}};
+
+constexpr StatusText unknown_text{"unknown_status", Fate::not_a_capture, "not a status this version knows"};
+
+const StatusText& text_of(WireStatus status) noexcept {
+  const auto index = static_cast<std::size_t>(status);
+  return index < status_texts.size() ? status_texts[index] : unknown_text;
+}
+
+}  // namespace
+
+std::string_view to_string(WireStatus status) noexcept { return text_of(status).name; }
+std::string_view explain(WireStatus status) noexcept { return text_of(status).sentence; }
+Fate fate_of(WireStatus status) noexcept { return text_of(status).fate; }
+
+std::string_view to_string(WireVerdict verdict) noexcept {
+  switch (verdict) {
+    case WireVerdict::unknown: return "unknown";
+    case WireVerdict::matched: return "matched";
+    case WireVerdict::low_coverage: return "low_coverage";
+    case WireVerdict::refused: return "refused";
+    case WireVerdict::ambiguous: return "ambiguous";
+    case WireVerdict::no_simulation_fits: return "no_simulation_fits";
+  }
+  return "unknown_verdict";
+}
+
+std::string_view to_string(RecordingPhase phase) noexcept {
+  switch (phase) {
+    case RecordingPhase::armed: return "armed";
+    case RecordingPhase::recording: return "recording";
+    case RecordingPhase::finished: return "finished";
+    case RecordingPhase::failed: return "failed";
+  }
+  return "unknown_phase";
+}
+
+std::uint64_t Counters::sum(Fate fate) const noexcept {
+  std::uint64_t total = 0;
+  for (std::size_t i = 0; i < by_status.size(); ++i) {
+    if (status_texts[i].fate == fate) total += by_status[i];
+  }
+  return total;
+}
+
+}  // namespace lbea

@@ -1,0 +1,277 @@
+#include "adapters/wire/codec/codec.hpp"
+
+#include "adapters/wire/codec/encoder_buffers.hpp"
+#include "adapters/wire/codec/verified.hpp"
+#include "control_generated.h"
+#include "frame_generated.h"
+#include "inference_generated.h"
+#include "result_generated.h"
+#include "state_generated.h"
+
+#include <algorithm>
+
+namespace lbea {
+
+namespace {
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+using detail::text;
+
+constexpr std::size_t max_result_bytes = 16 << 20;
+constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
+
+Offset<wire::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
+  const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());
+  return wire::CreateCounters(builder, counters.received, counters.sum(Fate::matched),
+                              counters.sum(Fate::rejected), counters.sum(Fate::dropped), by_status,
+                              counters.missed, counters.duplicates, counters.sessions, counters.unannounced,
+                              counters.recorded, counters.unrecorded, counters.reordered, counters.silent);
+}
+
+Counters read(const wire::Counters* from) {
+  Counters counters;
+  if (from == nullptr) return counters;
+  counters.received = from->received();
+  if (from->by_status() != nullptr) {
+    const auto known = std::min<std::size_t>(from->by_status()->size(), wire_status_count);
+    std::memcpy(counters.by_status.data(), from->by_status()->Data(), known * sizeof(std::uint64_t));
+  }
+  counters.missed = from->missed();
+  counters.duplicates = from->duplicates();
+  counters.sessions = from->sessions();
+  counters.unannounced = from->unannounced();
+  counters.recorded = from->recorded();
+  counters.unrecorded = from->unrecorded();
+  counters.reordered = from->reordered();
+  counters.silent = from->silent();
+  return counters;
+}
+
+Offset<wire::Match> build(FlatBufferBuilder& builder, const WireMatch& match) {
+  const auto name = builder.CreateSharedString(match.simulation_name);
+  return wire::CreateMatch(builder, match.sample.simulation, name, match.sample.time_step, match.time_s,
+                           match.distance);
+}
+
+WireMatch read(const wire::Match& from) {
+  return {
+      {from.simulation(), from.time_step()}, text(from.simulation_name()), from.time_s(), from.distance()};
+}
+
+wire::StageTimes build(const WireTimes& times) {
+  return {times.decode,           times.queue,          times.match.index,    times.match.correspondence,
+          times.match.projection, times.match.matching, times.match.coverage, times.match.fit, times.total};
+}
+
+WireTimes read(const wire::StageTimes* from) {
+  if (from == nullptr) return {};
+  return {from->decode(),
+          from->queue(),
+          {from->index(), from->correspondence(), from->projection(), from->matching(), from->coverage(), from->fit()},
+          from->total()};
+}
+
+PointTally read(const wire::PointTally* from) {
+  if (from == nullptr) return {};
+  return {from->received(), from->invalid(), from->culled(), from->used()};
+}
+
+Offset<wire::Fit> build(FlatBufferBuilder& builder, const WireFit& fit) {
+  if (fit.candidates.empty()) return 0;
+  std::vector<wire::Candidate> candidates;
+  for (const Match& c : fit.candidates) candidates.emplace_back(c.sample.simulation, c.sample.time_step, c.distance);
+  std::vector<wire::Share> estimate;
+  for (const WeightedSample& s : fit.estimate) estimate.emplace_back(s.sample.simulation, s.sample.time_step, s.weight);
+  const auto candidate_vector = builder.CreateVectorOfStructs(candidates);
+  const auto share_vector = builder.CreateVectorOfStructs(estimate);
+  return wire::CreateFit(builder, fit.residual, fit.estimate_residual, fit.misfit, fit.spread, candidate_vector, share_vector);
+}
+
+WireFit read(const wire::Fit* from) {
+  WireFit fit;
+  if (from == nullptr) return fit;
+  fit = {from->residual(), from->estimate_residual(), from->misfit(), from->spread(), {}, {}};
+  if (from->candidates() != nullptr)
+    for (const auto* c : *from->candidates()) fit.candidates.push_back({{c->simulation(), c->time_step()}, c->residual()});
+  if (from->estimate() != nullptr)
+    for (const auto* s : *from->estimate()) fit.estimate.push_back({{s->simulation(), s->time_step()}, s->weight()});
+  return fit;
+}
+
+Offset<wire::TestState> build(FlatBufferBuilder& builder, const WireTestState& test) {
+  if (test.frames == 0) return 0;
+  std::vector<wire::Chance> chances;
+  for (const SimulationChance& c : test.simulations) chances.emplace_back(c.simulation, c.probability);
+  const auto chance_vector = builder.CreateVectorOfStructs(chances);
+  const auto branches = builder.CreateVector(test.branches);
+  return wire::CreateTestState(builder, test.frames, test.simulation, test.sample.simulation, test.sample.time_step,
+                               test.sample_probability, chance_vector, branches, test.misfit,
+                               static_cast<wire::Verdict>(test.verdict));
+}
+
+WireTestState read(const wire::TestState* from) {
+  WireTestState test;
+  if (from == nullptr) return test;
+  test = {from->frames(), from->simulation(), {from->sample_simulation(), from->sample_time_step()}, from->sample_probability(), {}, {}, from->misfit(),
+          static_cast<WireVerdict>(from->verdict())};
+  if (from->simulations() != nullptr)
+    for (const auto* c : *from->simulations()) test.simulations.push_back({c->simulation(), c->probability()});
+  if (from->branches() != nullptr) test.branches.assign(from->branches()->begin(), from->branches()->end());
+  return test;
+}
+
+Offset<wire::Sender> build(FlatBufferBuilder& builder, const WireSender& sender) {
+  return wire::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received,
+                            sender.missed, sender.withheld,
+                            static_cast<wire::SenderCondition>(sender.condition));
+}
+
+WireSender read(const wire::Sender& from) {
+  return {from.session(), from.first_id(), from.next_id(),
+          from.received(), from.missed(), from.withheld(),
+          static_cast<SenderCondition>(from.condition())};
+}
+
+Offset<wire::Recording> build(FlatBufferBuilder& builder, const std::optional<WireRecording>& recording) {
+  if (!recording) return 0;
+  return wire::CreateRecording(builder, static_cast<wire::RecordingPhase>(recording->phase), recording->bytes, recording->free_bytes);
+}
+
+std::optional<WireRecording> read(const wire::Recording* from) {
+  if (from == nullptr) return std::nullopt;
+  return WireRecording{static_cast<RecordingPhase>(from->phase()), from->bytes(), from->free_bytes()};
+}
+
+Offset<wire::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummary& model) {
+  const auto file = builder.CreateString(model.file);
+  const auto unit = builder.CreateString(model.length_unit);
+  const auto simulations = builder.CreateVectorOfStrings(model.simulations);
+  return wire::CreateModelSummary(builder, file, model.checksum, model.vertices, model.modes, model.samples,
+                                  model.references, unit, simulations);
+}
+
+ModelSummary read(const wire::ModelSummary* from) {
+  ModelSummary model;
+  if (from == nullptr) return model;
+  model = {text(from->file()), from->checksum(),   from->vertices(),          from->modes(),
+           from->samples(),    from->references(), text(from->length_unit()), {}};
+  if (from->simulations() == nullptr) return model;
+  for (const auto* name : *from->simulations()) model.simulations.push_back(text(name));
+  return model;
+}
+
+/// The root, or null and why in `status`.
+template <class Root>
+const Root* open(std::span<const std::byte> message, const char* identifier,
+                 std::vector<std::uint64_t>& scratch, WireStatus& status) {
+  status = WireStatus::message_too_large;
+  if (message.size() > max_result_bytes) return nullptr;
+  status = WireStatus::wrong_kind;
+  if (!detail::has_identifier(message, identifier)) return nullptr;
+  const auto* root = detail::verified_root<Root>(detail::aligned(message, scratch), max_result_tables);
+  status = root == nullptr ? WireStatus::damaged : WireStatus::ok;
+  return root;
+}
+
+}  // namespace
+
+MessageKind message_kind(std::span<const std::byte> message) noexcept {
+  if (detail::has_identifier(message, wire::FrameIdentifier())) return MessageKind::frame;
+  if (detail::has_identifier(message, wire::ResultIdentifier())) return MessageKind::result;
+  if (detail::has_identifier(message, wire::StateIdentifier())) return MessageKind::state;
+  if (detail::has_identifier(message, wire::ControlIdentifier())) return MessageKind::control;
+  if (detail::has_identifier(message, wire::InferenceIdentifier())) return MessageKind::inference;
+  return MessageKind::unknown;
+}
+
+Encoder::Encoder() : buffers_(std::make_unique<Buffers>()) {}
+Encoder::~Encoder() = default;
+Encoder::Encoder(Encoder&&) noexcept = default;
+Encoder& Encoder::operator=(Encoder&&) noexcept = default;
+
+std::span<const std::byte> Encoder::result(const WireResult& result) {
+  auto& builder = buffers_->message;
+  builder.Clear();
+  std::vector<Offset<wire::Match>> matches;
+  matches.reserve(result.matches.size());
+  for (const WireMatch& match : result.matches) matches.push_back(build(builder, match));
+  const auto match_vector = builder.CreateVector(matches);
+  const auto counters = build(builder, result.counters);
+  const auto coordinates = builder.CreateVector(result.leading_coordinates.data(), result.matches.empty() ? 0 : result.leading_coordinates.size());
+  const auto fit = build(builder, result.fit);
+  const auto test = build(builder, result.test);
+  const wire::PointTally points(result.points.received, result.points.invalid, result.points.culled,
+                                result.points.used);
+  const wire::StageTimes times = build(result.elapsed_ns);
+  wire::FinishResultBuffer(
+      builder, wire::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
+                                  static_cast<wire::WireStatus>(result.status),
+                                  static_cast<wire::Verdict>(result.verdict), result.reference,
+                                  result.coverage, &points, match_vector, &times, counters, result.receive_ns,
+                                  result.publish_ns, result.model_checksum, coordinates, fit, test));
+  return detail::finished(builder);
+}
+
+WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
+  std::vector<std::uint64_t> scratch;
+  WireStatus status;
+  const auto* from = open<wire::Result>(message, wire::ResultIdentifier(), scratch, status);
+  if (from == nullptr) return status;
+  into = {};
+  into.sequence = from->sequence();
+  into.session = from->session();
+  into.frame_id = from->frame_id();
+  into.stamp_ns = from->stamp_ns();
+  into.status = static_cast<WireStatus>(from->status());
+  into.verdict = static_cast<WireVerdict>(from->verdict());
+  into.reference = from->reference();
+  into.coverage = from->coverage();
+  into.points = read(from->points());
+  if (from->matches() != nullptr) {
+    for (const auto* match : *from->matches()) into.matches.push_back(read(*match));
+  }
+  into.elapsed_ns = read(from->elapsed_ns());
+  into.counters = read(from->counters());
+  into.receive_ns = from->receive_ns();
+  into.publish_ns = from->publish_ns();
+  into.model_checksum = from->model_checksum();
+  if (from->leading_coordinates() != nullptr && from->leading_coordinates()->size() == into.leading_coordinates.size())
+    std::copy(from->leading_coordinates()->begin(), from->leading_coordinates()->end(), into.leading_coordinates.begin());
+  into.fit = read(from->fit());
+  into.test = read(from->test());
+  return WireStatus::ok;
+}
+
+std::span<const std::byte> Encoder::state(const WireState& state) {
+  auto& builder = buffers_->message;
+  builder.Clear();
+  const auto version = builder.CreateString(state.version);
+  const auto method = builder.CreateString(state.method);
+  const auto counters = build(builder, state.counters);
+  const auto model = build(builder, state.model);
+  std::vector<Offset<wire::Sender>> senders;
+  for (const WireSender& sender : state.senders) senders.push_back(build(builder, sender));
+  const auto sender_vector = builder.CreateVector(senders);
+  const auto recording = build(builder, state.recording);
+  wire::FinishStateBuffer(
+      builder, wire::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
+                                 state.max_points, state.queue_slots, state.queue_used, counters, model,
+                                 state.max_message_bytes, sender_vector, recording));
+  return detail::finished(builder);
+}
+
+WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
+  std::vector<std::uint64_t> scratch;
+  WireStatus status;
+  const auto* from = open<wire::State>(message, wire::StateIdentifier(), scratch, status);
+  if (from == nullptr) return status;
+  into = {from->sequence(),       from->publish_ns(), from->start_ns(),    text(from->version()),
+          text(from->method()),   from->max_points(), from->queue_slots(), from->queue_used(),
+          read(from->counters()), read(from->model()), from->max_message_bytes(), {}, read(from->recording())};
+  if (from->senders() == nullptr) return WireStatus::ok;
+  for (const auto* sender : *from->senders()) into.senders.push_back(read(*sender));
+  return WireStatus::ok;
+}
+
+}  // namespace lbea

@@ -1,0 +1,156 @@
+#include "adapters/wire/sockets/endpoint.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <charconv>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::string_view known_forms =
+    "write ipc:///tmp/frames.ipc or tcp://127.0.0.1:5555";
+
+[[noreturn]] void refuse(const std::string& address, const std::string& why) {
+  throw Error{Status::bad_config, "endpoint \"" + address + "\": " + why};
+}
+
+std::pair<std::string, std::string> host_and_port(const std::string& address) {
+  const std::string rest = address.substr(std::strlen("tcp://"));
+  const auto colon = rest.rfind(':');
+  if (colon == std::string::npos) refuse(address, "no port; " + std::string(known_forms));
+  return {rest.substr(0, colon), rest.substr(colon + 1)};
+}
+
+void check_port(const std::string& address, const std::string& port) {
+  if (port == "*") return;
+  unsigned value = 0;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), value);
+  if (error != std::errc{} || end != port.data() + port.size() || value == 0 || value > 65'535)
+    refuse(address, "\"" + port + "\" is not a port from 1 to 65535");
+}
+
+std::filesystem::path ipc_path(const std::string& address) {
+  const std::string path = address.substr(std::strlen("ipc://"));
+  constexpr std::size_t longest = sizeof(sockaddr_un::sun_path) - 1;
+  if (path.empty() || path[0] == '@' || path[0] == '*')
+    refuse(address, "needs the path of a file; " + std::string(known_forms));
+  if (path.size() > longest)
+    refuse(address, "the path is longer than the " + std::to_string(longest) +
+                        " bytes a socket may have; choose a shorter one");
+  return path;
+}
+
+bool is_loopback(const std::string& host) {
+  in_addr address{};
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 && (ntohl(address.s_addr) >> 24) == 127;
+}
+
+/// Whether `descriptor` is still the file under `name` (its last holder may have removed it meanwhile).
+bool is_same_file(int descriptor, const std::filesystem::path& name) {
+  struct stat mine;
+  struct stat named;
+  return fstat(descriptor, &mine) == 0 && stat(name.c_str(), &named) == 0 && mine.st_ino == named.st_ino &&
+         mine.st_dev == named.st_dev;
+}
+
+/// What a killed process left refuses.
+bool somebody_listens(const std::filesystem::path& path) {
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.string().copy(address.sun_path, sizeof(address.sun_path) - 1);
+  const bool listens = ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0 || errno == EAGAIN;
+  ::close(socket);
+  return listens;
+}
+
+int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+  if (descriptor >= 0) return descriptor;
+  throw Error{Status::endpoint_unavailable,
+              "endpoint \"" + endpoint.address + "\": cannot open the lock file " + file.string() + " (" +
+                  std::strerror(errno) + "); choose a path in a folder you may write to"};
+}
+
+}  // namespace
+
+Endpoint parse_endpoint(const std::string& address) {
+  if (address.starts_with("ipc://")) return {Transport::ipc, address, ipc_path(address)};
+  if (address.starts_with("inproc://") && address.size() > std::strlen("inproc://"))
+    return {Transport::inproc, address, {}};
+  if (!address.starts_with("tcp://")) refuse(address, "not an endpoint; " + std::string(known_forms));
+  const auto [host, port] = host_and_port(address);
+  if (host.empty()) refuse(address, "no host; " + std::string(known_forms));
+  check_port(address, port);
+  return {Transport::tcp, address, {}};
+}
+
+Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& access) {
+  check_access(access);
+  Endpoint endpoint = parse_endpoint(address);
+  if (endpoint.transport != Transport::tcp) return endpoint;
+  const auto [host, port] = host_and_port(address);
+  if (host == "localhost") {
+    endpoint.address = "tcp://127.0.0.1:" + port;
+  } else if (!is_loopback(host) && !access.keys) {
+    refuse(address, "without keys only this machine may connect; use 127.0.0.1 instead of " + host +
+                        ", or give a secret key and the public keys of those who may (--key, --allow)");
+  }
+  return endpoint;
+}
+
+EndpointLock::EndpointLock(const Endpoint& endpoint) {
+  if (endpoint.transport != Transport::ipc) return;
+  file_ = endpoint.path.string() + ".lock";
+  while (true) {
+    descriptor_ = open_lock_file(endpoint, file_);
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      ::close(std::exchange(descriptor_, -1));
+      throw Error{Status::endpoint_unavailable,
+                  "endpoint \"" + endpoint.address + "\" is in use by another process (it holds " +
+                      file_.string() + "); stop that one or choose another path"};
+    }
+    if (is_same_file(descriptor_, file_)) break;
+    ::close(std::exchange(descriptor_, -1));
+  }
+  // ZeroMQ unlinks whatever stands at the path, and would do so to a file that is somebody's.
+  struct stat found;
+  if (::stat(endpoint.path.c_str(), &found) != 0) return;
+  if (!S_ISSOCK(found.st_mode)) give_back(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
+  if (somebody_listens(endpoint.path)) give_back(endpoint, " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
+}
+
+void EndpointLock::give_back(const Endpoint& endpoint, const std::string& why) {
+  ::unlink(file_.c_str());
+  ::close(std::exchange(descriptor_, -1));
+  throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\"" + why};
+}
+
+EndpointLock::~EndpointLock() {
+  if (descriptor_ < 0) return;
+  ::unlink(file_.c_str());
+  ::close(descriptor_);
+}
+
+EndpointLock::EndpointLock(EndpointLock&& other) noexcept
+    : file_(std::move(other.file_)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+EndpointLock& EndpointLock::operator=(EndpointLock&& other) noexcept {
+  std::swap(file_, other.file_);
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+}  // namespace lbea

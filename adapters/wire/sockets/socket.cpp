@@ -1,0 +1,142 @@
+#include "adapters/wire/sockets/socket.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace lbea {
+
+namespace {
+
+constexpr int io_threads = 1;  // one carries 5 GB/s
+
+/// ZeroMQ starts its threads with the first socket. A context that could not, whether it says so or throws std::bad_alloc, waits
+/// for ever when it is ended (libzmq 4.3.4): it is left behind, once, by a program that cannot start.
+zmq::context_t started_context() {
+  auto* const context = new zmq::context_t(io_threads);
+  void* const first = zmq_socket(context->handle(), ZMQ_PAIR);
+  if (first == nullptr) {
+    const int error = zmq_errno();
+    if (error == ENOMEM) throw std::bad_alloc();
+    throw Error{Status::endpoint_unavailable, std::string("ZeroMQ cannot start (") + zmq_strerror(error) + "); raise the limit of open files (ulimit -n)"};
+  }
+  zmq_close(first);
+  const std::unique_ptr<zmq::context_t> started(context);
+  return std::move(*started);
+}
+
+}  // namespace
+
+WireContext::WireContext() : state_(std::make_unique<State>(started_context())) {}
+WireContext::~WireContext() {
+  [[maybe_unused]] static zmq::context_t* left_behind = nullptr;
+  if (state_->lost_a_socket) left_behind = new zmq::context_t(std::move(state_->context));
+}
+
+namespace detail {
+
+namespace {
+
+// A peer whose machine is gone is noticed by the kernel after idle + count * interval. Not by ZeroMQ's own heartbeats:
+// one that is due on a connection whose peer has left while the receiver's queue was full ends the process
+// ("Assertion failed: !_io_error", libzmq 4.3.4).
+constexpr int keepalive_idle_s = 5;
+constexpr int keepalive_interval_s = 1;
+constexpr int keepalive_count = 5;
+constexpr int handshake_ms = 2000;  // a stranger who says nothing is sent away
+constexpr int backlog = 1024;       // strangers in a crowd must not keep a peer from being heard
+constexpr int reconnect_ms = 50;
+constexpr int reconnect_max_ms = 2000;
+
+Io outcome(int returned) noexcept {
+  if (returned >= 0) return Io::done;
+  const int error = zmq_errno();
+  return error == EAGAIN || error == EINTR ? Io::would_block : Io::closed;
+}
+
+}  // namespace
+
+zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options) {
+  zmq::socket_t socket(context, type);
+  socket.set(zmq::sockopt::sndhwm, options.high_water_mark);
+  socket.set(zmq::sockopt::rcvhwm, options.high_water_mark);
+  socket.set(zmq::sockopt::linger, options.linger_ms);
+  socket.set(zmq::sockopt::maxmsgsize, options.max_message_bytes);
+  socket.set(zmq::sockopt::heartbeat_ivl, 0);
+  socket.set(zmq::sockopt::tcp_keepalive, 1);
+  socket.set(zmq::sockopt::tcp_keepalive_idle, keepalive_idle_s);
+  socket.set(zmq::sockopt::tcp_keepalive_intvl, keepalive_interval_s);
+  socket.set(zmq::sockopt::tcp_keepalive_cnt, keepalive_count);
+  socket.set(zmq::sockopt::handshake_ivl, handshake_ms);
+  socket.set(zmq::sockopt::backlog, backlog);
+  socket.set(zmq::sockopt::reconnect_ivl, reconnect_ms);
+  socket.set(zmq::sockopt::reconnect_ivl_max, reconnect_max_ms);
+  socket.set(zmq::sockopt::immediate, options.waits_for_connection);
+  if (type == zmq::socket_type::sub) socket.set(zmq::sockopt::subscribe, "");
+  return socket;
+}
+
+void bind(zmq::socket_t& socket, const Endpoint& endpoint) {
+  try {
+    socket.bind(endpoint.address);
+  } catch (const zmq::error_t& error) {
+    const std::string what = error.num() == EADDRINUSE
+                                 ? "is in use by another process; stop that one or choose another port"
+                                 : std::string("cannot be opened (") + error.what() + "); choose another one";
+    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" " + what};
+  }
+}
+
+void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess& access) {
+  try {
+    if (!access.server_key.empty()) {
+      const CurveKeyPair keys = access.keys ? *access.keys : generate_key_pair();
+      socket.set(zmq::sockopt::curve_serverkey, access.server_key);
+      socket.set(zmq::sockopt::curve_publickey, keys.public_key);
+      socket.set(zmq::sockopt::curve_secretkey, keys.secret_key);
+    }
+    socket.connect(endpoint.address);
+  } catch (const zmq::error_t& error) {
+    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address +
+                                                  "\" cannot be connected to (" + error.what() +
+                                                  "); check its spelling and that the other program runs"};
+  }
+}
+
+BoundSocket::BoundSocket(WireContext& context, zmq::socket_type type, const SocketOptions& options,
+                         const std::string& address, const ServerAccess& access)
+    : where(parse_bind_endpoint(address, access)),
+      lock(where),
+      socket(make_socket(context.state().context, type, options)) {
+  if (access.keys) {
+    socket.set(zmq::sockopt::curve_server, true);
+    socket.set(zmq::sockopt::curve_secretkey, access.keys->secret_key);
+  }
+  if (where.transport != Transport::inproc) door = context.state().gate.guard(socket, access);
+  bind(socket, where);
+  endpoint = socket.get(zmq::sockopt::last_endpoint);
+  // Whoever may write to the node may connect.
+  if (where.transport == Transport::ipc) ::chmod(where.path.c_str(), 0600);
+}
+
+BoundSocket::~BoundSocket() {
+  zmq_unbind(socket.handle(), endpoint.c_str());
+  if (where.transport == Transport::ipc) ::unlink(where.path.c_str());  // ZeroMQ leaves it; the lock is still held
+}
+
+Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept {
+  return outcome(zmq_msg_recv(into.handle(), socket.handle(), flags));
+}
+
+Io send(zmq::socket_t& socket, zmq::message_t& message, int flags) noexcept {
+  return outcome(zmq_msg_send(message.handle(), socket.handle(), flags));
+}
+
+Io wait(zmq::socket_t& socket, short events, std::chrono::milliseconds timeout) noexcept {
+  zmq_pollitem_t item{socket.handle(), 0, events, 0};
+  const int ready = zmq_poll(&item, 1, static_cast<long>(timeout.count()));
+  return ready == 0 ? Io::would_block : outcome(ready);
+}
+
+}  // namespace detail
+
+}  // namespace lbea

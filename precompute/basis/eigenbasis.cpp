@@ -1,0 +1,140 @@
+#include "precompute/basis/eigenbasis.hpp"
+
+#include "precompute/basis/shift_invert.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <Spectra/SymEigsShiftSolver.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace lbea {
+
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+using Eigen::Index;
+
+constexpr Index dense_below = 300;  // vertices; up to here the dense solver is as fast
+constexpr double same_eigenvalue =
+    1e-6;  // relative: nearer ones are one cluster, whose members may be exchanged
+constexpr double same_magnitude = 1e-9;  // relative
+constexpr double tolerance = 1e-12;      // Krylov residual, relative
+constexpr Index max_restarts = 1000;
+
+struct Pairs {
+  Eigen::VectorXd values;   // ascending
+  Eigen::MatrixXd vectors;  // orthonormal columns
+};
+
+// Weyl's law: a surface of this area has about lambda area / (4 pi) eigenvalues below lambda.
+double weyl_spacing(const Eigen::VectorXd& mass) { return 4 * std::numbers::pi / mass.sum(); }
+
+Sparse symmetric_form(const MeshLaplacian& laplacian) {
+  const Eigen::VectorXd scale = laplacian.mass.cwiseSqrt().cwiseInverse();
+  return scale.asDiagonal() * laplacian.stiffness * scale.asDiagonal();
+}
+
+// A fixed start vector that no symmetry of the mesh makes blind to a mode (a Weyl sequence).
+Eigen::VectorXd start_vector(Index n) {
+  Eigen::VectorXd start(n);
+  for (Index i = 0; i < n; ++i) {
+    const double x = static_cast<double>(i + 1) * std::numbers::phi;
+    start[i] = x - std::floor(x) - 0.5;
+  }
+  return start;
+}
+
+// The best approximations in the span of `vectors` (Rayleigh-Ritz), the `count` smallest.
+Pairs rayleigh_ritz(const Sparse& a, const Eigen::MatrixXd& vectors, Index count) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(vectors);
+  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(vectors.rows(), vectors.cols());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(q.transpose() * (a * q));
+  const Index kept = std::min(count, vectors.cols());
+  return {ritz.eigenvalues().head(kept), q * ritz.eigenvectors().leftCols(kept)};
+}
+
+Eigen::MatrixXd krylov_vectors(ShiftInvert& op, double sigma, Index count, Index space) {
+  Spectra::SymEigsShiftSolver<ShiftInvert> solver(
+      op, count, std::clamp(std::max(2 * count + 1, count + 20), count + 1, space), sigma);
+  const Eigen::VectorXd start = start_vector(op.rows());
+  solver.init(start.data());
+  solver.compute(Spectra::SortRule::LargestMagn, max_restarts, tolerance, Spectra::SortRule::SmallestAlge);
+  if (solver.info() != Spectra::CompInfo::Successful)
+    throw Error(Status::bad_input, "the eigenvalues of the region did not converge; ask for fewer modes");
+  return solver.eigenvectors();
+}
+
+// How many of the true eigenvalues below the cluster of the last one found are not among those found.
+Index missing(const Sparse& a, const Eigen::VectorXd& values, double floor) {
+  Index first_of_cluster = values.size() - 1;
+  const auto nearness = [&](double value) { return same_eigenvalue * std::max(std::abs(value), floor); };
+  while (first_of_cluster > 0 &&
+         values[first_of_cluster] - values[first_of_cluster - 1] < 4 * nearness(values[first_of_cluster]))
+    --first_of_cluster;
+  const double value = values[first_of_cluster];
+  return eigenvalues_below(a, value - nearness(value)) - first_of_cluster;
+}
+
+Pairs dense_pairs(const Sparse& a, Index p) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{Eigen::MatrixXd(a)};
+  return {solver.eigenvalues().head(p), solver.eigenvectors().leftCols(p)};
+}
+
+// One Krylov space holds one vector of every eigenspace; several components and symmetric shapes have more. Each
+// round adds what is missing from the complement of what is there, at least one vector of every such space.
+Pairs krylov_pairs(const Sparse& a, Index p, double spacing) {
+  const double sigma = -spacing;
+  ShiftInvert op(a, sigma);
+  Pairs pairs = rayleigh_ritz(a, krylov_vectors(op, sigma, p, a.rows()), p);
+  for (Index round = 0; round < p; ++round) {
+    const Index lacking = missing(a, pairs.values, spacing);
+    if (lacking <= 0) return pairs;
+    op.deflate(pairs.vectors);
+    const Eigen::MatrixXd more = krylov_vectors(op, sigma, std::min(lacking, a.rows() - p - 1), a.rows() - p);
+    Eigen::MatrixXd both(a.rows(), p + more.cols());
+    both << pairs.vectors, more;
+    pairs = rayleigh_ritz(a, both, p);
+  }
+  throw Error(Status::bad_input, "some eigenvalues of the region stay out of reach; ask for fewer modes");
+}
+
+void fix_signs(Eigen::MatrixXd& modes) {
+  for (Index j = 0; j < modes.cols(); ++j) {
+    const double largest = modes.col(j).cwiseAbs().maxCoeff();
+    Index i = 0;
+    while (std::abs(modes(i, j)) < (1 - same_magnitude) * largest) ++i;
+    if (modes(i, j) < 0) modes.col(j) *= -1;
+  }
+}
+
+void check_count(std::uint32_t p, Index vertices) {
+  if (p == 0 || Index{p} > vertices)
+    throw Error(Status::bad_config, std::to_string(p) + " modes asked of a region with " +
+                                        std::to_string(vertices) + " vertices; ask for 1 to " +
+                                        std::to_string(vertices));
+}
+
+}  // namespace
+
+Eigenbasis eigenbasis(const MeshLaplacian& laplacian, std::uint32_t p) {
+  const Index n = laplacian.mass.size();
+  check_count(p, n);
+  if (!(laplacian.mass.minCoeff() > 0))
+    throw Error(Status::bad_input, "a vertex of the region has no surface around it");
+  const Sparse a = symmetric_form(laplacian);
+  const double spacing = weyl_spacing(laplacian.mass);
+  const bool dense = n <= dense_below || 2 * Index{p} >= n;
+  const Pairs pairs = dense ? dense_pairs(a, p) : krylov_pairs(a, p, spacing);
+
+  const Eigen::MatrixXd defect = a * pairs.vectors - pairs.vectors * pairs.values.asDiagonal();
+  const double residual = defect.colwise().norm().maxCoeff() / std::max(pairs.values[p - 1], spacing);
+  Eigen::MatrixXd modes = laplacian.mass.cwiseSqrt().cwiseInverse().asDiagonal() * pairs.vectors;
+  fix_signs(modes);
+  return {pairs.values, std::move(modes), residual, dense ? "dense" : "shift-invert Lanczos, count verified"};
+}
+
+}  // namespace lbea

@@ -1,0 +1,59 @@
+#include "precompute/basis/reference_basis.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+
+namespace lbea {
+
+namespace {
+
+std::vector<float> region_positions(const ObservedRegion& region, std::span<const float> positions) {
+  std::vector<float> chosen;
+  chosen.reserve(3 * region.nodes.size());
+  for (const std::uint32_t node : region.nodes)
+    chosen.insert(chosen.end(), &positions[3 * std::size_t{node}], &positions[3 * std::size_t{node}] + 3);
+  return chosen;
+}
+
+void check_mass(const Eigen::VectorXd& mass, const ObservedRegion& region,
+                std::span<const std::uint32_t> node_ids, double time_s) {
+  for (Eigen::Index i = 0; i < mass.size(); ++i)
+    if (!(mass[i] > 0))
+      throw Error(Status::bad_input, "the elements around node " +
+                                         std::to_string(node_ids[region.nodes[static_cast<std::size_t>(i)]]) +
+                                         " have no area in the reference mesh " + std::to_string(time_s) +
+                                         " s after the impact; leave the node out of the region");
+}
+
+}  // namespace
+
+ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const float> positions,
+                               std::span<const std::uint32_t> node_ids, std::uint32_t p, double time_s) {
+  const std::vector<float> at = region_positions(region, positions);
+  const MeshLaplacian laplacian = mesh_laplacian(at, region.elements);
+  check_mass(laplacian.mass, region, node_ids, time_s);
+  const Eigenbasis basis = eigenbasis(laplacian, p);
+
+  ReferenceBasis reference;
+  reference.time_s = time_s;
+  reference.tree = build_vertex_tree(at);
+  const auto n = static_cast<Eigen::Index>(region.nodes.size());
+  reference.mass.resize(n);
+  reference.projection.resize(p, n);
+  for (Eigen::Index vertex = 0; vertex < n; ++vertex) {
+    const std::uint32_t i = reference.tree.order[static_cast<std::size_t>(vertex)];
+    reference.vertex_nodes.push_back(region.nodes[i]);
+    reference.vertex_positions.push_back(
+        {at[3 * std::size_t{i}], at[3 * std::size_t{i} + 1], at[3 * std::size_t{i} + 2]});
+    reference.mass[vertex] = laplacian.mass[i];
+    reference.projection.col(vertex) = basis.modes.row(i).transpose() * laplacian.mass[i];
+  }
+  reference.eigenvalues = basis.eigenvalues;
+  reference.residual = basis.residual;
+  reference.solver = basis.solver;
+  reference.degenerate_triangles = laplacian.degenerate_triangles;
+  return reference;
+}
+
+}  // namespace lbea

@@ -1,0 +1,38 @@
+// One reference mesh as the model stores it: vertices in tree order, mass, eigenvalues, Psi' M.
+#pragma once
+
+#include "precompute/basis/eigenbasis.hpp"
+#include "precompute/survey/observed_region.hpp"
+#include "precompute/basis/vertex_tree.hpp"
+
+#include <Eigen/Dense>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// n vertices in the order of the tree's leaves, p modes.
+struct ReferenceBasis {
+  double time_s = 0;                                   // since impact
+  std::vector<std::uint32_t> vertex_nodes;             // n: vertex -> node of the common mesh
+  std::vector<std::array<float, 3>> vertex_positions;  // n
+  BakedTree tree;
+  Eigen::VectorXd mass;         // n
+  Eigen::VectorXd eigenvalues;  // p
+  Eigen::MatrixXd projection;   // Psi' M, p x n
+  double residual = 0;          // of the eigenpairs, see Eigenbasis
+  std::string solver;
+  std::size_t degenerate_triangles = 0;
+};
+
+/// Method step 5. positions: N x 3 of the common mesh in the reference state; node_ids: N, for messages.
+/// Throws Error{bad_input} naming a node whose elements have no area in this state, and as eigenbasis() does.
+[[nodiscard]] ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const float> positions,
+                                             std::span<const std::uint32_t> node_ids, std::uint32_t p,
+                                             double time_s);
+
+}  // namespace lbea

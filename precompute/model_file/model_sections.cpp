@@ -1,0 +1,185 @@
+#include "precompute/model_file/model_sections.hpp"
+
+#include "precompute/samples/field_sections.hpp"
+#include "precompute/samples/landmarks.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+
+namespace lbea {
+
+namespace {
+
+using format::ElementType;
+using format::SectionId;
+
+std::uint32_t count32(std::size_t count, const std::string& what) {
+  if (count >= std::numeric_limits<std::uint32_t>::max())
+    throw Error(Status::bad_config,
+                std::to_string(count) + " " + what + " are more than a model can hold; use fewer");
+  return static_cast<std::uint32_t>(count);
+}
+
+template <typename Strings>
+std::string joined(const Strings& strings) {
+  std::string text;
+  for (const std::string& string : strings) text.append(string).push_back('\0');
+  return text;
+}
+
+void add_ensemble(SmallSections& sections, const format::Info& info, const EnsembleDescription& description,
+                  const Ensemble& ensemble, const Survey& survey) {
+  std::vector<std::string> names;
+  std::vector<double> parameters, times;
+  std::vector<std::uint32_t> samples;
+  for (std::uint32_t run = 0; run < info.simulations; ++run) {
+    names.push_back(ensemble.runs[run].name);
+    parameters.insert(parameters.end(), ensemble.runs[run].parameters.begin(),
+                      ensemble.runs[run].parameters.end());
+    times.insert(times.end(), survey.runs[run].times_s.begin(), survey.runs[run].times_s.end());
+    for (const std::uint32_t step : survey.runs[run].steps) samples.insert(samples.end(), {run, step});
+  }
+  sections.add_text(SectionId::length_unit, joined(std::array{description.length_unit}));
+  sections.add_text(SectionId::simulation_names, joined(names));
+  sections.add_text(SectionId::parameter_names, joined(ensemble.parameter_names));
+  sections.add<double>(SectionId::parameters, 0, {info.simulations, info.parameters}, parameters);
+  sections.add<std::uint32_t>(SectionId::samples, 0, {info.samples, 2}, samples);
+  sections.add<double>(SectionId::sample_times, 0, {info.samples}, times);
+}
+
+void add_component(SmallSections& sections, const format::Info& info, const Survey& survey) {
+  const CommonMesh& mesh = survey.mesh;
+  std::vector<std::uint32_t> element_nodes;
+  for (const Quad& element : mesh.elements)
+    element_nodes.insert(element_nodes.end(), element.begin(), element.end());
+  std::vector<std::string> field_names;
+  for (const SimulationField& field : survey.fields)
+    field_names.insert(field_names.end(), {field.name, field.unit});
+  const std::vector<std::uint32_t> at_elements(info.fields, 0);
+  sections.add<std::uint32_t>(SectionId::node_ids, 0, {info.nodes}, mesh.node_ids);
+  sections.add<std::uint32_t>(SectionId::element_ids, 0, {info.elements}, mesh.element_ids);
+  sections.add<std::uint32_t>(SectionId::element_parts, 0, {info.elements}, mesh.element_parts);
+  sections.add<std::uint32_t>(SectionId::element_nodes, 0, {info.elements, 4}, element_nodes);
+  sections.add_text(SectionId::field_names, joined(field_names));
+  sections.add<std::uint32_t>(SectionId::field_locations, 0, {info.fields}, at_elements);
+}
+
+// Psi' M as the runtime multiplies it: single precision, rows padded with zeros.
+std::vector<float> padded_rows(const Eigen::MatrixXd& matrix) {
+  const std::size_t stride = format::padded(static_cast<std::size_t>(matrix.cols()));
+  std::vector<float> rows(static_cast<std::size_t>(matrix.rows()) * stride, 0.0f);
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j)
+      rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)] =
+          static_cast<float>(matrix(i, j));
+  return rows;
+}
+
+template <typename T, std::size_t N>
+std::span<const T> flat(const std::vector<std::array<T, N>>& rows) {
+  return {rows.empty() ? nullptr : rows.front().data(), N * rows.size()};
+}
+
+std::span<const double> values(const Eigen::VectorXd& vector) {
+  return {vector.data(), static_cast<std::size_t>(vector.size())};
+}
+
+void add_reference(SmallSections& sections, const format::Info& info, std::uint32_t part,
+                   const ReferenceBasis& reference) {
+  const std::uint64_t n = info.vertices, p = info.modes, t = reference.tree.ranges.size();
+  sections.add<std::uint32_t>(SectionId::vertex_nodes, part, {n}, reference.vertex_nodes);
+  sections.add<float>(SectionId::vertex_positions, part, {n, 3}, flat(reference.vertex_positions));
+  sections.add<double>(SectionId::mass, part, {n}, values(reference.mass));
+  sections.add<double>(SectionId::eigenvalues, part, {p}, values(reference.eigenvalues));
+  sections.add<float>(SectionId::projection, part, {p, format::padded(n)}, padded_rows(reference.projection));
+  sections.add<float>(SectionId::tree_boxes, part, {t, 6}, flat(reference.tree.boxes));
+  sections.add<std::uint32_t>(SectionId::tree_ranges, part, {t, 3}, flat(reference.tree.ranges));
+}
+
+}  // namespace
+
+void SmallSections::add_text(SectionId id, const std::string& text) { add<char>(id, 0, {text.size()}, text); }
+
+void SmallSections::plan(std::vector<PlannedSection>& plan) const {
+  for (const Section& section : sections_) plan.push_back(section.plan);
+}
+
+void SmallSections::write(ModelWriter& writer) const {
+  for (const Section& section : sections_)
+    writer.write_bytes(section.plan.id, section.plan.part, 0, section.bytes);
+}
+
+format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble,
+                        const Survey& survey, const std::vector<ReferenceBasis>& references,
+                        const EnvelopeGrid& envelope) {
+  format::Info info{};
+  info.reference_mode = static_cast<std::uint32_t>(description.mode);
+  info.vertices = count32(references.front().vertex_nodes.size(), "vertices");
+  info.modes = description.modes;
+  info.samples = count32(survey.samples(), "samples");
+  info.simulations = count32(ensemble.runs.size(), "runs");
+  info.references = count32(references.size(), "reference meshes");
+  info.nodes = count32(survey.mesh.node_ids.size(), "nodes");
+  info.elements = count32(survey.mesh.elements.size(), "elements");
+  info.fields = count32(survey.fields.size(), "fields");
+  info.parameters = count32(ensemble.parameter_names.size(), "parameters");
+  info.envelope_cells = envelope.cells;
+  return info;
+}
+
+SmallSections small_sections(const format::Info& info, const EnsembleDescription& description,
+                             const Ensemble& ensemble, const Survey& survey,
+                             const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
+  SmallSections sections;
+  std::array<std::uint32_t, sizeof(format::Info) / sizeof(std::uint32_t)> words{};
+  std::memcpy(words.data(), &info, sizeof(info));
+  sections.add<std::uint32_t>(SectionId::info, 0, {words.size()}, words);
+  add_ensemble(sections, info, description, ensemble, survey);
+  add_component(sections, info, survey);
+  const std::array<float, 4> grid{envelope.corner[0], envelope.corner[1], envelope.corner[2], envelope.edge};
+  sections.add<float>(SectionId::envelope_grid, 0, {4}, grid);
+  std::vector<double> reference_times;
+  for (const ReferenceBasis& reference : references) reference_times.push_back(reference.time_s);
+  sections.add<double>(SectionId::reference_times, 0, {info.references}, reference_times);
+  for (std::uint32_t part = 0; part < info.references; ++part)
+    add_reference(sections, info, part, references[part]);
+  return sections;
+}
+
+void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info, const EnsembleDescription& description,
+                         std::size_t provenance_size, const ViewCamera* camera) {
+  const std::uint64_t s = info.samples, n = info.vertices;
+  const std::uint64_t cells =
+      std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
+  plan.push_back({SectionId::provenance, 0, ElementType::u8, {provenance_size}});
+  plan.push_back({SectionId::node_positions, 0, ElementType::f32, {s, info.nodes, 3}});
+  for (std::uint32_t field = 0; field < info.fields; ++field) plan_field(plan, info, field, description.compact_fields);
+  plan.push_back({SectionId::envelope_bits, 0, ElementType::u64, {(cells + 63) / 64}});
+  for (std::uint32_t part = 0; part < info.references; ++part) {
+    plan.push_back({SectionId::coefficients, part, ElementType::f32, {s, 3, format::padded(info.modes)}});
+    if (description.correspondence) plan.push_back({SectionId::correspondence, part, ElementType::u32, {s, n}});
+    plan.push_back({SectionId::leading_axes, part, ElementType::u32, {3}});
+  }
+  plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
+  if (has_landmarks(info, description)) plan_landmarks(plan, info);
+  if (camera == nullptr) return;
+  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {sizeof(format::ViewCameraWords) / sizeof(double)}});
+  plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
+  plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
+  plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
+}
+
+void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntViews& learnt) {
+  format::ViewCameraWords words{{}, double{camera.focal}, double{camera.centre_column}, double{camera.centre_row},
+                                double{camera.depth_origin}, double{camera.depth_step}, double{learnt.limits.frame}, double{learnt.limits.test}};
+  std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
+  writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
+  writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});
+  writer.write<float>(SectionId::view_expected, 0, 0, learnt.expected);
+}
+
+}  // namespace lbea

@@ -1,0 +1,49 @@
+// Pinhole cameras: poses in double, rays out of pixels and pixels of points.
+#pragma once
+
+#include "precompute/rig/stereo_sensor.hpp"
+
+#include <array>
+
+namespace lbea {
+
+struct Vec3 {
+  double x = 0, y = 0, z = 0;
+};
+[[nodiscard]] inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+[[nodiscard]] inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+[[nodiscard]] inline Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+[[nodiscard]] double norm(const Vec3& a);
+
+/// T_to_from in double: the cameras' relative pose is a small difference of large numbers.
+struct Pose {
+  std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major
+  Vec3 translation;
+
+  [[nodiscard]] Vec3 operator()(const Vec3& from) const;
+  [[nodiscard]] Pose inverse() const;
+};
+[[nodiscard]] Pose operator*(const Pose& T_c_b, const Pose& T_b_a);
+/// Throws Error{bad_config}, naming `what`, when the matrix is not finite or its left part not a rotation.
+[[nodiscard]] Pose to_pose(const RigidTransform& transform, const char* what);
+
+/// The image plane, the same in both cameras. Pixel (column, row) has its centre at (column + 1/2, row + 1/2).
+class PinholeImage {
+ public:
+  /// Throws Error{bad_config} for a size or focal length that makes no image.
+  explicit PinholeImage(const StereoSensor& sensor);
+  [[nodiscard]] std::uint32_t width() const { return width_; }
+  [[nodiscard]] std::uint32_t height() const { return height_; }
+  /// Direction with z = 1 through a pixel's centre.
+  [[nodiscard]] Vec3 direction(std::uint32_t column, std::uint32_t row) const;
+  /// Whether a point in camera coordinates lies in front of the camera and inside its image.
+  [[nodiscard]] bool sees(const Vec3& point) const;
+
+ private:
+  std::uint32_t width_, height_;
+  double focal_;
+};
+
+}  // namespace lbea

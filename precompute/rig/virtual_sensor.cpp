@@ -1,0 +1,75 @@
+#include "precompute/rig/virtual_sensor.hpp"
+
+#include "precompute/rig/measurement.hpp"
+#include "precompute/rig/view.hpp"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace lbea {
+
+namespace {
+std::uint32_t scaled_size(std::uint32_t pixels, double factor) {
+  const double size = std::round(pixels * factor);
+  if (!(size >= 1 && size <= std::numeric_limits<std::uint32_t>::max()))
+    throw Error{Status::bad_config, "a resolution scale of " + std::to_string(factor) + " makes no image of " +
+                                        std::to_string(pixels) + " px; take a number near 1"};
+  return static_cast<std::uint32_t>(size);
+}
+}  // namespace
+
+StereoSensor scaled(const StereoSensor& sensor, double factor) {
+  StereoSensor result = sensor;
+  result.width_px = scaled_size(sensor.width_px, factor);
+  result.height_px = scaled_size(sensor.height_px, factor);
+  result.focal_px = static_cast<float>(sensor.focal_px * factor);
+  return result;
+}
+
+VirtualSensor::VirtualSensor(const StereoSensor& sensor, std::size_t nodes,
+                             std::span<const std::array<std::uint32_t, 4>> elements, unsigned threads)
+    : rig_(std::make_unique<const sensing::Rig>(sensor, nodes, elements, threads)) {}
+VirtualSensor::~VirtualSensor() = default;
+VirtualSensor::VirtualSensor(VirtualSensor&&) noexcept = default;
+VirtualSensor& VirtualSensor::operator=(VirtualSensor&&) noexcept = default;
+
+const StereoSensor& VirtualSensor::sensor() const noexcept { return rig_->sensor; }
+
+SensorImage VirtualSensor::image(const SurfaceState& state, float min_cos_incidence) const {
+  return sensing::View(*rig_, state).render(min_cos_incidence);
+}
+
+std::vector<float> VirtualSensor::depth_image(const SurfaceState& state) const { return image(state).depth; }
+
+std::vector<Point> VirtualSensor::sense(const SurfaceState& state, const SensingNoise& noise,
+                                        std::uint64_t seed) const {
+  return sensing::measure(*rig_, sensing::View(*rig_, state), noise, seed);
+}
+
+std::vector<std::uint8_t> VirtualSensor::visible_nodes(const SurfaceState& state, float min_cos_incidence) const {
+  const sensing::View view(*rig_, state);
+  std::vector<std::uint8_t> visible(rig_->nodes, 0);
+  for (const auto& triangle : view.triangles())
+    for (const std::uint32_t node : triangle)
+      if (visible[node] == 0)
+        visible[node] = rig_->faces_both(view.node(node), view.normal(triangle), min_cos_incidence);
+  for (std::uint32_t node = 0; node < visible.size(); ++node) {
+    const Vec3 point = view.node(node);
+    if (visible[node] != 0)
+      visible[node] = rig_->in_left_image(point) && rig_->in_right_image(point) && !view.hidden_from_left(point) &&
+                      !view.hidden_from_right(point);
+  }
+  return visible;
+}
+
+std::vector<std::uint8_t> VirtualSensor::visible_elements(const SurfaceState& state,
+                                                          float min_cos_incidence) const {
+  const SensorImage seen = image(state, min_cos_incidence);
+  std::vector<std::uint8_t> visible(rig_->elements, 0);
+  for (std::size_t pixel = 0; pixel < seen.pixels(); ++pixel)
+    if (seen.measured[pixel] != 0) visible[seen.element[pixel]] = 1;
+  return visible;
+}
+
+}  // namespace lbea

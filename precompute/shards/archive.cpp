@@ -1,9 +1,0 @@
-#include "precompute/shards/archive.hpp"
-
-#include "runtime/src/checksum.hpp"
-
-namespace lbea {
-
-void KeySink::bytes(std::span<const std::byte> bytes) { key_ = XXH3_64bits_withSeed(bytes.data(), bytes.size(), key_); }
-
-}  // namespace lbea

@@ -1,0 +1,140 @@
+#include "precompute/survey/common_mesh.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <unordered_map>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
+
+using NodeIndex = std::unordered_map<std::uint32_t, std::uint32_t>;  // id -> index
+
+// Sorted: the faces of one solid share its id and differ in their nodes.
+using ElementKey = std::array<std::uint32_t, 5>;
+using ElementIndex = std::map<ElementKey, std::uint32_t>;
+
+void check_sizes(const SimulationMesh& mesh, const std::string& run) {
+  const bool consistent = mesh.element_ids.size() == mesh.elements.size() &&
+                          mesh.element_parts.size() == mesh.elements.size() &&
+                          mesh.node_ids.size() < nowhere && mesh.elements.size() < nowhere;
+  if (!consistent) throw Error(Status::bad_input, "run " + run + ": its mesh is not complete or too large");
+  for (const Quad& element : mesh.elements)
+    for (const std::uint32_t node : element)
+      if (node >= mesh.node_ids.size())
+        throw Error(Status::bad_input, "run " + run + ": an element names node index " +
+                                           std::to_string(node) + ", but there are " +
+                                           std::to_string(mesh.node_ids.size()) + " nodes");
+}
+
+NodeIndex index_nodes(const std::vector<std::uint32_t>& ids, const std::string& run) {
+  NodeIndex index;
+  index.reserve(ids.size());
+  for (std::uint32_t i = 0; i < ids.size(); ++i)
+    if (!index.emplace(ids[i], i).second)
+      throw Error(Status::bad_input,
+                  "run " + run + ": node id " + std::to_string(ids[i]) + " is given twice");
+  return index;
+}
+
+ElementKey key_of(const std::vector<std::uint32_t>& node_ids, const Quad& element, std::uint32_t id) {
+  return {id, node_ids[element[0]], node_ids[element[1]], node_ids[element[2]], node_ids[element[3]]};
+}
+
+ElementIndex index_elements(const SimulationMesh& mesh) {
+  ElementIndex index;
+  for (std::uint32_t e = 0; e < mesh.elements.size(); ++e)
+    index.emplace(key_of(mesh.node_ids, mesh.elements[e], mesh.element_ids[e]), e);
+  return index;
+}
+
+bool same_numbering(const SimulationMesh& a, const SimulationMesh& b) {
+  return a.node_ids == b.node_ids && a.element_ids == b.element_ids && a.elements == b.elements;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
+                                          std::span<const std::uint8_t> alive, const std::string& run) {
+  check_sizes(mesh, run);
+  if (alive.size() != mesh.elements.size())
+    throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(alive.size()) +
+                                       " elements, but there are " + std::to_string(mesh.elements.size()));
+  if (same_numbering(mesh, reference)) return {alive.begin(), alive.end()};
+  (void)index_nodes(mesh.node_ids, run);
+  const ElementIndex index = index_elements(mesh);
+  std::vector<std::uint8_t> common(reference.elements.size());
+  for (std::size_t e = 0; e < common.size(); ++e) {
+    const auto found = index.find(key_of(reference.node_ids, reference.elements[e], reference.element_ids[e]));
+    common[e] = found != index.end() && alive[found->second] != 0;
+  }
+  return common;
+}
+
+CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string& run)
+    : reference_(std::move(reference)), kept_(reference_.elements.size(), 1) {
+  check_sizes(reference_, run);
+  (void)index_nodes(reference_.node_ids, run);
+}
+
+void CommonMeshBuilder::keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive,
+                                    const std::string& run) {
+  keep(common_elements(reference_, mesh, alive, run));
+}
+
+void CommonMeshBuilder::keep(std::span<const std::uint8_t> common) {
+  for (std::size_t e = 0; e < kept_.size(); ++e) kept_[e] = kept_[e] && common[e];
+}
+
+CommonMesh CommonMeshBuilder::finish() const {
+  std::vector<std::uint32_t> new_index(reference_.nodes(), nowhere);
+  for (std::size_t e = 0; e < kept_.size(); ++e)
+    if (kept_[e])
+      for (const std::uint32_t node : reference_.elements[e]) new_index[node] = 0;
+
+  CommonMesh common;
+  for (std::size_t node = 0; node < new_index.size(); ++node) {
+    if (new_index[node] == nowhere) continue;
+    new_index[node] = static_cast<std::uint32_t>(common.node_ids.size());
+    common.node_ids.push_back(reference_.node_ids[node]);
+  }
+  for (std::size_t e = 0; e < kept_.size(); ++e) {
+    if (!kept_[e]) continue;
+    const Quad& q = reference_.elements[e];
+    common.elements.push_back({new_index[q[0]], new_index[q[1]], new_index[q[2]], new_index[q[3]]});
+    common.element_ids.push_back(reference_.element_ids[e]);
+    common.element_parts.push_back(reference_.element_parts[e]);
+  }
+  if (common.elements.empty())
+    throw Error(Status::bad_input,
+                "no element is common to all used states of all runs; do they show the same component "
+                "with the same numbering? Leave out runs or late time steps");
+  return common;
+}
+
+MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh, const std::string& run) {
+  const NodeIndex nodes = index_nodes(mesh.node_ids, run);
+  const ElementIndex elements = index_elements(mesh);
+  MeshMapping mapping;
+  for (const std::uint32_t id : common.node_ids) {
+    const auto found = nodes.find(id);
+    if (found == nodes.end())
+      throw Error(Status::bad_input, "run " + run + ": node " + std::to_string(id) + " is missing");
+    mapping.nodes.push_back(found->second);
+  }
+  for (std::size_t e = 0; e < common.elements.size(); ++e) {
+    const auto found = elements.find(key_of(common.node_ids, common.elements[e], common.element_ids[e]));
+    if (found == elements.end())
+      throw Error(Status::bad_input,
+                  "run " + run + ": element " + std::to_string(common.element_ids[e]) + " is missing");
+    mapping.elements.push_back(found->second);
+  }
+  return mapping;
+}
+
+}  // namespace lbea

@@ -1,0 +1,192 @@
+#include "precompute/survey/envelope.hpp"
+
+#include "precompute/survey/cell_block.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <functional>
+
+namespace lbea {
+
+namespace {
+
+constexpr double most_cells = 1 << 17;   // about; 16 KiB stay in the cache of whoever culls points
+constexpr double margin_per_edge = 4;    // cells need not be finer than this
+constexpr double rounding_slack = 0.01;  // cells; floats of the runtime may round a point into the next cell
+
+std::size_t words(std::size_t bits) { return (bits + 63) / 64; }
+
+std::size_t index_of(const EnvelopeGrid& grid, std::size_t x, std::size_t y, std::size_t z) {
+  return x + grid.cells[0] * (y + std::size_t{grid.cells[1]} * z);
+}
+
+bool test(const EnvelopeGrid& grid, std::size_t cell) {
+  return (grid.bits[cell / 64] >> (cell % 64) & 1) != 0;
+}
+
+/// How many cells along x come within `margin` of a cell this far away in y and z; -1: none. All in cells.
+std::int64_t reach_along_x(std::int64_t y, std::int64_t z, double margin) {
+  const auto gap = [](std::int64_t offset) { return static_cast<double>(std::max<std::int64_t>(std::abs(offset) - 1, 0)); };
+  std::int64_t x = -1;
+  while (std::hypot(gap(x + 1), gap(y), gap(z)) <= margin) ++x;
+  return x;
+}
+
+/// A row of cells, as far away in y and z, and how far along x the margin reaches there.
+struct Neighbour {
+  std::int64_t y, z;
+  std::size_t x;
+};
+
+std::vector<Neighbour> neighbours(double margin) {
+  const auto reach = static_cast<std::int64_t>(std::ceil(margin)) + 1;
+  std::vector<Neighbour> rows;
+  for (std::int64_t z = -reach; z <= reach; ++z)
+    for (std::int64_t y = -reach; y <= reach; ++y)
+      if (const std::int64_t x = reach_along_x(y, z, margin); x >= 0) rows.push_back({y, z, static_cast<std::size_t>(x)});
+  return rows;
+}
+
+/// The cells of one y and z, in words of their own.
+using Row = std::vector<std::uint64_t>;
+
+Row row_at(const EnvelopeGrid& grid, std::size_t begin) {
+  Row row(words(grid.cells[0]));
+  for (std::size_t x = 0; x < grid.cells[0]; ++x) row[x / 64] |= std::uint64_t{test(grid, begin + x)} << (x % 64);
+  return row;
+}
+
+/// And the neighbours of all that is marked.
+Row widened(const Row& row) {
+  Row wide = row;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    wide[i] |= row[i] << 1 | row[i] >> 1;
+    if (i > 0) wide[i] |= row[i - 1] >> 63;
+    if (i + 1 < row.size()) wide[i] |= row[i + 1] << 63;
+  }
+  return wide;
+}
+
+void mark_row(EnvelopeGrid& grid, std::size_t begin, const Row& row) {
+  for (std::size_t x = 0; x < grid.cells[0]; ++x)
+    grid.bits[(begin + x) / 64] |= (row[x / 64] >> (x % 64) & 1) << ((begin + x) % 64);
+}
+
+}  // namespace
+
+bool EnvelopeGrid::contains(const std::array<float, 3>& point) const noexcept {
+  std::array<std::size_t, 3> at{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double cell = std::floor((double{point[axis]} - double{corner[axis]}) / double{edge});
+    if (!(cell >= 0 && cell < cells[axis])) return false;
+    at[axis] = static_cast<std::size_t>(cell);
+  }
+  return test(*this, index_of(*this, at[0], at[1], at[2]));
+}
+
+EnvelopeBuilder::EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max,
+                                 double margin) {
+  double volume = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) volume *= double{max[axis]} - double{min[axis]} + 2 * margin;
+  if (!(margin > 0 && volume > 0 && std::isfinite(volume)))
+    throw Error(Status::bad_config,
+                "the envelope margin must be positive and the positions finite; the margin is " +
+                    std::to_string(margin));
+  surface_.edge = static_cast<float>(std::max(margin / margin_per_edge, std::cbrt(volume / most_cells)));
+  const double edge = double{surface_.edge};
+  margin_cells_ = margin / edge + rounding_slack;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double room = (margin_cells_ + rounding_slack) * edge;
+    surface_.corner[axis] = static_cast<float>(double{min[axis]} - room);
+    const double cells = std::ceil((double{max[axis]} + room - double{surface_.corner[axis]}) / edge);
+    surface_.cells[axis] = static_cast<std::uint32_t>(std::max(cells, 1.0));
+  }
+  surface_.bits.assign(words(surface_.count()), 0);
+}
+
+void EnvelopeBuilder::add(std::span<const float> positions, std::span<const Quad> elements) {
+  std::vector<Corner> corners(positions.size() / 3);
+  for (std::size_t node = 0; node < corners.size(); ++node)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double along = (double{positions[3 * node + axis]} - double{surface_.corner[axis]}) / double{surface_.edge};
+      corners[node][axis] = along > 0 ? std::min(along, static_cast<double>(surface_.cells[axis]) - 0.5) : 0;
+    }
+  for (const auto& [a, b, c, d] : elements) {
+    add_triangle(corners[a], corners[b], corners[c]);
+    if (c != d) add_triangle(corners[a], corners[c], corners[d]);
+  }
+}
+
+void EnvelopeBuilder::add(std::span<const std::uint64_t> bits) {
+  for (std::size_t i = 0; i < std::min(bits.size(), surface_.bits.size()); ++i)
+    std::atomic_ref<std::uint64_t>(surface_.bits[i]).fetch_or(bits[i], std::memory_order_relaxed);
+}
+
+// Halved until it fits into a block; what is marked there are the bounding boxes of pieces no larger than a cell.
+void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corner& c) {
+  Corner low{}, ab{}, bc{}, ca{};
+  double largest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    low[axis] = std::min({a[axis], b[axis], c[axis]});
+    largest = std::max(largest, std::max({a[axis], b[axis], c[axis]}) - low[axis]);
+    ab[axis] = (a[axis] + b[axis]) / 2;
+    bc[axis] = (b[axis] + c[axis]) / 2;
+    ca[axis] = (c[axis] + a[axis]) / 2;
+  }
+  if (largest > 2) {
+    add_triangle(a, ab, ca);
+    add_triangle(ab, b, bc);
+    add_triangle(ca, bc, c);
+    return add_triangle(ab, bc, ca);
+  }
+  const CellBlock block(low);
+  const CellBlock::Planes at_a = block.planes(a), at_b = block.planes(b), at_c = block.planes(c);
+  if (largest <= 1) return mark(block, CellBlock::box(at_a, at_b, at_c));
+  const CellBlock::Planes at_ab = block.planes(ab), at_bc = block.planes(bc), at_ca = block.planes(ca);
+  mark(block, CellBlock::box(at_a, at_ab, at_ca) | CellBlock::box(at_ab, at_b, at_bc) | CellBlock::box(at_ca, at_bc, at_c) |
+                  CellBlock::box(at_ab, at_bc, at_ca));
+}
+
+// Four cells along x at a time. Most of them are marked already.
+void EnvelopeBuilder::mark(const CellBlock& block, std::uint64_t cells) {
+  const auto mark_in = [&](std::size_t word, std::uint64_t bits) {
+    std::atomic_ref<std::uint64_t> marked(surface_.bits[word]);
+    if ((marked.load(std::memory_order_relaxed) & bits) != bits) marked.fetch_or(bits, std::memory_order_relaxed);
+  };
+  while (cells != 0) {
+    const auto row = static_cast<std::size_t>(std::countr_zero(cells)) / 4;
+    const std::uint64_t four = cells >> (4 * row) & 15;
+    cells &= ~(std::uint64_t{15} << (4 * row));
+    const std::size_t cell = index_of(surface_, block.first[0], block.first[1] + row % 4, block.first[2] + row / 4), at = cell % 64;
+    mark_in(cell / 64, four << at);
+    if (at > 60 && four >> (64 - at) != 0) mark_in(cell / 64 + 1, four >> (64 - at));
+  }
+}
+
+EnvelopeGrid EnvelopeBuilder::finish() const {
+  const std::int64_t ny = surface_.cells[1], nz = surface_.cells[2];
+  const auto number = [&](std::int64_t y, std::int64_t z) { return static_cast<std::size_t>(y + ny * z); };
+  const std::vector<Neighbour> within = neighbours(margin_cells_);
+  const std::size_t farthest = std::ranges::max_element(within, {}, &Neighbour::x)->x;
+  std::vector<Row> wide(number(0, nz), Row(words(surface_.cells[0])));
+  for (std::int64_t z = 0; z < nz; ++z)
+    for (std::int64_t y = 0; y < ny; ++y) {
+      std::vector<Row> by_reach{row_at(surface_, surface_.cells[0] * number(y, z))};
+      if (std::ranges::all_of(by_reach.front(), [](std::uint64_t word) { return word == 0; })) continue;
+      while (by_reach.size() <= farthest) by_reach.push_back(widened(by_reach.back()));
+      for (const Neighbour& row : within) {
+        const std::int64_t j = y + row.y, k = z + row.z;
+        if (j < 0 || k < 0 || j >= ny || k >= nz) continue;
+        std::ranges::transform(wide[number(j, k)], by_reach[row.x], wide[number(j, k)].begin(), std::bit_or{});
+      }
+    }
+  EnvelopeGrid grid = surface_;
+  for (std::size_t row = 0; row < wide.size(); ++row) mark_row(grid, surface_.cells[0] * row, wide[row]);
+  return grid;
+}
+
+}  // namespace lbea

@@ -1,0 +1,51 @@
+// Where the ensemble can be: frame points outside are background. runtime/FORMAT.md sections 17 and 18.
+#pragma once
+
+#include "precompute/survey/quad.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lbea {
+
+struct CellBlock;
+
+/// Cubic cells over a box; cell x + nx (y + ny z) is bit (cell mod 64) of word (cell div 64).
+struct EnvelopeGrid {
+  std::array<float, 3> corner{};
+  float edge = 1;
+  std::array<std::uint32_t, 3> cells{};
+  std::vector<std::uint64_t> bits;
+
+  [[nodiscard]] std::size_t count() const noexcept { return std::size_t{cells[0]} * cells[1] * cells[2]; }
+  /// False outside the grid.
+  [[nodiscard]] bool contains(const std::array<float, 3>& point) const noexcept;
+};
+
+/// Collects the surfaces of all samples, then widens them by the margin. No point within the margin of a surface is
+/// ever outside; points up to about three cell diagonals farther may be inside.
+class EnvelopeBuilder {
+ public:
+  /// min, max: a box that holds every sample. Throws Error{bad_config} when it or the margin is not finite or
+  /// the margin not positive.
+  EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max, double margin);
+  /// positions: N x 3 of one sample. Safe from several threads; the result does not depend on them.
+  void add(std::span<const float> positions, std::span<const Quad> elements);
+  /// What another builder of the same box and margin has collected: its layout()'s bits. Safe from several threads.
+  void add(std::span<const std::uint64_t> bits);
+  /// Call once, after the last add().
+  [[nodiscard]] EnvelopeGrid finish() const;
+  /// The grid, and in its bits what has been collected so far.
+  [[nodiscard]] const EnvelopeGrid& layout() const noexcept { return surface_; }
+
+ private:
+  using Corner = std::array<double, 3>;  // in cells
+  void add_triangle(const Corner& a, const Corner& b, const Corner& c);
+  void mark(const CellBlock& block, std::uint64_t cells);
+  EnvelopeGrid surface_;
+  double margin_cells_;
+};
+
+}  // namespace lbea

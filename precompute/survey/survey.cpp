@@ -1,0 +1,217 @@
+#include "precompute/survey/survey.hpp"
+
+#include "precompute/survey/file_hash.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <unordered_map>
+
+namespace lbea {
+
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr Extent nowhere{infinity, infinity, infinity, -infinity, -infinity, -infinity};
+
+void widen(Extent& extent, const Extent& by) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    extent[axis] = std::min(extent[axis], by[axis]);
+    extent[axis + 3] = std::max(extent[axis + 3], by[axis + 3]);
+  }
+}
+
+/// Where the run's nodes are and which elements it keeps, in its own numbering.
+struct Movement {
+  std::vector<std::uint8_t> alive;
+  std::vector<Extent> extents;
+};
+
+Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t>& steps, const std::string& run,
+                       Stage& stage) {
+  const SimulationMesh& mesh = reader.mesh();
+  Movement movement{std::vector<std::uint8_t>(mesh.elements.size(), 1), std::vector<Extent>(mesh.nodes(), nowhere)};
+  SimulationState state;
+  for (const std::uint32_t step : steps) {
+    stage.check();
+    reader.read(step, state);
+    check_state(reader, state, run, step);
+    for (std::size_t e = 0; e < state.alive.size(); ++e) movement.alive[e] = movement.alive[e] && state.alive[e];
+    for (std::size_t i = 0; i < mesh.nodes(); ++i) {
+      const float* p = &state.positions[3 * i];
+      widen(movement.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
+    }
+  }
+  return movement;
+}
+
+std::vector<Extent> in_numbering_of(const SimulationMesh& reference, const SimulationMesh& mesh,
+                                    const std::vector<Extent>& extents) {
+  if (mesh.node_ids == reference.node_ids) return extents;
+  std::unordered_map<std::uint32_t, std::size_t> place;  // node id -> index in the run
+  for (std::size_t i = 0; i < mesh.nodes(); ++i) place.emplace(mesh.node_ids[i], i);
+  std::vector<Extent> result(reference.nodes(), nowhere);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    if (const auto found = place.find(reference.node_ids[i]); found != place.end()) result[i] = extents[found->second];
+  return result;
+}
+
+std::vector<double> step_times(std::vector<double> times, const std::vector<std::uint32_t>& steps, double factor,
+                               const std::string& run) {
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    times[i] *= factor;
+    if (!std::isfinite(times[i]))
+      throw Error(Status::bad_input, "run " + run + ": the time of state " + std::to_string(steps[i]) + " is not finite");
+  }
+  return times;
+}
+
+std::vector<InputFile> hashed_files(const SimulationReader& reader) {
+  std::vector<InputFile> files;
+  for (const std::filesystem::path& path : reader.files()) {
+    const auto [size, hash] = hash_file(path);
+    files.push_back({path.filename().string(), size, hash});
+  }
+  return files;
+}
+
+std::string listed(const std::vector<SimulationField>& fields) {
+  std::string names;
+  for (const SimulationField& field : fields) names += (names.empty() ? "" : ", ") + field.name;
+  return names.empty() ? "none" : names;
+}
+
+std::vector<std::uint32_t> find_fields(const std::vector<SimulationField>& chosen,
+                                       const std::vector<SimulationField>& present, const std::string& run) {
+  std::vector<std::uint32_t> places;
+  for (const SimulationField& field : chosen) {
+    const auto found = std::ranges::find(present, field.name, &SimulationField::name);
+    if (found == present.end())
+      throw Error(Status::bad_config, "run " + run + " has no field '" + field.name + "'; it has: " +
+                                          listed(present) + "; choose the fields that all runs have");
+    places.push_back(static_cast<std::uint32_t>(found - present.begin()));
+  }
+  return places;
+}
+
+std::vector<SimulationField> chosen_fields(const std::vector<std::string>& names,
+                                           const std::vector<SimulationField>& present,
+                                           const std::string& run) {
+  if (std::ranges::find(names, "all") != names.end()) return present;
+  std::vector<SimulationField> chosen;
+  for (const std::string& name : names) chosen.push_back({name, ""});
+  for (std::size_t i = 0; const std::uint32_t place : find_fields(chosen, present, run))
+    chosen[i++] = present[place];
+  return chosen;
+}
+
+}  // namespace
+
+void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
+                 std::uint32_t step) {
+  const SimulationMesh& mesh = reader.mesh();
+  const std::string where = "run " + run + ", state " + std::to_string(step);
+  const bool fits =
+      state.positions.size() == 3 * mesh.nodes() && state.alive.size() == mesh.elements.size() &&
+      state.fields.size() == reader.fields().size() &&
+      std::ranges::all_of(state.fields,
+                          [&](const auto& field) { return field.size() == mesh.elements.size(); });
+  if (!fits)
+    throw Error(Status::bad_input,
+                where + ": the state does not fit the mesh; is the file still being written?");
+  const auto bad = std::ranges::find_if(state.positions, [](float x) { return !std::isfinite(x); });
+  if (bad == state.positions.end()) return;
+  const auto node = static_cast<std::size_t>(bad - state.positions.begin()) / 3;
+  throw Error(Status::bad_input, where + ": the position of node " + std::to_string(mesh.node_ids[node]) +
+                                     " is not finite; leave this state out");
+}
+
+std::size_t Survey::samples() const noexcept {
+  return std::accumulate(runs.begin(), runs.end(), std::size_t{0},
+                         [](std::size_t sum, const RunSurvey& run) { return sum + run.steps.size(); });
+}
+
+std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
+                                      const std::string& run) {
+  std::vector<std::uint32_t> steps = selection.list;
+  std::ranges::sort(steps);
+  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+  if (!steps.empty() && steps.back() >= states)
+    throw Error(Status::bad_config, "run " + run + " has no state " + std::to_string(steps.back()) +
+                                        ", only " + std::to_string(states) + "; correct the list of steps");
+  if (selection.stride == 0)
+    throw Error(Status::bad_config, "the stride of the steps is 0; it must be 1 or more");
+  if (selection.list.empty())
+    for (std::uint64_t step = selection.first; step < states && step <= selection.last;
+         step += selection.stride)
+      steps.push_back(static_cast<std::uint32_t>(step));
+  if (steps.empty())
+    throw Error(Status::bad_config, "no state of run " + run + " is used: it has " + std::to_string(states) +
+                                        "; correct the steps or leave the run out");
+  return steps;
+}
+
+RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const EnsembleDescription& description,
+                      const SimulationReader& reference, Stage& stage) {
+  RunHistory history;
+  history.steps = used_steps(description.steps, reader.states(), run.name);
+  for (const std::uint32_t step : history.steps) history.times.push_back(reader.time_s(step));
+  (void)step_times(history.times, history.steps, description.time_factor, run.name);
+  history.fields = reader.fields();
+  (void)find_fields(chosen_fields(description.fields, reference.fields(), run.name), history.fields, run.name);
+  const Movement movement = read_movement(reader, history.steps, run.name, stage);
+  history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run.name);
+  history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
+  history.files = run.files.empty() ? hashed_files(reader) : run.files;
+  return history;
+}
+
+SurveyCollection::SurveyCollection(const SimulationReader& reference, const EnsembleDescription& description,
+                                   const std::string& run)
+    : time_factor_(description.time_factor), mesh_(reference.mesh(), run), extents_(reference.mesh().nodes(), nowhere) {
+  survey_.fields = chosen_fields(description.fields, reference.fields(), run);
+  survey_.reference_node_ids = reference.mesh().node_ids;
+}
+
+void SurveyCollection::add(RunHistory history, const std::string& run) {
+  RunSurvey survey;
+  survey.fields = find_fields(survey_.fields, history.fields, run);
+  survey.times_s = step_times(std::move(history.times), history.steps, time_factor_, run);
+  survey.steps = std::move(history.steps);
+  survey.files = std::move(history.files);
+  if (history.extents.size() != extents_.size() || history.common.size() != mesh_.reference().elements.size())
+    throw Error(Status::bad_input, "run " + run + " was surveyed with another reference; delete the survey");
+  mesh_.keep(history.common);
+  for (std::size_t i = 0; i < extents_.size(); ++i) widen(extents_[i], history.extents[i]);
+  survey_.runs.push_back(std::move(survey));
+}
+
+Survey SurveyCollection::finish() const {
+  Survey survey = survey_;
+  survey.mesh = mesh_.finish();
+  const auto box = box_of(extents_, reference_places(survey));
+  survey.min = box[0];
+  survey.max = box[1];
+  return survey;
+}
+
+std::vector<std::uint32_t> reference_places(const Survey& survey) {
+  std::unordered_map<std::uint32_t, std::uint32_t> place;  // node id -> index in the reference run
+  for (std::uint32_t i = 0; i < survey.reference_node_ids.size(); ++i) place.emplace(survey.reference_node_ids[i], i);
+  std::vector<std::uint32_t> places;
+  for (const std::uint32_t id : survey.mesh.node_ids) places.push_back(place.at(id));
+  return places;
+}
+
+std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
+                                           const std::vector<std::uint32_t>& places) {
+  Extent all = nowhere;
+  for (const std::uint32_t place : places) widen(all, extents.at(place));
+  return {{{all[0], all[1], all[2]}, {all[3], all[4], all[5]}}};
+}
+
+}  // namespace lbea

@@ -1,0 +1,86 @@
+// First pass over the runs: what they have in common, where they are, what they consist of.
+#pragma once
+
+#include "precompute/survey/common_mesh.hpp"
+#include "precompute/ensemble.hpp"
+#include "precompute/ensemble_description.hpp"
+#include "precompute/stage.hpp"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// One run's share of the samples.
+struct RunSurvey {
+  std::vector<std::uint32_t> steps;   // stored states used, ascending
+  std::vector<double> times_s;        // per step
+  std::vector<std::uint32_t> fields;  // per chosen field: its place in the run's fields
+  std::vector<InputFile> files;
+};
+
+struct Survey {
+  std::vector<RunSurvey> runs;
+  CommonMesh mesh;
+  std::vector<std::uint32_t> reference_node_ids;  // of the whole reference run, also those not common
+  std::array<float, 3> min{}, max{};              // box of the common nodes in all samples
+  std::vector<SimulationField> fields;            // chosen, the same in every run
+
+  [[nodiscard]] std::size_t samples() const noexcept;
+};
+
+/// The states of a run with `states` of them that become samples, ascending.
+/// Throws Error{bad_config} naming `run` when there are none or a listed one does not exist.
+[[nodiscard]] std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
+                                                    const std::string& run);
+
+/// Throws Error{bad_input} when the state does not fit the reader's mesh and fields or a position is not finite.
+void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
+                 std::uint32_t step);
+
+using Extent = std::array<float, 6>;  // min x, y, z, max x, y, z
+
+/// What one run told, in the numbering of the reference run's mesh.
+struct RunHistory {
+  std::vector<std::uint32_t> steps;     // stored states used, ascending
+  std::vector<double> times;            // per step, in the run's unit
+  std::vector<SimulationField> fields;  // all that it has
+  std::vector<InputFile> files;
+  std::vector<std::uint8_t> common;  // per element: 1 when the run has it in all its steps
+  std::vector<Extent> extents;       // per node: where it is in those steps; upside down when the run lacks it
+};
+
+/// Each used state once, one in memory. Throws Error{bad_input | bad_config} naming the run, and BakeCancelled.
+[[nodiscard]] RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run,
+                                    const EnsembleDescription& description, const SimulationReader& reference,
+                                    Stage& stage);
+
+/// Puts the histories together, run by run.
+class SurveyCollection {
+ public:
+  /// Throws Error{bad_config} when the reference run lacks a field.
+  SurveyCollection(const SimulationReader& reference, const EnsembleDescription& description, const std::string& run);
+  /// Throws Error{bad_input | bad_config} naming the run; it is not part of the collection then.
+  void add(RunHistory history, const std::string& run);
+  /// A run that is left out: no samples.
+  void add_nothing() { survey_.runs.emplace_back(); }
+  /// Throws Error{bad_input} when nothing is common.
+  [[nodiscard]] Survey finish() const;
+
+ private:
+  double time_factor_;
+  CommonMeshBuilder mesh_;
+  std::vector<Extent> extents_;  // of the reference run's nodes
+  Survey survey_;
+};
+
+/// Node of the common mesh -> node of the reference run's.
+[[nodiscard]] std::vector<std::uint32_t> reference_places(const Survey& survey);
+
+/// min x, y, z and max x, y, z of the nodes at `places` of a history's extents.
+[[nodiscard]] std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
+                                                         const std::vector<std::uint32_t>& places);
+
+}  // namespace lbea

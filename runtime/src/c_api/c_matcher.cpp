@@ -1,0 +1,191 @@
+// The C interface to matching: thin, no thought of its own.
+#include "runtime/src/c_api/c_handles.hpp"
+#include "runtime/src/c_api/c_struct.hpp"
+
+#include <cstddef>
+
+namespace lbea {
+
+namespace {
+
+static_assert(sizeof(lbea_status) == 4 && sizeof(lbea_method) == 4 && sizeof(lbea_verdict) == 4, "enums are four bytes wide");
+static_assert(sizeof(lbea_point) == sizeof(Point) && alignof(lbea_point) == alignof(Point));
+static_assert(LBEA_METHOD_LBEA == static_cast<int>(Method::lbea) && LBEA_METHOD_VTP == static_cast<int>(Method::vtp) &&
+              LBEA_METHOD_FIT == static_cast<int>(Method::fit));
+
+// The structs' sizes in the first version that had them: what every caller knows.
+constexpr std::size_t least_config = offsetof(lbea_config, T_reference_sensor) + sizeof(RigidTransform);
+constexpr std::size_t least_frame = offsetof(lbea_frame, point_count) + sizeof(std::size_t);
+constexpr std::size_t least_result = offsetof(lbea_result, fit_ns) + sizeof(std::uint32_t);
+constexpr std::size_t least_test_state = offsetof(lbea_test_state, verdict) + sizeof(lbea_verdict);
+
+lbea_config to_c(const MatcherConfig& config) noexcept {
+  lbea_config c{};
+  c.max_points = config.max_points;
+  c.max_matches = config.max_matches;
+  c.method = static_cast<std::int32_t>(config.method);
+  c.trusted_distance = config.trusted_distance;
+  c.min_coverage = config.min_coverage;
+  c.trigger_ns = config.trigger_ns;
+  std::ranges::copy(config.T_reference_sensor, c.T_reference_sensor);
+  return c;
+}
+
+MatcherConfig from_c(const lbea_config& c) noexcept {
+  MatcherConfig config;
+  config.max_points = c.max_points;
+  config.max_matches = c.max_matches;
+  config.method = static_cast<Method>(c.method);
+  config.trusted_distance = c.trusted_distance;
+  config.min_coverage = c.min_coverage;
+  config.trigger_ns = c.trigger_ns;
+  std::ranges::copy(c.T_reference_sensor, config.T_reference_sensor.begin());
+  return config;
+}
+
+lbea_verdict to_c(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::unknown: break;
+    case Verdict::matched: return LBEA_VERDICT_MATCHED;
+    case Verdict::ambiguous: return LBEA_VERDICT_AMBIGUOUS;
+    case Verdict::no_simulation_fits: return LBEA_VERDICT_NO_SIMULATION_FITS;
+  }
+  return LBEA_VERDICT_UNKNOWN;
+}
+
+lbea_match to_c(const Match& match, const Model& model) noexcept {
+  const std::uint32_t sample = model.sample_index(match.sample);
+  return {match.sample.simulation, match.sample.time_step, sample, match.distance, model.sample_time_s(sample)};
+}
+
+// What needs no memory of the matcher's.
+lbea_result to_c(const MatchResult& result) noexcept {
+  lbea_result c{};
+  c.status = to_c(result.status);
+  c.verdict = to_c(result.verdict);
+  c.frame_id = result.frame_id;
+  c.stamp_ns = result.stamp_ns;
+  c.reference = result.reference;
+  c.coverage = result.coverage;
+  c.coefficients = result.coefficients.data();
+  c.coefficient_count = static_cast<std::uint32_t>(result.coefficients.size());
+  std::ranges::copy(result.leading_coordinates, c.leading_coordinates);
+  c.residual = result.fit.residual;
+  c.estimate_residual = result.fit.estimate_residual;
+  c.misfit = result.fit.misfit;
+  c.spread = result.fit.spread;
+  c.points_received = result.points.received;
+  c.points_invalid = result.points.invalid;
+  c.points_culled = result.points.culled;
+  c.points_used = result.points.used;
+  c.index_ns = result.elapsed_ns.index;
+  c.correspondence_ns = result.elapsed_ns.correspondence;
+  c.projection_ns = result.elapsed_ns.projection;
+  c.matching_ns = result.elapsed_ns.matching;
+  c.coverage_ns = result.elapsed_ns.coverage;
+  c.fit_ns = result.elapsed_ns.fit;
+  return c;
+}
+
+void add_lists(lbea_matcher& m, lbea_result& c) noexcept {
+  const Model& model = m.matcher.model();
+  const auto match = [&](const Match& from) { return to_c(from, model); };
+  const auto share = [&](const WeightedSample& from) { return lbea_weighted_sample{model.sample_index(from.sample), from.weight}; };
+  std::ranges::transform(m.last.matches, m.matches.begin(), match);
+  std::ranges::transform(m.last.fit.candidates, m.candidates.begin(), match);
+  std::ranges::transform(m.last.fit.estimate, m.estimate.begin(), share);
+  c.matches = m.matches.data();
+  c.match_count = static_cast<std::uint32_t>(m.last.matches.size());
+  c.candidates = m.candidates.data();
+  c.candidate_count = static_cast<std::uint32_t>(m.last.fit.candidates.size());
+  c.estimate = m.estimate.data();
+  c.estimate_count = static_cast<std::uint32_t>(m.last.fit.estimate.size());
+}
+
+lbea_status refuse(lbea_result* result, std::string_view sentence) noexcept {
+  lbea_result empty{};
+  empty.status = LBEA_BAD_ARGUMENT;
+  write_c_struct(empty, result);
+  return bad_argument(sentence);
+}
+
+}  // namespace
+
+}  // namespace lbea
+
+using namespace lbea;
+
+lbea_status lbea_config_init(lbea_config* config, size_t struct_size) {
+  if (config == nullptr) return bad_argument("lbea_config_init: config is NULL");
+  if (struct_size > largest_c_struct || !is_plausible_size(static_cast<std::uint32_t>(struct_size), least_config))
+    return bad_argument(size_not_set);
+  config->struct_size = static_cast<std::uint32_t>(struct_size);
+  write_c_struct(to_c(MatcherConfig{}), config);
+  return LBEA_OK;
+}
+
+lbea_status lbea_matcher_create(const lbea_model* model, const lbea_config* config, lbea_matcher** matcher) {
+  if (matcher == nullptr) return bad_argument("lbea_matcher_create: matcher is NULL; give the address of a pointer");
+  *matcher = nullptr;
+  if (model == nullptr) return bad_argument("lbea_matcher_create: model is NULL; open one first");
+  lbea_config full = to_c(MatcherConfig{});
+  if (config != nullptr) {
+    if (!is_plausible_size(config->struct_size, least_config)) return bad_argument(size_not_set);
+    if (!read_c_struct(config, full))
+      return failed(LBEA_BAD_CONFIG, "matcher configuration: a field is set that this older library does not know");
+  }
+  return guarded([&] {
+    *matcher = new lbea_matcher(model->model, from_c(full));
+    return LBEA_OK;
+  });
+}
+
+void lbea_matcher_destroy(lbea_matcher* matcher) { delete matcher; }
+
+lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, lbea_result* result) {
+  if (result == nullptr) return bad_argument("lbea_matcher_match: result is NULL");
+  if (!is_plausible_size(result->struct_size, least_result)) return bad_argument(size_not_set);
+  if (matcher == nullptr || frame == nullptr) return refuse(result, "lbea_matcher_match: matcher or frame is NULL");
+  lbea_frame full{};
+  if (!is_plausible_size(frame->struct_size, least_frame)) return refuse(result, size_not_set);
+  if (!read_c_struct(frame, full)) return refuse(result, "lbea_matcher_match: the frame sets a field this older library does not know");
+  if (full.points == nullptr && full.point_count > 0) return refuse(result, "lbea_matcher_match: points is NULL");
+  const std::span points(reinterpret_cast<const Point*>(full.points), full.point_count);
+  matcher->last = matcher->matcher.match({full.id, full.stamp_ns, points});
+  lbea_result c = to_c(matcher->last);
+  add_lists(*matcher, c);
+  write_c_struct(c, result);
+  return c.status;
+}
+
+lbea_status lbea_tracker_create(const lbea_model* model, lbea_tracker** tracker) {
+  if (tracker == nullptr) return bad_argument("lbea_tracker_create: tracker is NULL; give the address of a pointer");
+  *tracker = nullptr;
+  if (model == nullptr) return bad_argument("lbea_tracker_create: model is NULL; open one first");
+  return guarded([&] {
+    *tracker = new lbea_tracker(model->model);
+    return LBEA_OK;
+  });
+}
+
+void lbea_tracker_destroy(lbea_tracker* tracker) { delete tracker; }
+
+lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state) {
+  if (tracker == nullptr || matcher == nullptr || state == nullptr)
+    return bad_argument("lbea_tracker_update: tracker, matcher or state is NULL");
+  if (!is_plausible_size(state->struct_size, least_test_state)) return bad_argument(size_not_set);
+  if (matcher->matcher.model().checksum() != tracker->model_checksum)
+    return bad_argument("lbea_tracker_update: the matcher is of another model; create the tracker with the matcher's model");
+  const TestState& now = tracker->tracker.update(matcher->last);
+  lbea_test_state c{};
+  c.frames = now.frames;
+  c.sample = matcher->matcher.model().sample_index(now.sample);
+  c.sample_probability = now.sample_probability;
+  c.simulation = now.simulation;
+  c.simulation_probabilities = now.simulation_probabilities.data();
+  c.simulation_count = static_cast<std::uint32_t>(now.simulation_probabilities.size());
+  c.misfit = now.misfit;
+  c.verdict = to_c(now.verdict);
+  write_c_struct(c, state);
+  return LBEA_OK;
+}

@@ -1,0 +1,143 @@
+// Compiled once per instruction set, each time into a namespace of its own (LBEA_KERNELS).
+#include "runtime/src/kernels/kernel_search.hpp"
+#include "runtime/src/kernels/kernel_views.hpp"
+#include "runtime/src/kernels/kernels.hpp"
+#include "runtime/src/kernels/lanes.hpp"
+#include "runtime/src/kernels/point_lanes.hpp"
+
+namespace lbea::LBEA_KERNELS {
+
+namespace {
+
+// The last, incomplete group: its last point again and again.
+Block load_last_points(const float* points, std::size_t count) {
+  float packed[3 * lanes];
+  for (std::size_t i = 0; i < lanes; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) packed[3 * i + axis] = points[3 * (i < count ? i : count - 1) + axis];
+  return load_points(packed);
+}
+
+Floats row(const float* T, const Block& p) { return T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3]; }
+
+// The cell coordinate along one axis, or twice that where cells are halved; `inside` loses the lanes beyond the grid,
+// and NaN.
+Ints fine_cell_along(Floats position, const GridView& grid, std::size_t axis, Ints& inside) {
+  const Floats cell = (position - grid.corner[axis]) * grid.cells_per_length;
+  const float cells = static_cast<float>(grid.cells[axis]), halves = static_cast<float>(1u << grid.halvings);
+  inside &= (cell >= 0.0f) & (cell < cells);
+  return to_ints(minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1)));  // what an int can represent
+}
+
+void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed, std::uint32_t* rank) {
+  const auto halvings = static_cast<std::int32_t>(grid.halvings);
+  constexpr std::int32_t counted[lanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const Ints first_numbers = loaded<Ints>(counted);
+  const auto nx = static_cast<std::int32_t>(grid.cells[0]), ny = static_cast<std::int32_t>(grid.cells[1]);
+  const std::int32_t no_cell = nx * ny * static_cast<std::int32_t>(grid.cells[2]);
+  for (std::size_t begin = 0; begin < count; begin += lanes) {
+    const Block sensor = count - begin >= lanes ? load_points(points + 3 * begin) : load_last_points(points + 3 * begin, count - begin);
+    const Floats position[3] = {row(T, sensor), row(T + 4, sensor), row(T + 8, sensor)};
+    Ints inside = all_of(std::int32_t{-1});
+    const Ints x = fine_cell_along(position[0], grid, 0, inside), y = fine_cell_along(position[1], grid, 1, inside),
+               z = fine_cell_along(position[2], grid, 2, inside);
+    const Ints cells = choose(inside, (x >> halvings) + nx * ((y >> halvings) + ny * (z >> halvings)), all_of(no_cell));
+    const Ints octants = (x & halvings) | (y & halvings) << 1 | (z & halvings) << 2;
+    std::int32_t cell[lanes];
+    std::uint32_t octant[lanes];
+    store(cell, cells);
+    store(octant, octants);
+    store_placed({position[0], position[1], position[2]}, first_numbers + static_cast<std::int32_t>(begin), placed + begin);
+    for (std::size_t i = 0; i < lanes; ++i) rank[begin + i] = grid.rank[cell[i]] | octant[i];
+  }
+}
+
+std::size_t find_runs(const std::uint32_t* rank, std::size_t count, std::uint32_t* begins) {
+  std::size_t runs = 0;
+  if (count > 0) begins[runs++] = 0;
+  for (std::size_t i = 1; i < count; i += lanes) {
+    const std::uint32_t here = count - i < lanes ? (1u << (count - i)) - 1 : 0xffff;
+    const std::uint32_t changed = differing(loaded<Ints>(rank + i), loaded<Ints>(rank + i - 1));
+    runs += append_lanes(begins + runs, static_cast<std::uint32_t>(i), changed & here);
+  }
+  begins[runs] = static_cast<std::uint32_t>(count);
+  return runs;
+}
+
+// The last, incomplete one: its last point again and again, for the box.
+Corners fill_last_leaf(std::size_t count, Leaf& leaf) {
+  PlacedPoint points[lanes];
+  __builtin_memcpy(points, &leaf, sizeof(points));
+  for (std::size_t i = count; i < lanes; ++i) points[i] = points[count - 1];
+  __builtin_memcpy(&leaf, points, sizeof(points));
+  const Corners box = fill_whole_leaf(leaf);
+  for (std::size_t i = count; i < lanes; ++i) {
+    leaf.x[i] = leaf.y[i] = leaf.z[i] = infinity;
+    leaf.point[i] = NearestPoint::none;
+  }
+  return box;
+}
+
+void put(const Corners& box, BoxGroup* boxes, std::size_t place) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    boxes[place / lanes].low[axis][place % lanes] = box.low[axis];
+    boxes[place / lanes].high[axis][place % lanes] = box.high[axis];
+  }
+}
+
+void fill_leaves(std::size_t count, Leaf* leaves, BoxGroup* boxes) {
+  const std::size_t whole = count / lanes, rest = count % lanes;
+  std::size_t leaf = 0;
+  for (; leaf < whole; ++leaf) put(fill_whole_leaf(leaves[leaf]), boxes, leaf);
+  if (rest > 0) put(fill_last_leaf(rest, leaves[whole]), boxes, leaf++);
+  for (; leaf % lanes != 0; ++leaf) put(inverted, boxes, leaf);
+}
+
+void enclose(const BoxGroup* children, std::size_t count, BoxGroup* parents) {
+  const std::size_t groups = (count + lanes - 1) / lanes;
+  for (std::size_t g = 0; g < (groups + lanes - 1) / lanes * lanes; ++g)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float low = infinity, high = -infinity;
+      for (std::size_t i = 0; i < lanes && g < groups; ++i) {  // inverted boxes change nothing
+        low = children[g].low[axis][i] < low ? children[g].low[axis][i] : low;
+        high = children[g].high[axis][i] > high ? children[g].high[axis][i] : high;
+      }
+      parents[g / lanes].low[axis][g % lanes] = low;
+      parents[g / lanes].high[axis][g % lanes] = high;
+    }
+}
+
+void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {
+  for (std::size_t j = 0; j < rows; ++j) {
+    const float* weights = projection + j * stride;
+    Floats even{}, odd{};  // two sums: the next product does not wait for the last one
+    std::size_t i = 0;
+    for (; i + 2 * lanes <= stride; i += 2 * lanes) {
+      even += load(weights + i) * load(f + i);
+      odd += load(weights + i + lanes) * load(f + i + lanes);
+    }
+    if (i < stride) even += load(weights + i) * load(f + i);
+    coefficients[j] = sum(even + odd);
+  }
+}
+
+float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound) {
+  constexpr std::size_t modes_between_looks = 2 * lanes;
+  Floats distances{};
+  for (std::size_t j = 0; j < stride; j += lanes) {
+    const Floats dx = load(e[0] + j) - load(sample + j), dy = load(e[1] + j) - load(sample + stride + j),
+                 dz = load(e[2] + j) - load(sample + 2 * stride + j);
+    distances += square_roots(dx * dx + dy * dy + dz * dz);
+    if ((j + lanes) % modes_between_looks == 0 && !(sum(distances) < bound)) break;  // it only grows
+  }
+  return sum(distances);
+}
+
+}  // namespace
+
+extern const Kernels table;
+#define LBEA_STRING(name) #name
+#define LBEA_NAME(name) LBEA_STRING(name)
+const Kernels table{LBEA_NAME(LBEA_KERNELS), place, find_runs, fill_leaves, enclose, nearest, nearest_16, project, mode_distance,
+                    add_depths,             compare_views, subtract_views};
+
+}  // namespace lbea::LBEA_KERNELS

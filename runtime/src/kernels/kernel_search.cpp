@@ -1,0 +1,216 @@
+// The nearest points of a cloud: of one position, and of sixteen at once. Compiled once per instruction set like
+// kernel_code.cpp.
+#include "runtime/src/kernels/kernel_search.hpp"
+#include "runtime/src/kernels/lanes.hpp"
+
+namespace lbea::LBEA_KERNELS {
+
+namespace {
+
+constexpr float infinity = __builtin_inff(), largest_finite = 3.4028234e38f;
+
+void search_leaf(const Leaf& leaf, const float query[3], NearestPoint& best) {
+  const Floats dx = load(leaf.x) - query[0], dy = load(leaf.y) - query[1], dz = load(leaf.z) - query[2];
+  const Floats squared = dx * dx + dy * dy + dz * dz;
+  for (std::uint32_t bits = at_most(squared, all(best.squared)); bits != 0; bits &= bits - 1) {
+    const auto i = static_cast<std::size_t>(__builtin_ctz(bits));
+    if (squared[i] > best.squared || (squared[i] == best.squared && leaf.point[i] >= best.point)) continue;
+    best = {leaf.point[i], squared[i], leaf.x[i], leaf.y[i], leaf.z[i]};
+  }
+}
+
+Floats squared_distances(const BoxGroup& group, const float query[3]) {
+  Floats squared{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Floats outward = maximum(load(group.low[axis]) - query[axis], query[axis] - load(group.high[axis]));
+    const Floats beyond = maximum(outward, Floats{});
+    squared += beyond * beyond;
+  }
+  return squared;
+}
+
+// Nearest box first. A box at the bound may still hold an equally near point of lower place.
+void search_group(const CloudTree& tree, std::size_t level, std::size_t group, const float query[3], NearestPoint& best) {
+  float squared[lanes];
+  const Floats distances = squared_distances(tree.groups[level][group], query);
+  store(squared, distances);
+  std::uint32_t open = at_most(distances, all(best.squared)) & at_most(distances, all(largest_finite));
+  while (open != 0) {
+    std::uint32_t next = static_cast<std::uint32_t>(__builtin_ctz(open));
+    for (std::uint32_t rest = open & (open - 1); rest != 0; rest &= rest - 1) {
+      const auto i = static_cast<std::uint32_t>(__builtin_ctz(rest));
+      if (squared[i] < squared[next]) next = i;
+    }
+    if (squared[next] > best.squared) return;
+    open &= ~(1u << next);
+    const std::size_t child = group * lanes + next;
+    if (level == 0)
+      search_leaf(tree.leaves[child], query, best);
+    else
+      search_group(tree, level - 1, child, query, best);
+  }
+}
+
+// Sixteen queries on their way through the tree. Which leaf may answer which query is hard to foretell: what can be looked
+// at is listed first and looked at in one go, so that little hangs on a branch.
+struct Search {
+  static constexpr std::size_t enough = 24;  // looks after which the bounds are worth another look themselves
+
+  const CloudTree& tree;
+  const float* const* planes;
+  Floats x, y, z;
+  float low[3], high[3];      // their common box
+  std::uint64_t best[lanes];  // bits of the squared distance, then the leaf: the nearer one is the lesser number
+  bool is_first = true;       // nothing but hints has been looked at
+  std::size_t looks = 0;
+  std::uint32_t listed[enough + lanes * lanes + lanes];  // leaf * 16 + query
+
+  Search(const CloudTree& cloud, const float* const queries[3])
+      : tree(cloud), planes(queries), x(load(queries[0])), y(load(queries[1])), z(load(queries[2])) {
+    const Floats* const coordinates[3] = {&x, &y, &z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = least(*coordinates[axis]);
+      high[axis] = greatest(*coordinates[axis]);
+    }
+  }
+};
+
+// Squared distances are not negative: their bits are ordered as they are.
+std::uint64_t candidate(float squared, std::uint32_t leaf) {
+  std::uint32_t bits;
+  __builtin_memcpy(&bits, &squared, sizeof(bits));
+  return std::uint64_t{bits} << 32 | leaf;
+}
+std::uint32_t leaf_of(std::uint64_t candidate) { return static_cast<std::uint32_t>(candidate); }
+float squared_of(std::uint64_t candidate) {
+  const auto bits = static_cast<std::uint32_t>(candidate >> 32);
+  float squared;
+  __builtin_memcpy(&squared, &bits, sizeof(squared));
+  return squared;
+}
+
+Floats bounds_of(const Search& search) {
+  float bounds[lanes];
+  for (std::size_t i = 0; i < lanes; ++i) bounds[i] = squared_of(search.best[i]);
+  return load(bounds);
+}
+
+Floats squared_distances(const Leaf& leaf, const float* const planes[3], std::size_t query) {
+  const Floats dx = load(leaf.x) - planes[0][query], dy = load(leaf.y) - planes[1][query], dz = load(leaf.z) - planes[2][query];
+  return dx * dx + dy * dy + dz * dz;
+}
+
+// Of the leaf's points at this distance the one of lowest place in the frame.
+std::size_t lane_at(const Leaf& leaf, const float* const planes[3], std::size_t query, float squared) {
+  std::uint32_t at = at_most(squared_distances(leaf, planes, query), all(squared));
+  auto lowest = static_cast<std::size_t>(__builtin_ctz(at));
+  for (at &= at - 1; at != 0; at &= at - 1) {
+    const auto lane = static_cast<std::size_t>(__builtin_ctz(at));
+    if (leaf.point[lane] < leaf.point[lowest]) lowest = lane;
+  }
+  return lowest;
+}
+
+// Two leaves have a point at the same distance, or one has a point just at the bound.
+__attribute__((noinline)) void settle_tie(Search& search, std::uint32_t rival, std::size_t query) {
+  const float squared = squared_of(search.best[query]);
+  const auto place = [&](std::uint32_t number) {
+    const Leaf& leaf = search.tree.leaves[number];
+    return leaf.point[lane_at(leaf, search.planes, query, squared)];
+  };
+  const std::uint32_t holder = leaf_of(search.best[query]);
+  if (holder == NearestPoint::none || place(rival) < place(holder)) search.best[query] = candidate(squared, rival);
+}
+
+void look(Search& search, std::uint32_t leaf, std::size_t query) {
+  const std::uint64_t found = candidate(least(squared_distances(search.tree.leaves[leaf], search.planes, query)), leaf);
+  const std::uint64_t best = search.best[query];
+  if (((found ^ best) >> 32 == 0) & (found != best)) return settle_tie(search, leaf, query);
+  search.best[query] = found < best ? found : best;
+}
+
+void look_at_listed(Search& search) {
+  for (std::size_t i = 0; i < search.looks; ++i) look(search, static_cast<std::uint32_t>(search.listed[i] / lanes), search.listed[i] % lanes);
+  search.looks = 0;
+}
+
+// Bit by query: whether it may find something in this box.
+std::uint32_t hoping_for(const BoxGroup& group, std::size_t i, const Search& search, const Floats& bounds) {
+  Floats squared{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Floats& position = axis == 0 ? search.x : axis == 1 ? search.y : search.z;
+    const Floats outward = maximum(maximum(group.low[axis][i] - position, position - group.high[axis][i]), Floats{});
+    squared += outward * outward;
+  }
+  return at_most(squared, bounds);
+}
+
+void list(Search& search, std::size_t group, std::uint32_t open) {
+  const Floats bounds = bounds_of(search);
+  for (; open != 0; open &= open - 1) {
+    const auto i = static_cast<std::size_t>(__builtin_ctz(open));
+    const auto first = static_cast<std::uint32_t>((group * lanes + i) * lanes);
+    search.looks += append_lanes(search.listed + search.looks, first, hoping_for(search.tree.groups[0][group], i, search, bounds));
+  }
+}
+
+// From the queries' common box.
+Floats squared_gaps(const BoxGroup& group, const Search& search) {
+  Floats squared{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Floats gap = maximum(maximum(load(group.low[axis]) - search.high[axis], search.low[axis] - load(group.high[axis])), Floats{});
+    squared += gap * gap;
+  }
+  return squared;
+}
+
+// The nearest box first, then the rest as they come.
+void search_group_16(Search& search, std::size_t level, std::size_t group) {
+  const BoxGroup& boxes = search.tree.groups[level][group];
+  const Floats gaps = squared_gaps(boxes, search);
+  std::uint32_t open = at_most(gaps, all(greatest(bounds_of(search)))) & at_most(gaps, all(largest_finite));
+  std::uint32_t now = at_most(gaps, all(least(gaps))) & open;
+  if (level == 0) {
+    if (search.is_first) {
+      list(search, group, now);
+      look_at_listed(search);
+      open &= ~now;
+      search.is_first = false;
+    }
+    list(search, group, open);
+    if (search.looks > Search::enough) look_at_listed(search);
+    return;
+  }
+  for (open &= ~now; (now | open) != 0; now = open, open = 0)
+    for (; now != 0; now &= now - 1) {
+      const auto i = static_cast<std::size_t>(__builtin_ctz(now));
+      if (hoping_for(boxes, i, search, bounds_of(search)) != 0) search_group_16(search, level - 1, group * lanes + i);
+    }
+}
+
+}  // namespace
+
+NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound) {
+  search_group(tree, tree.top, 0, query, bound);
+  return bound;
+}
+
+void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) {
+  Search search(tree, queries);
+  for (std::size_t i = 0; i < lanes; ++i) search.best[i] = candidate(best.squared[i], NearestPoint::none);
+  for (std::size_t i = 0; i < lanes; ++i)
+    if (hints[i] != NearestPoint::none) look(search, hints[i] / lanes, i);
+  search_group_16(search, tree.top, 0);
+  look_at_listed(search);
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const std::uint32_t number = leaf_of(search.best[i]);
+    if (number == NearestPoint::none) continue;
+    const Leaf& leaf = tree.leaves[number];
+    best.squared[i] = squared_of(search.best[i]);
+    const std::size_t lane = lane_at(leaf, queries, i, best.squared[i]);
+    best.point[i] = leaf.point[lane];
+    best.slot[i] = static_cast<std::uint32_t>(number * lanes + lane);
+  }
+}
+
+}  // namespace lbea::LBEA_KERNELS

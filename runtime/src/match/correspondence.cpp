@@ -1,0 +1,103 @@
+#include "runtime/src/match/correspondence.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::size_t group = CloudIndex::fanout;
+
+// Sixteen queries on their way to the index.
+struct Group {
+  float planes[3][group];
+  std::uint32_t hints[group];
+  NearestPoints nearest;
+
+  void set(std::size_t i, const std::array<float, 3>& position, std::uint32_t hint) noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = position[axis];
+    hints[i] = hint;
+  }
+  void search(const CloudIndex& index, float squared) noexcept {
+    const float* const queries[3] = {planes[0], planes[1], planes[2]};
+    std::ranges::fill(nearest.squared, squared);
+    std::ranges::fill(nearest.point, NearestPoint::none);
+    index.nearest_16(queries, hints, nearest);
+  }
+};
+
+float squared_distance(const std::array<float, 3>& a, const std::array<float, 3>& b) noexcept {
+  const float dx = a[0] - b[0], dy = a[1] - b[1], dz = a[2] - b[2];
+  return dx * dx + dy * dy + dz * dz;
+}
+
+// Takes positions one by one; those that the point at hand does not settle wait until there are sixteen of them.
+class Coverage {
+ public:
+  Coverage(const CloudIndex& index, float distance) : index_(index), squared_(distance * distance) {}
+
+  void add(const std::array<float, 3>& position, double mass) noexcept {
+    all_ += mass;
+    const std::uint32_t hint = index_.hint(position);
+    if (hint != NearestPoint::none && squared_distance(index_.position(hint), position) <= squared_) {
+      seen_ += mass;
+      return;
+    }
+    waiting_.set(count_, position, NearestPoint::none);
+    mass_[count_] = mass;
+    if (++count_ == group) settle();
+  }
+  double share() noexcept {
+    settle();
+    return seen_ / all_;
+  }
+
+ private:
+  void settle() noexcept {
+    if (count_ == 0) return;
+    for (std::size_t i = count_; i < group; ++i) waiting_.set(i, {waiting_.planes[0][0], waiting_.planes[1][0], waiting_.planes[2][0]}, NearestPoint::none);
+    waiting_.search(index_, squared_);
+    for (std::size_t i = 0; i < count_; ++i)
+      if (waiting_.nearest.point[i] != NearestPoint::none) seen_ += mass_[i];
+    count_ = 0;
+  }
+
+  const CloudIndex& index_;
+  float squared_;
+  double seen_ = 0, all_ = 0;
+  Group waiting_;
+  double mass_[group];
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
+                std::span<std::uint32_t> points) noexcept {
+  constexpr float anywhere = std::numeric_limits<float>::infinity();
+  std::uint32_t hint = 0;  // where nothing is known, what was known of the vertex before
+  for (std::size_t begin = 0; begin < vertices.size(); begin += group) {
+    Group queries;
+    for (std::size_t i = 0; i < group; ++i) {
+      const std::size_t v = std::min(begin + i, vertices.size() - 1);  // beyond the end the last one again
+      const std::uint32_t known = index.hint(corresponding[v]);
+      if (known != NearestPoint::none) hint = known;
+      queries.set(i, vertices[v], hint);
+    }
+    queries.search(index, anywhere);
+    for (std::size_t i = 0; i < std::min(group, vertices.size() - begin); ++i) {
+      corresponding.set(begin + i, index.position(queries.nearest.slot[i]));
+      if (!points.empty()) points[begin + i] = queries.nearest.point[i];
+    }
+  }
+}
+
+float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions, std::span<const double> mass,
+               float trusted_distance) noexcept {
+  Coverage coverage(index, trusted_distance);
+  for (std::size_t v = 0; v < positions.size(); ++v) coverage.add(positions[v], mass[v]);
+  return static_cast<float>(coverage.share());
+}
+
+}  // namespace lbea

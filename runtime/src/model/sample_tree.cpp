@@ -1,0 +1,140 @@
+#include "runtime/src/model/sample_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::size_t most_leading = 24;
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+// Sums of up to some thousand roots in float: what a distance may be off, relative to itself, with a margin.
+constexpr float rounding = 1e-4f;
+
+struct Spread {
+  double sum = 0, squares = 0;
+  void add(double value) noexcept { sum += value, squares += value * value; }
+  [[nodiscard]] double variance(double count) const noexcept { return squares / count - sum / count * (sum / count); }
+};
+
+std::vector<std::size_t> leading_coefficients(std::span<const float> table, std::size_t row) {
+  std::vector<Spread> spreads(row);
+  for (std::size_t i = 0; i < table.size(); ++i) spreads[i % row].add(double{table[i]});
+  const double count = static_cast<double>(table.size() / row);
+  std::vector<std::size_t> order(row);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t i) { return spreads[i].variance(count); });
+  order.resize(std::min(order.size(), most_leading));
+  return order;
+}
+
+// The leading modes, at which most comparisons end, before they are asked for: samples lie anywhere in memory.
+void fetch(const float* sample, std::size_t stride) noexcept {
+  constexpr std::size_t line = 16, modes = 32;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t j = 0; j < std::min(modes, stride); j += line) __builtin_prefetch(sample + axis * stride + j);
+}
+
+}  // namespace
+
+struct SampleTree::Search {
+  const float* e[3];
+  BestSamples& best;
+  float bound;  // no sample beyond it is among the best
+
+  void look() noexcept { bound = std::min(bound, best.bound()); }
+};
+
+SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
+    : code_(kernels()), coefficients_(coefficients), stride_(format::padded(modes)), leading_(leading_coefficients(coefficients, 3 * stride_)),
+      order_(coefficients.size() / (3 * stride_)), from_centre_(order_.size()) {
+  std::iota(order_.begin(), order_.end(), 0u);
+  if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
+}
+
+// Halves along the leading coefficient that varies most here.
+std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
+  const auto self = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.push_back({begin, end, 0, 0});
+  centres_.resize(nodes_.size() * 3 * stride_);
+  enclose(nodes_[self]);
+  if (end - begin > leaf_size) {
+    const std::size_t by = widest(begin, end);
+    const std::uint32_t middle = begin + (end - begin) / 2;
+    std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                     [&](std::uint32_t a, std::uint32_t b) { return sample(a)[by] < sample(b)[by]; });
+    build(begin, middle);
+    const std::uint32_t right = build(middle, end);
+    nodes_[self].right = right;
+  }
+  return self;
+}
+
+void SampleTree::enclose(Node& node) {
+  float* const middle = centres_.data() + centres_.size() - 3 * stride_;
+  const float share = 1 / static_cast<float>(node.end - node.begin);
+  for (std::uint32_t i = node.begin; i < node.end; ++i)
+    for (std::size_t c = 0; c < 3 * stride_; ++c) middle[c] += share * sample(order_[i])[c];
+  const float* const planes[3] = {middle, middle + stride_, middle + 2 * stride_};
+  for (std::uint32_t i = node.begin; i < node.end; ++i) {
+    from_centre_[i] = code_.mode_distance(planes, sample(order_[i]), stride_, infinity);
+    node.radius = std::max(node.radius, from_centre_[i]);
+  }
+}
+
+std::size_t SampleTree::widest(std::uint32_t begin, std::uint32_t end) const {
+  std::vector<Spread> spreads(leading_.size());
+  for (std::uint32_t i = begin; i < end; ++i)
+    for (std::size_t k = 0; k < leading_.size(); ++k) spreads[k].add(double{sample(order_[i])[leading_[k]]});
+  const double count = end - begin;
+  const auto most = std::ranges::max_element(spreads, {}, [&](const Spread& spread) { return spread.variance(count); });
+  return leading_[static_cast<std::size_t>(most - spreads.begin())];
+}
+
+void SampleTree::search(const Positions& coefficients, BestSamples& best) const noexcept {
+  Search search{{coefficients.planes[0].data(), coefficients.planes[1].data(), coefficients.planes[2].data()}, best, infinity};
+  if (best.ranked().size() == best.capacity()) {  // as many samples as are asked for are no farther than the farthest of these
+    search.bound = 0;
+    for (const RankedSample& before : best.ranked())
+      search.bound = std::max(search.bound, code_.mode_distance(search.e, sample(before.sample), stride_, infinity));
+  }
+  best.clear();
+  if (!nodes_.empty()) visit(search, 0, code_.mode_distance(search.e, centre(0), stride_, infinity));
+}
+
+// `distance`: from the centre; what is told of it may be short once it is too far anyway.
+void SampleTree::visit(Search& search, std::uint32_t at, float distance) const noexcept {
+  const Node& node = nodes_[at];
+  const auto is_beyond = [&](float d, float radius) { return d - radius > search.bound + rounding * (d + radius); };
+  if (is_beyond(distance, node.radius)) return;
+  if (node.right == 0) return visit_leaf(search, node, distance);
+  const std::uint32_t children[2] = {at + 1, node.right};
+  float distances[2];
+  for (std::size_t i = 0; i < 2; ++i) {
+    const float enough = (search.bound + nodes_[children[i]].radius) * (1 + 4 * rounding);
+    distances[i] = code_.mode_distance(search.e, centre(children[i]), stride_, enough);
+  }
+  const std::size_t nearer = distances[1] < distances[0] ? 1 : 0;
+  visit(search, children[nearer], distances[nearer]);
+  visit(search, children[1 - nearer], distances[1 - nearer]);
+}
+
+// A distance that stops at the bound may be cut short there: a tie is counted to its end.
+void SampleTree::visit_leaf(Search& search, const Node& node, float distance_of_centre) const noexcept {
+  for (std::uint32_t i = node.begin; i < node.end; ++i) {
+    if (std::abs(distance_of_centre - from_centre_[i]) > search.bound + rounding * (distance_of_centre + from_centre_[i])) continue;
+    const float* const other = sample(order_[i]);
+    if (i + 1 < node.end) fetch(sample(order_[i + 1]), stride_);
+    float distance = code_.mode_distance(search.e, other, stride_, search.bound);
+    if (distance == search.bound) distance = code_.mode_distance(search.e, other, stride_, infinity);
+    if (distance > search.bound) continue;
+    search.best.offer(order_[i], distance);
+    search.look();
+  }
+}
+
+}  // namespace lbea

@@ -1,0 +1,240 @@
+#include "runtime/src/model/section_reader.hpp"
+
+#include "runtime/src/model/checksum.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <utility>
+
+namespace lbea {
+
+namespace {
+
+using format::SectionEntry;
+using format::SectionId;
+
+constexpr std::pair<SectionId, const char*> titles[] = {
+    {SectionId::info, "info"},
+    {SectionId::provenance, "provenance"},
+    {SectionId::length_unit, "length_unit"},
+    {SectionId::simulation_names, "simulation_names"},
+    {SectionId::parameter_names, "parameter_names"},
+    {SectionId::parameters, "parameters"},
+    {SectionId::samples, "samples"},
+    {SectionId::sample_times, "sample_times"},
+    {SectionId::node_ids, "node_ids"},
+    {SectionId::element_ids, "element_ids"},
+    {SectionId::element_parts, "element_parts"},
+    {SectionId::element_nodes, "element_nodes"},
+    {SectionId::node_positions, "node_positions"},
+    {SectionId::field_names, "field_names"},
+    {SectionId::field_locations, "field_locations"},
+    {SectionId::field_values, "field_values"},
+    {SectionId::field_codes, "field_codes"},
+    {SectionId::field_ranges, "field_ranges"},
+    {SectionId::envelope_grid, "envelope_grid"},
+    {SectionId::envelope_bits, "envelope_bits"},
+    {SectionId::simulation_branches, "simulation_branches"},
+    {SectionId::reference_times, "reference_times"},
+    {SectionId::vertex_nodes, "vertex_nodes"},
+    {SectionId::vertex_positions, "vertex_positions"},
+    {SectionId::mass, "mass"},
+    {SectionId::eigenvalues, "eigenvalues"},
+    {SectionId::projection, "projection"},
+    {SectionId::tree_boxes, "tree_boxes"},
+    {SectionId::tree_ranges, "tree_ranges"},
+    {SectionId::coefficients, "coefficients"},
+    {SectionId::correspondence, "correspondence"},
+    {SectionId::leading_axes, "leading_axes"},
+    {SectionId::view_camera, "view_camera"},
+    {SectionId::view_size, "view_size"},
+    {SectionId::view_depths, "view_depths"},
+    {SectionId::view_expected, "view_expected"},
+    {SectionId::landmark_positions, "landmark_positions"},
+};
+
+// a * b, or false when that does not fit.
+bool multiply(std::uint64_t a, std::uint64_t b, std::uint64_t& product) noexcept {
+  return !__builtin_mul_overflow(a, b, &product);
+}
+
+bool byte_count(const SectionEntry& entry, std::uint64_t& bytes) noexcept {
+  bytes = format::size_of(static_cast<format::ElementType>(entry.element_type));
+  return bytes != 0 && std::ranges::all_of(entry.shape, [&](std::uint64_t extent) { return multiply(bytes, extent, bytes); });
+}
+
+// Without the sign, bits of floating-point numbers are ordered as they are; infinities and what is no number come last.
+template <typename Float, typename Word>
+bool all_measured(std::span<const std::byte> bytes) noexcept {
+  constexpr Word magnitude = static_cast<Word>(~Word{0} >> 1), largest = std::bit_cast<Word>(static_cast<Float>(format::largest_measure));
+  bool is_measured = true;
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Word)) {
+    Word word;
+    std::memcpy(&word, &bytes[at], sizeof(word));
+    is_measured &= (word & magnitude) <= largest;
+  }
+  return is_measured;
+}
+
+std::uint32_t greatest_of(std::span<const std::byte> bytes, std::uint32_t greatest) noexcept {
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(greatest)) {
+    std::uint32_t word;
+    std::memcpy(&word, &bytes[at], sizeof(word));
+    greatest = std::max(greatest, word);
+  }
+  return greatest;
+}
+
+void look_at(std::span<const std::byte> bytes, std::uint32_t type, SectionContent& content) noexcept {
+  switch (static_cast<format::ElementType>(type)) {
+    case format::ElementType::f32: content.is_measured &= all_measured<float, std::uint32_t>(bytes); break;
+    case format::ElementType::f64: content.is_measured &= all_measured<double, std::uint64_t>(bytes); break;
+    case format::ElementType::u32: content.greatest = greatest_of(bytes, content.greatest); break;
+    default: break;
+  }
+}
+
+const char* const bake_again = "; copy the file again or bake it again";
+
+}  // namespace
+
+std::string title(SectionId id) {
+  const auto* found = std::ranges::find(titles, id, &std::pair<SectionId, const char*>::first);
+  return found == std::end(titles) ? "unknown" : found->second;
+}
+
+SectionReader::SectionReader(std::span<const std::byte> image, std::string name, const Release& release) : image_(image), name_(std::move(name)) {
+  check_header();
+  check_directory(release);
+}
+
+void SectionReader::check_header() {
+  format::Header header;
+  if (image_.size() < format::magic.size() ||
+      std::memcmp(image_.data(), format::magic.data(), format::magic.size()) != 0)
+    throw Error(Status::not_a_model, name_ + ": byte 0: not an lbea model (the first eight bytes are another format's); "
+                                             "make one with lbea-bake");
+  const auto corrupt = [&](const std::string& what) -> Error { return {Status::corrupt_model, name_ + ": header, " + what + bake_again}; };
+  if (image_.size() < sizeof(header)) throw corrupt("byte " + std::to_string(image_.size()) + ": cut short");
+  if (reinterpret_cast<std::uintptr_t>(image_.data()) % format::alignment != 0)
+    throw Error(Status::bad_config, name_ + ": the image in memory does not start at a multiple of 64; align it");
+  std::memcpy(&header, image_.data(), sizeof(header));
+  if (checksum(image_.first(offsetof(format::Header, header_checksum))) != header.header_checksum)
+    throw corrupt("byte 56: checksum does not match");
+  if (header.version_major != format::version_major)
+    throw Error(Status::unsupported_version,
+                name_ + ": header, byte 12: model format " + std::to_string(header.version_major) + ", this library reads " +
+                    std::to_string(format::version_major) + "; bake the ensemble with a matching lbea-bake");
+  if (header.endian_tag != format::endian_tag) throw corrupt("byte 8: written on a machine of another byte order");
+  if (header.file_size != image_.size())
+    throw corrupt("byte 16: the file has " + std::to_string(image_.size()) + " bytes and should have " +
+                  std::to_string(header.file_size));
+  if (header.reserved0 != 0 || header.reserved1 != 0) throw corrupt("bytes 36 and 48: reserved and not zero");
+  if (header.directory_offset != sizeof(header)) throw corrupt("byte 24: the directory does not follow the header");
+  if (header.section_count > (image_.size() - sizeof(header)) / sizeof(SectionEntry))
+    throw corrupt("byte 32: the directory is longer than the file");
+  const std::size_t directory_bytes = header.section_count * sizeof(SectionEntry);
+  directory_checksum_ = header.directory_checksum;
+  if (checksum(image_.subspan(sizeof(header), directory_bytes)) != directory_checksum_)
+    throw corrupt("byte 40: checksum of the directory does not match");
+  const void* directory = image_.data() + sizeof(header);
+  entries_ = {static_cast<const SectionEntry*>(directory), header.section_count};
+}
+
+void SectionReader::check_directory(const Release& release) {
+  std::uint64_t end = sizeof(format::Header) + entries_.size_bytes();
+  const SectionEntry* previous = nullptr;
+  for (const SectionEntry& entry : entries_) {
+    if (previous != nullptr && std::pair(previous->id, previous->part) >= std::pair(entry.id, entry.part))
+      fail(static_cast<SectionId>(entry.id), entry.part, "directory not in ascending order");
+    check_entry(entry, format::aligned(end));
+    check_zero(end, entry.offset);
+    contents_.push_back(check_content(entry, release));
+    end = entry.offset + entry.length;
+    previous = &entry;
+  }
+  if (format::aligned(end) != image_.size())
+    throw Error(Status::corrupt_model, name_ + ": byte " + std::to_string(end) + ": bytes behind the last section" + bake_again);
+  check_zero(end, image_.size());
+}
+
+void SectionReader::check_entry(const SectionEntry& entry, std::uint64_t expected_offset) const {
+  const auto id = static_cast<SectionId>(entry.id);
+  std::uint64_t bytes = 0;
+  if (!byte_count(entry, bytes) || bytes != entry.length) fail(id, entry.part, "element type, shape and length disagree");
+  if (entry.rank < 1 || entry.rank > entry.shape.size() ||
+      std::any_of(entry.shape.begin() + entry.rank, entry.shape.end(), [](std::uint64_t extent) { return extent != 1; }))
+    fail(id, entry.part, "rank and shape disagree");
+  if (entry.offset != expected_offset) fail(id, entry.part, "does not follow its predecessor");
+  if (entry.offset > image_.size() || entry.length > image_.size() - entry.offset) fail(id, entry.part, "reaches beyond the end of the file");
+  if (title(id) == "unknown" && entry.id < format::first_optional_id)
+    throw Error(Status::unsupported_version, name_ + ": section " + std::to_string(entry.id) +
+                                                 " is not known to this library; use a newer one");
+}
+
+SectionContent SectionReader::check_content(const SectionEntry& entry, const Release& release) const {
+  const auto id = static_cast<SectionId>(entry.id);
+  SectionContent content;
+  if (title(id) == "unknown") return content;
+  constexpr std::size_t piece_size = std::size_t{1} << 20;  // stays in the cache for the second look
+  const bool is_released = release && is_cold(entry);
+  const auto section = image_.subspan(entry.offset, entry.length);
+  XXH3_state_t state;
+  XXH3_64bits_reset(&state);
+  for (std::size_t begin = 0; begin < section.size(); begin += piece_size) {
+    const auto piece = section.subspan(begin, std::min(piece_size, section.size() - begin));
+    XXH3_64bits_update(&state, piece.data(), piece.size());
+    look_at(piece, entry.element_type, content);
+    if (is_released) release(piece);
+  }
+  if (XXH3_64bits_digest(&state) != entry.checksum) fail(id, entry.part, "checksum does not match");
+  return content;
+}
+
+bool SectionReader::is_cold(const SectionEntry& entry) const noexcept {
+  constexpr auto landmarks = static_cast<std::uint32_t>(SectionId::landmark_positions);
+  return format::is_cold(static_cast<SectionId>(entry.id), std::ranges::any_of(entries_, [](const SectionEntry& e) { return e.id == landmarks; }));
+}
+
+const SectionContent& SectionReader::content(SectionId id, std::uint32_t part) const noexcept {
+  return contents_[static_cast<std::size_t>(find(id, part) - entries_.data())];
+}
+
+void SectionReader::check_zero(std::uint64_t begin, std::uint64_t end) const {
+  for (std::uint64_t byte = begin; byte < end; ++byte)
+    if (image_[byte] != std::byte{0})
+      throw Error(Status::corrupt_model, name_ + ": byte " + std::to_string(byte) + ": padding is not zero" + bake_again);
+}
+
+void SectionReader::check_shape(const SectionEntry& entry, format::ElementType type, const Shape& shape) const {
+  const auto id = static_cast<SectionId>(entry.id);
+  if (entry.element_type != static_cast<std::uint32_t>(type)) fail(id, entry.part, "unexpected element type");
+  if (entry.shape != shape) fail(id, entry.part, "shape disagrees with section 1 'info'");
+}
+
+std::string_view SectionReader::text(SectionId id) const {
+  const SectionEntry* entry = find(id);
+  if (entry == nullptr) fail_missing(id, 0);
+  const std::span<const char> characters = typed<char>(*entry, {entry->shape[0], 1, 1});
+  return {characters.data(), characters.size()};
+}
+
+const SectionEntry* SectionReader::find(SectionId id, std::uint32_t part) const noexcept {
+  const std::pair key(static_cast<std::uint32_t>(id), part);
+  const auto found = std::ranges::lower_bound(entries_, key, {}, [](const SectionEntry& e) { return std::pair(e.id, e.part); });
+  return found != entries_.end() && std::pair(found->id, found->part) == key ? &*found : nullptr;
+}
+
+void SectionReader::fail(SectionId id, std::uint32_t part, const std::string& what) const {
+  const SectionEntry* entry = find(id, part);
+  const std::string at = entry == nullptr ? "" : " at byte " + std::to_string(entry->offset);
+  throw Error(Status::corrupt_model, name_ + ": section " + std::to_string(static_cast<std::uint32_t>(id)) + " '" + title(id) +
+                                         "' part " + std::to_string(part) + at + ": " + what + bake_again);
+}
+
+void SectionReader::fail_missing(SectionId id, std::uint32_t part) const { fail(id, part, "missing"); }
+
+}  // namespace lbea

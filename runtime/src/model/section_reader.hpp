@@ -1,0 +1,108 @@
+// Header and directory of a model file: finds and checks sections, knows nothing of what they mean.
+#pragma once
+
+#include "runtime/src/model/model_format.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace lbea {
+
+/// What is seen of a section's elements while its checksum is computed, so that its bytes are read once.
+struct SectionContent {
+  bool is_measured = true;     // f32 and f64: all numbers, none beyond format::largest_measure
+  std::uint32_t greatest = 0;  // u32
+};
+
+class SectionReader {
+ public:
+  /// Told of bytes that were checked and are not needed for matching.
+  using Release = std::function<void(std::span<const std::byte>)>;
+
+  /// Checks everything FORMAT.md says of header, directory, layout, padding and checksums, reading the image from front
+  /// to end.
+  SectionReader(std::span<const std::byte> image, std::string name, const Release& release = {});
+
+  using Shape = std::array<std::uint64_t, 3>;
+
+  /// The section's elements, after comparing type and shape with what the caller expects.
+  template <typename T>
+  [[nodiscard]] std::span<const T> required(format::SectionId id, Shape shape, std::uint32_t part = 0) const {
+    const format::SectionEntry* entry = find(id, part);
+    if (entry == nullptr) fail_missing(id, part);
+    return typed<T>(*entry, shape);
+  }
+  /// The same; an empty span when the file has no such section.
+  template <typename T>
+  [[nodiscard]] std::span<const T> optional(format::SectionId id, Shape shape, std::uint32_t part = 0) const {
+    const format::SectionEntry* entry = find(id, part);
+    return entry == nullptr ? std::span<const T>{} : typed<T>(*entry, shape);
+  }
+  /// A section of text, whose length only it knows.
+  [[nodiscard]] std::string_view text(format::SectionId id) const;
+  [[nodiscard]] const format::SectionEntry* find(format::SectionId id, std::uint32_t part = 0) const noexcept;
+  [[nodiscard]] std::span<const format::SectionEntry> entries() const noexcept { return entries_; }
+  /// Of a section that is there.
+  [[nodiscard]] const SectionContent& content(format::SectionId id, std::uint32_t part = 0) const noexcept;
+  /// Whether match() by lbea and fit reads none of it.
+  [[nodiscard]] bool is_cold(const format::SectionEntry& entry) const noexcept;
+  [[nodiscard]] std::uint64_t directory_checksum() const noexcept { return directory_checksum_; }
+  /// Throws Error{corrupt_model}: "<name>: section <id> '<title>' part <part> at byte <offset>: <what>".
+  [[noreturn]] void fail(format::SectionId id, std::uint32_t part, const std::string& what) const;
+
+ private:
+  // Elements of a structured type (an array of three floats) count by their scalar parts.
+  template <typename T>
+  struct Scalar {
+    using type = T;
+  };
+  template <typename T, std::size_t N>
+  struct Scalar<std::array<T, N>> {
+    using type = T;
+  };
+  template <typename T>
+  static constexpr format::ElementType element_type() {
+    using S = typename Scalar<T>::type;
+    if constexpr (std::is_same_v<S, std::uint8_t> || std::is_same_v<S, char>) return format::ElementType::u8;
+    else if constexpr (std::is_same_v<S, std::uint16_t>) return format::ElementType::u16;
+    else if constexpr (std::is_same_v<S, std::uint32_t>) return format::ElementType::u32;
+    else if constexpr (std::is_same_v<S, std::uint64_t>) return format::ElementType::u64;
+    else if constexpr (std::is_same_v<S, float>) return format::ElementType::f32;
+    else {
+      static_assert(std::is_same_v<S, double>);
+      return format::ElementType::f64;
+    }
+  }
+  template <typename T>
+  std::span<const T> typed(const format::SectionEntry& entry, const Shape& shape) const {
+    check_shape(entry, element_type<T>(), shape);
+    const void* begin = image_.data() + entry.offset;
+    return {static_cast<const T*>(begin), static_cast<std::size_t>(entry.length / sizeof(T))};
+  }
+
+  void check_header();
+  void check_directory(const Release& release);
+  void check_entry(const format::SectionEntry& entry, std::uint64_t expected_offset) const;
+  [[nodiscard]] SectionContent check_content(const format::SectionEntry& entry, const Release& release) const;
+  void check_zero(std::uint64_t begin, std::uint64_t end) const;
+  void check_shape(const format::SectionEntry& entry, format::ElementType type, const Shape& shape) const;
+  [[noreturn]] void fail_missing(format::SectionId id, std::uint32_t part) const;
+
+  std::span<const std::byte> image_;
+  std::string name_;
+  std::span<const format::SectionEntry> entries_;
+  std::vector<SectionContent> contents_;  // per entry
+  std::uint64_t directory_checksum_ = 0;
+};
+
+/// The section's title in FORMAT.md, "unknown" for an id that has none.
+[[nodiscard]] std::string title(format::SectionId id);
+
+}  // namespace lbea

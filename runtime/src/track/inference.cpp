@@ -1,0 +1,87 @@
+#include "runtime/src/track/evidence.hpp"
+#include "runtime/src/match/weighted_rows.hpp"
+
+#include <lbea/inference.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+/// Rows of a model, those that are not stored as they are read into memory of their own.
+struct Rows {
+  std::vector<WeightedRow> rows;
+  std::vector<std::vector<float>> read;
+};
+
+template <class Values>
+Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const Values& values) {
+  Rows result;
+  for (const WeightedSample& sample : samples) {
+    const std::uint32_t row = model.sample_index(sample.sample);
+    if (row == model.samples()) throw Error(Status::bad_input, "an estimate names a sample this model does not hold; give the model that the matcher uses");
+    result.rows.push_back({values(row, result.read), sample.weight});
+  }
+  return result;
+}
+
+template <class Values>
+void infer(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible, std::size_t components,
+           const Values& values, Inferred& into) {
+  weighted_mean(rows_of(model, estimate, values).rows, into.mean);
+  weighted_spread(rows_of(model, plausible, values).rows, into.mean, components, into.spread);
+}
+
+}  // namespace
+
+void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into) {
+  into.assign(rows.empty() ? 0 : rows.front().values.size(), 0.0f);
+  for (const WeightedRow& row : rows)
+    for (std::size_t i = 0; i < into.size(); ++i) into[i] += row.weight * row.values[i];
+}
+
+void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components, std::vector<float>& into) {
+  into.assign(about.size() / components, 0.0f);
+  float all = 0;
+  for (const WeightedRow& row : rows) {
+    all += row.weight;
+    for (std::size_t i = 0; i < into.size() * components; ++i) {
+      const float off = row.values[i] - about[i];
+      into[i / components] += row.weight * off * off;
+    }
+  }
+  for (float& value : into) value = all > 0 ? std::sqrt(value / all) : 0;
+}
+
+std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config) {
+  std::vector<WeightedSample> weighted;
+  if (candidates.empty()) return weighted;
+  const Plausibility plausibility(std::ranges::min_element(candidates, {}, &Match::distance)->distance, config);
+  float all = 0;
+  for (const Match& candidate : candidates) {
+    weighted.push_back({candidate.sample, static_cast<float>(plausibility(candidate.distance))});
+    all += weighted.back().weight;
+  }
+  for (WeightedSample& sample : weighted) sample.weight /= all;
+  return weighted;
+}
+
+void infer_field(const Model& model, std::uint32_t field, std::span<const WeightedSample> estimate,
+                 std::span<const WeightedSample> plausible, Inferred& into) {
+  const auto values = [&](std::uint32_t sample, std::vector<std::vector<float>>& read) {
+    const auto stored = model.field_values(field, sample);
+    if (!stored.empty()) return stored;
+    model.read_field(field, sample, read.emplace_back(model.field_size(field)));
+    return std::span<const float>(read.back());
+  };
+  infer(model, estimate, plausible, 1, values, into);
+}
+
+void infer_positions(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible,
+                     Inferred& into) {
+  infer(model, estimate, plausible, 3, [&](std::uint32_t sample, auto&) { return model.node_positions(sample); }, into);
+}
+
+}  // namespace lbea

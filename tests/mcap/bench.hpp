@@ -1,0 +1,109 @@
+// A matcher that records, and a camera that sends it the model's own samples: real programs, sockets and files.
+#pragma once
+
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
+#include "adapters/wire/sockets/streams.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/test_data.hpp"
+#include "tests/wire/wire_support.hpp"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+namespace lbea::test {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::json;
+
+class Bench {
+ public:
+  std::unique_ptr<Process> start(std::vector<std::string> arguments, const std::string& name, const std::string& ready) {
+    std::filesystem::remove(file(name + ".err"));  // or the last one's would tell that this one is ready
+    auto process = std::make_unique<Process>(arguments, file(name + ".out"), file(name + ".err"));
+    REQUIRE(eventually([&] { return contains(text_of(file(name + ".err")), ready); }));
+    return process;
+  }
+  std::unique_ptr<Process> serve(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{LBEA_SERVE, LBEA_MODEL, "--frames", frames(), "--results", results(), "--json", "--record-memory", "16", "--queue", "128"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return start(arguments, "serve", "ready: frames on " + frames());
+  }
+  Json inspect(const std::string& name, int exit_code) const {
+    const Outcome outcome = run_program(LBEA_INSPECT " " + name + " --json", folder.path());
+    CAPTURE(outcome.err);
+    CHECK(outcome.exit_code == exit_code);
+    return Json::parse(outcome.out);
+  }
+  Outcome replay(const std::string& arguments) const { return run_program(LBEA_REPLAY " " + arguments, folder.path()); }
+  [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
+  [[nodiscard]] std::string frames() const { return "ipc://" + file("frames"); }
+  [[nodiscard]] std::string results() const { return "ipc://" + file("results"); }
+  TemporaryFolder folder;
+};
+
+/// Sends the model's own samples as frames: all nodes, in reference coordinates.
+class Camera {
+ public:
+  Camera(WireContext& context, const std::string& endpoint) : sink_(context, endpoint) { REQUIRE(sink_.wait_ready(30s)); }
+  /// From now on in the sensor's coordinates.
+  void look_from(const std::string& sensor_json) {
+    const Json pose = Json::parse(text_of(sensor_json));
+    for (const Json& row : pose["T_reference_sensor"])
+      for (const Json& value : row) T_reference_sensor_.push_back(value.get<double>());
+  }
+  void send(std::uint64_t id, std::uint64_t session = 1) {
+    const auto positions = model_.node_positions(static_cast<std::uint32_t>(id % model_.samples()));
+    points_.clear();
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) points_.push_back(seen({positions[i], positions[i + 1], positions[i + 2]}));
+    send_bytes(encoder_.frame({id, static_cast<std::int64_t>(1000 + id), points_}, session));
+  }
+  void send_bytes(std::span<const std::byte> bytes) { REQUIRE(sink_.send(bytes, 30s)); }
+  void end(std::uint64_t next_id, std::uint64_t session = 1) { send_bytes(encoder_.end_of_stream(session, next_id)); }
+  Encoder& encoder() { return encoder_; }
+
+ private:
+  [[nodiscard]] Point seen(const Point& reference) const {
+    const auto& T = T_reference_sensor_;
+    if (T.empty()) return reference;
+    const double x = reference.x - T[3], y = reference.y - T[7], z = reference.z - T[11];
+    const auto along = [&](std::size_t axis) { return static_cast<float>(T[axis] * x + T[axis + 4] * y + T[axis + 8] * z); };
+    return {along(0), along(1), along(2)};
+  }
+  Model model_ = Model::open(LBEA_MODEL);
+  std::vector<double> T_reference_sensor_;
+  FrameSink sink_;
+  Encoder encoder_;
+  std::vector<Point> points_;
+};
+
+/// What lbea-serve says of its recording, once it says that it is in this phase.
+inline std::optional<WireRecording> recording_in(RecordingPhase phase, WireContext& context, const std::string& results) {
+  ResultSource source(context, results);
+  WireState state;
+  for (const auto begin = std::chrono::steady_clock::now(); std::chrono::steady_clock::now() - begin < 30s;) {
+    const auto message = source.receive(100ms);
+    if (message && decode_state(*message, state) == WireStatus::ok && (!state.recording || state.recording->phase == phase)) return state.recording;
+  }
+  return {};
+}
+
+/// Ends a program in good order and returns its exit code.
+inline int stop(Process& process) {
+  process.signal(SIGINT);
+  return process.wait();
+}
+
+/// Records `frames` frames of the demo into `name`.
+inline void record(Bench& bench, const std::string& name, std::uint64_t frames, std::vector<std::string> more = {}) {
+  more.insert(more.begin(), {"--record", bench.file(name)});
+  const auto server = bench.serve(more);
+  WireContext context;
+  Camera camera(context, bench.frames());
+  for (std::uint64_t id = 0; id < frames; ++id) camera.send(id);
+  camera.end(frames);
+  REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
+  CHECK(stop(*server) == 0);
+}
+
+}  // namespace lbea::test

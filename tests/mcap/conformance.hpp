@@ -1,0 +1,18 @@
+// An MCAP file as the conformance suite's JSON lists it.
+#pragma once
+
+#include "adapters/mcap/record_walk.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+
+namespace lbea::test {
+
+/// Every record in order: chunks expanded, message indexes left out, numbers as text, fields by name.
+[[nodiscard]] nlohmann::json list_records(const mcap::ByteSource& source);
+
+/// All pairs X.mcap, X.json below `folder` are compared and audited; how many there were.
+std::size_t check_conformance(const std::filesystem::path& folder);
+
+}  // namespace lbea::test

@@ -1,0 +1,141 @@
+// Replays of parts, of windows, of recordings made on the way to a matcher, and what the matcher says of a replay.
+#include "tests/mcap/bench.hpp"
+
+using namespace lbea;
+using namespace std::chrono_literals;
+using namespace lbea::test;
+using Json = nlohmann::json;
+
+// Each once passed with "0 the same, 0 different", or failed without a hint.
+TEST_CASE("a part of a test has the history of the whole; comparing nothing is no success") {
+  Bench bench;
+  {
+    const std::string pose = (test::data() / "rail-demo/sensor.json").string();
+    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", pose});
+    WireContext context;
+    Camera camera(context, bench.frames());
+    camera.look_from(pose);
+    for (std::uint64_t id = 0; id < 30; ++id) {
+      camera.send(id);
+      std::this_thread::sleep_for(10ms);
+    }
+    camera.end(30);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
+    CHECK(stop(*server) == 0);
+  }
+  const test::Outcome all = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 0: --json"), late = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 0.15: --json --threads 2");
+  CAPTURE(late.out);
+  CHECK(all.exit_code == 0);
+  CHECK(late.exit_code == 0);
+  CHECK(Json::parse(all.out)["same"] == 30);
+  const auto same = Json::parse(late.out)["same"].get<int>();
+  CHECK(same > 0);
+  CHECK(same < 30);
+  CHECK(Json::parse(late.out)["without_history"] == 0);
+  const test::Outcome reversed = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 2:1");
+  CHECK(reversed.exit_code == 2);
+  CHECK(contains(reversed.err, "it ends before it begins"));
+  for (const std::string to : {"--model " LBEA_MODEL " --against", "--model " LBEA_MODEL " -o new.mcap", "--to ipc:///tmp/nobody"}) {
+    const test::Outcome none = bench.replay("run.mcap --range 900: " + to);
+    CAPTURE(none.err);
+    CHECK(none.exit_code == 1);
+    CHECK(contains(none.err, "no frame in --range 900:"));
+  }
+  CHECK_FALSE(std::filesystem::exists(bench.file("new.mcap")));
+  REQUIRE(bench.replay("run.mcap --model " LBEA_MODEL " -o results.mcap").exit_code == 0);
+  const test::Outcome without_frames = bench.replay("results.mcap --model " LBEA_MODEL " --against");
+  CHECK(without_frames.exit_code == 1);
+  CHECK(contains(without_frames.err, "no frame is recorded there"));
+}
+
+TEST_CASE("a window amid a test is compared but for what the test adds up, and says so") {
+  Bench bench;
+  {
+    const std::string pose = (test::data() / "rail-demo/sensor.json").string();
+    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--record-window", "0:60", "--method", "fit", "--pose", pose});
+    WireContext context;
+    Camera camera(context, bench.frames());
+    camera.look_from(pose);
+    for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
+    REQUIRE(recording_in(RecordingPhase::armed, context, bench.results()));
+    std::this_thread::sleep_for(300ms);
+    server->signal(SIGUSR1);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "recording: triggered"); }));
+    for (std::uint64_t id = 10; id < 20; ++id) camera.send(id);
+    camera.end(20);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
+    static_cast<void>(stop(*server));
+  }
+  const test::Outcome against = bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
+  CAPTURE(against.out);
+  CAPTURE(against.err);
+  CHECK(against.exit_code == 0);
+  const Json tally = Json::parse(against.out);
+  CHECK(tally["same"].get<int>() >= 10);
+  CHECK(tally["different"] == 0);
+  CHECK(tally["without_history"] > 0);
+  CHECK(contains(against.err, "the test began before the recording"));
+}
+
+TEST_CASE("recorded on the way to a matcher: method and model are its own, the pose is asked for") {
+  Bench bench;
+  const std::string rig = "ipc://" + bench.file("rig"), pose = (test::data() / "rail-demo/sensor.json").string();
+  {
+    const auto server = bench.serve({"--method", "vtp", "--pose", pose});
+    const auto recorder = bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--forward", bench.frames(), "--results", bench.results(),
+                                       "--record-memory", "16"}, "record", "ready: frames on");
+    WireContext context;
+    Camera camera(context, rig);
+    camera.look_from(pose);
+    std::this_thread::sleep_for(700ms);  // until subscriptions and the way to the matcher stand
+    for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
+    camera.end(10);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
+    std::this_thread::sleep_for(100ms);
+    CHECK(stop(*recorder) == 0);
+    CHECK(stop(*server) == 0);
+  }
+  const auto against = [&](const std::string& more) { return bench.replay("run.mcap --model " LBEA_MODEL " --against --json " + more); };
+  const test::Outcome unknown = against("");
+  CHECK(unknown.exit_code == 1);
+  CHECK(contains(unknown.err, "does not know the sensor's pose"));
+  CHECK(against("--pose " + pose).exit_code == 0);
+  CHECK(Json::parse(against("--pose " + pose).out)["same"] == 10);
+  CHECK(Json::parse(against("--no-pose").out)["different"] == 10);
+  CHECK(Json::parse(against("--method lbea --pose " + pose).out)["different"] == 10);
+  const test::Outcome other = bench.replay("run.mcap --model " LBEA_OTHER_MODEL " --pose " + pose);
+  CHECK(other.exit_code == 0);
+  CHECK(contains(other.err, "is not the model it was recorded with"));
+}
+
+// A replay ended with 0 while the matcher had room for a few of its frames.
+TEST_CASE("a replay asks the matcher what it has received, and stopped as asked for is no failure") {
+  Bench bench;
+  record(bench, "run.mcap", 60);
+  const std::string to = "run.mcap --fast --json --to " + bench.frames() + " --results " + bench.results();
+  {
+    const auto server = bench.serve();
+    const test::Outcome whole = bench.replay(to);
+    CAPTURE(whole.err);
+    CHECK(whole.exit_code == 0);
+    CHECK(Json::parse(whole.out)["receipt"]["received"] == 60);
+    const test::Outcome again = bench.replay(to);  // ids that come again
+    CHECK(again.exit_code == 1);
+    CHECK(contains(again.err, "start it anew"));
+    static_cast<void>(stop(*server));
+  }
+  {
+    const auto server = bench.start({LBEA_SERVE, LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results(), "--json", "--queue", "1", "--method", "vtp"},
+                                    "serve", "ready: frames on " + bench.frames());
+    const test::Outcome outcome = bench.replay(to);
+    static_cast<void>(stop(*server));
+    const Json receipt = Json::parse(outcome.out)["receipt"];
+    const auto dropped = Json::parse(text_of(bench.file("serve.out")))["dropped"];
+    CAPTURE(dropped.dump());
+    CHECK(receipt["received"] == 60);
+    CHECK(contains(dropped.dump(), receipt["dropped"].dump()));
+    CHECK(outcome.exit_code == (receipt["dropped"] == 0 ? 0 : 1));
+  }
+  const auto server = bench.serve();
+  CHECK(run_program(LBEA_REPLAY " run.mcap --fast --loop 0 --to " + bench.frames(), bench.folder.path(), 700ms).exit_code == 0);
+}

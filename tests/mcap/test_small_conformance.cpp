@@ -1,0 +1,9 @@
+// The conformance files that every clone has.
+#include "tests/mcap/conformance.hpp"
+#include "tests/support/test_data.hpp"
+
+#include <doctest/doctest.h>
+
+TEST_CASE("the conformance files of this repository are read as their JSON says") {
+  CHECK(lbea::test::check_conformance(lbea::test::data() / "mcap") == 9);
+}

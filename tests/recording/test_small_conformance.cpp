@@ -1,9 +1,0 @@
-// The conformance files that every clone has.
-#include "tests/recording/conformance.hpp"
-#include "tests/support/test_data.hpp"
-
-#include <doctest/doctest.h>
-
-TEST_CASE("the conformance files of this repository are read as their JSON says") {
-  CHECK(lbea::test::check_conformance(lbea::test::data() / "mcap") == 9);
-}

@@ -1,0 +1,123 @@
+#include "tools/monitor/feeds/health.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto size_window = 10s;  // a rate of writing is that of so long
+
+std::size_t bin_of(double ms) {
+  if (ms <= Health::first_edge_ms) return 0;
+  const double bin = std::ceil(2 * std::log2(ms / Health::first_edge_ms));
+  return std::min(static_cast<std::size_t>(bin), Health::bins - 1);
+}
+
+/// Upper edge of the bin in which the share lies; 0 without any.
+double quantile_ms(const std::array<std::uint64_t, Health::bins>& histogram, double share) {
+  std::uint64_t total = 0, below = 0;
+  for (const std::uint64_t count : histogram) total += count;
+  for (std::size_t bin = 0; bin < Health::bins; ++bin) {
+    below += histogram[bin];
+    if (total > 0 && static_cast<double>(below) >= share * static_cast<double>(total))
+      return Health::first_edge_ms * std::exp2(static_cast<double>(bin) / 2);
+  }
+  return 0;
+}
+
+nlohmann::json to_json(const Counters& counters) {
+  nlohmann::json reasons = nlohmann::json::object();
+  for (std::size_t i = 0; i < wire_status_count; ++i) {
+    const auto status = static_cast<WireStatus>(i);
+    const bool is_trouble = fate_of(status) == Fate::rejected || fate_of(status) == Fate::dropped;
+    if (is_trouble && counters.by_status[i] > 0) reasons[std::string(to_string(status))] = counters.by_status[i];
+  }
+  return {{"received", counters.received}, {"matched", counters.sum(Fate::matched)}, {"rejected", counters.sum(Fate::rejected)},
+          {"dropped", counters.sum(Fate::dropped)}, {"missed", counters.missed}, {"duplicates", counters.duplicates},
+          {"recorded", counters.recorded}, {"unrecorded", counters.unrecorded}, {"reasons", reasons}};
+}
+
+}  // namespace
+
+void Health::turn_windows(Clock::time_point now) {
+  if (now - window_begin_ < window) return;
+  previous_ = now - window_begin_ < 2 * window ? current_ : Histogram{};
+  current_ = {};
+  window_begin_ = now;
+}
+
+void Health::note_sequence(std::uint64_t sequence, std::int64_t) {
+  // Going back means that lbea-serve was started anew.
+  if (sequence_ && sequence > *sequence_ + 1) lost_ += sequence - *sequence_ - 1;
+  sequence_ = sequence;
+}
+
+void Health::note(const WireResult& result, Clock::time_point now) {
+  note_sequence(result.sequence, result.publish_ns);
+  heard_ = now;
+  counters_ = result.counters;
+  if (result.status == WireStatus::end_of_stream) return;
+  last_frame_ = now;
+  turn_windows(now);
+  ++current_[bin_of(static_cast<double>(result.elapsed_ns.total) * 1e-6)];
+  ++rate_count_;
+  if (now - rate_begin_ < 1s) return;
+  const double seconds = std::chrono::duration<double>(now - rate_begin_).count();
+  rate_ = seconds < 3 ? static_cast<double>(rate_count_) / seconds : 0;
+  rate_begin_ = now;
+  rate_count_ = 0;
+}
+
+void Health::note(const WireState& state, Clock::time_point now) {
+  if (state_ && state_->start_ns != state.start_ns) last_frame_ = {};
+  note_sequence(state.sequence, state.publish_ns);
+  heard_ = now;
+  counters_ = state.counters;
+  state_ = state;
+  if (state.recording) note_recording(*state.recording, now);
+  else sizes_.clear();
+}
+
+void Health::note_recording(const WireRecording& recording, Clock::time_point now) {
+  if (!sizes_.empty() && recording.bytes < sizes_.back().bytes) sizes_.clear();  // another file
+  sizes_.push_back({now, recording.bytes});
+  while (now - sizes_.front().time > size_window) sizes_.pop_front();
+}
+
+nlohmann::json Health::recording_report() const {
+  const WireRecording& recording = *state_->recording;
+  const double seconds = std::chrono::duration<double>(sizes_.back().time - sizes_.front().time).count();
+  const double rate = seconds > 0 ? static_cast<double>(sizes_.back().bytes - sizes_.front().bytes) / seconds : 0;
+  nlohmann::json report{{"phase", to_string(recording.phase)}, {"bytes", recording.bytes}, {"bytes_per_s", rate}};
+  report["free_bytes"] = report["seconds_left"] = nullptr;
+  if (recording.free_bytes == WireRecording::unknown) return report;
+  report["free_bytes"] = recording.free_bytes;
+  if (rate > 0) report["seconds_left"] = static_cast<double>(recording.free_bytes) / rate;
+  return report;
+}
+
+nlohmann::json Health::report(Clock::time_point now) const {
+  const auto age_ms = [&](Clock::time_point then) -> nlohmann::json {
+    if (then == Clock::time_point{}) return nullptr;
+    return std::chrono::duration_cast<std::chrono::milliseconds>(now - then).count();
+  };
+  Histogram histogram = previous_;
+  for (std::size_t bin = 0; bin < bins; ++bin) histogram[bin] += current_[bin];
+  nlohmann::json report{{"counters", to_json(counters_)}, {"results_lost_here", lost_}, {"unreadable_here", unreadable_},
+                        {"heard_ms", age_ms(heard_)}, {"last_frame_ms", age_ms(last_frame_)},
+                        {"rate", now - rate_begin_ < 3s ? rate_ : 0.0},
+                        {"latency", {{"bins", histogram}, {"first_edge_ms", first_edge_ms}, {"p50_ms", quantile_ms(histogram, 0.5)}, {"p99_ms", quantile_ms(histogram, 0.99)}}}};
+  if (state_)
+    report["server"] = {{"version", state_->version}, {"method", state_->method}, {"queue_used", state_->queue_used},
+                        {"queue_slots", state_->queue_slots}, {"start_ns", std::to_string(state_->start_ns)}};
+  if (state_ && state_->recording) report["server"]["recording"] = recording_report();
+  return report;
+}
+
+}  // namespace lbea

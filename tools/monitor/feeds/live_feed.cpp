@@ -1,0 +1,167 @@
+#include "tools/monitor/feeds/live_feed.hpp"
+
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace lbea {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto receive_timeout = 100ms;
+constexpr auto heartbeat = 500ms;       // a snapshot at least so often: ages grow also while nothing comes
+constexpr auto cloudless_after = 1s;    // without a new cloud the view goes on without
+constexpr std::size_t recent_results = 256, waiting_clouds = 8;
+constexpr std::size_t rows_at_once = 2048;
+constexpr int previews_held = 2;
+
+}  // namespace
+
+LiveFeed::LiveFeed(const LiveConfig& config, Model model)
+    : config_(config),
+      model_(std::move(model)),
+      ranges_(ranges_of(model_)),
+      exports_(model_, ranges_),
+      scenes_(model_, ranges_),
+      results_(context_, config.results_endpoint) {
+  if (!config.preview_endpoint.empty()) previews_.emplace(context_, config.preview_endpoint, previews_held);
+}
+
+LiveFeed::~LiveFeed() { stop(); }
+
+void LiveFeed::start(Audience audience) {
+  audience_ = std::move(audience);
+  result_thread_ = std::thread(&LiveFeed::receive_results, this);
+  if (previews_) cloud_thread_ = std::thread(&LiveFeed::receive_clouds, this);
+  build_thread_ = std::thread(&LiveFeed::build_snapshots, this);
+}
+
+void LiveFeed::stop() {
+  stopping_ = true;
+  for (std::thread* thread : {&result_thread_, &cloud_thread_, &build_thread_})
+    if (thread->joinable()) thread->join();
+}
+
+void LiveFeed::receive_results() {
+  WireResult result;
+  WireState state;
+  while (!stopping_) {
+    const auto message = results_.receive(receive_timeout);
+    if (!message) continue;
+    const MessageKind kind = message_kind(*message);
+    const bool is_result = kind == MessageKind::result && decode_result(*message, result) == WireStatus::ok;
+    const bool is_state = kind == MessageKind::state && decode_state(*message, state) == WireStatus::ok;
+    if (is_result) relay(ViewerChannel::results, result.publish_ns, *message);
+    if (is_state) relay(ViewerChannel::state, state.publish_ns, *message);
+    const std::lock_guard lock(mutex_);
+    ++version_;
+    if (is_result) take(result);
+    else if (is_state) health_.note(state);
+    else health_.note_unreadable();
+    if (is_state) model_differs_ = state.model.checksum != model_.checksum();
+  }
+}
+
+void LiveFeed::receive_clouds() {
+  FrameDecoder decoder;
+  while (!stopping_) {
+    const auto message = previews_->receive(receive_timeout);
+    if (!message || decoder.open(*message) != WireStatus::ok) continue;
+    const FrameHeader& header = decoder.header();
+    std::vector<Point> points(header.points);
+    decoder.read_points(points);
+    relay(ViewerChannel::frames, wall_clock_ns(), header.cloud);
+    const std::lock_guard lock(mutex_);
+    ++version_;
+    take({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});
+  }
+}
+
+void LiveFeed::relay(ViewerChannel channel, std::int64_t time_ns, Message message) const {
+  if (audience_.relay) audience_.relay(channel, time_ns, message);
+}
+
+void LiveFeed::take(const WireResult& result) {
+  log_.add(result);
+  health_.note(result);
+  if (result.status == WireStatus::end_of_stream) return;
+  latest_ = result;
+  const auto mine = std::ranges::find_if(waiting_, [&](const Waiting& w) { return w.session == result.session && w.frame_id == result.frame_id; });
+  if (mine != waiting_.end()) {
+    show(result, std::move(mine->cloud));
+    waiting_.erase(waiting_.begin(), mine + 1);
+  } else if (Clock::now() - moment_time_ > cloudless_after && fate_of(result.status) == Fate::matched) {
+    moment_ = {result, nullptr};
+  }
+  recent_.push_back(result);
+  if (recent_.size() > recent_results) recent_.pop_front();
+}
+
+void LiveFeed::take(Waiting cloud) {
+  const auto its = std::ranges::find_if(recent_, [&](const WireResult& r) { return r.session == cloud.session && r.frame_id == cloud.frame_id; });
+  if (its != recent_.end()) return show(*its, std::move(cloud.cloud));
+  waiting_.push_back(std::move(cloud));
+  if (waiting_.size() > waiting_clouds) waiting_.pop_front();
+}
+
+void LiveFeed::show(const WireResult& result, std::shared_ptr<const std::vector<Point>> cloud) {
+  moment_ = {result, std::move(cloud)};
+  moment_time_ = Clock::now();
+}
+
+void LiveFeed::build_snapshots() {
+  std::uint64_t built = 0;
+  auto last = Clock::time_point{};
+  while (!stopping_) {
+    const auto begin = Clock::now();
+    std::uint64_t version = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      version = version_;
+    }
+    if (audience_.is_awaited() && (version != built || begin - last > heartbeat)) {
+      audience_.publish(build());
+      built = version;
+      last = begin;
+    }
+    // At most half of one core.
+    std::this_thread::sleep_for(std::max<Clock::duration>(config_.interval - (Clock::now() - begin), Clock::now() - begin));
+  }
+}
+
+Snapshot LiveFeed::build() {
+  Moment moment;
+  nlohmann::json head{{"type", "snapshot"}};
+  {
+    const std::lock_guard lock(mutex_);
+    moment = moment_;
+    head["version"] = version_;
+    head["result"] = to_json(latest_);
+    head["health"] = health_.report();
+    head["test"] = {{"epoch", log_.epoch()}, {"results", log_.results()}, {"complete", log_.is_complete()},
+                    {"seconds", log_.seconds(latest_.stamp_ns)}, {"session", std::to_string(log_.session())}};
+    head["model_differs"] = model_differs_;
+    head["has_preview"] = previews_.has_value();
+  }
+  return std::make_shared<const std::string>(scenes_.build(moment, std::move(head)));
+}
+
+std::string LiveFeed::rows_after(LogCursor& cursor) {
+  const std::lock_guard lock(mutex_);
+  return next_rows(log_, cursor, rows_at_once);
+}
+
+std::optional<HttpAnswer> LiveFeed::answer(std::string_view target) {
+  if (target == "/export/curves.csv") {
+    const std::lock_guard lock(mutex_);
+    return HttpAnswer{200, "text/csv; charset=utf-8", to_csv(log_, exports_.simulation_names()), "curves.csv"};
+  }
+  return exports_.answer(target);
+}
+
+}  // namespace lbea

@@ -1,0 +1,81 @@
+// A running test: results and previews are taken in as they come, whoever looks; scenes are built only while somebody does.
+#pragma once
+
+#include "adapters/wire/sockets/streams.hpp"
+#include "tools/monitor/web/exports.hpp"
+#include "tools/monitor/feeds/feed.hpp"
+#include "tools/monitor/web/foxglove.hpp"
+#include "tools/monitor/feeds/health.hpp"
+#include "tools/monitor/scene/scene.hpp"
+
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+namespace lbea {
+
+struct LiveConfig {
+  std::string results_endpoint, preview_endpoint;  // the latter may be empty: no clouds
+  std::chrono::milliseconds interval{33};          // between two snapshots, at least
+};
+
+class LiveFeed final : public Feed {
+ public:
+  /// `publish` is called from a thread of the feed with every new snapshot, `is_awaited` before one is built; `relay`, which may
+  /// be empty, from several with every message that was understood.
+  struct Audience {
+    std::function<void(Snapshot)> publish;
+    std::function<bool()> is_awaited;
+    std::function<void(ViewerChannel, std::int64_t time_ns, Message)> relay;
+  };
+  /// Throws Error{endpoint_unavailable}.
+  LiveFeed(const LiveConfig& config, Model model);
+  ~LiveFeed() override;
+
+  void start(Audience audience);
+  void stop();
+  [[nodiscard]] std::string rows_after(LogCursor& cursor) override;
+  [[nodiscard]] std::optional<HttpAnswer> answer(std::string_view target) override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Waiting {
+    std::uint64_t session = 0, frame_id = 0;
+    std::shared_ptr<const std::vector<Point>> cloud;
+  };
+  void receive_results();
+  void receive_clouds();
+  void relay(ViewerChannel channel, std::int64_t time_ns, Message message) const;
+  void take(const WireResult& result);
+  void take(Waiting cloud);
+  void show(const WireResult& result, std::shared_ptr<const std::vector<Point>> cloud);
+  void build_snapshots();
+  [[nodiscard]] Snapshot build();
+
+  LiveConfig config_;
+  Model model_;
+  ModelRanges ranges_;
+  ModelExports exports_;
+  SceneBuilder scenes_;  // the building thread's
+  WireContext context_;
+  ResultSource results_;
+  std::optional<ResultSource> previews_;
+  Audience audience_;
+
+  std::mutex mutex_;  // of everything below
+  TestLog log_;
+  Health health_;
+  WireResult latest_;
+  Moment moment_;
+  Clock::time_point moment_time_{};
+  std::deque<WireResult> recent_;
+  std::deque<Waiting> waiting_;
+  std::uint64_t version_ = 0;
+  bool model_differs_ = false;
+
+  std::atomic<bool> stopping_{false};
+  std::thread result_thread_, cloud_thread_, build_thread_;
+};
+
+}  // namespace lbea

@@ -1,0 +1,142 @@
+#include "tools/monitor/feeds/recording_feed.hpp"
+
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/monitor/web/access.hpp"
+#include "tools/shared/recording/run_audit.hpp"
+#include "tools/shared/matching/preview.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::uint32_t most_points_read = std::uint32_t{1} << 24;
+constexpr std::size_t most_sessions = 256;
+constexpr std::size_t records_at_once = 2048;
+
+template <class Number>
+Number number_in(std::string_view target, std::string_view key, Number otherwise) {
+  const std::string_view text = query_value(target, key);
+  Number number = otherwise;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && stop == text.data() + text.size() ? number : otherwise;
+}
+
+std::string words_of(const RunAudit& audit) { return audit.is_complete() ? "complete" : audit.flaws().front(); }
+
+HttpAnswer binary(std::string packet) { return {200, "application/octet-stream", std::move(packet), ""}; }
+
+}  // namespace
+
+Model open_model(const std::string& file, std::uint64_t checksum) {
+  if (file.empty()) throw Error(Status::bad_config, "which model the frames were matched with is not said; give it with --model");
+  Model model = Model::open(file);
+  if (model.checksum() != checksum) throw Error(Status::bad_config, file + ": is not the model any more that the frames were matched with; give that one with --model");
+  return model;
+}
+
+RecordingFeed::RecordingFeed(const std::filesystem::path& file, Model model)
+    : name_(file.filename().string()),
+      words_(words_of(audit_run(file))),
+      model_(std::move(model)),
+      ranges_(ranges_of(model_)),
+      exports_(model_, ranges_),
+      run_(file),
+      scenes_(model_, ranges_) {
+  read_all();
+}
+
+void RecordingFeed::read_all() {
+  std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t> frames;
+  while (const auto message = run_.next()) {
+    if (message->kind == RecordedMessage::Kind::frame) frames.try_emplace({message->session, message->id}, message->log_time_ns);
+  }
+  run_.rewind();
+  while (const auto message = run_.next())
+    if (message->kind == RecordedMessage::Kind::result) note_result(*message, frames);
+}
+
+void RecordingFeed::note_result(const RecordedMessage& message, const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames) {
+  WireResult result;
+  if (decode_result(message.data, result) != WireStatus::ok) return health_.note_unreadable();
+  health_.note(result, whole_);
+  if (logs_.size() < most_sessions || logs_.contains(result.session)) logs_[result.session].add(result);
+  if (fate_of(result.status) == Fate::not_a_capture) return;
+  const auto its = frames.find({result.session, result.frame_id});
+  entries_.push_back({its == frames.end() ? 0 : its->second, message.log_time_ns, result.session, result.frame_id});
+}
+
+const TestLog& RecordingFeed::log_of(std::uint64_t session) const {
+  static const TestLog none;
+  const auto its = logs_.find(session);
+  return its == logs_.end() ? none : its->second;
+}
+
+WireResult RecordingFeed::result_of(const Entry& entry) {
+  WireResult result;
+  run_.rewind();
+  run_.limit(entry.result_ns, entry.result_ns);
+  while (const auto message = run_.next())
+    if (message->kind == RecordedMessage::Kind::result && decode_result(message->data, result) == WireStatus::ok &&
+        result.session == entry.session && result.frame_id == entry.id)
+      return result;
+  return {};
+}
+
+std::shared_ptr<const std::vector<Point>> RecordingFeed::cloud_of(const Entry& entry) {
+  if (entry.frame_ns == 0) return nullptr;
+  run_.rewind();
+  run_.limit(entry.frame_ns, entry.frame_ns);
+  while (const auto message = run_.next()) {
+    if (message->kind != RecordedMessage::Kind::frame || message->session != entry.session || message->id != entry.id) continue;
+    Encoder encoder;
+    DecodedFrame frame;
+    if (decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame, {.max_points = most_points_read}) != WireStatus::ok) return nullptr;
+    thin(frame.points, PreviewConfig{}.max_points, run_.settings().matcher.T_reference_sensor);
+    return std::make_shared<const std::vector<Point>>(std::move(frame.points));
+  }
+  return nullptr;
+}
+
+std::string RecordingFeed::frame_packet(const Entry& entry) {
+  const Moment moment{result_of(entry), cloud_of(entry)};
+  const TestLog& log = log_of(entry.session);
+  Health health = health_;
+  health.note(moment.result, whole_);
+  nlohmann::json head{{"type", "snapshot"}, {"result", to_json(moment.result)}, {"health", health.report(whole_)}, {"has_preview", true},
+                      {"model_differs", moment.result.model_checksum != model_.checksum()},
+                      {"test", {{"epoch", log.epoch()}, {"results", log.results()}, {"complete", false}, {"session", std::to_string(entry.session)},
+                                {"seconds", log.seconds(moment.result.stamp_ns)}}}};
+  head["health"]["recording"] = words_;
+  return scenes_.build(moment, std::move(head));
+}
+
+std::string RecordingFeed::rows_packet(std::string_view target) const {
+  const TestLog& log = log_of(number_in<std::uint64_t>(target, "session", 0));
+  LogCursor cursor{log.epoch(), std::min(number_in<std::size_t>(target, "first", 0), log.rows().size())};
+  if (cursor.row == 0) cursor.epoch = 0;  // also without rows the packet says so
+  std::string packet = next_rows(log, cursor, records_at_once);
+  return packet;
+}
+
+std::string RecordingFeed::model_answer() const {
+  return model_packet(model_, ranges_, {{"file", name_}, {"frames", entries_.size()}, {"words", words_}});
+}
+
+std::optional<HttpAnswer> RecordingFeed::answer(std::string_view target) {
+  const std::lock_guard lock(mutex_);
+  const std::string_view path = target.substr(0, target.find('?'));
+  if (path == "/api/model") return binary(model_answer());
+  if (path == "/api/recording/rows") return binary(rows_packet(target));
+  if (path == "/export/curves.csv")
+    return HttpAnswer{200, "text/csv; charset=utf-8", to_csv(log_of(number_in<std::uint64_t>(target, "session", entries_.empty() ? 0 : entries_.front().session)), exports_.simulation_names()), "curves.csv"};
+  if (path != "/api/recording/frame") return exports_.answer(target);
+  const auto number = number_in<std::size_t>(target, "number", entries_.size());
+  if (number >= entries_.size()) return HttpAnswer{404, "text/plain; charset=utf-8", "number= wants one of the recording's frames, from 0\n", ""};
+  return binary(frame_packet(entries_[number]));
+}
+
+}  // namespace lbea

@@ -1,0 +1,127 @@
+#include "tools/monitor/feeds/test_log.hpp"
+
+#include "tools/monitor/scene/packet.hpp"
+
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lbea {
+
+namespace {
+
+constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+
+TestLog::Row row_of(const WireResult& result, double time_s) {
+  TestLog::Row row;
+  row.fill(unknown);
+  row[TestLog::time_s] = static_cast<float>(time_s);
+  row[TestLog::frame] = static_cast<float>(result.frame_id);
+  row[TestLog::verdict] = static_cast<float>(result.verdict);
+  row[TestLog::status] = static_cast<float>(result.status);
+  row[TestLog::latency_ms] = static_cast<float>(result.elapsed_ns.total) * 1e-6f;
+  if (fate_of(result.status) != Fate::matched) return row;
+  row[TestLog::coverage] = result.coverage;
+  for (std::size_t k = 0; k < 3; ++k) row[TestLog::x + k] = result.leading_coordinates[k];
+  if (!result.matches.empty()) {
+    const WireMatch& best = result.matches.front();
+    row[TestLog::simulation] = static_cast<float>(best.sample.simulation);
+    row[TestLog::time_step] = static_cast<float>(best.sample.time_step);
+    row[TestLog::distance] = best.distance;
+  }
+  if (!result.fit.candidates.empty()) {
+    row[TestLog::residual] = result.fit.residual;
+    row[TestLog::estimate_residual] = result.fit.estimate_residual;
+    row[TestLog::misfit] = result.fit.misfit;
+    row[TestLog::spread] = result.fit.spread;
+  }
+  for (std::size_t k = 0; k < std::min(TestLog::chances, result.test.simulations.size()); ++k) {
+    row[TestLog::column_count + 2 * k] = static_cast<float>(result.test.simulations[k].simulation);
+    row[TestLog::column_count + 2 * k + 1] = result.test.simulations[k].probability;
+  }
+  return row;
+}
+
+std::string number(float value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
+
+std::string name_of(float simulation, std::span<const std::string> names) {
+  if (std::isnan(simulation)) return "";
+  const auto index = static_cast<std::size_t>(simulation);
+  std::string name = index < names.size() ? names[index] : fmt::format("{}", index);
+  std::string quoted = "\"";
+  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+}  // namespace
+
+void TestLog::add(const WireResult& result) {
+  const Fate fate = fate_of(result.status);
+  const bool of_a_sender = fate == Fate::matched || result.status == WireStatus::end_of_stream;
+  if (of_a_sender && (!started_ || result.session != session_)) begin(result);
+  if (result.status == WireStatus::end_of_stream) complete_ = true;
+  if (!started_ || fate == Fate::not_a_capture) return;
+  if (results_++ % every_ != 0) return;
+  if (rows_.size() >= capacity_) thin();
+  // A refused frame may not even have a time; it stands where it came.
+  const bool has_time = fate == Fate::matched || (result.session == session_ && result.stamp_ns != 0);
+  rows_.push_back(row_of(result, has_time ? seconds(result.stamp_ns) : rows_.empty() ? 0 : static_cast<double>(rows_.back()[time_s])));
+}
+
+void TestLog::begin(const WireResult& first) {
+  started_ = true;
+  session_ = first.session;
+  first_stamp_ns_ = first.stamp_ns;
+  complete_ = false;
+  results_ = 0;
+  every_ = 1;
+  rows_.clear();
+  ++epoch_;
+}
+
+void TestLog::thin() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < rows_.size(); i += 2) rows_[kept++] = rows_[i];
+  rows_.resize(kept);
+  every_ *= 2;
+  ++epoch_;
+}
+
+std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most) {
+  const bool is_new = cursor.epoch != log.epoch();
+  if (is_new) cursor = {log.epoch(), 0};
+  const std::size_t count = std::min(most, log.rows().size() - cursor.row);
+  if (count == 0 && !is_new) return {};
+  std::vector<float> values;
+  values.reserve(count * TestLog::row_values);
+  for (const TestLog::Row& row : log.rows().subspan(cursor.row, count)) values.insert(values.end(), row.begin(), row.end());
+  Packet packet;
+  packet.add("rows", std::move(values));
+  const nlohmann::json head{{"type", "rows"}, {"epoch", log.epoch()}, {"first", cursor.row}, {"every", log.every()}, {"row_values", TestLog::row_values}};
+  cursor.row += count;
+  return packet.finish(head);
+}
+
+std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names) {
+  std::string csv = "time_s,frame,verdict,status,simulation,time_step,distance,residual,estimate_residual,misfit,spread,coverage,x,y,z,latency_ms";
+  for (std::size_t k = 1; k <= TestLog::chances; ++k) csv += fmt::format(",simulation_{0},probability_{0}", k);
+  csv += '\n';
+  for (const TestLog::Row& row : log.rows()) {
+    for (std::size_t column = 0; column < TestLog::row_values; ++column) {
+      const float value = row[column];
+      if (column > 0) csv += ',';
+      const bool is_name = column == TestLog::simulation || (column >= TestLog::column_count && (column - TestLog::column_count) % 2 == 0);
+      if (is_name) csv += name_of(value, simulation_names);
+      else if (column == TestLog::verdict) csv += to_string(static_cast<WireVerdict>(value));
+      else if (column == TestLog::status) csv += to_string(static_cast<WireStatus>(value));
+      else csv += number(value);
+    }
+    csv += '\n';
+  }
+  return csv;
+}
+
+}  // namespace lbea

@@ -1,0 +1,62 @@
+// The curves of one test, for browsers that come late: bounded, thinned when they grow too long.
+#pragma once
+
+#include "adapters/wire/codec/messages.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+/// How far a browser has read.
+struct LogCursor {
+  std::uint64_t epoch = 0;
+  std::size_t row = 0;
+};
+
+class TestLog {
+ public:
+  static constexpr std::size_t chances = 8;
+  /// In this order; probabilities of simulations follow: `chances` pairs of (simulation, probability). NaN: not known.
+  enum Column : std::size_t {
+    time_s, frame, verdict, status, simulation, time_step, distance, residual, estimate_residual, misfit, spread, coverage,
+    x, y, z, latency_ms, column_count
+  };
+  static constexpr std::size_t row_values = column_count + 2 * chances;
+  using Row = std::array<float, row_values>;
+  static constexpr std::size_t default_capacity = 8192;
+
+  explicit TestLog(std::size_t capacity = default_capacity) : capacity_(capacity) {}
+
+  /// A result of a frame; starts anew when the frame's sender was started anew.
+  void add(const WireResult& result);
+
+  [[nodiscard]] std::uint64_t epoch() const noexcept { return epoch_; }  // rises whenever rows already read change
+  [[nodiscard]] std::size_t every() const noexcept { return every_; }    // one row stands for so many results
+  [[nodiscard]] std::span<const Row> rows() const noexcept { return rows_; }
+  [[nodiscard]] bool is_complete() const noexcept { return complete_; }
+  [[nodiscard]] std::uint64_t results() const noexcept { return results_; }
+  [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
+  [[nodiscard]] double seconds(std::int64_t stamp_ns) const noexcept { return static_cast<double>(stamp_ns - first_stamp_ns_) * 1e-9; }
+
+ private:
+  void begin(const WireResult& first);
+  void thin();
+  std::size_t capacity_;
+  std::uint64_t epoch_ = 1, session_ = 0, results_ = 0;
+  std::size_t every_ = 1;
+  std::int64_t first_stamp_ns_ = 0;
+  bool complete_ = false, started_ = false;
+  std::vector<Row> rows_;
+};
+
+/// At most `most` rows that the reader does not have, as a packet; moves the cursor. Empty when there are none.
+[[nodiscard]] std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most);
+
+/// With one header line and the names in place of simulations' numbers.
+[[nodiscard]] std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names);
+
+}  // namespace lbea

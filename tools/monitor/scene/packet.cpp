@@ -1,0 +1,47 @@
+#include "tools/monitor/scene/packet.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::size_t alignment = 8;
+
+std::size_t aligned(std::size_t bytes) { return (bytes + alignment - 1) / alignment * alignment; }
+
+}  // namespace
+
+template <class T>
+void Packet::add_values(std::string name, std::string_view type, const std::vector<T>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  sections_.push_back({std::move(name), type, {bytes.begin(), bytes.end()}, values.size()});
+}
+
+void Packet::add(std::string name, std::vector<float> values) { add_values(std::move(name), "f32", values); }
+void Packet::add(std::string name, std::vector<std::uint16_t> values) { add_values(std::move(name), "u16", values); }
+void Packet::add(std::string name, std::vector<std::uint32_t> values) { add_values(std::move(name), "u32", values); }
+
+std::string Packet::finish(nlohmann::json head) const {
+  auto& places = head["sections"] = nlohmann::json::object();
+  std::size_t offset = 0;
+  for (const Section& section : sections_) {
+    places[section.name] = {{"type", section.type}, {"offset", offset}, {"count", section.count}};
+    offset += aligned(section.bytes.size());
+  }
+  const std::string text = head.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::string packet = "LBMO";
+  const auto head_bytes = static_cast<std::uint32_t>(text.size());
+  packet.append(reinterpret_cast<const char*>(&head_bytes), sizeof head_bytes);
+  packet += text;
+  packet.resize(aligned(packet.size()));
+  for (const Section& section : sections_) {
+    packet.append(reinterpret_cast<const char*>(section.bytes.data()), section.bytes.size());
+    packet.resize(aligned(packet.size()));
+  }
+  return packet;
+}
+
+}  // namespace lbea

@@ -1,0 +1,129 @@
+#include "tools/monitor/scene/scene.hpp"
+
+#include "tools/monitor/scene/packet.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::uint32_t most_fields = 8;
+constexpr float margin = 0.3f;  // of the component's size, around it: points farther away are not shown
+constexpr float full_scale = 65535.0f;
+
+Shape alone(Sample sample) { return {{sample, 1.0f}}; }
+
+nlohmann::json to_json(const Shape& shape) {
+  nlohmann::json shares = nlohmann::json::array();
+  for (const WeightedSample& share : shape) shares.push_back({share.sample.simulation, share.sample.time_step, share.weight});
+  return shares;
+}
+
+std::uint16_t quantised(float share) { return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0f, 1.0f) * full_scale)); }
+
+nlohmann::json to_json(const WireTestState& test) {
+  nlohmann::json simulations = nlohmann::json::array();
+  for (const SimulationChance& chance : test.simulations) simulations.push_back({chance.simulation, chance.probability});
+  return {{"frames", test.frames}, {"simulation", test.simulation}, {"sample", {test.sample.simulation, test.sample.time_step}},
+          {"sample_probability", test.sample_probability}, {"simulations", simulations}, {"branches", test.branches}};
+}
+
+nlohmann::json to_json(const WireFit& fit) {
+  nlohmann::json candidates = nlohmann::json::array();
+  for (const Match& candidate : fit.candidates)
+    candidates.push_back({candidate.sample.simulation, candidate.sample.time_step, candidate.distance});
+  return {{"residual", fit.residual}, {"estimate_residual", fit.estimate_residual}, {"misfit", fit.misfit}, {"spread", fit.spread},
+          {"candidates", candidates}, {"estimate", to_json(fit.estimate)}};
+}
+
+}  // namespace
+
+Leaders leaders_of(const WireResult& result) {
+  std::vector<Sample> ranked;
+  for (const WireMatch& match : result.matches) ranked.push_back(match.sample);
+  for (const Match& candidate : result.fit.candidates) ranked.push_back(candidate.sample);
+  Leaders leaders;
+  if (ranked.empty()) return leaders;
+  leaders.match = alone(ranked.front());
+  leaders.estimate = result.fit.estimate.empty() ? leaders.match : Shape(result.fit.estimate.begin(), result.fit.estimate.end());
+  const auto other = std::ranges::find_if(ranked, [&](const Sample& sample) { return sample.simulation != ranked.front().simulation; });
+  if (other != ranked.end()) leaders.ghost = alone(*other);
+  return leaders;
+}
+
+nlohmann::json to_json(const WireResult& result) {
+  nlohmann::json matches = nlohmann::json::array();
+  for (const WireMatch& match : result.matches)
+    matches.push_back({{"simulation", match.sample.simulation}, {"name", match.simulation_name}, {"time_step", match.sample.time_step},
+                       {"time_s", match.time_s}, {"distance", match.distance}});
+  nlohmann::json json{{"frame", result.frame_id}, {"session", std::to_string(result.session)}, {"stamp_ns", std::to_string(result.stamp_ns)},
+                      {"status", to_string(result.status)}, {"verdict", to_string(result.verdict)}, {"coverage", result.coverage},
+                      {"points", result.points.received}, {"used", result.points.used}, {"matches", matches},
+                      {"reference", result.reference}, {"xyz", result.leading_coordinates}};
+  if (!result.fit.candidates.empty()) json["fit"] = to_json(result.fit);
+  if (result.test.frames > 0) json["test"] = to_json(result.test);
+  return json;
+}
+
+SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges)
+    : model_(model), ranges_(std::move(ranges)), distance_(model.element_nodes(), model.nodes()) {
+  const float size = std::max({ranges_.hi[0] - ranges_.lo[0], ranges_.hi[1] - ranges_.lo[1], ranges_.hi[2] - ranges_.lo[2], 1e-6f});
+  for (std::size_t k = 0; k < 3; ++k) {
+    ranges_.lo[k] -= margin * size;
+    ranges_.hi[k] += margin * size;
+  }
+}
+
+nlohmann::json SceneBuilder::add_meshes(const Leaders& leaders, Packet& packet) {
+  nlohmann::json shown = nlohmann::json::object();
+  const auto add = [&](const char* name, const Shape& shape) {
+    if (!is_shape_of(model_, shape)) return;
+    packet.add(name, positions_of(model_, shape));
+    shown[name] = {{"shape", to_json(shape)}, {"time_s", time_of(model_, shape)}};
+  };
+  add("estimate", leaders.estimate);
+  add("match", leaders.match);
+  add("ghost", leaders.ghost);
+  const std::uint32_t fields = std::min(most_fields, model_.fields());
+  for (std::uint32_t field = 0; field < fields; ++field) {
+    const std::string number = std::to_string(field);
+    if (is_shape_of(model_, leaders.estimate)) packet.add("field" + number, field_of(model_, leaders.estimate, field));
+    if (is_shape_of(model_, leaders.match)) packet.add("match_field" + number, field_of(model_, leaders.match, field));
+  }
+  surface_.clear();
+  if (is_shape_of(model_, leaders.estimate)) surface_ = positions_of(model_, leaders.estimate);
+  if (!surface_.empty()) distance_.set_shape(surface_, distance_limit);
+  return shown;
+}
+
+nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet& packet) const {
+  std::vector<std::uint16_t> values;
+  values.reserve(points.size() * 4);
+  for (const Point& point : points) {
+    const std::array<float, 3> at{point.x, point.y, point.z};
+    std::array<float, 3> share{};
+    for (std::size_t k = 0; k < 3; ++k) share[k] = (at[k] - ranges_.lo[k]) / (ranges_.hi[k] - ranges_.lo[k]);
+    if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
+    const float distance = surface_.empty() ? distance_limit : distance_.at(point);
+    values.insert(values.end(), {quantised(share[0]), quantised(share[1]), quantised(share[2]), quantised(distance / distance_limit)});
+  }
+  const std::size_t shown = values.size() / 4;
+  packet.add("cloud", std::move(values));
+  return {{"points", shown}, {"elsewhere", points.size() - shown}};
+}
+
+std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) {
+  Packet packet;
+  nlohmann::json scene{{"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit}};
+  const bool of_this_model = moment.result.model_checksum == model_.checksum();
+  scene["meshes"] = of_this_model ? add_meshes(leaders_of(moment.result), packet) : nlohmann::json::object();
+  if (moment.cloud != nullptr) scene["cloud"] = add_cloud(*moment.cloud, packet);
+  head["scene"] = std::move(scene);
+  return packet.finish(std::move(head));
+}
+
+}  // namespace lbea

@@ -1,0 +1,58 @@
+#include "tools/shared/cli/service_notify.hpp"
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+namespace lbea {
+
+namespace {
+
+std::string taken_from_environment(const char* name) {
+  const char* value = std::getenv(name);
+  const std::string text = value == nullptr ? "" : value;
+  ::unsetenv(name);
+  return text;
+}
+
+/// A datagram socket connected to `path`, where a first @ stands for the zero of the abstract namespace; -1 without.
+int connected(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof address.sun_path) return -1;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  if (path[0] == '@') address.sun_path[0] = '\0';
+  const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path.size());
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket >= 0 && ::connect(socket, reinterpret_cast<const sockaddr*>(&address), length) == 0) return socket;
+  if (socket >= 0) ::close(socket);
+  return -1;
+}
+
+}  // namespace
+
+ServiceNotify::ServiceNotify() : socket_(connected(taken_from_environment("NOTIFY_SOCKET"))) {
+  const std::string period = taken_from_environment("WATCHDOG_USEC"), process = taken_from_environment("WATCHDOG_PID");
+  const bool is_meant = process.empty() || process == std::to_string(::getpid());
+  const long long microseconds = std::strtoll(period.c_str(), nullptr, 10);
+  if (socket_ >= 0 && is_meant && microseconds > 0) watchdog_ = std::chrono::microseconds(microseconds);
+}
+
+ServiceNotify::~ServiceNotify() {
+  if (socket_ >= 0) ::close(socket_);
+}
+
+void ServiceNotify::ready(const std::string& status) const noexcept { tell("READY=1\nSTATUS=" + status); }
+void ServiceNotify::status(const std::string& status) const noexcept { tell("STATUS=" + status); }
+void ServiceNotify::alive() const noexcept { tell("WATCHDOG=1"); }
+void ServiceNotify::stopping() const noexcept { tell("STOPPING=1"); }
+
+void ServiceNotify::tell(const std::string& text) const noexcept {
+  if (socket_ >= 0) static_cast<void>(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL));
+}
+
+}  // namespace lbea

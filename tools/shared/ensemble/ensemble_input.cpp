@@ -1,0 +1,84 @@
+#include "tools/shared/ensemble/ensemble_input.hpp"
+
+#include "adapters/ensemble/ensemble_toml.hpp"
+#include "adapters/rig/sensor_json.hpp"
+#include "adapters/simulation/open.hpp"
+#include "precompute/depth_images/depth_views.hpp"
+#include "precompute/rig/virtual_sensor.hpp"
+
+#include <algorithm>
+
+namespace lbea {
+
+namespace {
+
+std::string label(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : name + " [" + unit + "]";
+}
+
+void take_parameters(Ensemble& ensemble, const std::filesystem::path& file) {
+  const ParameterTable table = read_parameters_csv(file);
+  for (std::size_t i = 0; i < table.names.size(); ++i)
+    ensemble.parameter_names.push_back(label(table.names[i], table.units[i]));
+  for (EnsembleRun& run : ensemble.runs) {
+    const auto row = table.row(run.name);
+    if (!row)
+      throw Error(Status::bad_config,
+                  file.string() + " has no line for run " + run.name + "; add one or leave the run out");
+    run.parameters.assign(row->begin(), row->end());
+  }
+}
+
+}  // namespace
+
+std::string run_name(const std::filesystem::path& run) {
+  std::filesystem::path path = std::filesystem::absolute(run).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  return path.filename() == "d3plot" ? path.parent_path().filename().string() : path.filename().string();
+}
+
+std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, const std::string& name) {
+  const auto found = std::ranges::find_if(
+      runs, [&](const std::filesystem::path& run) { return run == name || run_name(run) == name; });
+  if (found == runs.end())
+    throw Error(Status::bad_config, "the reference run '" + name + "' is none of the runs");
+  return *found;
+}
+
+Ensemble open_ensemble(const EnsembleDescription& description) {
+  Ensemble ensemble;
+  for (const std::filesystem::path& run : description.runs)
+    ensemble.runs.push_back({run_name(run), {}, [run] { return open_simulation(run); }, std::filesystem::absolute(run).string()});
+  if (!description.reference_run.empty()) {
+    const auto found = std::ranges::find(description.runs, description.reference_run);
+    ensemble.reference_run = static_cast<std::size_t>(found - description.runs.begin());
+  }
+  if (!description.parameters.empty()) take_parameters(ensemble, description.parameters);
+  return ensemble;
+}
+
+void read_region_nodes(RegionDescription& region) {
+  if (region.node_file.empty()) return;
+  const auto ids = read_node_ids(region.node_file);
+  if (ids.empty()) throw Error(Status::bad_config, region.node_file.string() + " names no node");
+  region.node_ids.insert(region.node_ids.end(), ids.begin(), ids.end());
+}
+
+decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region, unsigned threads) {
+  if (region.sensor.empty()) return {};
+  const SensorDescription description = read_sensor_json(region.sensor);
+  return [description, threads](const CommonMesh& mesh, std::span<const float> positions) {
+    const VirtualSensor sensor(description.sensor, mesh.node_ids.size(), mesh.elements, threads);
+    return sensor.visible_nodes({positions}, description.noise.min_cos_incidence);
+  };
+}
+
+decltype(BakeOptions::views) view_rendering(const std::filesystem::path& sensor) {
+  if (sensor.empty()) return {};
+  const SensorDescription description = read_sensor_json(sensor);
+  return [description](const CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+    return depth_views(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
+  };
+}
+
+}  // namespace lbea

@@ -1,0 +1,40 @@
+#include "tools/shared/intake/access_options.hpp"
+
+#include <lbea/lbea.hpp>
+
+namespace lbea {
+
+void ServerAccessOptions::add_to(CLI::App& app) {
+  app.add_option("--key", key_file, "this program's secret key (.key of lbea-keygen): encrypts, and lets in only --allow");
+  app.add_option("--allow", allow_files, "public keys (.pub of lbea-keygen) of those who may connect; may be repeated");
+  app.add_option("--max-peers", max_peers, "connections per endpoint; more are turned away")->check(CLI::Range(1u, 1000u));
+}
+
+ServerAccess ServerAccessOptions::load() const {
+  ServerAccess access;
+  access.max_peers = max_peers;
+  if (!key_file.empty()) access.keys = read_key_pair(key_file);
+  for (const std::string& file : allow_files)
+    for (AllowedPeer& peer : read_public_keys(file)) access.allowed.push_back(std::move(peer));
+  check_access(access);
+  return access;
+}
+
+void ClientAccessOptions::add_to(CLI::App& app) {
+  auto* server = app.add_option("--server-key", server_key_file, "public key (.pub) of the matcher, when it has one");
+  app.add_option("--key", key_file, "this program's secret key (.key of lbea-keygen), which the matcher allows")
+      ->needs(server);
+}
+
+ClientAccess ClientAccessOptions::load() const {
+  ClientAccess access;
+  if (server_key_file.empty()) return access;
+  const auto servers = read_public_keys(server_key_file);
+  if (servers.size() != 1)
+    throw Error{Status::bad_config, server_key_file + ": holds several public keys; give the matcher's alone"};
+  access.server_key = servers.front().public_key;
+  if (!key_file.empty()) access.keys = read_key_pair(key_file);
+  return access;
+}
+
+}  // namespace lbea

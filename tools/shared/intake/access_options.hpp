@@ -1,0 +1,29 @@
+// --key, --allow, --server-key: the same words in every program that binds or connects.
+#pragma once
+
+#include "adapters/wire/access/keys.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <vector>
+
+namespace lbea {
+
+struct ServerAccessOptions {
+  std::string key_file;
+  std::vector<std::string> allow_files;
+  std::uint32_t max_peers = ServerAccess{}.max_peers;
+  void add_to(CLI::App& app);
+  /// Reads the files. Throws Error.
+  [[nodiscard]] ServerAccess load() const;
+};
+
+struct ClientAccessOptions {
+  std::string server_key_file, key_file;
+  void add_to(CLI::App& app);
+  /// Reads the files. Throws Error.
+  [[nodiscard]] ClientAccess load() const;
+};
+
+}  // namespace lbea

@@ -1,0 +1,137 @@
+#include "tools/shared/intake/id_tracker.hpp"
+
+#include <algorithm>
+
+namespace lbea {
+
+namespace {
+constexpr std::size_t most_sessions = 64;
+constexpr std::size_t most_gaps = 64;  // remembered per session
+constexpr std::uint64_t most_earlier = 1024;
+constexpr std::uint64_t no_id = ~std::uint64_t{0};  // has no next one
+}  // namespace
+
+IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Clock::time_point now) {
+  Session* known = find(id_of_session);
+  if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= furthest_jump)) return {Arrival::impossible, {}};
+  Session& session = session_of(id_of_session, id, now);
+  if (known == nullptr) session.earliest = id - std::min(id, most_earlier);
+  WireSender& sender = session.sender;
+  if (id < sender.next_id) return late(session, id);
+  const IdRange gap = advance(session, id);
+  sender.next_id = id + 1;
+  ++sender.received;
+  return {Arrival::in_order, gap};
+}
+
+IdTracker::Seen IdTracker::late(Session& session, std::uint64_t id) {
+  WireSender& sender = session.sender;
+  IdRange gap;
+  if (take_missing(session, id)) {
+    --missed_;
+    --sender.missed;
+  } else if (id >= session.earliest && id < sender.first_id) {
+    gap = begin_at(session, id);
+  } else {
+    ++duplicates_;
+    return {Arrival::duplicate, {}};
+  }
+  ++sender.received;
+  ++reordered_;
+  return {Arrival::late, gap};
+}
+
+IdRange IdTracker::begin_at(Session& session, std::uint64_t id) {
+  WireSender& sender = session.sender;
+  const IdRange gap{id + 1, sender.first_id - id - 1};
+  sender.first_id = id;
+  if (gap.count == 0) return {};
+  missed_ += gap.count;
+  sender.missed += gap.count;
+  session.missing.insert(session.missing.begin(), gap);
+  if (session.missing.size() > most_gaps) session.missing.erase(session.missing.begin());
+  return gap;
+}
+
+IdTracker::Told IdTracker::told(const Control& control, Clock::time_point now) {
+  const Session* known = find(control.session);
+  const bool is_far = known != nullptr && control.next_id > known->sender.next_id && control.next_id - known->sender.next_id >= furthest_jump;
+  if (control.withheld >= furthest_jump || is_far) return {{}, {}, false};
+  const std::uint64_t first_withheld = control.next_id - control.withheld;
+  Session& session = session_of(control.session, first_withheld, now);
+  WireSender& sender = session.sender;
+  session.speaks = true;
+  if (control.kind == ControlKind::goodbye) sender.condition = SenderCondition::ended;
+  if (control.next_id <= sender.next_id) return {};
+  Told told;
+  if (first_withheld > sender.next_id) told.gap = advance(session, first_withheld);
+  told.withheld = {sender.next_id, control.next_id - sender.next_id};
+  sender.next_id = control.next_id;
+  sender.withheld += told.withheld.count;
+  withheld_ += told.withheld.count;
+  return told;
+}
+
+IdRange IdTracker::advance(Session& session, std::uint64_t id) {
+  WireSender& sender = session.sender;
+  const IdRange gap{sender.next_id, id - sender.next_id};
+  if (gap.count == 0) return {};
+  missed_ += gap.count;
+  sender.missed += gap.count;
+  sender.next_id = id;
+  session.missing.push_back(gap);
+  if (session.missing.size() > most_gaps) session.missing.erase(session.missing.begin());
+  return gap;
+}
+
+bool IdTracker::take_missing(Session& session, std::uint64_t id) {
+  auto& missing = session.missing;
+  const auto gap = std::find_if(missing.begin(), missing.end(), [&](const IdRange& g) { return id >= g.first && id - g.first < g.count; });
+  if (gap == missing.end()) return false;
+  const IdRange before{gap->first, id - gap->first};
+  const IdRange after{id + 1, gap->count - before.count - 1};
+  auto at = missing.erase(gap);
+  if (after.count > 0) at = missing.insert(at, after);
+  if (before.count > 0) missing.insert(at, before);
+  return true;
+}
+
+IdTracker::Session* IdTracker::find(std::uint64_t session) noexcept {
+  const auto found = std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.sender.session == session; });
+  return found == recent_.end() ? nullptr : &*found;
+}
+
+IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t first_id,
+                                          Clock::time_point now) {
+  auto found = std::find_if(recent_.begin(), recent_.end(),
+                            [&](const Session& s) { return s.sender.session == session; });
+  if (found == recent_.end()) {
+    ++sessions_;
+    if (recent_.size() < most_sessions) {
+      found = recent_.insert(recent_.end(), Session{});
+    } else {
+      found = std::min_element(recent_.begin(), recent_.end(),
+                               [](const Session& a, const Session& b) { return a.last_use < b.last_use; });
+      *found = {};
+    }
+    found->sender.session = session;
+    found->sender.first_id = found->sender.next_id = found->earliest = first_id;
+  }
+  found->last_use = ++uses_;
+  found->last_heard = now;
+  found->sender.condition = SenderCondition::active;
+  return *found;
+}
+
+std::vector<WireSender> IdTracker::senders(Clock::time_point now, Clock::duration patience) const {
+  std::vector<WireSender> senders;
+  for (const Session& session : recent_) {
+    senders.push_back(session.sender);
+    const bool is_active = senders.back().condition == SenderCondition::active;
+    if (is_active && session.speaks && now - session.last_heard > patience)
+      senders.back().condition = SenderCondition::silent;
+  }
+  return senders;
+}
+
+}  // namespace lbea

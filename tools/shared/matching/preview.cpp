@@ -1,0 +1,83 @@
+#include "tools/shared/matching/preview.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea {
+
+namespace {
+
+constexpr int clouds_held = 2;  // per subscriber; older ones interest nobody
+
+Point transformed(const RigidTransform& T, const Point& p) noexcept {
+  return {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
+          T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
+}
+
+bool is_finite(const Point& p) noexcept { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+}  // namespace
+
+void thin(std::vector<Point>& points, std::uint32_t most, const RigidTransform& T_to_from) {
+  const std::size_t count = points.size(), wanted = std::min<std::size_t>(count, most);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < wanted; ++i) {
+    const Point point = transformed(T_to_from, points[i * count / wanted]);
+    if (is_finite(point)) points[kept++] = point;
+  }
+  points.resize(kept);
+}
+
+Preview::Preview(WireContext& context, const std::string& endpoint, const PreviewConfig& config)
+    : config_(config), sink_(context, endpoint, clouds_held, config.access), decoder_(config.limits) {
+  waiting_.reserve(std::size_t{config.limits.max_points} * sizeof(Point) + 4096);
+  points_.reserve(config.limits.max_points);
+  thread_ = std::thread(&Preview::run, this);
+}
+
+Preview::~Preview() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void Preview::frame(Message message, const FrameHeader& header, std::int64_t) noexcept {
+  const auto now = Clock::now();
+  if (header.end_of_stream || header.cloud.empty() || now - last_ < config_.interval) return;
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  if (!lock || has_waiting_ || message.size() > waiting_.capacity()) return;
+  // What exceeds the capacity has too many or very wide points; nothing is allocated for it.
+  waiting_.assign(message.begin(), message.end());
+  has_waiting_ = true;
+  last_ = now;
+  wake_.notify_one();
+}
+
+void Preview::run() noexcept {
+  std::vector<std::byte> message;
+  message.reserve(waiting_.capacity());
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait(lock, [&] { return has_waiting_ || stopping_; });
+    if (stopping_) return;
+    message.swap(waiting_);
+    has_waiting_ = false;
+    lock.unlock();
+    publish(message);
+    lock.lock();
+  }
+}
+
+void Preview::publish(Message message) {
+  if (decoder_.open(message) != WireStatus::ok) return;
+  const FrameHeader& header = decoder_.header();
+  points_.resize(header.points);
+  decoder_.read_points(points_);
+  thin(points_, config_.max_points, config_.T_reference_sensor);
+  sink_.send(encoder_.frame({header.id, header.stamp_ns, points_}, header.session, "reference"));
+}
+
+}  // namespace lbea

@@ -1,0 +1,76 @@
+#include "tools/shared/matching/views.hpp"
+
+#include "adapters/rig/sensor_json.hpp"
+#include "precompute/depth_images/sample_views.hpp"
+#include "precompute/depth_images/depth_views.hpp"
+#include "tools/shared/cli/progress.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <vector>
+
+namespace lbea {
+
+namespace {
+
+struct Box {
+  std::array<float, 3> low, high;
+};
+
+Box box_of(const Model& model) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  Box box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+  for (std::uint32_t s = 0; s < model.samples(); ++s) {
+    const auto positions = model.node_positions(s);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      box.low[i % 3] = std::min(box.low[i % 3], positions[i]);
+      box.high[i % 3] = std::max(box.high[i % 3], positions[i]);
+    }
+  }
+  return box;
+}
+
+SensorViews rendered(const Model& model, const StereoSensor& sensor) {
+  std::vector<std::array<std::uint32_t, 4>> elements(model.elements());
+  const auto flat = model.element_nodes();
+  for (std::size_t i = 0; i < flat.size(); ++i) elements[i / 4][i % 4] = flat[i];
+  const Box box = box_of(model);
+  const auto renderer = depth_views(sensor, model.nodes(), elements, box.low, box.high);
+  Progress progress("rendering samples", model.samples());
+  std::mutex one_at_a_time;
+  std::size_t most = 0;
+  return render_views(model, *renderer, 0, [&](std::size_t done) {
+    const std::lock_guard lock(one_at_a_time);
+    progress.advance_to(most = std::max(most, done));
+  });
+}
+
+}  // namespace
+
+bool suits(const RigidTransform& baked, const RigidTransform& wanted) noexcept {
+  constexpr double most_degrees = 5, most_distance = 30;  // length unit; where the same surface is hidden
+  double trace = 0, squared = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) trace += double{baked[4 * i + k]} * double{wanted[4 * i + k]};
+    squared += std::pow(double{baked[4 * i + 3]} - double{wanted[4 * i + 3]}, 2);
+  }
+  const double degrees = std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0)) * 57.29577951308232;
+  return degrees <= most_degrees && std::sqrt(squared) <= most_distance;
+}
+
+SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& pose_file) {
+  if (config.method != Method::fit) return {};
+  const SensorViews baked = SensorViews::baked_into(model);
+  if (!baked.empty() && suits(baked.T_reference_sensor(), config.T_reference_sensor)) return baked;
+  if (pose_file.empty())
+    throw Error(Status::bad_config, baked.empty() ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
+                                                  : "the model's depth images are for a rig elsewhere; give this one with --pose sensor.json");
+  spdlog::info("the model holds no depth images for this pose: rendering {} samples", model.samples());
+  return rendered(model, read_sensor_json(pose_file).sensor);
+}
+
+}  // namespace lbea

@@ -1,0 +1,180 @@
+#include "tools/shared/recording/recording_options.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <charconv>
+#include <csignal>
+#include <ctime>
+#include <system_error>
+
+#include <unistd.h>
+
+namespace lbea {
+
+namespace {
+
+constexpr auto log_interval = std::chrono::seconds(1);
+constexpr auto disk_interval = std::chrono::milliseconds(500);
+constexpr std::size_t megabyte = std::size_t{1} << 20;
+constexpr double most_window_s = 86'400;
+
+volatile std::sig_atomic_t trigger_requested = 0;
+
+const std::map<std::string, mcap::Compression> compression_names{
+    {"none", mcap::Compression::none}, {"lz4", mcap::Compression::lz4}, {"zstd", mcap::Compression::zstd}};
+
+std::optional<std::chrono::nanoseconds> seconds(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= most_window_s)) return std::nullopt;
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(value * 1e9));
+}
+
+RecordWindow parse_window(const std::string& text) {
+  const auto colon = text.find(':');
+  const std::string_view view = text;
+  if (colon != std::string::npos) {
+    const auto before = seconds(view.substr(0, colon)), after = seconds(view.substr(colon + 1));
+    if (before && after) return {*before, *after};
+  }
+  throw Error(Status::bad_config, "--record-window \"" + text + "\": not BEFORE:AFTER in seconds; write e.g. 0.5:2");
+}
+
+void check_memory(std::size_t bytes) {
+  const auto pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGE_SIZE);
+  const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
+  if (bytes > installed / 2)
+    throw Error(Status::bad_config, fmt::format("--record-memory {} MB is more than half of this machine's {} MB; ask for less",
+                                                bytes / megabyte, installed / megabyte));
+}
+
+constexpr std::string_view conversions = "%YCymBbhdejHIMSFTRpZzaAuwUWVGgs";  // of strftime: those without slashes and line ends
+
+/// Empty when `pattern` is no name, or one that would come out empty.
+std::string name_at(const std::string& pattern, std::time_t time) {
+  for (auto at = pattern.find('%'); at != std::string::npos; at = pattern.find('%', at + 2))
+    if (at + 1 == pattern.size() || conversions.find(pattern[at + 1]) == std::string_view::npos) return {};
+  std::tm local{};
+  ::localtime_r(&time, &local);
+  std::array<char, 4096> name{};  // the longest path there is
+  return {name.data(), std::strftime(name.data(), name.size(), pattern.c_str(), &local)};
+}
+
+std::string reason(int error) { return error == 0 ? "" : ": " + std::generic_category().message(error); }
+
+}  // namespace
+
+void add_recording_options(Tool& tool, RecordingOptions& options) {
+  tool.add_option("--record-memory", options.memory_mb, "memory for frames that wait for the disk, MB")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 24));
+  tool.add_option("--record-compression", options.config.compression, "none: as fast as the disk; lz4, zstd: smaller, and slower")
+      ->transform(CLI::CheckedTransformer(compression_names))
+      ->default_str("none");
+  tool.add_option("--record-window", options.window,
+                  "BEFORE:AFTER, seconds: keep only what happens around a trigger, which is SIGUSR1 or the first frame captured at "
+                  "--trigger-ns or later");
+}
+
+CLI::Validator recording_name() {
+  const std::time_t start = std::time(nullptr);
+  const auto replace = [start](std::string& name) -> std::string {
+    if (name.empty()) return "is empty; is a variable of the shell unset?";
+    std::string named = name_at(name, start);
+    if (named.empty()) return "\"" + name + "\" is not a file name with a time in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for a percent sign";
+    name = std::move(named);
+    return {};
+  };
+  return CLI::Validator(replace, "");
+}
+
+void catch_trigger_signal() {
+  std::signal(SIGUSR1, [](int) { trigger_requested = 1; });
+}
+
+void check_recording(const RecordingOptions& options) {
+  check_memory(options.memory_mb * megabyte);
+  if (!options.window.empty()) static_cast<void>(parse_window(options.window));
+  const mcap::PartialFile probe(options.file);
+}
+
+std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, RunSettings settings) {
+  if (options.file.empty()) return nullptr;
+  RecorderConfig config = options.config;
+  config.frame_ring_bytes = options.memory_mb * megabyte;
+  check_memory(config.frame_ring_bytes);
+  if (!options.window.empty()) config.window = parse_window(options.window);
+  settings.record_window = options.window;
+  auto recorder = std::make_unique<RunRecorder>(options.file, config, settings);
+  if (config.window && options.trigger_ns) recorder->trigger_at(*options.trigger_ns);
+  spdlog::info("recording to {}{}", options.file, config.window ? ", armed: waiting for the trigger" : "");
+  return recorder;
+}
+
+void RecordingWatch::pass_on_trigger() {
+  if (trigger_requested == 0) return;
+  trigger_requested = 0;
+  if (recorder_ != nullptr && recorder_->status().window)
+    recorder_->trigger_now();
+  else
+    spdlog::warn("SIGUSR1: there is no --record-window to trigger; nothing changes");
+}
+
+void RecordingWatch::look() {
+  pass_on_trigger();
+  if (recorder_ == nullptr) return;
+  note(recorder_->status());
+  if (const auto now = Clock::now(); now - last_look_at_disk_ >= disk_interval) {
+    recorder_->look_at_disk();
+    last_look_at_disk_ = now;
+  }
+}
+
+void RecordingWatch::note(const RecorderStatus& status) {
+  const auto now = Clock::now();
+  const std::uint64_t lost = this->lost();
+  if ((lost != lost_ || status.failed_syncs != failed_syncs_) && now - last_loss_ >= log_interval) {
+    spdlog::error("recording: LOST so far {} frames and {} results and states for want of memory, {} and {} that the disk did not take{}",
+                  status.frames.no_room, status.notes.no_room, status.frames.write_failed, status.notes.write_failed,
+                  reason(status.last_error));
+    last_loss_ = now;
+    lost_ = lost;
+    failed_syncs_ = status.failed_syncs;
+  }
+  const bool crowded = status.state == RecorderState::recording && status.ring_used > status.ring_bytes / 4 * 3;
+  if (crowded && now - last_crowd_ >= log_interval) {
+    spdlog::warn("recording: the disk is slow; {} MB of {} MB wait for it", status.ring_used / megabyte, status.ring_bytes / megabyte);
+    last_crowd_ = now;
+  }
+  if (status.state != state_ && status.state == RecorderState::recording) spdlog::info("recording: triggered");
+  if (status.state != state_ && status.state == RecorderState::finished) note_end(status);
+  state_ = status.state;
+}
+
+std::uint64_t RecordingWatch::lost() const { return recorder_->counts().unrecorded; }
+
+void RecordingWatch::note_end(const RecorderStatus& status) {
+  if (status.has_ended_untriggered())
+    spdlog::error("recording: THE TRIGGER NEVER CAME: of {} frames nothing was kept, {} is empty", status.frames.outside, file_);
+  else if (status.is_sound() && lost() == 0)
+    spdlog::info("recording: {} is complete", file_);
+  else
+    spdlog::error("recording: {} is closed, and NOT complete: {} frames, results and states are lost, {} failed attempts to force it to the disk{}",
+                  file_, lost(), status.failed_syncs, reason(status.last_error));
+}
+
+bool RecordingWatch::finish() {
+  if (recorder_ == nullptr) return true;
+  const RecorderStatus status = recorder_->finish();
+  last_loss_ = {};
+  note(status);
+  if (status.state == RecorderState::failed)
+    spdlog::error("recording: {} could not be ended{}; what was recorded is in {}, see lbea-inspect --recover", file_,
+                  reason(status.last_error), mcap::partial_name(file_).string());
+  spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, most memory in use {} %", status.frames.recorded,
+               status.notes.recorded, status.bytes / megabyte, status.longest_write_ns / 1'000'000,
+               100 * status.ring_peak / std::max<std::size_t>(status.ring_bytes, 1));
+  return status.is_sound() && lost() == 0;
+}
+
+}  // namespace lbea

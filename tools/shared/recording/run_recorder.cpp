@@ -1,0 +1,138 @@
+#include "tools/shared/recording/run_recorder.hpp"
+
+#include "adapters/mcap/recorder_account.hpp"
+#include "adapters/wire/codec/schemas.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
+#include "tools/shared/recording/topics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <limits>
+#include <new>
+
+namespace lbea {
+
+namespace {
+
+constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
+
+std::string hexadecimal(std::uint64_t number) {
+  std::array<char, 16> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number, 16).ptr;
+  return {digits.data(), end};
+}
+
+mcap::Schema flatbuffer_schema(std::uint16_t id, const char* name, std::span<const std::byte> compiled) {
+  return {id, name, "flatbuffer", mcap::Buffer(compiled.begin(), compiled.end())};
+}
+
+mcap::Channel channel(std::uint16_t id, std::uint16_t schema, std::string_view topic, const char* encoding, mcap::Texts metadata = {}) {
+  return {id, schema, std::string(topic), encoding, std::move(metadata)};
+}
+
+RecordingStart start_of(const RunSettings& settings) {
+  RecordingStart start;
+  start.header = {std::string(recording_profile), "lbea " LBEA_VERSION_STRING};
+  const auto account = std::as_bytes(std::span(account_schema()));
+  start.schemas = {flatbuffer_schema(results_schema_id, "lbea.wire.Result", result_schema()),
+                   flatbuffer_schema(state_schema_id, "lbea.wire.State", state_schema()),
+                   {recorder_schema_id, "lbea.Recorder", "jsonschema", {account.begin(), account.end()}},
+                   flatbuffer_schema(frames_schema_id, "foxglove.PointCloud", point_cloud_schema())};
+  start.channels = {channel(results_channel, results_schema_id, results_topic, "flatbuffer"),
+                    channel(state_channel, state_schema_id, state_topic, "flatbuffer"),
+                    channel(recorder_channel, recorder_schema_id, recorder_topic, "json")};
+  start.metadata = {to_metadata(settings)};
+  start.status_channel = recorder_channel;
+  return start;
+}
+
+/// What is lost is nothing that will end well.
+RecordingPhase phase_of(RecorderState state, bool is_whole_so_far) {
+  if (!is_whole_so_far) return RecordingPhase::failed;
+  switch (state) {
+    case RecorderState::armed: return RecordingPhase::armed;
+    case RecorderState::recording: return RecordingPhase::recording;
+    case RecorderState::finished: return RecordingPhase::finished;
+    case RecorderState::failed: break;
+  }
+  return RecordingPhase::failed;
+}
+
+std::uint64_t time_of(std::int64_t ns) { return static_cast<std::uint64_t>(std::max<std::int64_t>(ns, 0)); }
+
+}  // namespace
+
+RunRecorder::RunRecorder(const std::filesystem::path& file, const RecorderConfig& config, const RunSettings& settings)
+    : RunRecorder(std::make_unique<mcap::PartialFile>(file), config, settings) {
+  folder_ = std::filesystem::absolute(file).parent_path();
+  look_at_disk();
+}
+
+RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& config, const RunSettings& settings)
+    : recorder_(std::move(sink), config, start_of(settings)), trigger_stamp_ns_(never) {
+  channels_.reserve(max_frame_channels);
+}
+
+void RunRecorder::frame(Message, const FrameHeader& header, std::int64_t receive_ns) noexcept {
+  if (header.cloud.empty()) return;  // no cloud: its result says why, or the stream has ended
+  if (header.stamp_ns >= trigger_stamp_ns_) recorder_.trigger(receive_ns);
+  const std::uint16_t channel = channel_of(header.session, header.id);
+  if (channel == 0) {
+    ++without_channel_;
+    return;
+  }
+  recorder_.put(Recorder::Lane::frames, {channel, static_cast<std::uint32_t>(header.id), time_of(receive_ns), time_of(header.stamp_ns), header.cloud});
+}
+
+std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) noexcept {
+  const auto id_high = static_cast<std::uint32_t>(id >> 32);
+  const auto known = std::find_if(channels_.rbegin(), channels_.rend(),
+                                  [&](const FrameChannel& c) { return c.session == session && c.id_high == id_high; });
+  if (known != channels_.rend()) return known->channel;
+  if (channels_.size() == max_frame_channels) return 0;
+  const auto next = static_cast<std::uint16_t>(first_frames_channel + channels_.size());
+  mcap::Buffer record;
+  try {
+    mcap::append(record, channel(next, frames_schema_id, frames_topic, "flatbuffer",
+                                 {{std::string(session_key), hexadecimal(session)}, {std::string(id_high_key), hexadecimal(id_high)}}));
+  } catch (const std::bad_alloc&) {
+    return 0;  // this frame is lost and counted, the next one tries again
+  }
+  if (!recorder_.put_channel(Recorder::Lane::frames, record)) return 0;
+  channels_.push_back({session, id_high, next});
+  return next;
+}
+
+void RunRecorder::result(Message message, const WireResult& result) noexcept {
+  const std::uint64_t time = time_of(result.publish_ns);
+  recorder_.put(Recorder::Lane::notes, {results_channel, static_cast<std::uint32_t>(result.sequence), time, time, message});
+}
+
+void RunRecorder::state(Message message, const WireState& state) noexcept {
+  const std::uint64_t time = time_of(state.publish_ns);
+  recorder_.put(Recorder::Lane::notes, {state_channel, static_cast<std::uint32_t>(state.sequence), time, time, message});
+}
+
+RunObserver::Counts RunRecorder::counts() const noexcept {
+  const RecorderStatus status = recorder_.status();
+  return {status.frames.recorded, status.lost() + without_channel_};
+}
+
+std::optional<WireRecording> RunRecorder::recording() const noexcept {
+  const RecorderStatus status = recorder_.status();
+  return WireRecording{phase_of(status.state, status.is_sound() && without_channel_ == 0), status.bytes, free_bytes_};
+}
+
+void RunRecorder::look_at_disk() noexcept {
+  if (folder_.empty()) return;
+  std::error_code error;
+  const auto space = std::filesystem::space(folder_, error);
+  free_bytes_ = error ? WireRecording::unknown : space.available;
+}
+
+void RunRecorder::trigger_now() noexcept {
+  recorder_.trigger(wall_clock_ns());
+}
+
+}  // namespace lbea

@@ -1,0 +1,110 @@
+#include "tools/shared/recording/run_settings.hpp"
+
+#include <array>
+#include <charconv>
+
+namespace lbea {
+
+namespace {
+
+/// The shortest text that reads back as the same number.
+template <class Number>
+std::string text(Number number) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
+  return {digits.data(), end};
+}
+
+std::string text(const RigidTransform& transform) {
+  std::string line;
+  for (const float value : transform) line += (line.empty() ? "" : " ") + text(value);
+  return line;
+}
+
+/// Looks up texts by name; those that are absent leave the value as it is.
+class Reader {
+ public:
+  Reader(const mcap::Texts& texts, std::string file) : texts_(texts), file_(std::move(file)) {}
+  void read(const char* key, std::string& into) const {
+    if (const auto found = texts_.find(key); found != texts_.end()) into = found->second;
+  }
+  template <class Number>
+  void read(const char* key, Number& into) const {
+    const auto found = texts_.find(key);
+    if (found == texts_.end()) return;
+    const char* from = found->second.data();
+    const char* const end = from + found->second.size();
+    if (!take(from, end, into) || from != end) fail(key);
+  }
+  void read(const char* key, RigidTransform& into) const {
+    const auto found = texts_.find(key);
+    if (found == texts_.end()) return;
+    const char* from = found->second.data();
+    const char* const end = from + found->second.size();
+    for (float& value : into) {
+      if (from != end && *from == ' ') ++from;
+      if (!take(from, end, value)) fail(key);
+    }
+    if (from != end) fail(key);
+  }
+
+ private:
+  template <class Number>
+  static bool take(const char*& from, const char* end, Number& into) {
+    const auto [next, error] = std::from_chars(from, end, into);
+    from = next;
+    return error == std::errc();
+  }
+  [[noreturn]] void fail(const std::string& key) const {
+    throw Error(Status::bad_input, file_ + ": its metadata \"" + std::string(settings_metadata_name) + "\" has no proper number in \"" +
+                                       key + "\"; give the setting on the command line of a matcher instead of replaying into a model");
+  }
+  const mcap::Texts& texts_;
+  std::string file_;
+};
+
+}  // namespace
+
+mcap::Metadata to_metadata(const RunSettings& settings) {
+  const MatcherConfig& matcher = settings.matcher;
+  return {std::string(settings_metadata_name),
+          {{"program", settings.program},
+           {"model_file", settings.model_file},
+           {"model_checksum", text(settings.model_checksum)},
+           {"method", settings.method},
+           {"method_number", text(static_cast<std::int32_t>(matcher.method))},
+           {"max_points", text(matcher.max_points)},
+           {"max_matches", text(matcher.max_matches)},
+           {"trusted_distance", text(matcher.trusted_distance)},
+           {"min_coverage", text(matcher.min_coverage)},
+           {"trigger_ns", text(matcher.trigger_ns)},
+           {"T_reference_sensor", text(matcher.T_reference_sensor)},
+           {"sensor_json", settings.sensor_json},
+           {"start_ns", text(settings.start_ns)},
+           {"record_window", settings.record_window}}};
+}
+
+RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file) {
+  const Reader from(metadata.texts, file);
+  RunSettings settings;
+  MatcherConfig& matcher = settings.matcher;
+  from.read("program", settings.program);
+  from.read("model_file", settings.model_file);
+  from.read("model_checksum", settings.model_checksum);
+  from.read("method", settings.method);
+  auto method = static_cast<std::int32_t>(matcher.method);
+  from.read("method_number", method);
+  matcher.method = static_cast<Method>(method);
+  from.read("max_points", matcher.max_points);
+  from.read("max_matches", matcher.max_matches);
+  from.read("trusted_distance", matcher.trusted_distance);
+  from.read("min_coverage", matcher.min_coverage);
+  from.read("trigger_ns", matcher.trigger_ns);
+  from.read("T_reference_sensor", matcher.T_reference_sensor);
+  from.read("sensor_json", settings.sensor_json);
+  from.read("start_ns", settings.start_ns);
+  from.read("record_window", settings.record_window);
+  return settings;
+}
+
+}  // namespace lbea
