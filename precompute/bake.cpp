@@ -7,9 +7,9 @@
 #include "precompute/jobs/plan_bake.hpp"
 #include "precompute/stopwatch.hpp"
 
-namespace lbea {
+namespace lbea::bake {
 
-BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& description,
+BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& description,
                  const std::filesystem::path& output, const BakeOptions& options) {
   check_replaceable(output);
   const PassingWorkFolder passing(output);
@@ -23,4 +23,4 @@ BakeSummary bake(const Ensemble& ensemble, const EnsembleDescription& descriptio
   return summary;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct BakeProgress {
   std::string_view stage;  // "reading", "bases", "samples", "merging"
@@ -39,4 +39,4 @@ struct BakeCancelled : std::exception {
   }
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

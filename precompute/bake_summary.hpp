@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// A run that is not in the model, and why.
 struct RunLeftOut {
@@ -35,4 +35,4 @@ struct BakeSummary {
   } seconds;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct InputFile {
   std::string name;  // without folder
@@ -33,4 +33,4 @@ struct Ensemble {
   std::size_t reference_run = 0;  // index into runs
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

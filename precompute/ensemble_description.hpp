@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Which stored states of every run become samples.
 struct StepSelection {
@@ -57,4 +57,4 @@ struct EnsembleDescription {
   std::filesystem::path output;  // empty: the caller decides
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -54,4 +54,4 @@ void work_in_parallel(std::size_t count, unsigned threads,
   if (failure.exception) std::rethrow_exception(failure.exception);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

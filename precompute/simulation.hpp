@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The undeformed surface: shells and the outer faces of solids, as quads.
 struct SimulationMesh {
@@ -50,4 +50,4 @@ class SimulationReader {
   [[nodiscard]] virtual std::vector<std::filesystem::path> files() const = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::bake {
 
 class Stage {
  public:
@@ -30,4 +30,4 @@ class Stage {
   BakeProgress progress_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-namespace lbea {
+namespace lbea::bake {
 
 class Stopwatch {
  public:
@@ -18,4 +18,4 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

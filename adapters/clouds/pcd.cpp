@@ -10,9 +10,9 @@ extern "C" {
 #include <algorithm>
 #include <limits>
 
-namespace lbea {
+namespace lbea::io {
 
-namespace pointcloud {
+namespace clouds {
 namespace {
 
 constexpr std::uint64_t densest_lzf = 100;  // 3 bytes stand for 264 at most
@@ -90,11 +90,11 @@ std::vector<Point> read_pcd_points(std::span<const std::byte> bytes, const PcdHe
 }
 
 }  // namespace
-}  // namespace pointcloud
+}  // namespace clouds
 
 PointCloud parse_pcd(std::span<const std::byte> bytes, const std::string& name) {
-  const pointcloud::PcdHeader header = pointcloud::parse_pcd_header(as_text(bytes), name);
-  PointCloud cloud{pointcloud::read_pcd_points(bytes, header, name), header.stamp_ns, name};
+  const clouds::PcdHeader header = clouds::parse_pcd_header(as_text(bytes), name);
+  PointCloud cloud{clouds::read_pcd_points(bytes, header, name), header.stamp_ns, name};
   if (header.is_organised) mark_empty_pixels(cloud.points);
   return cloud;
 }
@@ -106,4 +106,4 @@ void mark_empty_pixels(std::vector<Point>& points) noexcept {
     if (point.x == 0 && point.y == 0 && point.z == 0) point = {nothing, nothing, nothing};
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

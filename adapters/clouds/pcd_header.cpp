@@ -6,7 +6,7 @@
 
 #include <charconv>
 
-namespace lbea::pointcloud {
+namespace lbea::io::clouds {
 
 namespace {
 
@@ -128,4 +128,4 @@ std::optional<ply::Scalar> scalar_of(const PcdField& field) noexcept {
 
 PcdHeader parse_pcd_header(std::string_view text, const std::string& name) { return PcdHeaderParser(text, name).parse(); }
 
-}  // namespace lbea::pointcloud
+}  // namespace lbea::io::clouds

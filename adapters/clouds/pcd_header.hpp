@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea::pointcloud {
+namespace lbea::io::clouds {
 
 enum class PcdStorage { text, binary, packed };
 
@@ -40,4 +40,4 @@ struct PcdHeader {
 /// Throws Error{bad_input | unsupported_input} with the line.
 [[nodiscard]] PcdHeader parse_pcd_header(std::string_view text, const std::string& name);
 
-}  // namespace lbea::pointcloud
+}  // namespace lbea::io::clouds

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 
-namespace lbea {
+namespace lbea::io {
 
-namespace pointcloud {
+namespace clouds {
 
 std::size_t axis_of(const ply::Property& property) noexcept {
   if (property.count_type || property.name.size() != 1) return no_axis;
@@ -31,17 +31,17 @@ void check_axes(const ply::Header& header, const std::string& name) {
 }
 
 }  // namespace
-}  // namespace pointcloud
+}  // namespace clouds
 
 PointCloud parse_ply(std::span<const std::byte> bytes, const std::string& name) {
   const ply::Header header = ply::parse_header(as_text(bytes), name);
-  pointcloud::check_axes(header, name);
+  clouds::check_axes(header, name);
   PointCloud cloud;
-  cloud.points = header.format == ply::Format::ascii ? pointcloud::read_ascii_points(bytes, header, name)
-                                                               : pointcloud::read_binary_points(bytes, header, name);
+  cloud.points = header.format == ply::Format::ascii ? clouds::read_ascii_points(bytes, header, name)
+                                                               : clouds::read_binary_points(bytes, header, name);
   cloud.stamp_ns = header.stamp_ns;
   cloud.source = name;
   return cloud;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace lbea::pointcloud {
+namespace lbea::io::clouds {
 
 namespace {
 
@@ -86,4 +86,4 @@ std::vector<Point> read_ascii_points(std::span<const std::byte> bytes, const ply
   return read_points(AsciiRows(as_text(bytes), header, name), header.elements);
 }
 
-}  // namespace lbea::pointcloud
+}  // namespace lbea::io::clouds

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace lbea::pointcloud {
+namespace lbea::io::clouds {
 
 namespace {
 
@@ -111,4 +111,4 @@ std::vector<Point> read_binary_points(std::span<const std::byte> bytes, const pl
   return read_points(BinaryRows(bytes, header, name), header.elements);
 }
 
-}  // namespace lbea::pointcloud
+}  // namespace lbea::io::clouds

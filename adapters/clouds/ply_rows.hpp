@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea::pointcloud {
+namespace lbea::io::clouds {
 
 inline constexpr std::size_t no_axis = 3;
 /// 0, 1, 2 for the properties x, y, z; no_axis for any other.
@@ -32,4 +32,4 @@ std::vector<Point> read_points(Rows rows, const std::vector<ply::Element>& eleme
   return {};
 }
 
-}  // namespace lbea::pointcloud
+}  // namespace lbea::io::clouds

@@ -3,7 +3,7 @@
 
 #include <bit>
 
-namespace lbea {
+namespace lbea::io {
 
 static_assert(std::endian::native == std::endian::little && sizeof(Point) == 12,
               "points are written as they lie");
@@ -25,4 +25,4 @@ void write_ply(const std::filesystem::path& path, std::span<const Point> points,
   file.commit();
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

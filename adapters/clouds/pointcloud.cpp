@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -60,4 +60,4 @@ std::string list_cloud_formats() {
   return list + "Stamps: stamps.csv beside the clouds or --stamps, else in the file, else in its name (cloud_12.5ms.ply)\n";
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

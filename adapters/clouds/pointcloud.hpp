@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 struct PointCloud {
   std::vector<Point> points;             // as in the file, points that are not finite included
@@ -54,4 +54,4 @@ void mark_empty_pixels(std::vector<Point>& points) noexcept;
 void write_ply(const std::filesystem::path& path, std::span<const Point> points,
                std::span<const std::string> comments);
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -101,12 +101,12 @@ struct TableColumns {
 char separator_of(std::string_view line) {
   for (const char separator : {';', '\t', ','})
     if (line.find(separator) != std::string_view::npos) return separator;
-  return pointcloud::Fields::blanks;
+  return clouds::Fields::blanks;
 }
 
 std::vector<std::string> split(std::string_view line, char separator) {
   std::vector<std::string> words;
-  pointcloud::Fields fields(line, separator);
+  clouds::Fields fields(line, separator);
   for (std::string_view field; fields.next(field);) words.emplace_back(field);
   return words;
 }
@@ -178,4 +178,4 @@ std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file, s
   return in_file ? in_file : stamp_in_name(file.stem().string());
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

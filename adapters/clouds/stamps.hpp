@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::io {
 
 /// A stamp in a file's name without extension, in ns: a number with its unit ("cloud_1000050ns", "left-12.5ms", "a_0.0125s"),
 /// seconds after a t ("frame_t0.0125", "t=3.5"), or a time since 1970 alone (10 digits, a point and a fraction: s; 13 digits:
@@ -36,4 +36,4 @@ class CloudStamps {
 /// The name of a table that is read when it stands beside the clouds.
 inline constexpr const char* stamp_table_name = "stamps.csv";
 
-}  // namespace lbea
+}  // namespace lbea::io

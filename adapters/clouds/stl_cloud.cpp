@@ -6,7 +6,7 @@
 #include <array>
 #include <numeric>
 
-namespace lbea {
+namespace lbea::io {
 
 PointCloud parse_stl_cloud(std::span<const std::byte> bytes, const std::string& name) {
   const std::vector<float> corners = stl::corners(as_text(bytes), name);
@@ -26,4 +26,4 @@ PointCloud parse_stl_cloud(std::span<const std::byte> bytes, const std::string& 
   return cloud;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::io {
 
-namespace pointcloud {
+namespace clouds {
 namespace {
 
 constexpr std::string_view utf8_mark = "\xef\xbb\xbf";
@@ -85,13 +85,13 @@ class XyzParser {
 };
 
 }  // namespace
-}  // namespace pointcloud
+}  // namespace clouds
 
 PointCloud parse_xyz(std::span<const std::byte> bytes, const std::string& name) {
   if (bytes.empty()) throw Error(Status::bad_input, name + ": the file is empty");
   std::string_view text = as_text(bytes);
-  if (text.starts_with(pointcloud::utf8_mark)) text.remove_prefix(pointcloud::utf8_mark.size());
-  return pointcloud::XyzParser(text, name).parse();
+  if (text.starts_with(clouds::utf8_mark)) text.remove_prefix(clouds::utf8_mark.size());
+  return clouds::XyzParser(text, name).parse();
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

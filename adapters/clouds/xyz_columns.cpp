@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace lbea::pointcloud {
+namespace lbea::io::clouds {
 
 namespace {
 
@@ -152,4 +152,4 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
   return columns;
 }
 
-}  // namespace lbea::pointcloud
+}  // namespace lbea::io::clouds

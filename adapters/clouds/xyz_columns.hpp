@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea::pointcloud {
+namespace lbea::io::clouds {
 
 /// Goes through the fields of a line.
 class Fields {
@@ -40,4 +40,4 @@ bool parse_field(std::string_view field, bool has_decimal_comma, float& value) n
 [[nodiscard]] std::optional<XyzColumns> find_columns(std::string_view names, std::string_view remark,
                                                      std::string_view numbers, std::string& problem);
 
-}  // namespace lbea::pointcloud
+}  // namespace lbea::io::clouds

@@ -10,7 +10,7 @@
 #include <unordered_set>
 #include <utility>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -49,7 +49,7 @@ void exclude_runs(TomlTable& table, std::vector<std::filesystem::path>& runs) {
   if (runs.empty()) table.fail("exclude", "leaves no run");
 }
 
-void read_reference_run(TomlTable& table, EnsembleDescription& into) {
+void read_reference_run(TomlTable& table, bake::EnsembleDescription& into) {
   std::string name;
   table.read("reference_run", name);
   if (name.empty()) return;
@@ -60,7 +60,7 @@ void read_reference_run(TomlTable& table, EnsembleDescription& into) {
 }
 
 /// steps = [0, 4, 8], or a table with first, last, stride.
-void read_steps(TomlTable& table, EnsembleDescription& into) {
+void read_steps(TomlTable& table, bake::EnsembleDescription& into) {
   into.steps.first = into.impact_step;
   const toml::node* node = table.find("steps");
   if (node == nullptr) return;
@@ -82,10 +82,10 @@ void read_steps(TomlTable& table, EnsembleDescription& into) {
   if (into.steps.first > into.steps.last) steps->fail("last", "lies before the first step");
 }
 
-void read_box(TomlTable& region, RegionDescription& into) {
+void read_box(TomlTable& region, bake::RegionDescription& into) {
   const auto box = region.table("box");
   if (!box) return;
-  Box value;
+  bake::Box value;
   if (!box->find("min") || !box->find("max")) region.fail("box", "needs min and max, three numbers each");
   box->read("min", value.min);
   box->read("max", value.max);
@@ -95,7 +95,7 @@ void read_box(TomlTable& region, RegionDescription& into) {
   into.box = value;
 }
 
-void read_region(TomlTable& table, RegionDescription& into) {
+void read_region(TomlTable& table, bake::RegionDescription& into) {
   const auto region = table.table("region");
   if (!region) return;
   region->read("parts", into.parts);
@@ -128,15 +128,15 @@ void read_time_unit(TomlTable& table, double& factor) {
   if (factor <= 0) table.fail("time_unit", "must be positive");
 }
 
-void read_basis(TomlTable& table, EnsembleDescription& into) {
+void read_basis(TomlTable& table, bake::EnsembleDescription& into) {
   into.mode = std::array{ReferenceMode::impact, ReferenceMode::over_time}[read_choice(
       table, "mode", {"impact", "over-time"}, into.mode == ReferenceMode::impact ? 0 : 1)];
   table.read("modes", into.modes);
   if (into.modes == 0) table.fail("modes", "must be at least 1");
 }
 
-EnsembleDescription read_description(TomlTable table) {
-  EnsembleDescription description;
+bake::EnsembleDescription read_description(TomlTable table) {
+  bake::EnsembleDescription description;
   description.runs = read_runs(table);
   exclude_runs(table, description.runs);
   read_reference_run(table, description);
@@ -163,7 +163,7 @@ EnsembleDescription read_description(TomlTable table) {
 
 }  // namespace
 
-EnsembleDescription read_ensemble_toml(const std::filesystem::path& path) {
+bake::EnsembleDescription read_ensemble_toml(const std::filesystem::path& path) {
   const auto bytes = read_file(path);
   toml::table table;
   try {
@@ -175,4 +175,4 @@ EnsembleDescription read_ensemble_toml(const std::filesystem::path& path) {
   return read_description(TomlTable(table, path));
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

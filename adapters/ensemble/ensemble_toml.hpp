@@ -11,12 +11,12 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 /// Reads ensemble.toml; every key is described in ENSEMBLE.md beside this file. Paths in it are relative to its
 /// folder and come back resolved, patterns expanded and in the order of their names.
 /// Throws Error{file_not_found | bad_input} that names file, line and key.
-[[nodiscard]] EnsembleDescription read_ensemble_toml(const std::filesystem::path& path);
+[[nodiscard]] bake::EnsembleDescription read_ensemble_toml(const std::filesystem::path& path);
 
 /// What was varied between the runs.
 struct ParameterTable {
@@ -37,4 +37,4 @@ struct ParameterTable {
 /// Throws Error{file_not_found | bad_input} that names file and line.
 [[nodiscard]] std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path);
 
-}  // namespace lbea
+}  // namespace lbea::io

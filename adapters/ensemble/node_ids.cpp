@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -42,4 +42,4 @@ std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path) {
   return ids;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -133,4 +133,4 @@ ParameterTable read_parameters_csv(const std::filesystem::path& path) {
   return CsvParser(as_text(bytes), path.string()).parse();
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

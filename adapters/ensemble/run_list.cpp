@@ -8,7 +8,7 @@
 #include <fnmatch.h>
 #include <glob.h>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -63,4 +63,4 @@ bool means_run(const std::string& name, const std::filesystem::path& folder, con
   return ::fnmatch(name.c_str(), run.filename().c_str(), FNM_PATHNAME) == 0;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

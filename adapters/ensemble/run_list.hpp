@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 /// Paths in `folder` that `pattern` (with * ? []) stands for, in the order of their names. A pattern without
 /// these signs stands for itself when it exists.
@@ -16,4 +16,4 @@ namespace lbea {
 [[nodiscard]] bool means_run(const std::string& name, const std::filesystem::path& folder,
                              const std::filesystem::path& run);
 
-}  // namespace lbea
+}  // namespace lbea::io

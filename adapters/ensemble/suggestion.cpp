@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);  // distances of a's first i letters to every beginning of b
@@ -32,4 +32,4 @@ std::string suggestion(std::string_view word, std::span<const std::string> known
   return "; known here: " + list;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

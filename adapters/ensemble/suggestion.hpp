@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::io {
 
 /// Least number of letters inserted, removed or replaced that turns `a` into `b`.
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
@@ -13,4 +13,4 @@ namespace lbea {
 /// "; did you mean \"modes\"?", or what there is to choose from when nothing is near.
 [[nodiscard]] std::string suggestion(std::string_view word, std::span<const std::string> known);
 
-}  // namespace lbea
+}  // namespace lbea::io

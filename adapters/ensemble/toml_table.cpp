@@ -10,7 +10,7 @@
 #include <optional>
 #include <sstream>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -133,4 +133,4 @@ void TomlTable::fail_at(const toml::source_region& where, const std::string& wha
   throw Error(Status::bad_input, file_.string() + ", line " + std::to_string(where.begin.line) + ": " + what);
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 class TomlTable {
  public:
@@ -52,4 +52,4 @@ class TomlTable {
   std::vector<std::string> known_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::io

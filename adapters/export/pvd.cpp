@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -35,4 +35,4 @@ void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entr
   file.commit();
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -7,7 +7,7 @@
 
 #include <bit>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -148,4 +148,4 @@ class VtuWriter {
 
 void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) { VtuWriter(path, grid).write(); }
 
-}  // namespace lbea
+}  // namespace lbea::io

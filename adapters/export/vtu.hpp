@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 /// Values per point or per cell, `components` in a row for each.
 struct VtuArray {
@@ -40,4 +40,4 @@ struct PvdEntry {
 /// Throws Error{bad_config} for a time that is not finite or a file without a name, Error{write_failed}.
 void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entries);
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -5,7 +5,7 @@
 #include <array>
 #include <charconv>
 
-namespace lbea {
+namespace lbea::io {
 
 std::string xml_quoted(std::string_view text) {
   std::string quoted = "\"";
@@ -27,4 +27,4 @@ std::string xml_number(double value) {
   return {digits.data(), end};
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::io {
 
 /// `text` between quotes: & < > " escaped.
 /// Throws Error{bad_config} for control characters, which XML cannot hold.
@@ -13,4 +13,4 @@ namespace lbea {
 /// The shortest decimal that reads back as the same double.
 [[nodiscard]] std::string xml_number(double value);
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -138,4 +138,4 @@ std::vector<std::byte> read_file(const std::filesystem::path& path) {
   return bytes;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 /// A file that appears under its name only when it is whole. Bytes go to a temporary file in the same folder;
 /// commit() flushes it to the disk and renames it. Without commit() the destructor removes it and whatever stood
@@ -55,4 +55,4 @@ class AtomicFile {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

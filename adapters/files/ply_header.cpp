@@ -9,7 +9,7 @@
 #include <charconv>
 #include <utility>
 
-namespace lbea::ply {
+namespace lbea::io::ply {
 
 namespace {
 
@@ -150,4 +150,4 @@ Header parse_header(std::string_view text, const std::string& name) {
   return HeaderParser(text, name).parse();
 }
 
-}  // namespace lbea::ply
+}  // namespace lbea::io::ply

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea::ply {
+namespace lbea::io::ply {
 
 enum class Format { ascii, little_endian, big_endian };
 enum class Scalar { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
@@ -43,4 +43,4 @@ struct Header {
 /// Throws Error{bad_input | unsupported_input} with the line.
 [[nodiscard]] Header parse_header(std::string_view text, const std::string& name);
 
-}  // namespace lbea::ply
+}  // namespace lbea::io::ply

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace lbea::stl {
+namespace lbea::io::stl {
 
 namespace {
 
@@ -80,4 +80,4 @@ std::vector<float> corners(std::string_view bytes, const std::string& name) {
                                         "nor text; the file is damaged or cut short"};
 }
 
-}  // namespace lbea::stl
+}  // namespace lbea::io::stl

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea::stl {
+namespace lbea::io::stl {
 
 /// Whether a file of this size that starts so is binary STL: the number of triangles fits its size.
 [[nodiscard]] bool is_binary(std::string_view start, std::uint64_t file_bytes) noexcept;
@@ -16,4 +16,4 @@ namespace lbea::stl {
 /// Triangles x 3 corners x 3 coordinates, in file order. Throws Error{bad_input} with line or byte.
 [[nodiscard]] std::vector<float> corners(std::string_view bytes, const std::string& name);
 
-}  // namespace lbea::stl
+}  // namespace lbea::io::stl

@@ -4,7 +4,7 @@
 #include <limits>
 #include <system_error>
 
-namespace lbea::text {
+namespace lbea::io::text {
 
 bool LineReader::next(std::string_view& line) {
   if (at_ >= text_.size()) return false;
@@ -63,4 +63,4 @@ std::optional<std::int64_t> find_stamp(std::string_view comment) noexcept {
   return result.ec == std::errc{} ? std::optional(stamp) : std::nullopt;
 }
 
-}  // namespace lbea::text
+}  // namespace lbea::io::text

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-namespace lbea::text {
+namespace lbea::io::text {
 
 /// Goes through a text line by line; "\n" and "\r\n" end a line.
 class LineReader {
@@ -37,4 +37,4 @@ bool parse_number(std::string_view word, float& value) noexcept;
 /// The number after the word "stamp_ns" in a comment.
 [[nodiscard]] std::optional<std::int64_t> find_stamp(std::string_view comment) noexcept;
 
-}  // namespace lbea::text
+}  // namespace lbea::io::text

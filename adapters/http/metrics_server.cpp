@@ -10,7 +10,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 
-namespace lbea {
+namespace lbea::http {
 
 namespace {
 
@@ -145,4 +145,4 @@ std::string MetricsServer::address() const {
   return where.address().to_string() + ":" + std::to_string(where.port());
 }
 
-}  // namespace lbea
+}  // namespace lbea::http

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-namespace lbea {
+namespace lbea::http {
 
 class MetricsServer {
  public:
@@ -34,4 +34,4 @@ class MetricsServer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::http

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::http {
 
 namespace {
 
@@ -75,4 +75,4 @@ void MetricsText::line(std::string_view suffix, std::string_view labels, const s
   text_ += " " + value + "\n";
 }
 
-}  // namespace lbea
+}  // namespace lbea::http

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::http {
 
 class MetricsText {
  public:
@@ -27,4 +27,4 @@ class MetricsText {
   std::string text_, name_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::http

@@ -1,6 +1,6 @@
 #include "adapters/mcap/disk_syncer.hpp"
 
-namespace lbea {
+namespace lbea::mcap {
 
 namespace {
 
@@ -35,4 +35,4 @@ void DiskSyncer::run(const std::stop_token& stopped) noexcept {
   }
 }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -8,7 +8,7 @@
 #include <chrono>
 #include <thread>
 
-namespace lbea {
+namespace lbea::mcap {
 
 class DiskSyncer {
  public:
@@ -25,4 +25,4 @@ class DiskSyncer {
   std::jthread thread_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::mcap {
 
 struct DiskTally {
   std::atomic<std::uint64_t> bytes{0};  // in the file
@@ -13,4 +13,4 @@ struct DiskTally {
   std::atomic<int> last_error{0};  // the system's number
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace lbea {
+namespace lbea::mcap {
 
 namespace {
 
@@ -89,4 +89,4 @@ void RecordLane::drop_all(bool wanted) {
   drop_while([](const mcap::Record&) { return true; }, wanted ? write_failed_ : outside_);
 }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -8,7 +8,7 @@
 
 #include <deque>
 
-namespace lbea {
+namespace lbea::mcap {
 
 class RecordLane {
  public:
@@ -59,4 +59,4 @@ class RecordLane {
   bool is_past_window_ = false;
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -5,7 +5,7 @@
 #include <limits>
 #include <new>
 
-namespace lbea {
+namespace lbea::mcap {
 
 namespace {
 
@@ -158,4 +158,4 @@ void Recorder::drop_rest() {
   for (RecordLane* lane : {&notes_, &frames_}) lane->drop_all(state_ == RecorderState::failed);
 }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

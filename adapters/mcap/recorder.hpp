@@ -8,7 +8,7 @@
 
 #include <memory>
 
-namespace lbea {
+namespace lbea::mcap {
 
 class Recorder {
  public:
@@ -68,4 +68,4 @@ class Recorder {
   std::thread thread_;  // the writing one; the last member, because it uses all others
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

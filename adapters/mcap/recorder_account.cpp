@@ -2,7 +2,7 @@
 
 #include "adapters/mcap/wall_clock.hpp"
 
-namespace lbea {
+namespace lbea::mcap {
 
 namespace {
 
@@ -69,4 +69,4 @@ void AccountMessages::settle(bool written) noexcept {
   appended_.clear();
 }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <string>
 
-namespace lbea {
+namespace lbea::mcap {
 
 /// What changes only when something was lost or the state changes, as one JSON object.
 [[nodiscard]] std::string account_json(const RecorderStatus& status);
@@ -39,4 +39,4 @@ class AccountMessages {
   std::string last_, appended_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

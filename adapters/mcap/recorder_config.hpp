@@ -6,7 +6,7 @@
 
 #include <chrono>
 
-namespace lbea {
+namespace lbea::mcap {
 
 /// Keeps only what happens around a trigger.
 struct RecordWindow {
@@ -33,4 +33,4 @@ struct RecordingStart {
   std::uint16_t status_channel = 0;  // one of `channels`: takes the recorder's own account, as JSON
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace lbea {
+namespace lbea::mcap {
 
 namespace {
 constexpr std::array<std::string_view, 4> state_names{"armed", "recording", "finished", "failed"};
@@ -10,4 +10,4 @@ constexpr std::array<std::string_view, 4> state_names{"armed", "recording", "fin
 
 std::string_view to_string(RecorderState state) noexcept { return state_names[static_cast<std::size_t>(state)]; }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

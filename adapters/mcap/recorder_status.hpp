@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::mcap {
 
 enum class RecorderState : std::uint8_t { armed, recording, finished, failed };
 [[nodiscard]] std::string_view to_string(RecorderState state) noexcept;
@@ -43,4 +43,4 @@ struct RecorderStatus {
   }
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace lbea {
+namespace lbea::mcap {
 
 RecordingFile::RecordingFile(mcap::Sink& sink, mcap::Compression compression, const RecordingStart& start,
                              RepeatedDefinitions& definitions, DiskTally& disk)
@@ -75,4 +75,4 @@ bool RecordingFile::close(const RecorderStatus& status) noexcept {
   });
 }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

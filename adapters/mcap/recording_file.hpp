@@ -7,7 +7,7 @@
 #include "adapters/mcap/recorder_account.hpp"
 #include "adapters/mcap/repeated_definitions.hpp"
 
-namespace lbea {
+namespace lbea::mcap {
 
 /// One thread's.
 class RecordingFile {
@@ -40,4 +40,4 @@ class RecordingFile {
   mcap::Buffer front_;  // of the chunk: definitions, the account
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

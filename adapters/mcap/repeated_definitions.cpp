@@ -1,6 +1,6 @@
 #include "adapters/mcap/repeated_definitions.hpp"
 
-namespace lbea {
+namespace lbea::mcap {
 
 RepeatedDefinitions::RepeatedDefinitions(const RecordingStart& start, std::chrono::milliseconds interval)
     : interval_(interval) {
@@ -21,4 +21,4 @@ void RepeatedDefinitions::append_when_due(mcap::Buffer& front, bool has_messages
   for (const auto& [id, channel] : definitions_.channels) mcap::append(front, channel);
 }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

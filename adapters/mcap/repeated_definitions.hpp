@@ -5,7 +5,7 @@
 #include "adapters/mcap/record_walk.hpp"
 #include "adapters/mcap/recorder_config.hpp"
 
-namespace lbea {
+namespace lbea::mcap {
 
 /// One thread's.
 class RepeatedDefinitions {
@@ -26,4 +26,4 @@ class RepeatedDefinitions {
   bool changed_ = true;  // since they were last in the file
 };
 
-}  // namespace lbea
+}  // namespace lbea::mcap

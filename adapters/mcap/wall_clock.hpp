@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::mcap {
 
 /// ns since 1970.
 [[nodiscard]] inline std::int64_t wall_clock_ns() noexcept {
@@ -12,4 +12,4 @@ namespace lbea {
       .count();
 }
 
-}  // namespace lbea
+}  // namespace lbea::mcap

@@ -12,7 +12,7 @@
 #include <limits>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -135,10 +135,10 @@ Json parse(const std::filesystem::path& path) {
   }
 }
 
-StereoSensor read_sensor(const JsonTable& file) {
+bake::StereoSensor read_sensor(const JsonTable& file) {
   const JsonTable table = file.table("sensor");
   table.refuse_unknown_keys({"axes", "focal_px", "width_px", "height_px", "T_reference_right"});
-  StereoSensor sensor;
+  bake::StereoSensor sensor;
   sensor.T_reference_sensor = file.pose("T_reference_sensor");
   sensor.T_reference_right = table.pose("T_reference_right");
   sensor.focal_px = static_cast<float>(table.number("focal_px", 1, 1e6));
@@ -154,8 +154,8 @@ double units_per_mm(std::string_view unit) {
   return unit == "m" ? 1e-3 : 0;
 }
 
-SensingNoise read_noise(const JsonTable& file, const std::string& length_unit) {
-  SensingNoise noise;
+bake::SensingNoise read_noise(const JsonTable& file, const std::string& length_unit) {
+  bake::SensingNoise noise;
   const double most = double{std::numeric_limits<float>::max()};
   if (file.find("noise") != nullptr && file.find("noise_mm") != nullptr)
     file.fail("noise", "and \"noise_mm\" are both there; keep one");
@@ -196,4 +196,4 @@ RigidTransform read_pose(const std::filesystem::path& path) {
   return JsonTable(json, path).pose("T_reference_sensor");
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <string>
 
-namespace lbea {
+namespace lbea::io {
 
 struct SensorDescription {
-  StereoSensor sensor;
-  SensingNoise noise;
+  bake::StereoSensor sensor;
+  bake::SensingNoise noise;
   std::string length_unit = "mm";
 };
 
@@ -24,4 +24,4 @@ struct SensorDescription {
 /// T_reference_sensor alone; nothing else needs to be in the file.
 [[nodiscard]] RigidTransform read_pose(const std::filesystem::path& path);
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -14,7 +14,7 @@
 #include "adapters/simulation/vtk/vtk_legacy.hpp"
 #include "adapters/simulation/vtk/vtk_xml.hpp"
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -30,13 +30,13 @@ bool by_start(const fs::path&, std::string_view start) {
 }
 
 template <grid::ReadGrid read, grid::ReadGrid read_time = nullptr>
-std::unique_ptr<SimulationReader> open_series(const fs::path& file) {
+std::unique_ptr<bake::SimulationReader> open_series(const fs::path& file) {
   std::vector<grid::GridState> states;
   for (const fs::path& member : find_series(file)) states.push_back({member, std::nullopt});
   return std::make_unique<grid::GridReader>(std::move(states), read, read_time);
 }
 
-std::unique_ptr<SimulationReader> open_collection(const fs::path& file) {
+std::unique_ptr<bake::SimulationReader> open_collection(const fs::path& file) {
   return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), grid::read_vtk_xml, nullptr);
 }
 
@@ -61,4 +61,4 @@ constexpr std::array formats{
 
 std::span<const SimulationFormat> simulation_formats() noexcept { return formats; }
 
-}  // namespace lbea
+}  // namespace lbea::io

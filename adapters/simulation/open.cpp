@@ -7,7 +7,7 @@
 #include "adapters/simulation/formats.hpp"
 #include "adapters/simulation/series.hpp"
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -60,11 +60,11 @@ fs::path first_file(const fs::path& path) {
 
 }  // namespace
 
-std::unique_ptr<SimulationReader> open_d3plot(const fs::path& first_file) {
+std::unique_ptr<bake::SimulationReader> open_d3plot(const fs::path& first_file) {
   return std::make_unique<d3plot::Reader>(first_file);
 }
 
-std::unique_ptr<SimulationReader> open_simulation(const fs::path& path) {
+std::unique_ptr<bake::SimulationReader> open_simulation(const fs::path& path) {
   const fs::path file = first_file(path);
   if (const SimulationFormat* format = format_of(file)) return format->open(file);
   throw Error{Status::unsupported_input, file.string() + ", byte 0: the file is of none of the formats that are read (" +
@@ -87,4 +87,4 @@ std::string list_simulation_formats() {
   return list;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -9,13 +9,13 @@
 
 #include "precompute/simulation.hpp"
 
-namespace lbea {
+namespace lbea::io {
 
 /// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another format.
 /// The format is told by content, not by name. Files whose names differ in the number before the extension are states of one
 /// run: they share one mesh, as do all states. Their times are the files' own, in their unit, else the number of the state.
 /// Throws Error{file_not_found | bad_input | unsupported_input} with a sentence that names file, byte and what to do.
-std::unique_ptr<SimulationReader> open_simulation(const std::filesystem::path& path);
+std::unique_ptr<bake::SimulationReader> open_simulation(const std::filesystem::path& path);
 
 /// The names of all formats, separated by commas; and a table of them for people, a line each.
 [[nodiscard]] std::string simulation_format_names();
@@ -41,6 +41,6 @@ std::unique_ptr<SimulationReader> open_simulation(const std::filesystem::path& p
 /// Throws Error{file_not_found | bad_input | unsupported_input}; unsupported are compressed (FEMZIP), big-endian,
 /// two-dimensional, adaptive, particle, fluid and eigenvector databases, ten-node tetrahedra, states without node
 /// positions (IU = 0), and databases without a surface.
-std::unique_ptr<SimulationReader> open_d3plot(const std::filesystem::path& first_file);
+std::unique_ptr<bake::SimulationReader> open_d3plot(const std::filesystem::path& first_file);
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -9,7 +9,7 @@
 #include <string>
 #include <tuple>
 
-namespace lbea {
+namespace lbea::io {
 
 namespace {
 
@@ -36,7 +36,7 @@ NumberedName split(const fs::path& file) {
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
-  for (const std::string& name : names_in(folder, error))
+  for (const std::string& name : bake::names_in(folder, error))
     if (std::error_code ignored; fs::is_regular_file(folder / name, ignored)) files.push_back(folder / name);
   std::sort(files.begin(), files.end());
   return files;
@@ -71,4 +71,4 @@ std::vector<fs::path> first_files(const fs::path& folder) {
   return files;
 }
 
-}  // namespace lbea
+}  // namespace lbea::io

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace lbea {
+namespace lbea::io {
 
 /// All files beside `file` whose names differ from its name in nothing but the number before the extension, by number;
 /// `file` alone when it has no number. Throws Error{file_not_found} when it is not there.
@@ -13,4 +13,4 @@ namespace lbea {
 /// The first file of every series in a folder, by name.
 [[nodiscard]] std::vector<std::filesystem::path> first_files(const std::filesystem::path& folder);
 
-}  // namespace lbea
+}  // namespace lbea::io

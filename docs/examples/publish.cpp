@@ -14,9 +14,9 @@ void grab(std::vector<lbea::Point>& points) {  // your camera; here lines of x y
 }
 
 int main(int argc, char** argv) try {
-  lbea::WireContext context;
-  lbea::FrameSink sink(context, argc > 1 ? argv[1] : "ipc:///tmp/frames");
-  lbea::Encoder encoder;
+  lbea::wire::WireContext context;
+  lbea::wire::FrameSink sink(context, argc > 1 ? argv[1] : "ipc:///tmp/frames");
+  lbea::wire::Encoder encoder;
   const std::uint64_t session = std::random_device{}();  // drawn anew at each start
   std::vector<lbea::Point> points;
   grab(points);

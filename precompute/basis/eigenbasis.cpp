@@ -11,7 +11,7 @@
 #include <numbers>
 #include <utility>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -137,4 +137,4 @@ Eigenbasis eigenbasis(const MeshLaplacian& laplacian, std::uint32_t p) {
   return {pairs.values, std::move(modes), residual, dense ? "dense" : "shift-invert Lanczos, count verified"};
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct Eigenbasis {
   Eigen::VectorXd eigenvalues;  // p, ascending
@@ -25,4 +25,4 @@ struct Eigenbasis {
 /// no basis passes the check.
 [[nodiscard]] Eigenbasis eigenbasis(const MeshLaplacian& laplacian, std::uint32_t p);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -57,4 +57,4 @@ std::array<std::uint32_t, 3> Moments::leading_axes() const {
   return {places[0], places[std::min<std::size_t>(1, places.size() - 1)], places[std::min<std::size_t>(2, places.size() - 1)]};
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Sums over samples f (n x 3) and their coefficients alpha = Psi' M f (p x 3), both relative to the reference mesh.
 struct Moments {
@@ -26,4 +26,4 @@ struct Moments {
   [[nodiscard]] std::array<std::uint32_t, 3> leading_axes() const;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

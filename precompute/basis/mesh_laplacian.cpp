@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -84,4 +84,4 @@ MeshLaplacian mesh_laplacian(std::span<const float> positions, std::span<const Q
   return result;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

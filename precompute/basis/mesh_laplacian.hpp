@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct MeshLaplacian {
   Eigen::SparseMatrix<double> stiffness;  // L, n x n, cotangents, positive semi-definite, without unit
@@ -22,4 +22,4 @@ struct MeshLaplacian {
 /// Throws Error{bad_input} for an index that is not a vertex.
 [[nodiscard]] MeshLaplacian mesh_laplacian(std::span<const float> positions, std::span<const Quad> elements);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -56,4 +56,4 @@ ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const flo
   return reference;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

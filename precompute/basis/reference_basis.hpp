@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// n vertices in the order of the tree's leaves, p modes.
 struct ReferenceBasis {
@@ -35,4 +35,4 @@ struct ReferenceBasis {
                                              std::span<const std::uint32_t> node_ids, std::uint32_t p,
                                              double time_s);
 
-}  // namespace lbea
+}  // namespace lbea::bake

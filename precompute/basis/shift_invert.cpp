@@ -2,7 +2,7 @@
 
 #include <lbea/lbea.hpp>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -36,4 +36,4 @@ Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& a, double shif
   return (factor.vectorD().array() < 0).count();
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// (A - sigma I)^-1 restricted to the complement of the columns of `found`; the operator type Spectra expects.
 class ShiftInvert {
@@ -34,4 +34,4 @@ class ShiftInvert {
 /// Throws Error{bad_input} when the factorisation breaks down.
 [[nodiscard]] Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& a, double shift);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -66,4 +66,4 @@ BakedTree build_vertex_tree(std::span<const float> positions) {
   return tree;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Preorder: node 0 is the root, the left child of node k is k + 1. No points, no nodes.
 struct BakedTree {
@@ -19,4 +19,4 @@ struct BakedTree {
 /// positions: n x 3, finite. Splits at the median of the box's longest side; equal coordinates by index.
 [[nodiscard]] BakedTree build_vertex_tree(std::span<const float> positions);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -142,4 +142,4 @@ std::vector<std::uint32_t> deformation_branches(
   return in_order(group);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

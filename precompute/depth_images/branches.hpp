@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// One branch number per simulation, counted from 0 in the order in which they first appear.
 /// last_states: one row per simulation, of positions x 3, the same length each. Average linkage, cut into the
@@ -21,4 +21,4 @@ namespace lbea {
     std::size_t simulations, const std::function<std::vector<float>(std::size_t simulation)>& last_state,
     std::size_t most_grouped = 256);
 
-}  // namespace lbea
+}  // namespace lbea::bake

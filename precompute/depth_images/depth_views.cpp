@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -104,4 +104,4 @@ std::unique_ptr<ViewRenderer> depth_views(const StereoSensor& sensor, std::size_
   return std::make_unique<DepthViews>(sensor, nodes, elements, low, high, resolution);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -10,7 +10,7 @@
 #include <memory>
 #include <span>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Measured on a rail ensemble: finer cells find no better samples, and cost more.
 struct ViewResolution {
@@ -25,4 +25,4 @@ struct ViewResolution {
                                                         const std::array<float, 3>& low, const std::array<float, 3>& high,
                                                         const ViewResolution& resolution = {});
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -72,4 +72,4 @@ MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResid
   return limits;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

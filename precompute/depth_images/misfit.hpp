@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// A sample's image against the best sample of the other simulations.
 struct LeftOut {
@@ -35,4 +35,4 @@ struct MisfitLimits {
 /// Robust limits of the logarithms, median + k deviations: of the frames' misfits, and of their means over each run.
 [[nodiscard]] MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected);
 
-}  // namespace lbea
+}  // namespace lbea::bake

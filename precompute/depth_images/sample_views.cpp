@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -45,4 +45,4 @@ SensorViews render_views(const Model& model, const ViewRenderer& renderer, unsig
       ViewData{camera, views->depths, views->learnt.expected, views->learnt.limits.frame, views->learnt.limits.test, views}));
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -8,11 +8,11 @@
 #include <cstddef>
 #include <functional>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The views of a model that was baked for another pose, or for none: rendered anew from its samples.
 /// `progress`, when given, is called with the number of samples done, from any thread.
 [[nodiscard]] SensorViews render_views(const Model& model, const ViewRenderer& renderer, unsigned threads,
                                        const std::function<void(std::size_t done)>& progress = {});
 
-}  // namespace lbea
+}  // namespace lbea::bake

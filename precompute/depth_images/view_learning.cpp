@@ -7,7 +7,7 @@
 #include <limits>
 #include <mutex>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -86,4 +86,4 @@ LearntViews learn_views(const ViewCamera& camera, std::span<const Sample> sample
   return learnt;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

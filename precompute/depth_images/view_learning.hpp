@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct LearntViews {
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
@@ -27,4 +27,4 @@ using ImageReader = std::function<void(std::size_t first, std::span<std::uint16_
 [[nodiscard]] LearntViews learn_views(const ViewCamera& camera, std::span<const Sample> samples, const ImageReader& read,
                                       unsigned threads);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace lbea {
+namespace lbea::bake {
 
 class ViewRenderer {
  public:
@@ -16,4 +16,4 @@ class ViewRenderer {
   virtual void render(std::span<const float> positions, std::span<std::uint16_t> image) const = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

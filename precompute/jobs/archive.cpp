@@ -2,8 +2,8 @@
 
 #include "runtime/src/model/checksum.hpp"
 
-namespace lbea {
+namespace lbea::bake {
 
 void KeySink::bytes(std::span<const std::byte> bytes) { key_ = XXH3_64bits_withSeed(bytes.data(), bytes.size(), key_); }
 
-}  // namespace lbea
+}  // namespace lbea::bake

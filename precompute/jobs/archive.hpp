@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Bytes are written as they lie in memory: numbers, and arrays of numbers.
 template <class T>
@@ -149,4 +149,4 @@ template <class... T>
   return sink.key();
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

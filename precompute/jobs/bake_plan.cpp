@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -148,4 +148,4 @@ void set_keys(BakePlan& plan) {
   }
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// One run's place in the work folder. A key is a hash of all that the file's content depends on: what is finished stays
 /// finished in the next plan, as far as it is the same work.
@@ -66,4 +66,4 @@ void write_survey(const WorkFolder& work, const PlannedRun& run, const RunHistor
 /// Fills in the runs' keys of records and footprints.
 void set_keys(BakePlan& plan);
 
-}  // namespace lbea
+}  // namespace lbea::bake

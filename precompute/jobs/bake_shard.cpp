@@ -13,7 +13,7 @@
 #include <memory>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -142,4 +142,4 @@ ShardSummary bake_shard(const WorkFolder& work, const BakePlan& plan, const Shar
   return summary;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

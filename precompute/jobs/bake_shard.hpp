@@ -6,7 +6,7 @@
 
 #include <cstddef>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct ShardSummary {
   std::size_t runs = 0;      // of this shard
@@ -20,4 +20,4 @@ struct ShardSummary {
 /// Throws Error{bad_config | bad_input | write_failed} and BakeCancelled.
 ShardSummary bake_shard(const WorkFolder& work, const BakePlan& plan, const Shard& shard, const BakeOptions& options);
 
-}  // namespace lbea
+}  // namespace lbea::bake

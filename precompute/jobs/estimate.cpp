@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -118,4 +118,4 @@ BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOp
   return result;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

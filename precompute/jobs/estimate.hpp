@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct BakeEstimate {
   std::size_t runs = 0, samples = 0;
@@ -25,4 +25,4 @@ void check_space(const WorkFolder& work, const BakePlan& plan);
 /// Throws what a shard throws.
 [[nodiscard]] BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options);
 
-}  // namespace lbea
+}  // namespace lbea::bake

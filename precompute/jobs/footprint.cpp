@@ -2,7 +2,7 @@
 
 #include "precompute/jobs/archive.hpp"
 
-namespace lbea {
+namespace lbea::bake {
 
 void make_footprint(const WorkFolder& work, const BakePlan& plan, std::size_t run, SampleRecord& buffer,
                     const ViewRenderer* renderer) {
@@ -33,4 +33,4 @@ void FootprintReader::envelope(EnvelopeBuilder& into) {
   into.add(bits);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// From the run's finished record. renderer: null when the plan has no camera.
 void make_footprint(const WorkFolder& work, const BakePlan& plan, std::size_t run, SampleRecord& buffer,
@@ -28,4 +28,4 @@ class FootprintReader {
   WorkReader file_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

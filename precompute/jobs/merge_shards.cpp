@@ -19,7 +19,7 @@
 #include <optional>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -230,4 +230,4 @@ BakeSummary merge_shards(const WorkFolder& work, const BakePlan& plan, const std
   }
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Streams the runs' records in the order of the ensemble: one sample in memory, and what the bases and 1,024 depth
 /// images take. What all samples decide together is learnt on the way. Failed runs are left out and named.
@@ -17,4 +17,4 @@ namespace lbea {
 BakeSummary merge_shards(const WorkFolder& work, const BakePlan& plan, const std::filesystem::path& output,
                          const BakeOptions& options);
 
-}  // namespace lbea
+}  // namespace lbea::bake

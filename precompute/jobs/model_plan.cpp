@@ -4,7 +4,7 @@
 
 #include <lbea/lbea.hpp>
 
-namespace lbea {
+namespace lbea::bake {
 
 ModelPlan plan_model(const BakePlan& plan, const std::vector<ReferenceBasis>& bases, const EnvelopeGrid& envelope,
                      const std::vector<std::string>& left_out) {
@@ -33,4 +33,4 @@ BakePlan without_runs(const BakePlan& plan, const std::vector<bool>& is_kept) {
   return kept;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

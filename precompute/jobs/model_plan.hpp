@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct ModelPlan {
   format::Info info{};
@@ -23,4 +23,4 @@ struct ModelPlan {
 /// The plan without some of its runs. is_kept: per run.
 [[nodiscard]] BakePlan without_runs(const BakePlan& plan, const std::vector<bool>& is_kept);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -66,4 +66,4 @@ void ModelRun::read(std::uint32_t state, SimulationState& into) {
   }
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

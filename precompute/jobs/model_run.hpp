@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 class ModelRun : public SimulationReader {
  public:
@@ -37,4 +37,4 @@ class ModelRun : public SimulationReader {
   std::uint32_t states_ = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

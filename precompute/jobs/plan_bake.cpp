@@ -12,7 +12,7 @@
 #include <set>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -151,4 +151,4 @@ BakePlan plan_bake(const WorkFolder& work, const Ensemble& ensemble, const Ensem
   return plan;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

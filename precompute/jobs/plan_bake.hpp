@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// One of `of` processes that share the work, counted from 0.
 struct Shard {
@@ -27,4 +27,4 @@ void survey_shard(const WorkFolder& work, const Ensemble& ensemble, const Ensemb
 [[nodiscard]] BakePlan plan_bake(const WorkFolder& work, const Ensemble& ensemble,
                                  const EnsembleDescription& description, const BakeOptions& options);
 
-}  // namespace lbea
+}  // namespace lbea::bake

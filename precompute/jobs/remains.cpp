@@ -17,7 +17,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -102,4 +102,4 @@ void clear_remains(const fs::path& model) {
   for (const fs::path& path : remains) remove_all_of(path);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// `kind`PID-`number`: behind a model's name, that of something temporary of this process.
 [[nodiscard]] std::string temporary_suffix(const char* kind, int number);
@@ -28,4 +28,4 @@ void remove_all_of(const std::filesystem::path& path) noexcept;
 /// holds its claim. What is not certain to be such a remainder stays.
 void clear_remains(const std::filesystem::path& model);
 
-}  // namespace lbea
+}  // namespace lbea::bake

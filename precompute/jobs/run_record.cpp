@@ -3,7 +3,7 @@
 #include "precompute/jobs/archive.hpp"
 #include "runtime/src/model/model_format.hpp"
 
-namespace lbea {
+namespace lbea::bake {
 
 // Not in an unnamed namespace: the archive finds it by its arguments.
 static void members(auto& a, Moments& m) {
@@ -55,4 +55,4 @@ std::vector<Moments> read_moments(WorkReader& file) {
   return moments;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// One sample's rows of the model's sections.
 struct SampleRecord {
@@ -28,4 +28,4 @@ void read_sample(WorkReader& file, SampleRecord& sample);
 void write_moments(WorkWriter& file, const std::vector<Moments>& moments);
 [[nodiscard]] std::vector<Moments> read_moments(WorkReader& file);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -8,7 +8,7 @@
 #include <set>
 #include <system_error>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -56,4 +56,4 @@ std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, 
   return status;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

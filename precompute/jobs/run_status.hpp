@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 enum class RunProgress { waiting, running, finished, failed };
 
@@ -20,4 +20,4 @@ struct RunStatus {
 /// waiting at once, on another one after `patience_s` seconds without a sign.
 [[nodiscard]] std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, double patience_s = 300);
 
-}  // namespace lbea
+}  // namespace lbea::bake

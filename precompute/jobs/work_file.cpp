@@ -18,7 +18,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -218,4 +218,4 @@ bool is_finished(const std::filesystem::path& file, WorkName name) {
   return whole;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 enum class WorkKind : std::uint32_t { survey = 1, basis, plan, record, footprint, failure };
 
@@ -95,4 +95,4 @@ class WorkReader {
 /// Whether the file stands under its final name, of this kind and key and of the size it says. Its bytes are not read.
 [[nodiscard]] bool is_finished(const std::filesystem::path& file, WorkName name);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -16,7 +16,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -114,4 +114,4 @@ PassingWorkFolder::PassingWorkFolder(const fs::path& model) : place_(model), fol
   folder_.create();
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 class WorkFolder {
  public:
@@ -63,4 +63,4 @@ class PassingWorkFolder {
   WorkFolder folder_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::bake {
 
 std::string json_string(std::string_view text) {
   constexpr std::string_view digits = "0123456789abcdef";
@@ -39,4 +39,4 @@ JsonObject& JsonObject::add(std::string_view key, const std::string& value) {
   return *this;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 [[nodiscard]] std::string json_string(std::string_view text);
 /// The shortest text that reads back as the same number; null for what is not finite.
@@ -23,4 +23,4 @@ class JsonObject {
   std::string members_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <limits>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -182,4 +182,4 @@ void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntView
   writer.write<float>(SectionId::view_expected, 0, 0, learnt.expected);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Sections with their content.
 class SmallSections {
@@ -70,4 +70,4 @@ void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& 
 /// Sections 64, 65 and 67.
 void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntViews& learnt);
 
-}  // namespace lbea
+}  // namespace lbea::bake

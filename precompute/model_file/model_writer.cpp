@@ -19,7 +19,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -253,4 +253,4 @@ void ModelWriter::fail(const std::string& action, const std::string& where, int 
                                         "; check the folder, its rights and the free space");
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct PlannedSection {
   format::SectionId id{};
@@ -81,4 +81,4 @@ class ModelWriter {
   std::unique_ptr<Written[]> written_;  // per section
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdio>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -100,4 +100,4 @@ std::string provenance_json(const EnsembleDescription& description, const Ensemb
   return json.text();
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Depends on the inputs alone: no paths, times of day, machines or numbers of threads.
 /// kept_variance: NaN becomes null. left_out: names of runs that could not be read; without any there is no word of it.
@@ -17,4 +17,4 @@ namespace lbea {
                                           const Survey& survey, const std::vector<ReferenceBasis>& references,
                                           double kept_variance, const std::vector<std::string>& left_out);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -103,4 +103,4 @@ Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& clo
   return pose;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

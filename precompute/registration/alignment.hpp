@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The surface of one shape, and its free edges.
 class AlignmentTarget {
@@ -83,4 +83,4 @@ struct AlignmentSettings {
 /// The motion that solves the equations' first six; motions that nothing tells are zero.
 [[nodiscard]] Eigen::VectorXd solve_damped(const AlignmentEquations& equations, const Eigen::VectorXd& prior);
 
-}  // namespace lbea
+}  // namespace lbea::bake

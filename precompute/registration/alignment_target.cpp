@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -99,4 +99,4 @@ const Eigen::Vector3d& AlignmentCloud::nearest(const Eigen::Vector3d& to) const 
   return all_[index];
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <numbers>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -238,4 +238,4 @@ Registration register_cloud(const ReferenceSurface& surface, std::span<const Poi
   return Registrar(surface, points, rough, settings).run();
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

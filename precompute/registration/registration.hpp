@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The undeformed component, views of the caller's memory.
 struct ReferenceSurface {
@@ -66,4 +66,4 @@ struct Registration {
 [[nodiscard]] double robust_diagonal(std::span<const Point> points);
 [[nodiscard]] double box_diagonal(std::span<const float> positions);
 
-}  // namespace lbea
+}  // namespace lbea::bake

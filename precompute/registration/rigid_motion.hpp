@@ -7,7 +7,7 @@
 
 #include <cstddef>
 
-namespace lbea {
+namespace lbea::bake {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -40,4 +40,4 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
   return result;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace lbea {
+namespace lbea::bake {
 
 ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double least, std::size_t most) {
   ShapeModes result;
@@ -32,4 +32,4 @@ ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double le
   return result;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct ShapeModes {
   std::vector<float> mean;                // nodes x 3
@@ -16,4 +16,4 @@ struct ShapeModes {
 /// left out, and all beyond the first `most`. One shape alone has no modes.
 [[nodiscard]] ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double least, std::size_t most = 6);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -132,4 +132,4 @@ SurfacePlace SurfaceTree::nearest(const std::array<double, 3>& point, double rea
   return best;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct SurfacePlace {
   std::uint32_t element = std::numeric_limits<std::uint32_t>::max();  // none within reach: this
@@ -48,4 +48,4 @@ class SurfaceTree {
   std::vector<Branch> branches_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

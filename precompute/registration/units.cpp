@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::bake {
 
 std::optional<double> unit_factor(double cloud_diagonal, double mesh_diagonal) {
   constexpr double slack = 0.4;  // decades: a cloud shows a part of the component, or more than it
@@ -44,4 +44,4 @@ double box_diagonal(std::span<const float> positions) {
   return std::sqrt(squares);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

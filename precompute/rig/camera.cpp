@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 constexpr double rotation_tolerance = 1e-3;  // of each entry of R R' - I: leaves room for rounded calibrations
@@ -79,4 +79,4 @@ bool PinholeImage::sees(const Vec3& point) const {
   return u >= 0 && u < width_ && v >= 0 && v < height_;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct Vec3 {
   double x = 0, y = 0, z = 0;
@@ -46,4 +46,4 @@ class PinholeImage {
   double focal_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

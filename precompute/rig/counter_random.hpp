@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The finalizer of splitmix64: a bijection that spreads every input bit.
 [[nodiscard]] constexpr std::uint64_t splitmix(std::uint64_t x) noexcept {
@@ -40,4 +40,4 @@ class CounterRandom {
   std::uint64_t key_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-namespace lbea::sensing {
+namespace lbea::bake::sensing {
 
 namespace {
 
@@ -90,4 +90,4 @@ std::vector<Point> measure(const Rig& rig, const View& view, const SensingNoise&
   return points;
 }
 
-}  // namespace lbea::sensing
+}  // namespace lbea::bake::sensing

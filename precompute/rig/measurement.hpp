@@ -3,10 +3,10 @@
 
 #include "precompute/rig/view.hpp"
 
-namespace lbea::sensing {
+namespace lbea::bake::sensing {
 
 /// See VirtualSensor::sense.
 [[nodiscard]] std::vector<Point> measure(const Rig& rig, const View& view, const SensingNoise& noise,
                                          std::uint64_t seed);
 
-}  // namespace lbea::sensing
+}  // namespace lbea::bake::sensing

@@ -7,7 +7,7 @@
 #include <new>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -107,4 +107,4 @@ bool RayScene::blocked(const Vec3& eye, const Vec3& point, double tolerance) con
   return ray.tfar < 0;  // Embree's answer: minus infinity
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

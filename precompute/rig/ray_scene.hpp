@@ -9,7 +9,7 @@
 #include <optional>
 #include <span>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// What builds scenes; shared by all scenes of one sensor. Safe to use from several threads.
 class RayDevice {
@@ -50,4 +50,4 @@ class RayScene {
   std::unique_ptr<Handle> handle_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 #include <string>
 #include <thread>
 
-namespace lbea::sensing {
+namespace lbea::bake::sensing {
 
 Rig::Rig(const StereoSensor& description, std::size_t node_count,
          std::span<const std::array<std::uint32_t, 4>> quads, unsigned wanted_threads)
@@ -43,4 +43,4 @@ bool Rig::faces_both(const Vec3& point, const Vec3& normal, double min_cos_incid
   return left * right > 0 && std::abs(left) >= min_cos_incidence && std::abs(right) >= min_cos_incidence;
 }
 
-}  // namespace lbea::sensing
+}  // namespace lbea::bake::sensing

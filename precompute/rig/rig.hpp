@@ -5,7 +5,7 @@
 #include "precompute/rig/ray_scene.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 
-namespace lbea::sensing {
+namespace lbea::bake::sensing {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
@@ -32,4 +32,4 @@ struct Rig {
   void add(std::uint32_t element, const std::array<std::uint32_t, 4>& quad);
 };
 
-}  // namespace lbea::sensing
+}  // namespace lbea::bake::sensing

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Two equal pinhole cameras. Axes x right, y down, z forward; the origin is the left camera's eye, the
 /// principal point the image centre. Both poses lead to reference coordinates, in the mesh's length unit.
@@ -25,4 +25,4 @@ struct SensingNoise {
   float background = 0;             // share of extra points from a floor or wall behind the component
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

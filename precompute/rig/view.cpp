@@ -5,7 +5,7 @@
 #include <string>
 #include <thread>
 
-namespace lbea::sensing {
+namespace lbea::bake::sensing {
 
 namespace {
 
@@ -107,4 +107,4 @@ void View::render_row(std::uint32_t row, double min_cos_incidence, SensorImage& 
   }
 }
 
-}  // namespace lbea::sensing
+}  // namespace lbea::bake::sensing

@@ -3,7 +3,7 @@
 
 #include "precompute/rig/rig.hpp"
 
-namespace lbea::sensing {
+namespace lbea::bake::sensing {
 
 class View {
  public:
@@ -32,4 +32,4 @@ class View {
   RayScene scene_;
 };
 
-}  // namespace lbea::sensing
+}  // namespace lbea::bake::sensing

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 std::uint32_t scaled_size(std::uint32_t pixels, double factor) {
@@ -72,4 +72,4 @@ std::vector<std::uint8_t> VirtualSensor::visible_elements(const SurfaceState& st
   return visible;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace sensing {
 struct Rig;
@@ -81,4 +81,4 @@ class VirtualSensor {
   std::unique_ptr<const sensing::Rig> rig_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

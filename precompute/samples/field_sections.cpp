@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace lbea {
+namespace lbea::bake {
 
 using format::ElementType;
 using format::SectionId;
@@ -28,4 +28,4 @@ void FieldSections::write(std::uint32_t field, std::uint64_t sample, std::span<c
   errors_[field] = std::max(errors_[field], words.back());
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

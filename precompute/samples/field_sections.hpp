@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Sections `field_values`, or `field_codes` and `field_ranges`.
 void plan_field(std::vector<PlannedSection>& plan, const format::Info& info, std::uint32_t field, bool is_compact);
@@ -31,4 +31,4 @@ class FieldSections {
   bool is_compact_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

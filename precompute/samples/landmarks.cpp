@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -31,4 +31,4 @@ void LandmarkSection::write(std::uint64_t sample, std::span<const float> positio
   writer_.write<float>(format::SectionId::landmark_positions, 0, sample * row_.size(), row_);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

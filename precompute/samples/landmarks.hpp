@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The description's wish; without one, models whose positions take more than 1 GiB have landmarks.
 [[nodiscard]] bool has_landmarks(const format::Info& info, const EnsembleDescription& description) noexcept;
@@ -29,4 +29,4 @@ class LandmarkSection {
   std::vector<float> row_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

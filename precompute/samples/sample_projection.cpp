@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -135,4 +135,4 @@ void SampleProjection::project_run(std::size_t run, SimulationReader& reader,
   RunProjector(*this, box).project(reader, run, record, stage);
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// What all runs are projected with, read-only.
 class SampleProjection {
@@ -36,4 +36,4 @@ class SampleProjection {
   std::vector<Eigen::MatrixXd> reference_coefficients_;  // per reference, p x 3
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct CellBlock {
   /// The cells that share a position's x, its y and its z.
@@ -31,4 +31,4 @@ struct CellBlock {
   std::array<std::uint32_t, 3> first{};
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,7 +7,7 @@
 #include <map>
 #include <unordered_map>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -137,4 +137,4 @@ MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh, con
   return mapping;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The whole component as every sample has it. Order as in the reference run.
 struct CommonMesh {
@@ -52,4 +52,4 @@ class CommonMeshBuilder {
 [[nodiscard]] MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh,
                                      const std::string& run);
 
-}  // namespace lbea
+}  // namespace lbea::bake

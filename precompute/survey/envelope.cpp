@@ -10,7 +10,7 @@
 #include <cmath>
 #include <functional>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -189,4 +189,4 @@ EnvelopeGrid EnvelopeBuilder::finish() const {
   return grid;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

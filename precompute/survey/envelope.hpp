@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct CellBlock;
 
@@ -48,4 +48,4 @@ class EnvelopeBuilder {
   double margin_cells_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -9,7 +9,7 @@
 #include <new>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 FileHash hash_file(const std::filesystem::path& path) {
   constexpr std::size_t piece = std::size_t{1} << 20;
@@ -31,4 +31,4 @@ FileHash hash_file(const std::filesystem::path& path) {
   return result;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

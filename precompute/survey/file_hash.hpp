@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::bake {
 
 struct FileHash {
   std::uint64_t size = 0;  // bytes
@@ -14,4 +14,4 @@ struct FileHash {
 /// Reads the file piece by piece. Throws Error{bad_input} naming it.
 [[nodiscard]] FileHash hash_file(const std::filesystem::path& path);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -12,7 +12,7 @@
 
 #include <dirent.h>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// Names in `folder`, in no order, without "." and ".."; none, and why, when it cannot be read.
 [[nodiscard]] inline std::vector<std::string> names_in(const std::filesystem::path& folder, std::error_code& error) {
@@ -29,4 +29,4 @@ namespace lbea {
   return names;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,7 +7,7 @@
 #include <string>
 #include <unordered_set>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -84,4 +84,4 @@ ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> po
   return region;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// A node is in when it meets every criterion given, an element when its part and all its nodes are in.
 struct RegionCriteria {
@@ -30,4 +30,4 @@ struct ObservedRegion {
                                              const RegionCriteria& criteria,
                                              std::span<const std::uint32_t> all_node_ids);
 
-}  // namespace lbea
+}  // namespace lbea::bake

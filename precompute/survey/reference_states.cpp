@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -94,4 +94,4 @@ std::vector<std::uint64_t> make_bases(const WorkFolder& work, const Ensemble& en
   return keys;
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// The keys of the plan's bases: solved and written to the work folder unless they are there.
 [[nodiscard]] std::vector<std::uint64_t> make_bases(const WorkFolder& work, const Ensemble& ensemble,
                                                     const EnsembleDescription& description, const Survey& survey,
                                                     const BakeOptions& options);
 
-}  // namespace lbea
+}  // namespace lbea::bake

@@ -11,7 +11,7 @@
 #include <utility>
 #include <unordered_map>
 
-namespace lbea {
+namespace lbea::bake {
 
 namespace {
 
@@ -214,4 +214,4 @@ std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
   return {{{all[0], all[1], all[2]}, {all[3], all[4], all[5]}}};
 }
 
-}  // namespace lbea
+}  // namespace lbea::bake

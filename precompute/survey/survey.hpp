@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::bake {
 
 /// One run's share of the samples.
 struct RunSurvey {
@@ -83,4 +83,4 @@ class SurveyCollection {
 [[nodiscard]] std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
                                                          const std::vector<std::uint32_t>& places);
 
-}  // namespace lbea
+}  // namespace lbea::bake

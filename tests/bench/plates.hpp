@@ -11,6 +11,9 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+using namespace lbea::tool;
+
 /// sensor -> reference: a rotation about z and a shift.
 inline constexpr RigidTransform plates_pose{0.8f, -0.6f, 0, 30, 0.6f, 0.8f, 0, -20, 0, 0, 1, 5};
 

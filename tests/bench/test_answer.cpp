@@ -7,7 +7,9 @@
 #include <string>
 
 using namespace lbea;
-using namespace lbea::bench;
+using namespace lbea::bake;
+using namespace lbea::tool;
+using namespace lbea::tool::bench;
 using lbea::test::Plates;
 
 namespace {

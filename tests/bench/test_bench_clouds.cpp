@@ -9,7 +9,9 @@
 #include <fstream>
 
 using namespace lbea;
-using namespace lbea::bench;
+using namespace lbea::io;
+using namespace lbea::tool;
+using namespace lbea::tool::bench;
 
 namespace {
 

@@ -7,7 +7,9 @@
 #include <string>
 
 using namespace lbea;
-using namespace lbea::bench;
+using namespace lbea::bake;
+using namespace lbea::tool;
+using namespace lbea::tool::bench;
 using lbea::test::Plates;
 
 TEST_CASE("the product and every baseline pass the same check, by both methods") {

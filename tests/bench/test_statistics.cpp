@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-using namespace lbea::bench;
+using namespace lbea::tool::bench;
 
 namespace {
 

@@ -5,7 +5,7 @@ int main(int argc, char** argv) {
   if (argc != 2) return 2;
   using namespace lbea::test;
   bake_bent_plates(argv[1]);
-  lbea::EnsembleDescription description = bent_plates_description();
+  lbea::bake::EnsembleDescription description = bent_plates_description();
   description.compact_fields = true;
-  bake(bent_plates(), description, std::string(argv[1]) + ".compact");
+  bake_model(bent_plates(), description, std::string(argv[1]) + ".compact");
 }

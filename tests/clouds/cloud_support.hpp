@@ -10,6 +10,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::io;
+
 inline std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
 inline bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 
 using namespace lbea;
+using namespace lbea::io;
 using namespace lbea::test;
 namespace fs = std::filesystem;
 

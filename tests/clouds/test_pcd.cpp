@@ -11,6 +11,7 @@ extern "C" {
 #include <random>
 
 using namespace lbea;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

@@ -11,6 +11,7 @@
 #include <limits>
 
 using namespace lbea;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

@@ -8,6 +8,7 @@
 #include <iterator>
 
 using namespace lbea;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 using namespace lbea;
+using namespace lbea::io;
 using namespace lbea::test;
 
 TEST_CASE("stamps in names, exact to the nanosecond") {

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 using namespace lbea;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

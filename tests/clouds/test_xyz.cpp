@@ -10,6 +10,7 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

@@ -6,6 +6,8 @@
 #include <doctest/doctest.h>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

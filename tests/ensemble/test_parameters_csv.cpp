@@ -8,6 +8,8 @@
 #include <cmath>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

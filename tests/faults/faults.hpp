@@ -13,6 +13,8 @@
 
 namespace lbea::test {
 
+
+
 inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 
 inline constexpr std::chrono::seconds longest_run{60};  // of a program: it takes less than one; so long, it hangs

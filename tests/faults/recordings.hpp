@@ -13,6 +13,9 @@
 
 namespace lbea::test {
 
+using namespace lbea::mcap;
+using namespace lbea::wire;
+
 inline constexpr std::uint64_t stream_frames = 6;
 
 /// Runs a program that records frames sent to ipc://FOLDER/frames, sends it some, lets it end in good order.

@@ -4,6 +4,8 @@
 #include "tests/faults/recordings.hpp"
 
 using namespace lbea;
+using namespace lbea::mcap;
+using namespace lbea::wire;
 using namespace lbea::test;
 
 namespace {

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 using namespace lbea;
+using namespace lbea::mcap;
+using namespace lbea::wire;
 using namespace lbea::test;
 using Json = nlohmann::json;
 

@@ -6,7 +6,7 @@
 // bytes: three bytes may stand for 264.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    const auto cloud = lbea::parse_point_cloud(std::as_bytes(std::span(data, size)), "fuzz");
+    const auto cloud = lbea::io::parse_point_cloud(std::as_bytes(std::span(data, size)), "fuzz");
     if (cloud.points.size() > 100 * size) std::abort();
   } catch (const lbea::Error& error) {
     if (error.what()[0] == '\0') std::abort();

@@ -14,7 +14,7 @@ void require(bool holds) {
 }
 
 void check_account(std::span<const std::byte> words) {
-  lbea::IdTracker ids;
+  lbea::tool::IdTracker ids;
   struct Word {
     std::uint8_t kind, session, held, pad;
     std::uint32_t id;
@@ -25,10 +25,10 @@ void check_account(std::span<const std::byte> words) {
     if (word.kind % 4 == 3) {
       ids.saw(word.session % 3, id);
     } else {
-      const auto kind = static_cast<lbea::ControlKind>(word.kind % 4);
+      const auto kind = static_cast<lbea::wire::ControlKind>(word.kind % 4);
       static_cast<void>(ids.told({word.session % 3u, kind, id, std::min<std::uint64_t>(word.held, id)}));
     }
-    for (const lbea::WireSender& sender : ids.senders({}, {}))
+    for (const lbea::wire::WireSender& sender : ids.senders({}, {}))
       require(sender.next_id - sender.first_id == sender.received + sender.missed + sender.withheld);
   }
 }
@@ -37,9 +37,9 @@ void check_account(std::span<const std::byte> words) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto message = std::as_bytes(std::span{data, size});
-  if (lbea::Control control, again; lbea::decode_control(message, control) == lbea::WireStatus::ok) {
-    lbea::Encoder encoder;
-    require(lbea::decode_control(encoder.control(control), again) == lbea::WireStatus::ok && again == control);
+  if (lbea::wire::Control control, again; lbea::wire::decode_control(message, control) == lbea::wire::WireStatus::ok) {
+    lbea::wire::Encoder encoder;
+    require(lbea::wire::decode_control(encoder.control(control), again) == lbea::wire::WireStatus::ok && again == control);
     require(control.withheld <= control.next_id);
   }
   check_account(message.first(std::min<std::size_t>(message.size(), 4096)));

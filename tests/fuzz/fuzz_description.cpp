@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const lbea::fuzz::MemoryFile file;
   file.put({data, size});
   try {
-    const lbea::EnsembleDescription description = lbea::read_ensemble_toml(file.path());
+    const lbea::bake::EnsembleDescription description = lbea::io::read_ensemble_toml(file.path());
     if (description.runs.empty() || description.modes == 0 || !(description.time_factor > 0) || !(description.envelope_margin >= 0)) std::abort();
   } catch (const lbea::Error& error) {
     if (error.what()[0] == '\0') std::abort();

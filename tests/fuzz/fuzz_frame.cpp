@@ -4,10 +4,10 @@
 #include <cstdlib>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static lbea::FrameDecoder decoder({.max_points = 4096});
+  static lbea::wire::FrameDecoder decoder({.max_points = 4096});
   static std::vector<lbea::Point> points(4096);
-  const lbea::WireStatus status = decoder.open(std::as_bytes(std::span{data, size}));
-  if (status != lbea::WireStatus::ok) return 0;
+  const lbea::wire::WireStatus status = decoder.open(std::as_bytes(std::span{data, size}));
+  if (status != lbea::wire::WireStatus::ok) return 0;
   if (decoder.header().points > points.size()) std::abort();
   decoder.read_points(points);
   std::size_t length = 0;

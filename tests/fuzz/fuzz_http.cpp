@@ -10,6 +10,8 @@
 namespace {
 
 using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::wire;
 
 constexpr const char* token = "0123456789abcdef";
 

@@ -11,19 +11,19 @@ void require(bool holds) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto message = std::as_bytes(std::span{data, size});
-  lbea::Encoder encoder;
-  if (lbea::WireResult result, again; lbea::decode_result(message, result) == lbea::WireStatus::ok) {
-    require(lbea::decode_result(encoder.result(result), again) == lbea::WireStatus::ok);
+  lbea::wire::Encoder encoder;
+  if (lbea::wire::WireResult result, again; lbea::wire::decode_result(message, result) == lbea::wire::WireStatus::ok) {
+    require(lbea::wire::decode_result(encoder.result(result), again) == lbea::wire::WireStatus::ok);
     require(again.counters == result.counters && again.matches.size() == result.matches.size());
-    static_cast<void>(lbea::to_string(result.status));
-    static_cast<void>(lbea::explain(result.status));
+    static_cast<void>(lbea::wire::to_string(result.status));
+    static_cast<void>(lbea::wire::explain(result.status));
   }
-  if (lbea::WireState state, again; lbea::decode_state(message, state) == lbea::WireStatus::ok) {
-    require(lbea::decode_state(encoder.state(state), again) == lbea::WireStatus::ok);
+  if (lbea::wire::WireState state, again; lbea::wire::decode_state(message, state) == lbea::wire::WireStatus::ok) {
+    require(lbea::wire::decode_state(encoder.state(state), again) == lbea::wire::WireStatus::ok);
     require(again.model.simulations == state.model.simulations && again.version == state.version);
   }
-  if (lbea::WireInference inference, again; lbea::decode_inference(message, inference) == lbea::WireStatus::ok) {
-    require(lbea::decode_inference(encoder.inference(inference), again) == lbea::WireStatus::ok);
+  if (lbea::wire::WireInference inference, again; lbea::wire::decode_inference(message, inference) == lbea::wire::WireStatus::ok) {
+    require(lbea::wire::decode_inference(encoder.inference(inference), again) == lbea::wire::WireStatus::ok);
     require(again.values.size() == inference.values.size() && again.field == inference.field);
   }
   return 0;

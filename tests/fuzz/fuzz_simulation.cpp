@@ -40,13 +40,13 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-void read_all(lbea::SimulationReader& run) {
-  const lbea::SimulationMesh& mesh = run.mesh();
+void read_all(lbea::bake::SimulationReader& run) {
+  const lbea::bake::SimulationMesh& mesh = run.mesh();
   require(mesh.positions.size() == 3 * mesh.nodes());
   require(mesh.element_ids.size() == mesh.elements.size() && mesh.element_parts.size() == mesh.elements.size());
   for (const auto& element : mesh.elements)
     for (const std::uint32_t node : element) require(node < mesh.nodes());
-  lbea::SimulationState state;
+  lbea::bake::SimulationState state;
   for (std::uint32_t s = 0; s < run.states(); ++s) {
     run.read(s, state);
     require(state.positions.size() == mesh.positions.size() && state.alive.size() == mesh.elements.size());
@@ -62,7 +62,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::ofstream(folder.file(), std::ios::binary | std::ios::trunc)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   try {
-    read_all(*lbea::open_simulation(folder.file()));
+    read_all(*lbea::io::open_simulation(folder.file()));
   } catch (const lbea::Error&) {
     // refused in words
   }

@@ -19,6 +19,9 @@ void require(bool holds) {
 
 void read(char kind, const std::filesystem::path& file, std::string_view content) {
   using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
+using namespace lbea::wire;
   switch (kind) {
     case 's': static_cast<void>(CloudStamps(file).of("cloud_0001.ply", 3)); break;
     case 'n': static_cast<void>(stamp_in_name(content)); break;

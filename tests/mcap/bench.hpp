@@ -13,6 +13,9 @@
 
 namespace lbea::test {
 
+using namespace lbea::tool;
+using namespace lbea::wire;
+
 using namespace std::chrono_literals;
 using Json = nlohmann::json;
 

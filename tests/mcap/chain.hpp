@@ -16,6 +16,8 @@
 
 namespace lbea::test {
 
+
+
 class Chain {
  public:
   using Json = nlohmann::json;

@@ -9,9 +9,10 @@
 
 namespace lbea::test {
 
+using namespace lbea::mcap;
+
 namespace {
 
-using namespace lbea::mcap;
 using Json = nlohmann::json;
 
 template <class Number>

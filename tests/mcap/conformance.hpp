@@ -9,6 +9,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::mcap;
+
 /// Every record in order: chunks expanded, message indexes left out, numbers as text, fields by name.
 [[nodiscard]] nlohmann::json list_records(const mcap::ByteSource& source);
 

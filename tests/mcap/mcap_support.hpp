@@ -10,6 +10,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::mcap;
+
 /// Keeps what is appended. The append, sync or commit with number `fail_at` fails, counted together from 1; with
 /// `persists` all after it too.
 class MemorySink final : public mcap::Sink {

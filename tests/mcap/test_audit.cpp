@@ -4,6 +4,8 @@
 #include <ctime>
 
 using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::wire;
 using namespace lbea::test;
 
 namespace {

@@ -5,6 +5,8 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using namespace lbea::test;
 

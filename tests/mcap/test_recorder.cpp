@@ -18,6 +18,7 @@
 #include <sys/resource.h>
 
 using namespace lbea;
+using namespace lbea::mcap;
 using namespace lbea::test;
 using namespace std::chrono_literals;
 

@@ -2,6 +2,8 @@
 #include "tests/mcap/bench.hpp"
 
 using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using namespace lbea::test;
 using Json = nlohmann::json;

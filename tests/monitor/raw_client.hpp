@@ -16,6 +16,8 @@
 
 namespace lbea::test {
 
+
+
 class RawClient {
  public:
   explicit RawClient(std::uint16_t port, int receive_buffer = 0) : port_(port), socket_(::socket(AF_INET, SOCK_STREAM, 0)) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 using namespace lbea;
+using namespace lbea::tool;
 using namespace lbea::test;
 using nlohmann::json;
 

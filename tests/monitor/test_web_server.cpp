@@ -12,6 +12,8 @@
 #include <vector>
 
 using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::wire;
 using namespace lbea::test;
 using namespace std::chrono_literals;
 

@@ -10,10 +10,12 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 /// Baked and mapped; the folder goes with it.
 struct Baked {
   Baked(const Ensemble& ensemble, const EnsembleDescription& description, const BakeOptions& options = {})
-      : summary(bake(ensemble, description, folder / "m.lbea", options)),
+      : summary(bake_model(ensemble, description, folder / "m.lbea", options)),
         model(Model::open(folder / "m.lbea")) {}
 
   TemporaryFolder folder;

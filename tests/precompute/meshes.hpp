@@ -12,6 +12,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 struct Surface {
   std::vector<float> positions;  // n x 3
   std::vector<Quad> elements;

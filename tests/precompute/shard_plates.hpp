@@ -24,6 +24,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 
 /// A plate whose states are computed when they are read: any number of runs takes no memory.
@@ -112,7 +114,7 @@ inline BakeOptions shard_options(unsigned threads = 1) {
 /// The model of a single process.
 inline std::string baked_alone(const Ensemble& ensemble, const EnsembleDescription& description) {
   const TemporaryFolder folder;
-  bake(ensemble, description, folder / "m.lbea", shard_options(1));
+  bake_model(ensemble, description, folder / "m.lbea", shard_options(1));
   return text_of(folder / "m.lbea");
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 TEST_CASE("the model holds the ensemble") {

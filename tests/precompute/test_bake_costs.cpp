@@ -4,6 +4,7 @@
 #include "tests/support/instrumented.hpp"
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 // What stays in memory per run is its name, steps, times and keys: less than 2 kB. The branches are grouped from at most
@@ -77,7 +78,7 @@ TEST_CASE("a million vertices and a hundred modes in less than 16 GiB" * doctest
   const CountedPlates plates = counted_plates(1, 2, {1200, 834, 1000, 700});
   const Usage usage = in_a_process({}, [&](BakeOptions options) {
     options.views = {};
-    bake(plates.ensemble, description, folder / "m.lbea", options);
+    bake_model(plates.ensemble, description, folder / "m.lbea", options);
   });
   const Model model = Model::open(folder / "m.lbea");
   CHECK(model.vertices() == 1200 * 834);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {
@@ -41,7 +42,7 @@ EnsembleDescription ten_modes() {
 constexpr std::uint32_t none = 0xffffffff;
 
 Model baked(const TemporaryFolder& folder, const Ensemble& ensemble, const EnsembleDescription& description) {
-  bake(ensemble, description, folder / "m.lbea");
+  bake_model(ensemble, description, folder / "m.lbea");
   return Model::open(folder / "m.lbea");
 }
 
@@ -134,7 +135,7 @@ TEST_CASE("the region bounds the vertices, the component stays whole") {
     for (std::size_t i = 0; i < visible.size(); ++i) visible[i] = positions[3 * i + 1] < 21;
     return visible;
   };
-  const BakeSummary summary = bake(ensemble, description, folder / "m.lbea", options);
+  const BakeSummary summary = bake_model(ensemble, description, folder / "m.lbea", options);
   CHECK(summary.vertices == 12);  // and rows 0 to 2
 }
 

@@ -12,6 +12,8 @@
 #include <fstream>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {
@@ -36,7 +38,7 @@ TEST_CASE("the rail's basis and S_proj agree with an independent implementation"
   EnsembleDescription description;
   description.region.node_ids = read_node_ids(reference_data() / "rail" / "reference" / "nodes.txt");
   const TemporaryFolder folder;
-  const BakeSummary summary = bake(rail(reference["simulations"]), description, folder / "rail.lbea");
+  const BakeSummary summary = bake_model(rail(reference["simulations"]), description, folder / "rail.lbea");
   const Model model = Model::open(folder / "rail.lbea");
   CHECK(model.vertices() == reference["n"].get<std::uint32_t>());
   CHECK(model.samples() == reference["s"].get<std::uint32_t>());
@@ -85,7 +87,7 @@ TEST_CASE("the rail's correspondences are the nearest of all nodes, by brute for
   const TemporaryFolder folder;
   Ensemble ensemble = rail(reference["simulations"]);
   ensemble.runs.resize(3);
-  bake(ensemble, description, folder / "rail.lbea");
+  bake_model(ensemble, description, folder / "rail.lbea");
   const Model model = Model::open(folder / "rail.lbea");
   const ReferenceView& view = model.view().references[0];
   for (std::uint32_t s = 0; s < model.samples(); ++s) {

@@ -10,6 +10,7 @@
 #include <map>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {
@@ -17,7 +18,7 @@ namespace {
 void check_refused(const Ensemble& ensemble, const EnsembleDescription& description, Status status,
                    const char* words) {
   const TemporaryFolder folder;
-  check_error(error_of([&] { bake(ensemble, description, folder / "m.lbea"); }), status, {words});
+  check_error(error_of([&] { bake_model(ensemble, description, folder / "m.lbea"); }), status, {words});
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
@@ -116,10 +117,10 @@ TEST_CASE("a bake can be cancelled at every step and leaves nothing") {
     options.threads = 1;
     options.cancelled = [&] { return ++questions == cancel_at; };
     if (cancel_at == 0) {
-      bake(bent_plates(), description, folder / "m.lbea", options);
+      bake_model(bent_plates(), description, folder / "m.lbea", options);
       CHECK(std::filesystem::exists(folder / "m.lbea"));
     } else {
-      CHECK_THROWS_AS(bake(bent_plates(), description, folder / "m.lbea", options), BakeCancelled);
+      CHECK_THROWS_AS(bake_model(bent_plates(), description, folder / "m.lbea", options), BakeCancelled);
       CHECK(std::filesystem::is_empty(folder.path()));
     }
     return questions;
@@ -137,7 +138,7 @@ TEST_CASE("progress counts every stage to its end") {
     seen[std::string(progress.stage)].push_back(progress.done);
     CHECK(progress.done <= progress.total);
   };
-  bake(bent_plates(), bent_plates_description(ReferenceMode::over_time), folder / "m.lbea", options);
+  bake_model(bent_plates(), bent_plates_description(ReferenceMode::over_time), folder / "m.lbea", options);
   CHECK(seen["reading"].back() == 4);
   CHECK(seen["bases"].back() == 6);
   CHECK(seen["samples"].back() == 24);

@@ -10,6 +10,7 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {
@@ -108,8 +109,8 @@ TEST_CASE("a model in 16 bits gives what the runs had, within the error it state
   for (const std::uint32_t steps : {1u, 3u, 40u}) {
     const CountedPlates plates = counted_plates(3, steps);
     const TemporaryFolder folder;
-    const BakeSummary summary = bake(plates.ensemble, compact(), folder / "compact.lbea", shard_options());
-    bake(plates.ensemble, shard_description(), folder / "whole.lbea", shard_options());
+    const BakeSummary summary = bake_model(plates.ensemble, compact(), folder / "compact.lbea", shard_options());
+    bake_model(plates.ensemble, shard_description(), folder / "whole.lbea", shard_options());
     const Model small = Model::open(folder / "compact.lbea"), whole = Model::open(folder / "whole.lbea");
     REQUIRE(summary.rounded_fields.size() == 1);
     CHECK(summary.rounded_fields[0].largest_error == small.field(0).largest_error);

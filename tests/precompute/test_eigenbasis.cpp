@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {

@@ -12,6 +12,7 @@
 #include <sys/mman.h>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {
@@ -25,7 +26,7 @@ void bake_large(const std::filesystem::path& file, const LargeModel& large, std:
   EnsembleDescription description = shard_description();
   description.landmarks = landmarks;
   description.correspondence = false;
-  bake(counted_plates(large.runs, large.steps, large.shape).ensemble, description, file, shard_options(0));
+  bake_model(counted_plates(large.runs, large.steps, large.shape).ensemble, description, file, shard_options(0));
 }
 
 /// A sample as the sensor would see it, from the formula and not from the model.

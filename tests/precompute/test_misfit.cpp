@@ -8,6 +8,7 @@
 #include <vector>
 
 using namespace lbea;
+using namespace lbea::bake;
 
 TEST_CASE("what an unseen run leaves is the median of its time step: a few that nothing explains do not move it") {
   std::vector<LeftOut> answers;

@@ -16,6 +16,7 @@
 #include <thread>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 using format::ElementType;
 using format::SectionId;

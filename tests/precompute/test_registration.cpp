@@ -12,6 +12,7 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::bake;
 
 namespace {
 

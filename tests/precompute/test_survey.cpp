@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 using namespace lbea;
+using namespace lbea::bake;
 using Steps = std::vector<std::uint32_t>;
 
 namespace {

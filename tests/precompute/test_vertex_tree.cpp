@@ -10,6 +10,7 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::bake;
 
 namespace {
 

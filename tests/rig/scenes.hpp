@@ -9,6 +9,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 struct Scene {
   std::vector<float> positions;
   std::vector<std::array<std::uint32_t, 4>> elements;

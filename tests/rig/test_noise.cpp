@@ -7,6 +7,7 @@
 #include <cstring>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {

@@ -15,6 +15,8 @@
 #include <string>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 
 namespace {
 

@@ -17,6 +17,8 @@
 #include <vector>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

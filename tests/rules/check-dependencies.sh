@@ -25,8 +25,25 @@ report "runtime and precompute do not know the wire, the files and the programs'
 for adapter in adapters/*/; do
   name=$(basename "$adapter")
   report "adapters/$name does not know other adapters:" \
-    "$(includes "$adapter" | grep -oE '.*["<]adapters/[a-z_]+/.*' | grep -vE "adapters/($name|file)/[^:]*\"\$")"
+    "$(includes "$adapter" | grep -oE '.*["<]adapters/[a-z_]+/.*' | grep -vE "adapters/($name|files)/[^:]*\"\$")"
 done
+# folder, its namespace; the public API and the runtime behind it are lbea itself.
+while read -r folder namespace; do
+  report "everything in $folder is in namespace $namespace:" \
+    "$(grep -rnE '^namespace lbea' "$folder" --include='*.hpp' --include='*.cpp' | grep -vE "namespace $namespace(::[a-z0-9_]+)? \{")"
+done <<'NAMESPACES'
+precompute lbea::bake
+adapters/wire lbea::wire
+adapters/mcap lbea::mcap
+adapters/http lbea::http
+adapters/files lbea::io
+adapters/simulation lbea::io
+adapters/clouds lbea::io
+adapters/ensemble lbea::io
+adapters/rig lbea::io
+adapters/export lbea::io
+tools lbea::tool
+NAMESPACES
 report "libraries are silent: no printing, logging, abort, exit or environment outside tools and tests:" \
   "$(sources '\b(printf|fprintf|puts|abort|exit|_exit|getenv|setenv)\(|std::(cout|cerr|clog)|spdlog::' runtime precompute adapters |
      grep -vE 'snprintf|^[^:]*:[0-9]+: *//')"

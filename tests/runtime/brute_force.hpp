@@ -9,6 +9,8 @@
 
 namespace lbea::test {
 
+
+
 using Position = std::array<float, 3>;
 
 struct BruteForce {

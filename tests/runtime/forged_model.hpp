@@ -11,6 +11,8 @@
 
 namespace lbea::test {
 
+
+
 inline Status status_of(std::span<const std::byte> image) {
   const Error error = error_of([&] { const Model model = Model::view(image); });
   if (error.status != Status::ok) CHECK(std::string(error.what()).size() > 20);

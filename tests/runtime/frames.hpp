@@ -7,6 +7,8 @@
 
 namespace lbea::test {
 
+
+
 inline std::vector<Point> points_of(const Model& model, std::uint32_t sample) {
   const auto positions = model.node_positions(sample);
   std::vector<Point> points;

@@ -7,6 +7,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 inline StereoSensor rig_above() {
   StereoSensor rig;
   rig.T_reference_sensor = {1, 0, 0, 95, 0, -1, 0, 45, 0, 0, -1, 600};
@@ -38,7 +40,7 @@ inline Ensemble similar_plates(std::uint32_t runs, std::uint32_t steps) {
 
 inline AlignedBytes seen_plates_model(std::uint32_t runs = 6, std::uint32_t steps = 8, unsigned threads = 0) {
   const TemporaryFolder folder;
-  bake(similar_plates(runs, steps), bent_plates_description(), folder / "plates.lbea", with_views(threads));
+  bake_model(similar_plates(runs, steps), bent_plates_description(), folder / "plates.lbea", with_views(threads));
   return AlignedBytes(folder / "plates.lbea");
 }
 

@@ -11,6 +11,7 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {

@@ -10,6 +10,7 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {
@@ -146,7 +147,7 @@ TEST_CASE("fields in 16 bits: damaged in any bit, or forged with fitting checksu
   const TemporaryFolder folder;
   EnsembleDescription description = bent_plates_description();
   description.compact_fields = true;
-  bake(bent_plates({.runs = 2, .steps = 2, .shape = {.columns = 6, .rows = 5}}), description, folder / "m.lbea");
+  bake_model(bent_plates({.runs = 2, .steps = 2, .shape = {.columns = 6, .rows = 5}}), description, folder / "m.lbea");
   const AlignedBytes original(folder / "m.lbea");
   const auto forged = [&](SectionId id, auto change) {
     AlignedBytes bytes = original;

@@ -9,6 +9,7 @@
 #include <memory>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 using format::SectionId;
 
@@ -21,7 +22,7 @@ AlignedBytes baked(void (*change)(EnsembleDescription&)) {
   const TemporaryFolder folder;
   EnsembleDescription description = bent_plates_description();
   change(description);
-  bake(bent_plates(small), description, folder / "m.lbea");
+  bake_model(bent_plates(small), description, folder / "m.lbea");
   return AlignedBytes(folder / "m.lbea");
 }
 
@@ -83,7 +84,7 @@ TEST_CASE("a model without parameters and fields has none") {
   for (EnsembleRun& run : ensemble.runs) run.parameters.clear();
   EnsembleDescription description = bent_plates_description();
   description.fields.clear();
-  bake(ensemble, description, folder / "m.lbea");
+  bake_model(ensemble, description, folder / "m.lbea");
   const AlignedBytes bytes(folder / "m.lbea");
   const Model model = Model::view(bytes.span());
   CHECK(model.parameters() == 0);

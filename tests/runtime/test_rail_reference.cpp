@@ -12,6 +12,8 @@
 #include <fstream>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using nlohmann::json;
 
 namespace {
@@ -22,14 +24,14 @@ struct Rail {
   RigidTransform pose = read_pose(folder / "sensor.json");
   test::TemporaryFolder temporary;
 
-  Model bake_model() const {
+  Model baked() const {
     Ensemble ensemble;
     for (const std::string name : expected["simulations"])
       ensemble.runs.push_back({name, {}, [path = folder / "runs" / name] { return open_simulation(path); }});
     EnsembleDescription description;
     std::ifstream ids(folder / "reference" / "nodes.txt");
     for (std::uint32_t id = 0; ids >> id;) description.region.node_ids.push_back(id);
-    bake(ensemble, description, temporary / "rail.lbea");
+    bake_model(ensemble, description, temporary / "rail.lbea");
     return Model::open(temporary / "rail.lbea");
   }
 };
@@ -48,7 +50,7 @@ bool is_right(const Model& model, const Match& match, const json& expected) {
 
 TEST_CASE("coefficients, LBEA and VtP matches of the rail's frames agree with the reference") {
   const Rail rail;
-  const Model model = rail.bake_model();
+  const Model model = rail.baked();
   CHECK(model.vertices() == rail.expected["n"].get<std::uint32_t>());
   CHECK(model.samples() == rail.expected["s"].get<std::uint32_t>());
   Matcher lbea(model, {.T_reference_sensor = rail.pose}), vtp(model, {.method = Method::vtp, .T_reference_sensor = rail.pose});

@@ -31,11 +31,12 @@ void* realloc(void* memory, std::size_t size) { return ++heap_calls, heap_bytes 
 }
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 TEST_CASE("10,000 frames, malformed ones included, without one call to the heap") {
   const TemporaryFolder folder;
-  bake(bent_plates(), bent_plates_description(ReferenceMode::over_time), folder / "plates.lbea", with_views());
+  bake_model(bent_plates(), bent_plates_description(ReferenceMode::over_time), folder / "plates.lbea", with_views());
   const AlignedBytes bytes(folder / "plates.lbea");
   const Model model = Model::view(bytes.span());
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -66,7 +67,7 @@ TEST_CASE("10,000 frames, malformed ones included, without one call to the heap"
 
 TEST_CASE("the same through the C interface") {
   const TemporaryFolder folder;
-  bake(bent_plates(), bent_plates_description(), folder / "plates.lbea");
+  bake_model(bent_plates(), bent_plates_description(), folder / "plates.lbea");
   lbea_model* model = nullptr;
   REQUIRE(lbea_model_open((folder / "plates.lbea").c_str(), &model) == LBEA_OK);
   lbea_config config;
@@ -96,7 +97,7 @@ TEST_CASE("the same through the C interface") {
 
 TEST_CASE("a matcher for 62,000 points takes less than 16 MiB beside its model") {
   const TemporaryFolder folder;
-  bake(bent_plates(), bent_plates_description(), folder / "plates.lbea", with_views());
+  bake_model(bent_plates(), bent_plates_description(), folder / "plates.lbea", with_views());
   const Model model = Model::open(folder / "plates.lbea");
   for (const Method method : {Method::lbea, Method::vtp, Method::fit}) {
     MatcherConfig config = fit_config();

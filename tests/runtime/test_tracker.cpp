@@ -12,6 +12,7 @@
 #include <vector>
 
 using namespace lbea;
+using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {

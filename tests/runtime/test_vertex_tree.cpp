@@ -7,6 +7,7 @@
 #include <cmath>
 
 using namespace lbea;
+using namespace lbea::bake;
 using lbea::test::Position;
 
 namespace {

@@ -10,6 +10,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 namespace {
 
 double equivalent(const std::array<double, 6>& t, double factor) {
@@ -78,7 +80,7 @@ std::size_t index_of(const std::vector<int>& ids, bool has_numbering, std::uint3
 
 }  // namespace
 
-void check_mesh(const D3plot& d, const lbea::SimulationMesh& mesh) {
+void check_mesh(const D3plot& d, const lbea::bake::SimulationMesh& mesh) {
   const std::size_t solid_faces = d.solids.empty() ? 0 : 11;
   REQUIRE(mesh.elements.size() == d.shells.size() + solid_faces);
   REQUIRE(mesh.element_ids.size() == mesh.elements.size());
@@ -98,7 +100,7 @@ void check_mesh(const D3plot& d, const lbea::SimulationMesh& mesh) {
   }
 }
 
-void check_state(const D3plot& d, lbea::SimulationReader& run, std::uint32_t s, lbea::SimulationState& state) {
+void check_state(const D3plot& d, lbea::bake::SimulationReader& run, std::uint32_t s, lbea::bake::SimulationState& state) {
   CAPTURE(s);
   run.read(s, state);
   const auto& mesh = run.mesh();

@@ -6,6 +6,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 /// Ids, parts, connectivity and positions of the shells; the number of faces of the sample's solids.
 void check_mesh(const D3plot& d, const SimulationMesh& mesh);
 

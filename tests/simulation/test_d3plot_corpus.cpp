@@ -25,7 +25,7 @@ TEST_CASE("every file of the corpus is a database as the writer writes it, and o
     REQUIRE(files.size() == 1);
     const auto* written = reinterpret_cast<const char*>(files.front().data());
     CHECK((stored == std::vector<char>(written, written + files.front().size())));
-    CHECK(lbea::open_simulation(corpus_folder() / name)->states() == database.states.size());
+    CHECK(lbea::io::open_simulation(corpus_folder() / name)->states() == database.states.size());
   }
 }
 

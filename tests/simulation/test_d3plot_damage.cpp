@@ -23,12 +23,12 @@ void write(const fs::path& file, const Bytes& bytes) {
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-bool is_consistent(lbea::SimulationReader& run) {
+bool is_consistent(lbea::bake::SimulationReader& run) {
   const auto& mesh = run.mesh();
   bool all = !mesh.elements.empty() && mesh.positions.size() == 3 * mesh.nodes();
   for (const auto& element : mesh.elements)
     for (const std::uint32_t node : element) all = all && node < mesh.nodes();
-  lbea::SimulationState state;
+  lbea::bake::SimulationState state;
   for (std::uint32_t s = 0; s < run.states(); ++s) {
     run.read(s, state);
     all = all && state.positions.size() == 3 * mesh.nodes() && state.alive.size() == mesh.elements.size() &&
@@ -41,7 +41,7 @@ bool is_consistent(lbea::SimulationReader& run) {
 /// The number of states, or nothing when the run was refused.
 std::optional<std::uint32_t> states_of(const fs::path& file) {
   try {
-    const auto run = lbea::open_simulation(file);
+    const auto run = lbea::io::open_simulation(file);
     REQUIRE(is_consistent(*run));
     return run->states();
   } catch (const lbea::Error& error) {

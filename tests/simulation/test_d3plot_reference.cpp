@@ -16,8 +16,8 @@
 #include "tests/support/test_data.hpp"
 
 namespace fs = std::filesystem;
-using lbea::d3plot::Database;
-using lbea::d3plot::StateFile;
+using lbea::io::d3plot::Database;
+using lbea::io::d3plot::StateFile;
 using nlohmann::json;
 
 namespace {
@@ -59,14 +59,14 @@ std::vector<double> doubles(const Container& values) {
 }
 
 template <std::size_t Corners>
-std::vector<double> corners(const lbea::d3plot::Elements<Corners>& elements) {
+std::vector<double> corners(const lbea::io::d3plot::Elements<Corners>& elements) {
   std::vector<double> all;
   for (const auto& nodes : elements.nodes) all.insert(all.end(), nodes.begin(), nodes.end());
   return all;
 }
 
 template <std::size_t Corners>
-std::vector<double> part_indices(const lbea::d3plot::Elements<Corners>& elements) {
+std::vector<double> part_indices(const lbea::io::d3plot::Elements<Corners>& elements) {
   std::vector<double> all = doubles(elements.parts);
   for (double& part : all) part -= 1;
   return all;
@@ -84,8 +84,8 @@ std::vector<double> in_all_states(const Database& database, std::uint64_t start,
   return all;
 }
 
-std::vector<double> plastic_strains(const Database& database, const lbea::d3plot::Block& block,
-                                    const lbea::d3plot::RowFields& row) {
+std::vector<double> plastic_strains(const Database& database, const lbea::io::d3plot::Block& block,
+                                    const lbea::io::d3plot::RowFields& row) {
   const auto words = in_all_states(database, block.start, block.rows * block.row_words);
   std::vector<double> all;
   for (std::size_t at = 0; at < words.size(); at += block.row_words)
@@ -95,7 +95,7 @@ std::vector<double> plastic_strains(const Database& database, const lbea::d3plot
 
 void check_database(const std::string& name, const json& expected) {
   CAPTURE(name);
-  const Database database = lbea::d3plot::open_database(folder() / name / "d3plot");
+  const Database database = lbea::io::d3plot::open_database(folder() / name / "d3plot");
   const auto& geometry = database.geometry;
   CHECK(database.word_bytes == expected["word_size"].get<std::uint64_t>());
   check(expected["node_coordinates"], doubles(geometry.positions));
@@ -123,7 +123,7 @@ void check_database(const std::string& name, const json& expected) {
 }
 
 lbea::Status status_of(const fs::path& path, std::string& sentence) {
-  const lbea::Error error = lbea::test::error_of([&] { static_cast<void>(lbea::open_simulation(path)); });
+  const lbea::Error error = lbea::test::error_of([&] { static_cast<void>(lbea::io::open_simulation(path)); });
   sentence = error.what();
   return error.status;
 }
@@ -151,8 +151,8 @@ TEST_CASE("databases without surface or deformation, and compressed ones, are re
 }
 
 TEST_CASE("the surface of the mixed database keeps the solver's ids and maps plastic strain by the largest layer") {
-  const Database database = lbea::d3plot::open_database(folder() / "lasso_solid_shell" / "d3plot");
-  const auto run = lbea::open_simulation(folder() / "lasso_solid_shell");
+  const Database database = lbea::io::d3plot::open_database(folder() / "lasso_solid_shell" / "d3plot");
+  const auto run = lbea::io::open_simulation(folder() / "lasso_solid_shell");
   REQUIRE(run->states() == 22);
   CHECK(run->files().size() == 23);
   const auto& mesh = run->mesh();
@@ -160,7 +160,7 @@ TEST_CASE("the surface of the mixed database keeps the solver's ids and maps pla
   CHECK(std::set<std::uint32_t>(mesh.element_parts.begin(), mesh.element_parts.end()) ==
         std::set<std::uint32_t>{1000, 2000, 3000, 4000});
 
-  lbea::SimulationState state;
+  lbea::bake::SimulationState state;
   run->read(21, state);
   // shell 17 is the first: its five layers are in expected.json, the largest is the last
   CHECK(mesh.element_ids.front() == 17);
@@ -178,7 +178,7 @@ TEST_CASE("every rail run has the same mesh, 31 states of 0.5 ms, and starts und
   std::size_t runs = 0;
   for (const auto& entry : fs::directory_iterator(rail)) {
     CAPTURE(entry.path().string());
-    const auto run = lbea::open_simulation(entry.path());
+    const auto run = lbea::io::open_simulation(entry.path());
     REQUIRE(run->states() == 31);
     CHECK(run->mesh().nodes() == 2436);
     CHECK(run->mesh().elements.size() == 2394);
@@ -187,7 +187,7 @@ TEST_CASE("every rail run has the same mesh, 31 states of 0.5 ms, and starts und
     CHECK(run->fields()[0].name == "plastic_strain");
     CHECK(std::set<std::uint32_t>(run->mesh().element_parts.begin(), run->mesh().element_parts.end()) ==
           std::set<std::uint32_t>{1, 2, 3, 4, 5});
-    lbea::SimulationState state;
+    lbea::bake::SimulationState state;
     run->read(0, state);
     CHECK(state.positions == run->mesh().positions);
     CHECK(*std::max_element(state.fields[0].begin(), state.fields[0].end()) == 0.0f);

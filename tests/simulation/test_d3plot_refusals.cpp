@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 Error refusal(const fs::path& path) {
-  return lbea::test::error_of([&] { static_cast<void>(lbea::open_simulation(path)); });
+  return lbea::test::error_of([&] { static_cast<void>(lbea::io::open_simulation(path)); });
 }
 
 /// With the file's name, and what to do after a semicolon.
@@ -115,15 +115,15 @@ TEST_CASE("paths that are not the first file of a run") {
   check(refusal(folder / "d3plot"), Status::unsupported_input, "none of the formats");
   fs::create_directories(folder / "nested/d3plot");
   check(refusal(folder / "nested"), Status::bad_input, "not a regular file");
-  CHECK_THROWS_AS(static_cast<void>(lbea::open_d3plot(folder / "d3plot")), lbea::Error);
+  CHECK_THROWS_AS(static_cast<void>(lbea::io::open_d3plot(folder / "d3plot")), lbea::Error);
 
   D3plot d = sample_d3plot(2);
   d.states_per_file = 1;
   write_d3plot(d, folder.path());
-  CHECK_THROWS_WITH_AS(static_cast<void>(lbea::open_d3plot(folder / "d3plot01")),
+  CHECK_THROWS_WITH_AS(static_cast<void>(lbea::io::open_d3plot(folder / "d3plot01")),
                        doctest::Contains("give its first file, d3plot"), lbea::Error);
   write_d3plot(d, folder.path(), "d3plot07");  // a first file of its own, whatever its name
-  CHECK(lbea::open_d3plot(folder / "d3plot07")->states() == 2);
+  CHECK(lbea::io::open_d3plot(folder / "d3plot07")->states() == 2);
   fs::remove(folder / "d3plot07");
   std::ofstream(folder / "d3plotaa");
   check(refusal(folder / "d3plot"), Status::unsupported_input, "adaptive");
@@ -133,8 +133,8 @@ TEST_CASE("a state that does not exist, a file that shrank since") {
   const lbea::test::TemporaryFolder folder;
   D3plot d = sample_d3plot(2);
   d.states_per_file = 1;
-  const auto run = lbea::open_simulation(write_d3plot(d, folder.path()));
-  lbea::SimulationState state;
+  const auto run = lbea::io::open_simulation(write_d3plot(d, folder.path()));
+  lbea::bake::SimulationState state;
   CHECK_THROWS_WITH_AS(run->read(2, state), doctest::Contains("state 2 does not exist"), lbea::Error);
   CHECK_THROWS_AS(static_cast<void>(run->time_s(2)), lbea::Error);
   fs::resize_file(folder / "d3plot02", 100);

@@ -10,7 +10,7 @@ using lbea::test::sample_d3plot;
 
 namespace {
 
-std::vector<std::string> names(const lbea::SimulationReader& run) {
+std::vector<std::string> names(const lbea::bake::SimulationReader& run) {
   std::vector<std::string> all;
   for (const auto& field : run.fields()) all.push_back(field.name);
   return all;
@@ -18,10 +18,10 @@ std::vector<std::string> names(const lbea::SimulationReader& run) {
 
 std::vector<std::string> round_trip(const D3plot& d) {
   const lbea::test::TemporaryFolder folder;
-  const auto run = lbea::open_simulation(write_d3plot(d, folder.path()));
+  const auto run = lbea::io::open_simulation(write_d3plot(d, folder.path()));
   check_mesh(d, run->mesh());
   REQUIRE(run->states() == d.states.size());
-  lbea::SimulationState state;
+  lbea::bake::SimulationState state;
   for (std::uint32_t s = run->states(); s-- > 0;) check_state(d, *run, s, state);  // any order
   return names(*run);
 }
@@ -155,7 +155,7 @@ TEST_CASE("continuations are read in numeric order, gaps allowed, and strangers 
   const auto first = write_d3plot(d, folder.path(), "crash.d3plot");
   for (const char* name : {"crash.d3plot1", "crash.d3plot007", "crash.d3plot01.bak", "other.d3plot01"})
     write_d3plot(D3plot{}, folder.path(), name);
-  const auto run = lbea::open_simulation(first);
+  const auto run = lbea::io::open_simulation(first);
   REQUIRE(run->states() == 4);
   std::vector<std::string> files;
   for (const auto& file : run->files()) files.push_back(file.filename().string());

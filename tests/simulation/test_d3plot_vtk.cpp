@@ -62,7 +62,7 @@ std::map<std::uint32_t, std::size_t> by_id(const std::vector<double>& ids) {
 /// The text has six significant digits; plastic strain and positions were single precision before.
 bool agrees(float value, double text) { return std::abs(value - text) <= 5.1e-6 * std::abs(text) + 1e-30; }
 
-void check_positions(const lbea::SimulationMesh& mesh, const std::vector<float>& positions, const TextState& text) {
+void check_positions(const lbea::bake::SimulationMesh& mesh, const std::vector<float>& positions, const TextState& text) {
   const auto rows = by_id(text.scalars.at("NODE_ID"));
   std::size_t differing = 0;
   for (std::size_t n = 0; n < mesh.nodes(); ++n)
@@ -71,7 +71,7 @@ void check_positions(const lbea::SimulationMesh& mesh, const std::vector<float>&
   CHECK(differing == 0);
 }
 
-void check_elements(const lbea::SimulationMesh& mesh, const std::vector<float>& plastic_strain, const TextState& text) {
+void check_elements(const lbea::bake::SimulationMesh& mesh, const std::vector<float>& plastic_strain, const TextState& text) {
   const auto rows = by_id(text.scalars.at("ELEMENT_ID"));
   const auto& node_ids = text.scalars.at("NODE_ID");
   std::size_t differing = 0;
@@ -91,12 +91,12 @@ void check_elements(const lbea::SimulationMesh& mesh, const std::vector<float>& 
 
 TEST_CASE("a run as d3plot is the run as text") {
   const fs::path vtk = lbea::test::reference_data() / "vtk";
-  const auto run = lbea::open_simulation(vtk / "run_004_d3plot");
+  const auto run = lbea::io::open_simulation(vtk / "run_004_d3plot");
   std::set<fs::path> files;
   for (const auto& entry : fs::directory_iterator(vtk / "run_004")) files.insert(entry.path());
   REQUIRE(run->states() == files.size());
   REQUIRE(run->fields().size() == 1);
-  lbea::SimulationState state;
+  lbea::bake::SimulationState state;
   std::uint32_t s = 0;
   for (const auto& file : files) {
     CAPTURE(file.string());

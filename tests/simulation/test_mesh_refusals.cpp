@@ -13,6 +13,8 @@
 #include <unistd.h>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

@@ -12,6 +12,8 @@
 #include "tests/support/test_data.hpp"
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

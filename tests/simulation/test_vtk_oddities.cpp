@@ -11,6 +11,8 @@
 #include <bit>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 using namespace lbea::test;
 
 namespace {

@@ -11,6 +11,8 @@
 #include "tests/support/test_data.hpp"
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
 
 namespace {
 
@@ -34,7 +36,7 @@ Model baked(const char* name, double time_factor, const test::TemporaryFolder& f
   Ensemble ensemble;
   ensemble.runs.push_back({name, {}, [name] { return open_simulation(run(name)); }});
   const auto file = folder / (std::string(name) + ".lbea");
-  bake(ensemble, description, file);
+  bake_model(ensemble, description, file);
   return Model::open(file);
 }
 

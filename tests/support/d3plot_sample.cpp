@@ -2,6 +2,8 @@
 
 namespace lbea::test {
 
+
+
 namespace {
 
 /// Differs for every argument and is exact in single precision.

@@ -7,6 +7,8 @@
 
 namespace lbea::test {
 
+
+
 namespace {
 
 constexpr double end_marker = -999999.0;

@@ -11,6 +11,8 @@
 
 namespace lbea::test {
 
+
+
 /// Results of one layer of a shell or one integration point of a solid.
 struct D3plotPoint {
   std::array<double, 6> stress{};  // xx yy zz xy yz zx

@@ -4,6 +4,8 @@
 
 namespace lbea::test {
 
+
+
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool is_instrumented = true;
 #else

@@ -17,6 +17,8 @@
 
 namespace lbea::test {
 
+
+
 /// A program run beside the test; killed at the end of the scope if it still runs.
 class Process {
  public:

@@ -9,6 +9,8 @@
 
 namespace lbea::test {
 
+
+
 /// The Error that `body` throws; Status::ok and an empty sentence when it throws none.
 template <class Body>
 Error error_of(Body body) {

@@ -14,6 +14,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 struct BentPlates {
   std::uint32_t runs = 4, steps = 6;
   PlateShape shape{};  // 200 nodes, 171 elements
@@ -47,7 +49,7 @@ inline EnsembleDescription bent_plates_description(ReferenceMode mode = Referenc
 inline BakeSummary bake_bent_plates(const std::filesystem::path& file,
                                     ReferenceMode mode = ReferenceMode::impact,
                                     const BentPlates& plates = {}) {
-  return bake(bent_plates(plates), bent_plates_description(mode), file);
+  return bake_model(bent_plates(plates), bent_plates_description(mode), file);
 }
 
 /// A file's bytes, aligned as Model::view() wants them.

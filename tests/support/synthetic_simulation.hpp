@@ -11,6 +11,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::bake;
+
 /// A run whose states are given.
 class SyntheticSimulation : public SimulationReader {
  public:

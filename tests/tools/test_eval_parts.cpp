@@ -17,6 +17,9 @@
 #include <random>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
+using namespace lbea::tool;
 using namespace lbea::test;
 
 namespace {

@@ -9,6 +9,8 @@
 
 namespace lbea::test {
 
+using namespace lbea::tool;
+
 /// Takes its time; finds the simulation whose number is the first point's x.
 class FakeEngine final : public MatchEngine {
  public:

@@ -16,6 +16,7 @@
 #include <sys/stat.h>
 
 using namespace lbea;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using lbea::test::check_error;
 using lbea::test::contains;

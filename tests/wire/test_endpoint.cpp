@@ -8,6 +8,7 @@
 #include <fstream>
 
 using namespace lbea;
+using namespace lbea::wire;
 using lbea::test::error_of;
 using lbea::test::mentions;
 

@@ -10,6 +10,7 @@
 #include <limits>
 
 using namespace lbea;
+using namespace lbea::wire;
 
 namespace {
 

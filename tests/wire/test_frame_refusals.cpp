@@ -12,6 +12,7 @@
 #include <vector>
 
 using namespace lbea;
+using namespace lbea::wire;
 using foxglove::NumericType;
 
 namespace {
@@ -36,7 +37,7 @@ std::vector<std::byte> finish(flatbuffers::FlatBufferBuilder& builder,
                               const std::vector<std::uint8_t>& cloud) {
   builder.ForceVectorAlignment(cloud.size(), 1, 8);
   const auto nested = builder.CreateVector(cloud);
-  wire::FinishFrameBuffer(builder, wire::CreateFrame(builder, 1, 2, nested));
+  schema::FinishFrameBuffer(builder, schema::CreateFrame(builder, 1, 2, nested));
   const auto bytes = std::as_bytes(std::span{builder.GetBufferPointer(), builder.GetSize()});
   return {bytes.begin(), bytes.end()};
 }
@@ -160,7 +161,7 @@ TEST_CASE("messages that are no frames") {
 
 TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   flatbuffers::FlatBufferBuilder none, garbage;
-  wire::FinishFrameBuffer(none, wire::CreateFrame(none, 1, 2));
+  schema::FinishFrameBuffer(none, schema::CreateFrame(none, 1, 2));
   FrameDecoder decoder;
   CHECK(decoder.open(std::as_bytes(std::span{none.GetBufferPointer(), none.GetSize()})) ==
         WireStatus::bad_cloud);
@@ -178,13 +179,13 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   Encoder encoder;
   const std::vector<Point> points{{1, 2, 3}};
   const auto good = encoder.frame({2, 3, points}, 1);
-  const auto* cloud = flatbuffers::GetRoot<wire::Frame>(good.data())->cloud();
+  const auto* cloud = flatbuffers::GetRoot<schema::Frame>(good.data())->cloud();
   for (std::size_t shift = 0; shift < 8; ++shift) {  // the inner buffer may lie anywhere in the message
     CAPTURE(shift);
     flatbuffers::FlatBufferBuilder outer;
     outer.CreateVector(std::vector<std::uint8_t>(shift));
     const auto nested = outer.CreateVector(cloud->data(), cloud->size());
-    wire::FinishFrameBuffer(outer, wire::CreateFrame(outer, 1, 2, nested));
+    schema::FinishFrameBuffer(outer, schema::CreateFrame(outer, 1, 2, nested));
     CHECK(decoder.open(std::as_bytes(std::span{outer.GetBufferPointer(), outer.GetSize()})) ==
           WireStatus::ok);
   }

@@ -8,6 +8,8 @@
 #include <set>
 
 using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::wire;
 
 TEST_CASE("gaps and repetitions within a session") {
   IdTracker ids;

@@ -17,6 +17,7 @@
 #include <sys/un.h>
 
 using namespace lbea;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using lbea::test::contains;
 using lbea::test::eventually;

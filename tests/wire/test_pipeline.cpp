@@ -13,6 +13,8 @@
 #include <set>
 
 using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using lbea::test::eventually;
 using lbea::test::FakeEngine;

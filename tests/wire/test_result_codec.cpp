@@ -8,6 +8,7 @@
 #include <tuple>
 
 using namespace lbea;
+using namespace lbea::wire;
 
 namespace {
 

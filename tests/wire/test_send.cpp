@@ -12,6 +12,7 @@
 #include <fstream>
 
 using namespace lbea;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using lbea::test::contains;
 using lbea::test::Process;

@@ -15,6 +15,7 @@
 #include <vector>
 
 using namespace lbea;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using lbea::test::eventually;
 

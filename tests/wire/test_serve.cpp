@@ -13,6 +13,9 @@
 #include <map>
 
 using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::io;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using lbea::test::contains;
 using lbea::test::eventually;

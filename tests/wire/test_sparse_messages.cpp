@@ -12,6 +12,7 @@
 #include <vector>
 
 using namespace lbea;
+using namespace lbea::wire;
 
 namespace {
 
@@ -23,7 +24,7 @@ std::span<const std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builde
 
 TEST_CASE("a result that says nothing, and one whose parts say nothing") {
   flatbuffers::FlatBufferBuilder empty;
-  wire::FinishResultBuffer(empty, wire::CreateResult(empty));
+  schema::FinishResultBuffer(empty, schema::CreateResult(empty));
   WireResult result;
   REQUIRE(decode_result(bytes_of(empty), result) == WireStatus::ok);
   CHECK(result.matches.empty());
@@ -31,14 +32,14 @@ TEST_CASE("a result that says nothing, and one whose parts say nothing") {
   CHECK(result.fit.candidates.empty());
 
   flatbuffers::FlatBufferBuilder hollow;
-  const auto counters = wire::CreateCounters(hollow);
-  const auto fit = wire::CreateFit(hollow);
-  const auto test = wire::CreateTestState(hollow);
-  wire::ResultBuilder builder(hollow);
+  const auto counters = schema::CreateCounters(hollow);
+  const auto fit = schema::CreateFit(hollow);
+  const auto test = schema::CreateTestState(hollow);
+  schema::ResultBuilder builder(hollow);
   builder.add_counters(counters);
   builder.add_fit(fit);
   builder.add_test(test);
-  wire::FinishResultBuffer(hollow, builder.Finish());
+  schema::FinishResultBuffer(hollow, builder.Finish());
   REQUIRE(decode_result(bytes_of(hollow), result) == WireStatus::ok);
   CHECK(result.counters == Counters{});
   CHECK(result.fit.candidates.empty());
@@ -49,7 +50,7 @@ TEST_CASE("a result that says nothing, and one whose parts say nothing") {
 
 TEST_CASE("a state and an inference that say nothing; messages larger than any of their kind") {
   flatbuffers::FlatBufferBuilder empty;
-  wire::FinishStateBuffer(empty, wire::CreateState(empty));
+  schema::FinishStateBuffer(empty, schema::CreateState(empty));
   WireState state;
   REQUIRE(decode_state(bytes_of(empty), state) == WireStatus::ok);
   CHECK(state.version.empty());
@@ -57,23 +58,23 @@ TEST_CASE("a state and an inference that say nothing; messages larger than any o
   CHECK(state.model.simulations.empty());
 
   empty.Clear();
-  const auto model = wire::CreateModelSummary(empty);
-  wire::StateBuilder with_model(empty);
+  const auto model = schema::CreateModelSummary(empty);
+  schema::StateBuilder with_model(empty);
   with_model.add_model(model);
-  wire::FinishStateBuffer(empty, with_model.Finish());
+  schema::FinishStateBuffer(empty, with_model.Finish());
   REQUIRE(decode_state(bytes_of(empty), state) == WireStatus::ok);
   CHECK(state.model.simulations.empty());
 
   empty.Clear();
-  wire::FinishInferenceBuffer(empty, wire::CreateInference(empty));
+  schema::FinishInferenceBuffer(empty, schema::CreateInference(empty));
   WireInference inference;
   REQUIRE(decode_inference(bytes_of(empty), inference) == WireStatus::ok);
   CHECK(inference.values.empty());
 
   empty.Clear();
-  wire::InferenceBuilder elsewhere(empty);
-  elsewhere.add_location(static_cast<wire::FieldLocation>(9));
-  wire::FinishInferenceBuffer(empty, elsewhere.Finish());
+  schema::InferenceBuilder elsewhere(empty);
+  elsewhere.add_location(static_cast<schema::FieldLocation>(9));
+  schema::FinishInferenceBuffer(empty, elsewhere.Finish());
   CHECK(decode_inference(bytes_of(empty), inference) == WireStatus::damaged);
 
   const std::vector<std::byte> huge(65u << 20);

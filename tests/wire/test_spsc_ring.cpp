@@ -7,6 +7,7 @@
 #include <thread>
 
 using namespace lbea;
+using namespace lbea::wire;
 
 TEST_CASE("a ring holds as many as it has slots, in order") {
   for (const std::size_t slots : {1u, 2u, 5u}) {

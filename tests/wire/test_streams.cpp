@@ -9,6 +9,7 @@
 #include <cstring>
 
 using namespace lbea;
+using namespace lbea::wire;
 using namespace std::chrono_literals;
 using lbea::test::error_of;
 using lbea::test::eventually;

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <sstream>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -70,7 +70,7 @@ void replace(std::vector<T>& value, const std::vector<T>& by) {
   if (!by.empty()) value = by;
 }
 
-void replace_region(RegionDescription& region, const BakeCommand& command) {
+void replace_region(bake::RegionDescription& region, const BakeCommand& command) {
   replace(region.parts, command.region_parts);
   if (command.region_nodes) region.node_ids.clear();
   replace(region.node_file, command.region_nodes);
@@ -81,7 +81,7 @@ void replace_region(RegionDescription& region, const BakeCommand& command) {
   std::copy_n(command.region_box.begin() + 3, 3, region.box->max.begin());
 }
 
-void replace_steps(EnsembleDescription& description, const BakeCommand& command) {
+void replace_steps(bake::EnsembleDescription& description, const BakeCommand& command) {
   replace(description.impact_step, command.impact_step);
   if (command.steps)
     description.steps = *parse_step_selection(*command.steps);
@@ -92,7 +92,7 @@ void replace_steps(EnsembleDescription& description, const BakeCommand& command)
 }  // namespace
 
 void declare(Tool& tool, BakeCommand& command) {
-  const EnsembleDescription defaults;
+  const bake::EnsembleDescription defaults;
   tool.add_option("ENSEMBLE", command.toml, "ensemble.toml: what to bake; the flags overrule it");
   tool.add_option("-o,--output", command.output,
                   "the model (default: the TOML file's output, else its name with .lbea, here)");
@@ -140,8 +140,8 @@ void declare(Tool& tool, BakeCommand& command) {
   tool.add_flag("--json", command.json, "print the summary as JSON");
 }
 
-std::optional<StepSelection> parse_step_selection(const std::string& text) {
-  StepSelection selection;
+std::optional<bake::StepSelection> parse_step_selection(const std::string& text) {
+  bake::StepSelection selection;
   if (text == "all") return selection;
   if (const auto list = parse_numbers(text, ',')) {
     selection.list = *list;
@@ -156,9 +156,9 @@ std::optional<StepSelection> parse_step_selection(const std::string& text) {
   return selection;
 }
 
-EnsembleDescription described(const BakeCommand& command) {
-  EnsembleDescription description =
-      command.toml.empty() ? EnsembleDescription{} : read_ensemble_toml(command.toml);
+bake::EnsembleDescription described(const BakeCommand& command) {
+  bake::EnsembleDescription description =
+      command.toml.empty() ? bake::EnsembleDescription{} : io::read_ensemble_toml(command.toml);
   if (!command.runs.empty()) {
     description.runs = command.runs;
     description.reference_run.clear();
@@ -184,4 +184,4 @@ EnsembleDescription described(const BakeCommand& command) {
   return description;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

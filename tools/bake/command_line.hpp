@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct BakeCommand {
   std::filesystem::path toml, output, earlier;
@@ -31,9 +31,9 @@ struct BakeCommand {
 void declare(Tool& tool, BakeCommand& command);
 
 /// "all", "N", "FIRST:LAST", "FIRST:LAST:STRIDE" (last included) or "N,N,..."; nothing when it is none of these.
-[[nodiscard]] std::optional<StepSelection> parse_step_selection(const std::string& text);
+[[nodiscard]] std::optional<bake::StepSelection> parse_step_selection(const std::string& text);
 
 /// Throws Error{bad_config | bad_input | file_not_found}.
-[[nodiscard]] EnsembleDescription described(const BakeCommand& command);
+[[nodiscard]] bake::EnsembleDescription described(const BakeCommand& command);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -36,8 +36,8 @@ std::string source_of(std::uint32_t simulation, double time_factor, const std::f
 }
 
 /// Per run of the model: its files, as its provenance has them.
-std::map<std::string, std::vector<InputFile>> files_of_runs(const nlohmann::json& provenance) {
-  std::map<std::string, std::vector<InputFile>> runs;
+std::map<std::string, std::vector<bake::InputFile>> files_of_runs(const nlohmann::json& provenance) {
+  std::map<std::string, std::vector<bake::InputFile>> runs;
   for (const auto& run : provenance.at("inputs"))
     for (const auto& file : run.at("files"))
       runs[run.at("name").get<std::string>()].push_back({file.at("name").get<std::string>(), file.at("size").get<std::uint64_t>(),
@@ -45,8 +45,8 @@ std::map<std::string, std::vector<InputFile>> files_of_runs(const nlohmann::json
   return runs;
 }
 
-bool is_same(const std::vector<std::filesystem::path>& present, const std::vector<InputFile>& known) {
-  return std::ranges::equal(present, known, [](const std::filesystem::path& file, const InputFile& as_baked) {
+bool is_same(const std::vector<std::filesystem::path>& present, const std::vector<bake::InputFile>& known) {
+  return std::ranges::equal(present, known, [](const std::filesystem::path& file, const bake::InputFile& as_baked) {
     return file.filename() == as_baked.name && std::filesystem::file_size(file) == as_baked.size;
   });
 }
@@ -63,7 +63,7 @@ bool has_rounded_fields(const Model& model) {
   return false;
 }
 
-void check_fits(const Model& model, const nlohmann::json& provenance, const EnsembleDescription& description, const std::string& file) {
+void check_fits(const Model& model, const nlohmann::json& provenance, const bake::EnsembleDescription& description, const std::string& file) {
   if (model.length_unit() != description.length_unit ||
       provenance.at("configuration").at("time_factor").get<double>() != description.time_factor)
     throw Error(Status::bad_config, file + " was baked with another unit of length or time; bake without it");
@@ -73,7 +73,7 @@ void check_fits(const Model& model, const nlohmann::json& provenance, const Ense
 
 }  // namespace
 
-void take_from_model(Ensemble& ensemble, const EnsembleDescription& description, const std::filesystem::path& file) {
+void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& description, const std::filesystem::path& file) {
   const std::filesystem::path place = std::filesystem::absolute(file);
   const Model model = opened(place);
   const auto provenance = nlohmann::json::parse(model.provenance(), nullptr, false);
@@ -82,7 +82,7 @@ void take_from_model(Ensemble& ensemble, const EnsembleDescription& description,
   check_fits(model, provenance, description, file.string());
   const auto known = files_of_runs(provenance);
   for (std::size_t i = 0; i < ensemble.runs.size(); ++i) {
-    EnsembleRun& run = ensemble.runs[i];
+    bake::EnsembleRun& run = ensemble.runs[i];
     const auto simulation = simulation_called(model, run.name);
     if (i == ensemble.reference_run || !simulation || !known.contains(run.name)) continue;
     try {
@@ -97,15 +97,15 @@ void take_from_model(Ensemble& ensemble, const EnsembleDescription& description,
   }
 }
 
-std::unique_ptr<SimulationReader> open_source(const std::string& source) {
-  if (!source.starts_with(model_scheme)) return open_simulation(source);
+std::unique_ptr<bake::SimulationReader> open_source(const std::string& source) {
+  if (!source.starts_with(model_scheme)) return io::open_simulation(source);
   std::istringstream text(source.substr(model_scheme.size()));
   std::uint32_t simulation = 0;
   double time_factor = 1;
   std::string file;
   text >> simulation >> time_factor;
   std::getline(text.ignore(1), file);
-  return std::make_unique<ModelRun>(opened(file), simulation, time_factor, file);
+  return std::make_unique<bake::ModelRun>(opened(file), simulation, time_factor, file);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -11,20 +11,21 @@
 namespace {
 
 using namespace lbea;
+using namespace lbea::tool;
 
 int run(const BakeCommand& command) {
   catch_stop_signals();
-  EnsembleDescription description = described(command);
+  bake::EnsembleDescription description = described(command);
   read_region_nodes(description.region);
   StageProgress progress;
-  BakeOptions options;
+  bake::BakeOptions options;
   options.threads = command.threads;
   options.visible_nodes = visibility(description.region, command.threads);
   options.views = view_rendering(description.views);
-  options.progress = [&](const BakeProgress& stage) { progress.show(stage); };
+  options.progress = [&](const bake::BakeProgress& stage) { progress.show(stage); };
   options.cancelled = [] { return stop_requested != 0; };
   options.leaves_out_broken = command.leave_out_broken;
-  const BakeSummary summary = bake(ensemble_of(command, description), description, description.output, options);
+  const bake::BakeSummary summary = bake::bake_model(ensemble_of(command, description), description, description.output, options);
   progress.end();
   command.json ? print_json(summary, description.output) : print_table(summary, description.output);
   return exit_ok;
@@ -33,7 +34,7 @@ int run(const BakeCommand& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (const auto exit_code = lbea::run_subcommand(argc, argv)) return *exit_code;
+  if (const auto exit_code = lbea::tool::run_subcommand(argc, argv)) return *exit_code;
   Tool tool("lbea-bake",
             "Bakes an ensemble of simulations into one model file for the runtime.\n"
             "What one machine cannot hold is baked in steps, by many: lbea-bake plan, shard, merge; status shows how\n"
@@ -43,7 +44,7 @@ int main(int argc, char** argv) {
             "  lbea-bake plan ensemble.toml --work work -o rail.lbea");
   BakeCommand command;
   declare(tool, command);
-  tool.list_formats_by(list_simulation_formats());
+  tool.list_formats_by(io::list_simulation_formats());
   tool.add_flag("--leave-out-broken", command.leave_out_broken, "runs that cannot be read are left out and named, as plan does");
   tool.final_callback([&] {
     if (command.toml.empty() && command.runs.empty())

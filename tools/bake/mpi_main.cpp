@@ -10,6 +10,7 @@
 namespace {
 
 using namespace lbea;
+using namespace lbea::tool;
 
 /// MPI from here to the end of the scope.
 class Ranks {
@@ -24,7 +25,7 @@ class Ranks {
   Ranks& operator=(const Ranks&) = delete;
 
   [[nodiscard]] bool is_first() const noexcept { return rank_ == 0; }
-  [[nodiscard]] Shard shard() const noexcept { return {static_cast<std::uint32_t>(rank_), static_cast<std::uint32_t>(size_)}; }
+  [[nodiscard]] bake::Shard shard() const noexcept { return {static_cast<std::uint32_t>(rank_), static_cast<std::uint32_t>(size_)}; }
 
   /// Every rank's part of a step; returns when all are done. When one fails all leave, instead of waiting for it.
   template <class Body>
@@ -45,7 +46,7 @@ class Ranks {
   int rank_ = 0, size_ = 1;
 };
 
-int bake_with(const Ranks& ranks, const BakeCommand& command, const WorkFolder& work) {
+int bake_with(const Ranks& ranks, const BakeCommand& command, const bake::WorkFolder& work) {
   ranks.together([&] { survey_step(command, work, ranks.shard()); });
   ranks.together([&] {
     if (ranks.is_first()) (void)plan_step(command, work);
@@ -54,7 +55,7 @@ int bake_with(const Ranks& ranks, const BakeCommand& command, const WorkFolder& 
   ranks.together([&] {
     if (!ranks.is_first()) return;
     std::filesystem::path output;
-    const BakeSummary summary = merge_step(work, read_plan(work), output, command.threads);
+    const bake::BakeSummary summary = merge_step(work, read_plan(work), output, command.threads);
     command.json ? print_json(summary, output) : print_table(summary, output);
   });
   return exit_ok;
@@ -78,6 +79,6 @@ int main(int argc, char** argv) {
   });
   return tool.run(argc, argv, [&] {
     catch_stop_signals();
-    return bake_with(ranks, command, WorkFolder(work));
+    return bake_with(ranks, command, bake::WorkFolder(work));
   });
 }

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -24,20 +24,20 @@ std::string size_text(std::uint64_t bytes) {
   return text.data();
 }
 
-std::size_t count(const std::vector<RunStatus>& runs, RunProgress progress) {
-  return static_cast<std::size_t>(std::ranges::count(runs, progress, &RunStatus::progress));
+std::size_t count(const std::vector<bake::RunStatus>& runs, bake::RunProgress progress) {
+  return static_cast<std::size_t>(std::ranges::count(runs, progress, &bake::RunStatus::progress));
 }
 
 }  // namespace
 
-void print_table(const BakeSummary& summary, const std::filesystem::path& model) {
+void print_table(const bake::BakeSummary& summary, const std::filesystem::path& model) {
   const auto& seconds = summary.seconds;
   const double all = seconds.reading + seconds.bases + seconds.samples + seconds.writing;
   std::printf("model          %s, %.1f MB\n", model.c_str(), static_cast<double>(summary.file_size) / 1e6);
   std::printf("samples        %u of %u simulations\n", summary.samples, summary.simulations);
   std::printf("component      %u nodes, %u elements, %u fields, %u parameters\n", summary.nodes,
               summary.elements, summary.fields, summary.parameters);
-  for (const RoundedField& field : summary.rounded_fields)
+  for (const bake::RoundedField& field : summary.rounded_fields)
     std::printf("               %s [%s] in 16 bits, within %.3g\n", field.name.c_str(), field.unit.c_str(), static_cast<double>(field.largest_error));
   std::printf("region         %u vertices, %u reference mesh%s\n", summary.vertices, summary.references,
               summary.references == 1 ? "" : "es");
@@ -49,17 +49,17 @@ void print_table(const BakeSummary& summary, const std::filesystem::path& model)
     std::printf("kept variance  the samples do not vary\n");
   else
     std::printf("kept variance  %.4f %%\n", 100 * summary.kept_variance);
-  for (const RunLeftOut& run : summary.left_out)
+  for (const bake::RunLeftOut& run : summary.left_out)
     std::printf("left out       %s: %s\n", run.name.c_str(), run.reason.c_str());
   std::printf("time           %.2f s: reading %.2f, bases %.2f, samples %.2f, writing %.2f\n", all,
               seconds.reading, seconds.bases, seconds.samples, seconds.writing);
 }
 
-void print_json(const BakeSummary& summary, const std::filesystem::path& model) {
+void print_json(const bake::BakeSummary& summary, const std::filesystem::path& model) {
   Json left_out = Json::array();
-  for (const RunLeftOut& run : summary.left_out) left_out.push_back({{"run", run.name}, {"reason", run.reason}});
+  for (const bake::RunLeftOut& run : summary.left_out) left_out.push_back({{"run", run.name}, {"reason", run.reason}});
   Json rounded = Json::array();
-  for (const RoundedField& field : summary.rounded_fields)
+  for (const bake::RoundedField& field : summary.rounded_fields)
     rounded.push_back({{"name", field.name}, {"unit", field.unit}, {"largest_error", field.largest_error}});
   const Json json{{"model", model.string()},
                                     {"file_size", summary.file_size},
@@ -87,7 +87,7 @@ void print_json(const BakeSummary& summary, const std::filesystem::path& model) 
   print(json);
 }
 
-void print_table(const BakePlan& plan, const BakeEstimate& estimate) {
+void print_table(const bake::BakePlan& plan, const bake::BakeEstimate& estimate) {
   const double seconds = estimate.seconds_per_sample * static_cast<double>(estimate.samples);
   std::printf("work           %zu runs, %zu samples\n", estimate.runs, estimate.samples);
   std::printf("model          %s, and %s in the work folder\n", size_text(estimate.model_bytes).c_str(), size_text(estimate.work_bytes).c_str());
@@ -100,7 +100,7 @@ void print_table(const BakePlan& plan, const BakeEstimate& estimate) {
       std::printf("left out       %s: %s\n", plan.ensemble.runs[run].name.c_str(), plan.runs[run].failure.c_str());
 }
 
-void print_json(const BakePlan& plan, const BakeEstimate& estimate) {
+void print_json(const bake::BakePlan& plan, const bake::BakeEstimate& estimate) {
   Json left_out = Json::array();
   for (std::size_t run = 0; run < plan.runs.size(); ++run)
     if (!plan.runs[run].failure.empty())
@@ -116,30 +116,30 @@ void print_json(const BakePlan& plan, const BakeEstimate& estimate) {
          {"left_out", left_out}});
 }
 
-void print_table(const BakePlan& plan, const std::vector<RunStatus>& runs) {
-  std::printf("finished  %zu of %zu\nrunning   %zu\nwaiting   %zu\nfailed    %zu\n", count(runs, RunProgress::finished), runs.size(),
-              count(runs, RunProgress::running), count(runs, RunProgress::waiting), count(runs, RunProgress::failed));
+void print_table(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs) {
+  std::printf("finished  %zu of %zu\nrunning   %zu\nwaiting   %zu\nfailed    %zu\n", count(runs, bake::RunProgress::finished), runs.size(),
+              count(runs, bake::RunProgress::running), count(runs, bake::RunProgress::waiting), count(runs, bake::RunProgress::failed));
   for (std::size_t run = 0; run < runs.size(); ++run)
-    if (runs[run].progress == RunProgress::failed)
+    if (runs[run].progress == bake::RunProgress::failed)
       std::printf("  %s: %s\n", plan.ensemble.runs[run].name.c_str(), runs[run].reason.c_str());
 }
 
-void print_json(const BakePlan& plan, const std::vector<RunStatus>& runs) {
+void print_json(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs) {
   Json failed = Json::array();
   for (std::size_t run = 0; run < runs.size(); ++run)
-    if (runs[run].progress == RunProgress::failed)
+    if (runs[run].progress == bake::RunProgress::failed)
       failed.push_back({{"run", plan.ensemble.runs[run].name}, {"reason", runs[run].reason}});
   print({{"runs", runs.size()},
-         {"finished", count(runs, RunProgress::finished)},
-         {"running", count(runs, RunProgress::running)},
-         {"waiting", count(runs, RunProgress::waiting)},
+         {"finished", count(runs, bake::RunProgress::finished)},
+         {"running", count(runs, bake::RunProgress::running)},
+         {"waiting", count(runs, bake::RunProgress::waiting)},
          {"failed", failed}});
 }
 
-void print_table(const ShardSummary& summary) {
+void print_table(const bake::ShardSummary& summary) {
   std::printf("%zu runs in this shard: %zu were finished, %zu baked, %zu failed\n", summary.runs, summary.finished,
               summary.runs - summary.finished - summary.failed, summary.failed);
   if (summary.renewed > 0) std::printf("of %zu the runs were not read: only box or rig had changed\n", summary.renewed);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

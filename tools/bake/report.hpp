@@ -9,17 +9,17 @@
 #include <filesystem>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
-void print_table(const BakeSummary& summary, const std::filesystem::path& model);
-void print_json(const BakeSummary& summary, const std::filesystem::path& model);
+void print_table(const bake::BakeSummary& summary, const std::filesystem::path& model);
+void print_json(const bake::BakeSummary& summary, const std::filesystem::path& model);
 
-void print_table(const BakePlan& plan, const BakeEstimate& estimate);
-void print_json(const BakePlan& plan, const BakeEstimate& estimate);
+void print_table(const bake::BakePlan& plan, const bake::BakeEstimate& estimate);
+void print_json(const bake::BakePlan& plan, const bake::BakeEstimate& estimate);
 
-void print_table(const BakePlan& plan, const std::vector<RunStatus>& runs);
-void print_json(const BakePlan& plan, const std::vector<RunStatus>& runs);
+void print_table(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs);
+void print_json(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs);
 
-void print_table(const ShardSummary& summary);
+void print_table(const bake::ShardSummary& summary);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,11 +7,11 @@
 #include <optional>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 class StageProgress {
  public:
-  void show(const BakeProgress& progress) {
+  void show(const bake::BakeProgress& progress) {
     if (!line_ || progress.stage != stage_) line_.emplace(std::string(progress.stage), progress.total);
     stage_ = progress.stage;
     line_->advance_to(progress.done);
@@ -23,4 +23,4 @@ class StageProgress {
   std::optional<Progress> line_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

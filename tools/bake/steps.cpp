@@ -7,13 +7,13 @@
 
 #include <memory>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 /// The description with everything it names made absolute: other processes start elsewhere.
-EnsembleDescription placed(const BakeCommand& command) {
-  EnsembleDescription description = described(command);
+bake::EnsembleDescription placed(const BakeCommand& command) {
+  bake::EnsembleDescription description = described(command);
   read_region_nodes(description.region);
   if (!description.views.empty()) description.views = std::filesystem::absolute(description.views);
   description.output = std::filesystem::absolute(description.output);
@@ -22,47 +22,47 @@ EnsembleDescription placed(const BakeCommand& command) {
 
 }  // namespace
 
-BakeOptions step_options(unsigned threads, const std::filesystem::path& views) {
-  BakeOptions options;
+bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& views) {
+  bake::BakeOptions options;
   options.threads = threads;
   options.views = view_rendering(views);
-  options.progress = [progress = std::make_shared<StageProgress>()](const BakeProgress& stage) { progress->show(stage); };
+  options.progress = [progress = std::make_shared<StageProgress>()](const bake::BakeProgress& stage) { progress->show(stage); };
   options.cancelled = [] { return stop_requested != 0; };
   options.leaves_out_broken = true;
   return options;
 }
 
-Ensemble ensemble_of(const BakeCommand& command, const EnsembleDescription& description) {
-  Ensemble ensemble = open_ensemble(description);
+bake::Ensemble ensemble_of(const BakeCommand& command, const bake::EnsembleDescription& description) {
+  bake::Ensemble ensemble = open_ensemble(description);
   if (!command.earlier.empty()) take_from_model(ensemble, description, command.earlier);
   return ensemble;
 }
 
-BakePlan plan_step(const BakeCommand& command, const WorkFolder& work) {
-  const EnsembleDescription description = placed(command);
-  BakeOptions options = step_options(command.threads, description.views);
+bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& work) {
+  const bake::EnsembleDescription description = placed(command);
+  bake::BakeOptions options = step_options(command.threads, description.views);
   options.visible_nodes = visibility(description.region, command.threads);
-  return plan_bake(work, ensemble_of(command, description), description, options);
+  return bake::plan_bake(work, ensemble_of(command, description), description, options);
 }
 
-void survey_step(const BakeCommand& command, const WorkFolder& work, const Shard& shard) {
-  const EnsembleDescription description = placed(command);
-  survey_shard(work, ensemble_of(command, description), description, shard, step_options(command.threads, {}));
+void survey_step(const BakeCommand& command, const bake::WorkFolder& work, const bake::Shard& shard) {
+  const bake::EnsembleDescription description = placed(command);
+  bake::survey_shard(work, ensemble_of(command, description), description, shard, step_options(command.threads, {}));
 }
 
-BakePlan read_plan(const WorkFolder& work) {
+bake::BakePlan read_plan(const bake::WorkFolder& work) {
   return read_plan(work, [](const std::string& source) { return open_source(source); });
 }
 
-ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads, bool verifies_finished) {
-  BakeOptions options = step_options(threads, plan.description.views);
+bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard, unsigned threads, bool verifies_finished) {
+  bake::BakeOptions options = step_options(threads, plan.description.views);
   options.verifies_finished = verifies_finished;
-  return bake_shard(work, plan, shard, options);
+  return bake::bake_shard(work, plan, shard, options);
 }
 
-BakeSummary merge_step(const WorkFolder& work, const BakePlan& plan, std::filesystem::path& output, unsigned threads) {
+bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output, unsigned threads) {
   if (output.empty()) output = plan.description.output;
-  return merge_shards(work, plan, output, step_options(threads, {}));
+  return bake::merge_shards(work, plan, output, step_options(threads, {}));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,21 +9,21 @@
 
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Progress lines, Ctrl-C, the sensor that `views` describes; broken runs are left out.
-[[nodiscard]] BakeOptions step_options(unsigned threads, const std::filesystem::path& views);
+[[nodiscard]] bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& views);
 
 /// The description's runs, those of --from taken from that model.
-[[nodiscard]] Ensemble ensemble_of(const BakeCommand& command, const EnsembleDescription& description);
+[[nodiscard]] bake::Ensemble ensemble_of(const BakeCommand& command, const bake::EnsembleDescription& description);
 
 /// Writes the plan into `work`.
-BakePlan plan_step(const BakeCommand& command, const WorkFolder& work);
+bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& work);
 /// The share of plan_step() that reads, before it.
-void survey_step(const BakeCommand& command, const WorkFolder& work, const Shard& shard);
-[[nodiscard]] BakePlan read_plan(const WorkFolder& work);
-ShardSummary shard_step(const WorkFolder& work, const BakePlan& plan, const Shard& shard, unsigned threads, bool verifies_finished = false);
+void survey_step(const BakeCommand& command, const bake::WorkFolder& work, const bake::Shard& shard);
+[[nodiscard]] bake::BakePlan read_plan(const bake::WorkFolder& work);
+bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard, unsigned threads, bool verifies_finished = false);
 /// output: empty for the plan's own.
-BakeSummary merge_step(const WorkFolder& work, const BakePlan& plan, std::filesystem::path& output, unsigned threads);
+bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output, unsigned threads);
 
-}  // namespace lbea
+}  // namespace lbea::tool

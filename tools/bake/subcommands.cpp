@@ -8,14 +8,14 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 struct StepCommand {
   BakeCommand bake;
   std::filesystem::path work, output;
-  Shard shard;
+  bake::Shard shard;
   unsigned threads = 0;
   bool json = false, verifies_finished = false;
 };
@@ -48,9 +48,9 @@ int plan(int argc, char** argv) {
   declare_ensemble(tool, command);
   declare_work(tool, command);
   return tool.run(argc, argv, [&] {
-    const WorkFolder work(command.work);
-    const BakePlan planned = plan_step(command.bake, work);
-    const BakeEstimate size = estimate(work, planned, step_options(command.bake.threads, planned.description.views));
+    const bake::WorkFolder work(command.work);
+    const bake::BakePlan planned = plan_step(command.bake, work);
+    const bake::BakeEstimate size = bake::estimate(work, planned, step_options(command.bake.threads, planned.description.views));
     command.bake.json ? print_json(planned, size) : print_table(planned, size);
     return exit_ok;
   });
@@ -64,7 +64,7 @@ int survey(int argc, char** argv) {
   declare_work(tool, command);
   declare_shard(tool, command);
   return tool.run(argc, argv, [&] {
-    survey_step(command.bake, WorkFolder(command.work), command.shard);
+    survey_step(command.bake, bake::WorkFolder(command.work), command.shard);
     return exit_ok;
   });
 }
@@ -79,8 +79,8 @@ int shard(int argc, char** argv) {
   tool.add_flag("--verify", command.verifies_finished, "read what is finished, and make again what is damaged");
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   return tool.run(argc, argv, [&] {
-    const WorkFolder work(command.work);
-    const ShardSummary summary = shard_step(work, read_plan(work), command.shard, command.threads, command.verifies_finished);
+    const bake::WorkFolder work(command.work);
+    const bake::ShardSummary summary = shard_step(work, read_plan(work), command.shard, command.threads, command.verifies_finished);
     print_table(summary);
     return summary.failed == 0 ? static_cast<int>(exit_ok) : exit_runs_failed;
   });
@@ -95,8 +95,8 @@ int merge(int argc, char** argv) {
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   tool.add_flag("--json", command.json, "print the summary as JSON");
   return tool.run(argc, argv, [&] {
-    const WorkFolder work(command.work);
-    const BakeSummary summary = merge_step(work, read_plan(work), command.output, command.threads);
+    const bake::WorkFolder work(command.work);
+    const bake::BakeSummary summary = merge_step(work, read_plan(work), command.output, command.threads);
     command.json ? print_json(summary, command.output) : print_table(summary, command.output);
     return exit_ok;
   });
@@ -109,9 +109,9 @@ int status(int argc, char** argv) {
   declare_work(tool, command);
   tool.add_flag("--json", command.json, "print as JSON");
   return tool.run(argc, argv, [&] {
-    const WorkFolder work(command.work);
-    const BakePlan planned = read_plan(work);
-    const std::vector<RunStatus> runs = run_status(work, planned);
+    const bake::WorkFolder work(command.work);
+    const bake::BakePlan planned = read_plan(work);
+    const std::vector<bake::RunStatus> runs = bake::run_status(work, planned);
     command.json ? print_json(planned, runs) : print_table(planned, runs);
     return exit_ok;
   });
@@ -135,4 +135,4 @@ std::optional<int> run_subcommand(int argc, char** argv) {
   return std::nullopt;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

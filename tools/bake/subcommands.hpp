@@ -3,9 +3,9 @@
 
 #include <optional>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// The exit code; nothing when the first argument is none of these words.
 [[nodiscard]] std::optional<int> run_subcommand(int argc, char** argv);
 
-}  // namespace lbea
+}  // namespace lbea::tool

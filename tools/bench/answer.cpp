@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -146,4 +146,4 @@ Finding Judge::disagreement(const Answer& answer) {
   return wrong_ranking(answer.ranked, distances, question_.matches, tolerance_of(question_, cloud_));
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 struct Answer {
   std::uint32_t reference = 0;
@@ -48,4 +48,4 @@ class Judge {
   std::vector<std::vector<double>> least_;  // per reference and vertex, once asked for: to the nearest point
 };
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -8,7 +8,7 @@
 #include <random>
 #include <string_view>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -29,7 +29,7 @@ std::vector<fs::path> clouds_in(const fs::path& folder) {
 }
 
 BenchCloud load(const fs::path& file, std::optional<std::uint32_t> points) {
-  PointCloud cloud = read_point_cloud(file);
+  io::PointCloud cloud = io::read_point_cloud(file);
   const std::size_t size = cloud.points.size();
   if (size == 0) throw Error(Status::bad_input, file.string() + ": has no points; leave it out");
   if (points && size < *points)
@@ -80,4 +80,4 @@ std::uint32_t most_points(std::span<const BenchCloud> clouds) {
   return static_cast<std::uint32_t>(most);
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 struct BenchCloud {
   std::string name;
@@ -33,4 +33,4 @@ struct BenchCloud {
 /// The largest cloud's number of points.
 [[nodiscard]] std::uint32_t most_points(std::span<const BenchCloud> clouds);
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdio>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -56,7 +56,7 @@ std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfi
 }
 
 void write_growth(const std::filesystem::path& path, std::string_view size_name, const std::vector<GrowthRow>& rows) {
-  AtomicFile file(path);
+  io::AtomicFile file(path);
   file.write(std::string(size_name) + ",pipeline,frames,p50_us,p90_us,p99_us,max_us\n");
   for (const GrowthRow& row : rows) {
     std::array<char, 128> numbers{};
@@ -67,4 +67,4 @@ void write_growth(const std::filesystem::path& path, std::string_view size_name,
   file.commit();
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 struct GrowthRow {
   std::uint64_t size = 0;  // points or samples
@@ -35,4 +35,4 @@ using Announce = std::function<void(const std::string&)>;
 /// Columns size, pipeline, frames, percentiles in us. Throws Error{write_failed}.
 void write_growth(const std::filesystem::path& file, std::string_view size_name, const std::vector<GrowthRow>& rows);
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

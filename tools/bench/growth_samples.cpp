@@ -8,7 +8,7 @@
 #include <optional>
 #include <random>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -126,4 +126,4 @@ std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConf
   return rows;
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -113,4 +113,4 @@ const Kernels& kernels_named(const std::string& name) {
   throw Error(Status::bad_config, "kernels \"" + name + "\": this processor runs " + names + "; name one of them");
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

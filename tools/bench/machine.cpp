@@ -9,7 +9,7 @@
 #include <fstream>
 #include <thread>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -54,4 +54,4 @@ std::vector<std::pair<std::string, std::string>> circumstances() {
           {"kernels", all_kernels()},   {"date", date()}};
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

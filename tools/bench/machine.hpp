@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 /// Named facts in the order of print: machine, cores, load, commit, compiler, flags, kernels, date.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> circumstances();
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

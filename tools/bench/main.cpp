@@ -11,7 +11,7 @@
 
 #include <cstdio>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -168,7 +168,7 @@ Report measured(const Options& options, const Model& model, Pipelines pipelines,
 }
 
 int bench(Options options) {
-  if (!options.pose_file.empty()) options.matcher.T_reference_sensor = read_pose(options.pose_file);
+  if (!options.pose_file.empty()) options.matcher.T_reference_sensor = io::read_pose(options.pose_file);
   const Model model = Model::open(options.model_file);
   std::vector<BenchCloud> clouds = load_clouds(options.cloud_paths, options.points);
   options.matcher.max_points = most_points(clouds);
@@ -188,12 +188,12 @@ int bench(Options options) {
 
 }  // namespace
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench
 
 int main(int argc, char** argv) {
-  lbea::bench::Options options;
-  lbea::Tool tool("lbea-bench", lbea::bench::description,
+  lbea::tool::bench::Options options;
+  lbea::tool::Tool tool("lbea-bench", lbea::tool::bench::description,
                   "lbea-bench rail.lbea frames/ --pose sensor.json --baseline nanoflann,portable");
-  lbea::bench::add_options(tool, options);
-  return tool.run(argc, argv, [&] { return lbea::bench::bench(options); });
+  lbea::tool::bench::add_options(tool, options);
+  return tool.run(argc, argv, [&] { return lbea::tool::bench::bench(options); });
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -42,4 +42,4 @@ std::unique_ptr<Pipeline> matcher_pipeline(const Model& model, const MatcherConf
   return std::make_unique<MatcherPipeline>(model, config);
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

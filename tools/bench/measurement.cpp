@@ -5,7 +5,7 @@
 
 #include <sys/resource.h>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -78,4 +78,4 @@ double ratio(const Measurement& baseline, const Measurement& product, std::size_
   return baseline.stage_us(stage).p50 / product.stage_us(stage).p50;
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 // The matcher's stages; then the wall time around the call; then the time that the thread was on a processor meanwhile.
 // They differ by what other programs took: on a busy machine the latter is the one to compare by.
@@ -60,4 +60,4 @@ using Pipelines = std::span<const std::unique_ptr<Pipeline>>;
 /// p50 of the baseline over p50 of the product.
 [[nodiscard]] double ratio(const Measurement& baseline, const Measurement& product, std::size_t stage);
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -168,4 +168,4 @@ std::unique_ptr<Pipeline> nanoflann_pipeline(const Model& model, const MatcherCo
   return std::make_unique<NanoflannPipeline>(model, config);
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <thread>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -28,7 +28,7 @@ void wait_until(Time due) {
 /// Takes in results on a thread of its own until all that was sent is answered.
 class Listener {
  public:
-  Listener(ResultSource& results, std::uint64_t session, std::size_t frames)
+  Listener(wire::ResultSource& results, std::uint64_t session, std::size_t frames)
       : results_(results), session_(session), answered_(frames), thread_([this] { listen(); }) {}
   ~Listener() { finish(0); }
   void finish(std::uint64_t expected) {
@@ -40,21 +40,21 @@ class Listener {
 
  private:
   void listen() {
-    WireResult result;
+    wire::WireResult result;
     Time latest = Clock::now();
     for (std::uint64_t seen = 0; seen < expected_ && Clock::now() - latest < last_result;) {
       const auto message = results_.receive(50ms);
       const Time now = Clock::now();
       if (expected_ == until_told) latest = now;
-      if (!message || decode_result(*message, result) != WireStatus::ok || result.session != session_ || result.frame_id >= answered_.size()) continue;
+      if (!message || wire::decode_result(*message, result) != wire::WireStatus::ok || result.session != session_ || result.frame_id >= answered_.size()) continue;
       ++seen;
       latest = now;
-      if (fate_of(result.status) == Fate::matched) answered_[result.frame_id] = now;
+      if (wire::fate_of(result.status) == wire::Fate::matched) answered_[result.frame_id] = now;
     }
   }
 
   static constexpr std::uint64_t until_told = std::numeric_limits<std::uint64_t>::max();
-  ResultSource& results_;
+  wire::ResultSource& results_;
   std::uint64_t session_;
   std::atomic<std::uint64_t> expected_ = until_told;
   std::vector<Time> answered_;
@@ -136,4 +136,4 @@ std::string to_json(const OpenLoop& run) {
   return json.dump(2);
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

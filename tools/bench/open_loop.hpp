@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 /// How many values up to a bound, and above the bound before.
 struct Bucket {
@@ -35,4 +35,4 @@ struct OpenLoop {
 [[nodiscard]] std::string to_text(const OpenLoop& run);
 [[nodiscard]] std::string to_json(const OpenLoop& run);
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

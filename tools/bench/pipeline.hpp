@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 class Pipeline {
  public:
@@ -36,4 +36,4 @@ class Pipeline {
 /// Throws Error{bad_config} that lists the names this processor runs.
 [[nodiscard]] const Kernels& kernels_named(const std::string& name);
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

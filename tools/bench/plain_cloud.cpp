@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -96,4 +96,4 @@ std::vector<double> nearest_distances(const PlainCloud& cloud, std::span<const s
   return distances;
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 inline constexpr double float_rounding = 0x1p-24;  // u: largest relative error of one rounding to float
 
@@ -33,4 +33,4 @@ struct PlainCloud {
 
 [[nodiscard]] double distance(const Position& a, const Position& b) noexcept;
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

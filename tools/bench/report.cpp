@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdio>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
@@ -105,7 +105,7 @@ std::string to_json(const Report& report) {
 }
 
 void write_csv(const std::filesystem::path& path, const Report& report) {
-  AtomicFile file(path);
+  io::AtomicFile file(path);
   std::string header = "pipeline,frame,cloud,points";
   for (const std::string_view stage : stage_names) header += "," + std::string(stage) + "_ns";
   file.write(header + "\n");
@@ -120,4 +120,4 @@ void write_csv(const std::filesystem::path& path, const Report& report) {
   file.commit();
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 struct Report {
   std::vector<std::pair<std::string, std::string>> facts;  // circumstances, model, clouds, what was checked
@@ -23,4 +23,4 @@ enum class TableStyle { plain, markdown };
 /// Every timed frame, a row each. Throws Error{write_failed}.
 void write_csv(const std::filesystem::path& file, const Report& report);
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

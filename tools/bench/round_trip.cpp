@@ -4,15 +4,15 @@
 
 #include <lbea/lbea.hpp>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
-void wait_for_result(ResultSource& results, std::uint64_t session, std::uint64_t id, const Endpoints& endpoints) {
+void wait_for_result(wire::ResultSource& results, std::uint64_t session, std::uint64_t id, const Endpoints& endpoints) {
   for (const auto begin = Clock::now(); Clock::now() - begin < patience;) {
     const auto message = results.receive(std::chrono::milliseconds(100));
-    WireResult result;
-    if (message && decode_result(*message, result) == WireStatus::ok && result.session == session && result.frame_id == id) return;
+    wire::WireResult result;
+    if (message && wire::decode_result(*message, result) == wire::WireStatus::ok && result.session == session && result.frame_id == id) return;
   }
   throw Error(Status::endpoint_unavailable, endpoints.results + ": frame " + std::to_string(id) + " got no result");
 }
@@ -40,4 +40,4 @@ std::vector<double> round_trips(const Endpoints& endpoints, std::span<const Benc
   return times;
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

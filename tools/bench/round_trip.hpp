@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 /// Of a running lbea-serve.
 struct Endpoints {
@@ -23,4 +23,4 @@ struct Endpoints {
 [[nodiscard]] std::vector<double> round_trips(const Endpoints& endpoints, std::span<const BenchCloud> clouds, const Schedule& schedule,
                                               const std::function<void(std::uint64_t done)>& progress);
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

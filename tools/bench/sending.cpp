@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <random>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 namespace {
 
 /// Until the matcher's state says that results can no longer be missed.
-void wait_for_state(ResultSource& results, const Endpoints& endpoints) {
+void wait_for_state(wire::ResultSource& results, const Endpoints& endpoints) {
   for (const auto begin = Clock::now(); Clock::now() - begin < patience;)
-    if (const auto message = results.receive(std::chrono::milliseconds(100)); message && message_kind(*message) == MessageKind::state) return;
+    if (const auto message = results.receive(std::chrono::milliseconds(100)); message && wire::message_kind(*message) == wire::MessageKind::state) return;
   throw Error(Status::endpoint_unavailable, endpoints.results + ": nobody publishes there; start lbea-serve");
 }
 
@@ -20,7 +20,7 @@ void wait_for_state(ResultSource& results, const Endpoints& endpoints) {
 
 Sending::Sending(const Endpoints& endpoints, std::span<const BenchCloud> clouds)
     : session_(std::random_device{}()), clouds_(clouds), frames_(context_, endpoints.frames), results_(context_, endpoints.results) {
-  Encoder encoder;
+  wire::Encoder encoder;
   for (const BenchCloud& cloud : clouds) {
     const auto message = encoder.frame({0, cloud.frame().stamp_ns, cloud.points}, session_);
     sizes_.push_back(message.size());
@@ -33,8 +33,8 @@ Sending::Sending(const Endpoints& endpoints, std::span<const BenchCloud> clouds)
 bool Sending::send(std::uint64_t id, std::chrono::milliseconds timeout) {
   const std::size_t cloud = id % clouds_.size();
   const auto message = std::as_writable_bytes(std::span(messages_[cloud])).first(sizes_[cloud]);
-  relabel_frame(message, id, clouds_[cloud].frame().stamp_ns);
+  wire::relabel_frame(message, id, clouds_[cloud].frame().stamp_ns);
   return frames_.send(message, timeout);
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -7,7 +7,7 @@
 
 #include <chrono>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 using Clock = std::chrono::steady_clock;
 inline constexpr std::chrono::seconds patience{5};
@@ -20,7 +20,7 @@ class Sending {
 
   /// The cloud whose turn it is, under this number. False: there was no room.
   [[nodiscard]] bool send(std::uint64_t id, std::chrono::milliseconds timeout);
-  [[nodiscard]] ResultSource& results() noexcept { return results_; }
+  [[nodiscard]] wire::ResultSource& results() noexcept { return results_; }
   [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
 
  private:
@@ -30,9 +30,9 @@ class Sending {
   std::span<const BenchCloud> clouds_;
   std::vector<Encoded> messages_;
   std::vector<std::size_t> sizes_;
-  WireContext context_;
-  FrameSink frames_;
-  ResultSource results_;
+  wire::WireContext context_;
+  wire::FrameSink frames_;
+  wire::ResultSource results_;
 };
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <vector>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 // In whole numbers: 0.999 * 1000 is a little more than 999 in doubles, and rounds up to the wrong rank.
 double percentile(std::span<const double> ascending, std::uint32_t per_mille) noexcept {
@@ -25,4 +25,4 @@ Statistics statistics_of(std::span<const double> values) {
           .mean = std::accumulate(ascending.begin(), ascending.end(), 0.0) / static_cast<double>(values.size())};
 }
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

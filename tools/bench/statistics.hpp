@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace lbea::bench {
+namespace lbea::tool::bench {
 
 /// Percentiles by the nearest-rank definition: the least measured value that at least that share of all values does
 /// not exceed. Always a value that was measured, never one between two.
@@ -20,4 +20,4 @@ struct Statistics {
 /// The nearest-rank percentile of values in ascending order, at least one: `per_mille` from 1 to 1000.
 [[nodiscard]] double percentile(std::span<const double> ascending, std::uint32_t per_mille) noexcept;
 
-}  // namespace lbea::bench
+}  // namespace lbea::tool::bench

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -17,8 +17,8 @@ constexpr double patch_radius = 0.07;  // of the box's diagonal
 /// Numbers in [0, 1), one after another.
 class Sequence {
  public:
-  explicit Sequence(std::uint64_t seed) : key_(splitmix(seed)) {}
-  double next() { return static_cast<double>(splitmix(key_ ^ ++count_) >> 11) * 0x1p-53; }
+  explicit Sequence(std::uint64_t seed) : key_(bake::splitmix(seed)) {}
+  double next() { return static_cast<double>(bake::splitmix(key_ ^ ++count_) >> 11) * 0x1p-53; }
 
  private:
   std::uint64_t key_, count_ = 0;
@@ -41,7 +41,7 @@ double diagonal(const std::vector<Point>& points) {
 
 }  // namespace
 
-SensingNoise disturbed(SensingNoise noise, const Disturbance& disturbance) {
+bake::SensingNoise disturbed(bake::SensingNoise noise, const Disturbance& disturbance) {
   noise.sigma = disturbance.noise.value_or(noise.sigma);
   noise.outliers = disturbance.outliers.value_or(noise.outliers);
   return noise;
@@ -97,10 +97,10 @@ RigidTransform turned(const RigidTransform& T, double degrees, const Point& cent
 std::vector<Point> disturbed(std::vector<Point> points, const Disturbance& disturbance, std::uint64_t seed) {
   if (disturbance.hidden > 0) {
     const double radius = patch_radius * diagonal(points);
-    points = hide_patches(std::move(points), disturbance.hidden, radius, splitmix(seed ^ 1));
+    points = hide_patches(std::move(points), disturbance.hidden, radius, bake::splitmix(seed ^ 1));
   }
-  if (disturbance.kept < 1) points = thin(std::move(points), disturbance.kept, splitmix(seed ^ 2));
+  if (disturbance.kept < 1) points = thin(std::move(points), disturbance.kept, bake::splitmix(seed ^ 2));
   return points;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

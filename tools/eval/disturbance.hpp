@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct Disturbance {
   std::string name = "as sensed";
@@ -21,7 +21,7 @@ struct Disturbance {
   double pose_error_deg = 0;      // left over after registration
 };
 
-[[nodiscard]] SensingNoise disturbed(SensingNoise noise, const Disturbance& disturbance);
+[[nodiscard]] bake::SensingNoise disturbed(bake::SensingNoise noise, const Disturbance& disturbance);
 
 /// Round patches about random points of the cloud go until `share` of its points is gone; a patch has `radius`, in the
 /// cloud's unit, the last one less. Points that remain keep their order.
@@ -36,4 +36,4 @@ struct Disturbance {
 /// Hides and thins; patches have 7 % of the diagonal of the cloud's box as radius.
 [[nodiscard]] std::vector<Point> disturbed(std::vector<Point> points, const Disturbance& disturbance, std::uint64_t seed);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -12,7 +12,7 @@
 #include <cstdio>
 #include <optional>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -64,17 +64,17 @@ void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan
   }
   std::vector<std::string> inside;
   for (const std::string& name : arguments.experiments) {
-    if (std::ranges::find(runs, name, &EnsembleRun::name) != runs.end() || !std::filesystem::exists(name))
+    if (std::ranges::find(runs, name, &bake::EnsembleRun::name) != runs.end() || !std::filesystem::exists(name))
       inside.push_back(name);
     else
-      plan.more_experiments.push_back({run_name(name), [name] { return open_simulation(name); }});
+      plan.more_experiments.push_back({run_name(name), [name] { return io::open_simulation(name); }});
   }
   plan.splits = {named_split(runs, inside)};
 }
 
 EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem::path& scratch) {
   EvaluationPlan plan;
-  plan.description = read_ensemble_toml(arguments.toml);
+  plan.description = io::read_ensemble_toml(arguments.toml);
   read_region_nodes(plan.description.region);
   plan.description.views = arguments.sensor;
   plan.ensemble = open_ensemble(plan.description);
@@ -86,7 +86,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   plan.contained = arguments.contained;
   plan.strangers = arguments.strangers;
   plan.icp = arguments.icp;
-  plan.trial = {.sensor = read_sensor_json(arguments.sensor), .first_step = arguments.first_step, .every = arguments.every,
+  plan.trial = {.sensor = io::read_sensor_json(arguments.sensor), .first_step = arguments.first_step, .every = arguments.every,
                 .impact_step = plan.description.impact_step, .time_factor = plan.description.time_factor, .seed = arguments.seed};
   if (arguments.meshes) plan.trial.meshes = arguments.out / "meshes";
   plan.scratch = scratch;
@@ -150,4 +150,4 @@ int evaluate_ensemble(const EnsembleArguments& arguments) {
   return exit_failed;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

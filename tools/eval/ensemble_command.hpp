@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct EnsembleArguments {
   std::filesystem::path toml, sensor, out;
@@ -30,4 +30,4 @@ void declare(CLI::App& app, EnsembleArguments& arguments);
 /// Runs the evaluation, prints its tables and writes its files.
 int evaluate_ensemble(const EnsembleArguments& arguments);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -13,7 +13,7 @@
 #include <numeric>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -47,24 +47,24 @@ class Evaluator {
   int baked_ = 0;
 };
 
-std::vector<std::size_t> all_runs(const Ensemble& ensemble) {
+std::vector<std::size_t> all_runs(const bake::Ensemble& ensemble) {
   std::vector<std::size_t> runs(ensemble.runs.size());
   std::iota(runs.begin(), runs.end(), std::size_t{0});
   return runs;
 }
 
 Model Evaluator::bake_runs(Runs runs, ReferenceMode mode) {
-  EnsembleDescription description = plan_.description;
+  bake::EnsembleDescription description = plan_.description;
   description.mode = mode;
-  BakeOptions options;
+  bake::BakeOptions options;
   options.threads = plan_.threads;
   options.visible_nodes = visibility(description.region, plan_.threads);
   options.views = view_rendering(description.views);
   options.cancelled = [this] { return stopped(); };
   const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
-  options.progress = [&](const BakeProgress& stage) { watcher_.progress(title + std::string(stage.stage), stage.done, stage.total); };
+  options.progress = [&](const bake::BakeProgress& stage) { watcher_.progress(title + std::string(stage.stage), stage.done, stage.total); };
   const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
-  result_.bakes.push_back(bake(subset(plan_.ensemble, runs), description, file, options));
+  result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
   Model model = Model::open(file);
   std::filesystem::remove(file);  // the mapping keeps it
   return model;
@@ -97,11 +97,11 @@ std::vector<Experiment> Evaluator::all_experiments() const {
 
 // A run of the ensemble has its own; another run that of the simulation whose last state is nearest to its own.
 std::uint32_t Evaluator::branch_of(const Experiment& experiment) const {
-  const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &EnsembleRun::name);
+  const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
   if (found != plan_.ensemble.runs.end()) return everything_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
   const auto reader = experiment.open();
   if (reader->states() == 0) return 0;
-  SimulationState state;
+  bake::SimulationState state;
   reader->read(reader->states() - 1, state);
   std::vector<float> truth;
   TrueMesh(reader->mesh(), *everything_).positions(state.positions, truth);
@@ -126,7 +126,7 @@ void Evaluator::test(Round& round, const Arena& arena, std::span<const Experimen
   if (total == 0)
     throw Error(Status::bad_config, "no experiment has a state from step " + std::to_string(settings.first_step) + " on; give an earlier --first-step");
   const std::string title = round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
-  work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
+  bake::work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
       tests[i] = run_test(arena, experiments[i], settings, [&] {
         const std::lock_guard lock(mutex_);
@@ -219,7 +219,7 @@ Evaluation Evaluator::run() {
     }
     for (const std::uint32_t branch : plan_.removed_branches)
       if (!stopped()) test_removed_branch(branch, plan_.modes.front());
-  } catch (const BakeCancelled&) {
+  } catch (const bake::BakeCancelled&) {
     return std::move(result_);
   }
   result_.complete = !stopped();
@@ -230,4 +230,4 @@ Evaluation Evaluator::run() {
 
 Evaluation evaluate(const EvaluationPlan& plan, const Watcher& watcher) { return Evaluator(plan, watcher).run(); }
 
-}  // namespace lbea
+}  // namespace lbea::tool

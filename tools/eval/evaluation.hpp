@@ -14,11 +14,11 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct EvaluationPlan {
-  EnsembleDescription description;      // of all runs; region.node_ids and views are ready
-  Ensemble ensemble;                    // all runs
+  bake::EnsembleDescription description;      // of all runs; region.node_ids and views are ready
+  bake::Ensemble ensemble;                    // all runs
   std::vector<Split> splits;            // S and E, each baked and tested on its own
   std::vector<Experiment> more_experiments;  // that are no runs of the ensemble, tested with every split
   std::vector<ReferenceMode> modes{ReferenceMode::impact};
@@ -52,7 +52,7 @@ struct ViewPoint {
 
 struct Evaluation {
   std::vector<Round> rounds;
-  std::vector<BakeSummary> bakes;
+  std::vector<bake::BakeSummary> bakes;
   std::uint32_t branches = 1;
   std::vector<ViewPoint> view;              // of the first split's model
   std::vector<std::string> parameter_names;
@@ -68,4 +68,4 @@ struct Watcher {
 /// Throws what bake() and the matcher's set-up throw. Stopped: what has been measured so far.
 [[nodiscard]] Evaluation evaluate(const EvaluationPlan& plan, const Watcher& watcher);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <sstream>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -118,7 +118,7 @@ std::string view_csv(const Evaluation& evaluation) {
 
 std::string to_json(const Evaluation& evaluation) {
   Json json{{"complete", evaluation.complete}, {"length_unit", evaluation.length_unit}, {"field", evaluation.field}, {"branches", evaluation.branches}};
-  for (const BakeSummary& bake : evaluation.bakes)
+  for (const bake::BakeSummary& bake : evaluation.bakes)
     json["bakes"].push_back({{"samples", bake.samples}, {"simulations", bake.simulations}, {"vertices", bake.vertices}, {"references", bake.references},
                              {"seconds", {{"reading", bake.seconds.reading}, {"bases", bake.seconds.bases}, {"samples", bake.seconds.samples}, {"writing", bake.seconds.writing}}}});
   for (const Round& round : evaluation.rounds) json["rounds"].push_back(to_json(round));
@@ -133,4 +133,4 @@ void write_evaluation(const std::filesystem::path& folder, const Evaluation& eva
   write_text(folder / "view.csv", view_csv(evaluation));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// All tables, as Markdown.
 [[nodiscard]] std::string tables(const Evaluation& evaluation);
@@ -17,4 +17,4 @@ namespace lbea {
 /// undisturbed unseen frame). Throws Error{write_failed}.
 void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -110,7 +110,7 @@ std::string branch_table(const Evaluation& evaluation) {
 
 std::string time_table(const Evaluation& evaluation) {
   std::vector<double> reading, bases, samples, writing;
-  for (const BakeSummary& bake : evaluation.bakes) {
+  for (const bake::BakeSummary& bake : evaluation.bakes) {
     reading.push_back(bake.seconds.reading);
     bases.push_back(bake.seconds.bases);
     samples.push_back(bake.seconds.samples);
@@ -152,4 +152,4 @@ std::string tables(const Evaluation& evaluation) {
   return text + verdict_table(evaluation) + field_table(evaluation) + time_table(evaluation);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

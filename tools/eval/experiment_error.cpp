@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lbea {
+namespace lbea::tool {
 
 double experiment_error(std::span<const float> truth, std::span<const float> sample) {
   double sum = 0;
@@ -24,4 +24,4 @@ Oracle oracle(const Model& model, std::span<const float> truth) {
   return best;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

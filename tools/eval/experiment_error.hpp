@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Eq. 4: mean over the nodes of the whole mesh of |s^e_i - s*_i|, in the length unit. Both: nodes x 3.
 [[nodiscard]] double experiment_error(std::span<const float> truth, std::span<const float> sample);
@@ -18,4 +18,4 @@ struct Oracle {
 /// The sample with the least EE: no method that picks a sample can do better. Ties to the lower index.
 [[nodiscard]] Oracle oracle(const Model& model, std::span<const float> truth);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -144,4 +144,4 @@ std::vector<std::array<double, 3>> spread_points(std::span<const Point> points, 
   return every_nth(std::span<const std::array<double, 3>>(inside), most);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct IcpSettings {
   std::uint32_t iterations = 30;        // at most
@@ -47,4 +47,4 @@ class IcpBaseline {
 [[nodiscard]] std::vector<std::array<double, 3>> spread_points(std::span<const Point> points, const RigidTransform& T_reference_sensor,
                                                                const std::array<std::array<double, 3>, 2>& box, std::size_t most);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -23,7 +23,7 @@ std::vector<float> estimated_positions(const Model& model, const std::vector<Wei
   return std::move(inferred.mean);
 }
 
-LiveRow judge(WireResult result, const Model& model, Truth* truth) {
+LiveRow judge(wire::WireResult result, const Model& model, Truth* truth) {
   LiveRow row;
   const StageTimes& stages = result.elapsed_ns.match;
   row.match_ms = ms(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching + stages.fit + stages.coverage);
@@ -79,8 +79,8 @@ double LiveSummary::median_match_ms() const {
 
 LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, const std::function<void()>& ready,
                   const std::function<void(const LiveRow&)>& row, const std::function<bool()>& stop) {
-  WireContext context;
-  ResultSource source(context, options.results_endpoint, results_held, options.access);
+  wire::WireContext context;
+  wire::ResultSource source(context, options.results_endpoint, wire::results_held, options.access);
   LiveSummary summary;
   bool heard = false;
   auto last = std::chrono::steady_clock::now();
@@ -94,14 +94,14 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
     last = std::chrono::steady_clock::now();
     if (!heard) ready();
     heard = true;
-    WireResult result;
-    if (message_kind(*message) != MessageKind::result) continue;
-    if (const WireStatus status = decode_result(*message, result); status != WireStatus::ok)
-      throw Error(Status::bad_input, options.results_endpoint + ": a result cannot be read: " + std::string(explain(status)));
+    wire::WireResult result;
+    if (wire::message_kind(*message) != wire::MessageKind::result) continue;
+    if (const wire::WireStatus status = wire::decode_result(*message, result); status != wire::WireStatus::ok)
+      throw Error(Status::bad_input, options.results_endpoint + ": a result cannot be read: " + std::string(wire::explain(status)));
     if (result.model_checksum != model.checksum())
       throw Error(Status::bad_input, options.results_endpoint + ": these results were matched with another model; give the one that "
                                                                 "the matcher uses");
-    if (result.status == WireStatus::end_of_stream) {
+    if (result.status == wire::WireStatus::end_of_stream) {
       summary.complete = true;
       continue;
     }
@@ -112,4 +112,4 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
   return summary;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct LiveRow {
-  WireResult result;
+  wire::WireResult result;
   double match_ms = 0;   // in the matcher
   double total_ms = 0;   // from receiving the frame to publishing the result
   // After the test: where its likeliest path through the ensemble is at this frame.
@@ -39,7 +39,7 @@ struct LiveSummary {
 
 struct LiveOptions {
   std::string results_endpoint;
-  ClientAccess access;
+  wire::ClientAccess access;
   std::chrono::milliseconds silence{10'000};  // give up when nothing at all arrives for so long
 };
 
@@ -48,4 +48,4 @@ struct LiveOptions {
 LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, const std::function<void()>& ready,
                   const std::function<void(const LiveRow&)>& row, const std::function<bool()>& stop);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 using namespace lbea;
+using namespace lbea::tool;
 
 namespace {
 
@@ -49,8 +50,8 @@ int live(const LiveArguments& arguments) {
   catch_stop_signals();
   const Model model = Model::open(arguments.model);
   std::unique_ptr<Truth> truth;
-  if (!arguments.truth_table.empty()) truth = std::make_unique<Truth>(arguments.truth_table, open_simulation(arguments.run), model);
-  const RigidTransform pose = arguments.pose.empty() ? identity_transform : read_pose(arguments.pose);
+  if (!arguments.truth_table.empty()) truth = std::make_unique<Truth>(arguments.truth_table, io::open_simulation(arguments.run), model);
+  const RigidTransform pose = arguments.pose.empty() ? identity_transform : io::read_pose(arguments.pose);
   if (!arguments.out.empty()) prepare_folder(arguments.out);
   const LiveOptions options{arguments.results, arguments.access.load(),
                             std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
-VtuGrid component(const Model& model, std::span<const float> positions, double time_s) {
-  VtuGrid grid;
+io::VtuGrid component(const Model& model, std::span<const float> positions, double time_s) {
+  io::VtuGrid grid;
   grid.positions = positions;
   grid.element_nodes = model.element_nodes();
   grid.time_s = time_s;
@@ -25,7 +25,7 @@ VtuGrid component(const Model& model, std::span<const float> positions, double t
 }  // namespace
 
 void write_matched_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample) {
-  VtuGrid grid = component(model, model.node_positions(sample), model.sample_time_s(sample));
+  io::VtuGrid grid = component(model, model.node_positions(sample), model.sample_time_s(sample));
   std::vector<std::vector<float>> fields;
   for (std::uint32_t f = 0; f < model.fields(); ++f) {
     const FieldInfo info = model.field(f);
@@ -33,7 +33,7 @@ void write_matched_mesh(const std::filesystem::path& file, const Model& model, s
     model.read_field(f, sample, fields.emplace_back(model.field_size(f)));
     arrays.push_back({std::string(info.name), std::span<const float>(fields.back())});
   }
-  write_vtu(file, grid);
+  io::write_vtu(file, grid);
 }
 
 void write_estimate_mesh(const std::filesystem::path& file, const Model& model, std::span<const WeightedSample> estimate,
@@ -42,7 +42,7 @@ void write_estimate_mesh(const std::filesystem::path& file, const Model& model, 
   Inferred shape;
   infer_positions(model, estimate, plausible, shape);
   std::vector<Inferred> fields(model.fields());
-  VtuGrid grid = component(model, shape.mean, time_s);
+  io::VtuGrid grid = component(model, shape.mean, time_s);
   grid.point_arrays.push_back({"position_spread", std::span<const float>(shape.spread)});
   for (std::uint32_t f = 0; f < model.fields(); ++f) {
     infer_field(model, f, estimate, plausible, fields[f]);
@@ -51,7 +51,7 @@ void write_estimate_mesh(const std::filesystem::path& file, const Model& model, 
     arrays.push_back({std::string(info.name), std::span<const float>(fields[f].mean)});
     arrays.push_back({std::string(info.name) + "_spread", std::span<const float>(fields[f].spread)});
   }
-  write_vtu(file, grid);
+  io::write_vtu(file, grid);
 }
 
 double estimate_time_s(const Model& model, std::span<const WeightedSample> estimate) {
@@ -64,4 +64,4 @@ double estimate_time_s(const Model& model, std::span<const WeightedSample> estim
   return time;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

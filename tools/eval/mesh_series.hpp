@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <span>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// The sample's whole mesh with all its fields. Throws Error{write_failed}.
 void write_matched_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample);
@@ -20,4 +20,4 @@ void write_estimate_mesh(const std::filesystem::path& file, const Model& model, 
 /// The shares' mean of the samples' times.
 [[nodiscard]] double estimate_time_s(const Model& model, std::span<const WeightedSample> estimate);
 
-}  // namespace lbea
+}  // namespace lbea::tool

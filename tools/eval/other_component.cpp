@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -50,7 +50,7 @@ Vec ball(double u, double v) {
   return {0.5 - 0.5 * std::cos(polar), 0.5 + r * std::cos(2 * std::numbers::pi * v), 0.5 + r * std::sin(2 * std::numbers::pi * v)};
 }
 
-class ShapeRun final : public SimulationReader {
+class ShapeRun final : public bake::SimulationReader {
  public:
   ShapeRun(Shape shape, const Frame3& box, std::vector<double> times) : shape_(shape), box_(box), times_(std::move(times)) {
     mesh_.positions = at(1);
@@ -63,11 +63,11 @@ class ShapeRun final : public SimulationReader {
         mesh_.element_parts.push_back(1);
       }
   }
-  const SimulationMesh& mesh() const noexcept override { return mesh_; }
-  const std::vector<SimulationField>& fields() const noexcept override { return fields_; }
+  const bake::SimulationMesh& mesh() const noexcept override { return mesh_; }
+  const std::vector<bake::SimulationField>& fields() const noexcept override { return fields_; }
   std::uint32_t states() const noexcept override { return static_cast<std::uint32_t>(times_.size()); }
   double time_s(std::uint32_t state) const override { return times_.at(state); }
-  void read(std::uint32_t state, SimulationState& into) override {
+  void read(std::uint32_t state, bake::SimulationState& into) override {
     into.time_s = times_.at(state);
     into.positions = at(std::lerp(1.0, final_length, static_cast<double>(state) / static_cast<double>(std::max<std::size_t>(times_.size() - 1, 1))));
     into.alive.assign(mesh_.elements.size(), 1);
@@ -94,8 +94,8 @@ class ShapeRun final : public SimulationReader {
   Shape shape_;
   Frame3 box_;
   std::vector<double> times_;
-  SimulationMesh mesh_;
-  std::vector<SimulationField> fields_;
+  bake::SimulationMesh mesh_;
+  std::vector<bake::SimulationField> fields_;
 };
 
 /// Times of the simulation with the most samples.
@@ -117,4 +117,4 @@ std::vector<Experiment> other_components(const Model& model) {
   return experiments;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 
 #include <sstream>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -20,12 +20,12 @@ std::string numbered(const char* stem, std::uint64_t frame, const char* ending) 
 }
 
 void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T) {
-  PointCloud points = read_point_cloud(cloud);
+  io::PointCloud points = io::read_point_cloud(cloud);
   for (Point& p : points.points)
     p = {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
          T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
   const std::vector<std::string> comments{"reference coordinates"};
-  write_ply(file, points.points, comments);
+  io::write_ply(file, points.points, comments);
 }
 
 }  // namespace
@@ -37,10 +37,10 @@ std::string table_header(const Model& model) {
 }
 
 std::string table_line(const LiveRow& row) {
-  const WireResult& r = row.result;
+  const wire::WireResult& r = row.result;
   const auto id = static_cast<unsigned long long>(r.frame_id);
-  if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(to_string(r.status)).c_str());
-  const WireMatch& best = r.matches.front();
+  if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(wire::to_string(r.status)).c_str());
+  const wire::WireMatch& best = r.matches.front();
   return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(), best.sample.time_step,
                 static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage), number_or_dash(row.error).c_str(),
                 number_or_dash(row.oracle_error).c_str(), row.match_ms);
@@ -64,9 +64,9 @@ std::string to_json(const LiveSummary& summary) {
   nlohmann::ordered_json rows = nlohmann::json::array();
   for (const LiveRow& row : summary.rows) {
     nlohmann::ordered_json line{{"frame", row.result.frame_id}, {"stamp_ns", row.result.stamp_ns},
-                                {"status", to_string(row.result.status)}, {"coverage", row.result.coverage}};
+                                {"status", wire::to_string(row.result.status)}, {"coverage", row.result.coverage}};
     if (!row.result.matches.empty()) {
-      const WireMatch& best = row.result.matches.front();
+      const wire::WireMatch& best = row.result.matches.front();
       line["simulation"] = best.simulation_name;
       line["time_step"] = best.sample.time_step;
       line["distance"] = best.distance;
@@ -94,8 +94,8 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
   std::ostringstream out;
   out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms,verdict,test_verdict,estimate_EE,path_simulation,path_time_step,path_EE\n";
   for (const LiveRow& row : summary.rows) {
-    const WireResult& r = row.result;
-    out << r.frame_id << ',' << r.stamp_ns << ',' << to_string(r.status) << ',';
+    const wire::WireResult& r = row.result;
+    out << r.frame_id << ',' << r.stamp_ns << ',' << wire::to_string(r.status) << ',';
     if (r.matches.empty())
       out << ",,,";
     else
@@ -103,7 +103,7 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
     out << r.coverage << ',';
     if (row.error) out << *row.error << ',' << *row.oracle_error;
     else out << ',';
-    out << ',' << row.match_ms << ',' << row.total_ms << ',' << to_string(r.verdict) << ',' << to_string(r.test.verdict) << ',';
+    out << ',' << row.match_ms << ',' << row.total_ms << ',' << wire::to_string(r.verdict) << ',' << wire::to_string(r.test.verdict) << ',';
     if (row.estimate_error) out << *row.estimate_error;
     out << ',';
     if (summary.has_path) out << row.path_simulation << ',' << row.on_path.time_step;
@@ -117,7 +117,7 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
 
 void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model, const Truth* truth,
                   const RigidTransform& T_reference_sensor) {
-  std::vector<PvdEntry> series, estimates;
+  std::vector<io::PvdEntry> series, estimates;
   for (const LiveRow& row : summary.rows) {
     if (row.result.matches.empty()) continue;
     const std::uint32_t sample = model.sample_index(row.result.matches.front().sample);
@@ -126,7 +126,7 @@ void write_meshes(const std::filesystem::path& folder, const LiveSummary& summar
     write_matched_mesh(file, model, sample);
     const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
     series.push_back({real == nullptr ? model.sample_time_s(sample) : real->time_s, file});
-    if (const WireFit& fit = row.result.fit; !fit.estimate.empty()) {
+    if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty()) {
       const auto estimate = folder / numbered("estimate", row.result.frame_id, ".vtu");
       const double time_s = real == nullptr ? estimate_time_s(model, fit.estimate) : real->time_s;
       write_estimate_mesh(estimate, model, fit.estimate, fit.candidates, time_s);
@@ -134,8 +134,8 @@ void write_meshes(const std::filesystem::path& folder, const LiveSummary& summar
     }
     if (real != nullptr) write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor);
   }
-  write_pvd(folder / "matched.pvd", series);
-  if (!estimates.empty()) write_pvd(folder / "estimate.pvd", estimates);
+  io::write_pvd(folder / "matched.pvd", series);
+  if (!estimates.empty()) io::write_pvd(folder / "estimate.pvd", estimates);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 [[nodiscard]] std::string table_header(const Model& model);
 [[nodiscard]] std::string table_line(const LiveRow& row);
@@ -25,4 +25,4 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary);
 void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model, const Truth* truth,
                   const RigidTransform& T_reference_sensor);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// printf into a string, cut after 511 characters.
 template <typename... Values>
@@ -20,9 +20,9 @@ std::string formatted(const char* pattern, Values... values) {
 }
 
 inline void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
+  io::AtomicFile file(path);
   file.write(std::as_bytes(std::span(text)));
   file.commit();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

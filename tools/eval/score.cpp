@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -116,4 +116,4 @@ Parted parted_frames(std::span<const TestTrial> without, std::span<const TestTri
   return parted;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// NaN where nothing was measured.
 struct Score {
@@ -45,4 +45,4 @@ struct Parted {
 };
 [[nodiscard]] Parted parted_frames(std::span<const TestTrial> without, std::span<const TestTrial> with);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -31,16 +31,16 @@ Split random_split(std::size_t runs, double share, std::uint64_t seed) {
   if (!(share > 0 && share < 1)) throw Error(Status::bad_config, "the share of experiments must lie between 0 and 1, it is " + std::to_string(share));
   std::vector<std::size_t> order(runs);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  for (std::size_t i = runs - 1; i > 0; --i) std::swap(order[i], order[splitmix(splitmix(seed) ^ i) % (i + 1)]);
+  for (std::size_t i = runs - 1; i > 0; --i) std::swap(order[i], order[bake::splitmix(bake::splitmix(seed) ^ i) % (i + 1)]);
   const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(runs)));
   order.resize(std::clamp<std::size_t>(wanted, 1, runs - 1));
   return without(runs, std::move(order));
 }
 
-Split named_split(std::span<const EnsembleRun> runs, std::span<const std::string> experiments) {
+Split named_split(std::span<const bake::EnsembleRun> runs, std::span<const std::string> experiments) {
   std::vector<std::size_t> chosen;
   for (const std::string& name : experiments) {
-    const auto found = std::ranges::find(runs, name, &EnsembleRun::name);
+    const auto found = std::ranges::find(runs, name, &bake::EnsembleRun::name);
     if (found == runs.end()) throw Error(Status::bad_config, "the ensemble has no run '" + name + "' to play an experiment");
     const auto run = static_cast<std::size_t>(found - runs.begin());
     if (std::ranges::find(chosen, run) == chosen.end()) chosen.push_back(run);
@@ -57,8 +57,8 @@ std::vector<Split> leave_one_out(std::size_t runs) {
   return splits;
 }
 
-Ensemble subset(const Ensemble& ensemble, std::span<const std::size_t> runs) {
-  Ensemble chosen{{}, ensemble.parameter_names, 0};
+bake::Ensemble subset(const bake::Ensemble& ensemble, std::span<const std::size_t> runs) {
+  bake::Ensemble chosen{{}, ensemble.parameter_names, 0};
   for (const std::size_t run : runs) {
     if (run == ensemble.reference_run) chosen.reference_run = chosen.runs.size();
     chosen.runs.push_back(ensemble.runs[run]);
@@ -66,4 +66,4 @@ Ensemble subset(const Ensemble& ensemble, std::span<const std::size_t> runs) {
   return chosen;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Indices into the runs of an ensemble, ascending.
 struct Split {
@@ -21,12 +21,12 @@ struct Split {
 [[nodiscard]] Split random_split(std::size_t runs, double share, std::uint64_t seed);
 
 /// The named runs are the experiments. Throws Error{bad_config} for a name that no run has, or when no simulation is left.
-[[nodiscard]] Split named_split(std::span<const EnsembleRun> runs, std::span<const std::string> experiments);
+[[nodiscard]] Split named_split(std::span<const bake::EnsembleRun> runs, std::span<const std::string> experiments);
 
 /// Every run once as the only experiment. Throws Error{bad_config} for fewer than two runs.
 [[nodiscard]] std::vector<Split> leave_one_out(std::size_t runs);
 
 /// The chosen runs alone. The reference run stays the same; when it is not chosen, the first chosen one is.
-[[nodiscard]] Ensemble subset(const Ensemble& ensemble, std::span<const std::size_t> runs);
+[[nodiscard]] bake::Ensemble subset(const bake::Ensemble& ensemble, std::span<const std::size_t> runs);
 
-}  // namespace lbea
+}  // namespace lbea::tool

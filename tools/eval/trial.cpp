@@ -12,7 +12,7 @@
 #include <chrono>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -84,27 +84,27 @@ class Test {
   const Arena& arena_;
   const Model& model_;
   const TrialSettings& settings_;
-  std::unique_ptr<SimulationReader> reader_;
+  std::unique_ptr<bake::SimulationReader> reader_;
   TrueMesh mesh_;
-  VirtualSensor sensor_;
-  SensingNoise noise_;
+  bake::VirtualSensor sensor_;
+  bake::SensingNoise noise_;
   MatcherConfig config_;
   std::uint32_t own_simulation_;
   std::vector<std::uint8_t> observed_;  // per node of the model
   std::array<std::array<double, 3>, 2> box_;
   std::size_t run_field_ = 0;
   bool has_field_ = false;
-  SimulationState state_;
+  bake::SimulationState state_;
   std::vector<float> truth_;
   std::vector<std::vector<Match>> evidence_;  // per frame
   Inferred inferred_;
   std::filesystem::path folder_;  // of the meshes
-  std::vector<PvdEntry> estimates_, matches_;
+  std::vector<io::PvdEntry> estimates_, matches_;
 };
 
 void Test::find_field() {
   if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;
-  const auto found = std::ranges::find(reader_->fields(), model_.field(0).name, &SimulationField::name);
+  const auto found = std::ranges::find(reader_->fields(), model_.field(0).name, &bake::SimulationField::name);
   has_field_ = found != reader_->fields().end();
   run_field_ = static_cast<std::size_t>(found - reader_->fields().begin());
 }
@@ -119,8 +119,8 @@ TestTrial Test::run(const FrameDone& done) {
     if (done()) break;
   }
   if (!folder_.empty()) {
-    write_pvd(folder_ / "estimate.pvd", estimates_);
-    write_pvd(folder_ / "matched.pvd", matches_);
+    io::write_pvd(folder_ / "estimate.pvd", estimates_);
+    io::write_pvd(folder_ / "matched.pvd", matches_);
   }
   trial.named = model_.simulation_name(tracker.state().simulation);
   score_path(trial);
@@ -139,7 +139,7 @@ void Test::score_path(TestTrial& trial) {
 FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher& fit, Tracker& tracker) {
   reader_->read(step, state_);
   mesh_.positions(state_.positions, truth_);
-  const std::uint64_t seed = frame_seed(settings_.seed, step);
+  const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
   const auto points = disturbed(sensor_.sense({state_.positions, state_.alive}, noise_, seed), settings_.disturbance, seed);
   FrameTrial row;
   row.step = step;
@@ -230,4 +230,4 @@ TestTrial run_test(const Arena& arena, const Experiment& experiment, const Trial
   return trial;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

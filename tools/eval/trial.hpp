@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// vtp, lbea, icp: the preprint's. look_alike: the sample whose depth image is nearest to the frame's. fit: the sample
 /// nearest to the estimate. estimate: the shape between the samples. tracked: the likeliest sample given all frames so far.
@@ -69,11 +69,11 @@ struct TestTrial {
 
 struct Experiment {
   std::string name;
-  std::function<std::unique_ptr<SimulationReader>()> open;
+  std::function<std::unique_ptr<bake::SimulationReader>()> open;
 };
 
 struct TrialSettings {
-  SensorDescription sensor{};
+  io::SensorDescription sensor{};
   Disturbance disturbance{};
   std::uint32_t first_step = 2, every = 1;
   std::uint32_t impact_step = 0;
@@ -95,4 +95,4 @@ using FrameDone = std::function<bool()>;
 /// Throws what reading the run and the matcher's set-up throw.
 [[nodiscard]] TestTrial run_test(const Arena& arena, const Experiment& experiment, const TrialSettings& settings, const FrameDone& done);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <unordered_map>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -28,11 +28,11 @@ std::unordered_map<std::uint32_t, std::uint32_t> index_of(std::span<const std::u
 
 }  // namespace
 
-TrueMesh::TrueMesh(const SimulationMesh& mesh, const Model& model) {
+TrueMesh::TrueMesh(const bake::SimulationMesh& mesh, const Model& model) {
   if (!find_by_number(mesh, model)) find_by_place(mesh, model);
 }
 
-bool TrueMesh::find_by_number(const SimulationMesh& mesh, const Model& model) {
+bool TrueMesh::find_by_number(const bake::SimulationMesh& mesh, const Model& model) {
   const auto nodes = index_of(mesh.node_ids), elements = index_of(mesh.element_ids);
   const auto undeformed = model.node_positions(0);
   double off = 0;
@@ -55,13 +55,13 @@ bool TrueMesh::find_by_number(const SimulationMesh& mesh, const Model& model) {
   return true;
 }
 
-void TrueMesh::find_by_place(const SimulationMesh& mesh, const Model& model) {
-  const SurfaceTree tree(mesh.positions, mesh.elements);
+void TrueMesh::find_by_place(const bake::SimulationMesh& mesh, const Model& model) {
+  const bake::SurfaceTree tree(mesh.positions, mesh.elements);
   if (tree.triangles() == 0) throw Error(Status::bad_input, "the experiment's run has no surface to carry the model's nodes");
   const auto undeformed = model.node_positions(0);
   for (std::size_t i = 0; i < model.nodes(); ++i) {
     const float* p = &undeformed[3 * i];
-    const SurfacePlace place = tree.nearest({double{p[0]}, double{p[1]}, double{p[2]}});
+    const bake::SurfacePlace place = tree.nearest({double{p[0]}, double{p[1]}, double{p[2]}});
     carriers_.push_back({place.nodes, {static_cast<float>(place.shares[0]), static_cast<float>(place.shares[1]), static_cast<float>(place.shares[2])}});
   }
 }
@@ -76,4 +76,4 @@ void TrueMesh::positions(std::span<const float> run, std::vector<float>& into) c
     }
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

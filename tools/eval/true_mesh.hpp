@@ -10,14 +10,14 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 class TrueMesh {
  public:
   /// mesh: of the run, undeformed. Same node numbers at about the same places (within the mean edge length in the mean):
   /// the same mesh. Else every model node is carried by the nearest place on the run's undeformed surface.
   /// Throws Error{bad_input} when the run has no surface.
-  TrueMesh(const SimulationMesh& mesh, const Model& model);
+  TrueMesh(const bake::SimulationMesh& mesh, const Model& model);
 
   [[nodiscard]] bool same_mesh() const noexcept { return elements_.size() > 0; }
   /// run: the run's nodes x 3; into: becomes model nodes x 3.
@@ -26,8 +26,8 @@ class TrueMesh {
   [[nodiscard]] std::span<const std::uint32_t> elements() const noexcept { return elements_; }
 
  private:
-  bool find_by_number(const SimulationMesh& mesh, const Model& model);
-  void find_by_place(const SimulationMesh& mesh, const Model& model);
+  bool find_by_number(const bake::SimulationMesh& mesh, const Model& model);
+  void find_by_place(const bake::SimulationMesh& mesh, const Model& model);
 
   struct Carrier {
     std::array<std::uint32_t, 3> nodes{};
@@ -37,4 +37,4 @@ class TrueMesh {
   std::vector<std::uint32_t> elements_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <unordered_map>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -62,7 +62,7 @@ class Table {
   std::vector<std::string> header_, cells_;
 };
 
-std::vector<std::uint32_t> find_nodes(const SimulationMesh& mesh, const Model& model) {
+std::vector<std::uint32_t> find_nodes(const bake::SimulationMesh& mesh, const Model& model) {
   std::unordered_map<std::uint32_t, std::uint32_t> index_of;
   for (std::uint32_t i = 0; i < mesh.nodes(); ++i) index_of.emplace(mesh.node_ids[i], i);
   std::vector<std::uint32_t> nodes;
@@ -77,7 +77,7 @@ std::vector<std::uint32_t> find_nodes(const SimulationMesh& mesh, const Model& m
 
 }  // namespace
 
-Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<SimulationReader> run, const Model& model)
+Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<bake::SimulationReader> run, const Model& model)
     : run_(std::move(run)), node_of_(find_nodes(run_->mesh(), model)) {
   for (Table table(table_file); table.next();) {
     Row row{table.number<std::uint64_t>("frame"), table_file.parent_path() / table.text("file"), table.number<std::int64_t>("stamp_ns"),
@@ -111,4 +111,4 @@ void Truth::read_state(std::uint32_t state, std::vector<float>& into) {
     std::copy_n(state_.positions.data() + std::size_t{3} * node_of_[i], 3, into.data() + 3 * i);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

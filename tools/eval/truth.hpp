@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 class Truth {
  public:
@@ -24,7 +24,7 @@ class Truth {
   };
 
   /// `table`: truth.csv as lbea-sense writes it, columns found by name. Throws Error{bad_input} naming file and line.
-  Truth(const std::filesystem::path& table, std::unique_ptr<SimulationReader> run, const Model& model);
+  Truth(const std::filesystem::path& table, std::unique_ptr<bake::SimulationReader> run, const Model& model);
 
   [[nodiscard]] const std::vector<Row>& rows() const noexcept { return rows_; }
   /// The row captured at this stamp; nullptr when there is none. Frames are told apart by their stamps, because a
@@ -37,10 +37,10 @@ class Truth {
   void read_state(std::uint32_t state, std::vector<float>& into);
 
   std::vector<Row> rows_;
-  std::unique_ptr<SimulationReader> run_;
+  std::unique_ptr<bake::SimulationReader> run_;
   std::vector<std::uint32_t> node_of_;  // model node -> node of the run
-  SimulationState state_;
+  bake::SimulationState state_;
   std::vector<float> positions_, next_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 inline std::string hexadecimal(std::uint64_t number) {
   std::array<char, 17> text{};
@@ -14,4 +14,4 @@ inline std::string hexadecimal(std::uint64_t number) {
   return text.data();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,11 +5,11 @@
 
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 inline std::string text(const nlohmann::ordered_json& json) {
   using Json = nlohmann::ordered_json;
   return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

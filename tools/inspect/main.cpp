@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -36,11 +36,11 @@ int inspect(const Options& options) {
 
 }  // namespace
 
-}  // namespace lbea
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
-  lbea::Options options;
-  lbea::Tool tool("lbea-inspect", lbea::description, "lbea-inspect rail.lbea\n  lbea-inspect rail.lbea --diff rail-with-new-runs.lbea\n  lbea-inspect --recover cut.mcap.partial -o whole.mcap");
+  lbea::tool::Options options;
+  lbea::tool::Tool tool("lbea-inspect", lbea::tool::description, "lbea-inspect rail.lbea\n  lbea-inspect rail.lbea --diff rail-with-new-runs.lbea\n  lbea-inspect --recover cut.mcap.partial -o whole.mcap");
   tool.add_option("FILE", options.file, "the model or recording")->required();
   auto* output = tool.add_option("-o,--output", options.output, "with --recover: the new file");
   auto* recover = tool.add_flag("--recover", options.recovers, "write what can be read of FILE to a new, indexed recording");
@@ -48,5 +48,5 @@ int main(int argc, char** argv) {
   output->needs(recover);
   tool.add_option("--diff", options.other, "a later model: says which runs came, went or changed, and what else did")->excludes(recover);
   tool.add_flag("--json", options.json, "print as JSON");
-  return tool.run(argc, argv, [&] { return lbea::inspect(options); });
+  return tool.run(argc, argv, [&] { return lbea::tool::inspect(options); });
 }

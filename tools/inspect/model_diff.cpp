@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -106,4 +106,4 @@ void print_diff_json(const std::filesystem::path& before, const std::filesystem:
   std::printf("%s\n", diff(before, after).dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

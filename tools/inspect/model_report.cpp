@@ -13,7 +13,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -146,4 +146,4 @@ void print_model_json(const std::filesystem::path& file) {
   std::printf("%s\n", model_report(file).dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

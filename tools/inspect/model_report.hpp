@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// All of it but the large arrays. Verifies the whole file first.
 [[nodiscard]] nlohmann::ordered_json model_report(const std::filesystem::path& file);
@@ -14,4 +14,4 @@ namespace lbea {
 void print_model(const std::filesystem::path& file);
 void print_model_json(const std::filesystem::path& file);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <fstream>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -60,26 +60,26 @@ Json gaps_json(const std::vector<mcap::Gap>& gaps) {
 }
 
 /// Names and counts of what is not zero, e.g. of all that was dropped.
-Json reasons_json(const Counters& counters, Fate fate) {
+Json reasons_json(const wire::Counters& counters, wire::Fate fate) {
   Json reasons = Json::object();
-  for (std::size_t i = 0; i < wire_status_count; ++i)
-    if (const auto status = static_cast<WireStatus>(i); fate_of(status) == fate && counters.of(status) > 0)
-      reasons[std::string(to_string(status))] = counters.of(status);
+  for (std::size_t i = 0; i < wire::wire_status_count; ++i)
+    if (const auto status = static_cast<wire::WireStatus>(i); wire::fate_of(status) == fate && counters.of(status) > 0)
+      reasons[std::string(wire::to_string(status))] = counters.of(status);
   return reasons;
 }
 
 /// Null when no matcher was heard.
 Json matcher_json(const RunAudit& audit) {
   if (!audit.counters) return nullptr;
-  const Counters& counters = *audit.counters;
+  const wire::Counters& counters = *audit.counters;
   return {{"captured", counters.captured()},
-          {"matched", counters.sum(Fate::matched)},
-          {"rejected", counters.sum(Fate::rejected)},
-          {"dropped", counters.sum(Fate::dropped)},
-          {"rejected_by_reason", reasons_json(counters, Fate::rejected)},
-          {"dropped_by_reason", reasons_json(counters, Fate::dropped)},
-          {"missed", counters.of(WireStatus::missed)},
-          {"withheld", counters.of(WireStatus::withheld)},
+          {"matched", counters.sum(wire::Fate::matched)},
+          {"rejected", counters.sum(wire::Fate::rejected)},
+          {"dropped", counters.sum(wire::Fate::dropped)},
+          {"rejected_by_reason", reasons_json(counters, wire::Fate::rejected)},
+          {"dropped_by_reason", reasons_json(counters, wire::Fate::dropped)},
+          {"missed", counters.of(wire::WireStatus::missed)},
+          {"withheld", counters.of(wire::WireStatus::withheld)},
           {"silent", counters.silent}};
 }
 
@@ -213,4 +213,4 @@ void recover_recording(const std::filesystem::path& damaged, const std::filesyst
   }
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Whether the file is called or begins like a recording (MCAP).
 [[nodiscard]] bool is_recording(const std::filesystem::path& file);
@@ -15,4 +15,4 @@ bool print_recording(const std::filesystem::path& file, bool as_json);
 /// Throws Error{bad_input | write_failed}; then there is no new file.
 void recover_recording(const std::filesystem::path& damaged, const std::filesystem::path& fixed, bool as_json);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -14,22 +14,22 @@ constexpr auto description =
 
 int make_keys(const std::filesystem::path& base, std::string name) {
   if (name.empty()) name = base.filename().string();
-  const CurveKeyPair keys = generate_key_pair();
-  write_key_pair(base, keys, name);
+  const wire::CurveKeyPair keys = wire::generate_key_pair();
+  wire::write_key_pair(base, keys, name);
   std::printf("%s.key (secret) and %s.pub: %s\n", base.c_str(), base.c_str(), keys.public_key.c_str());
   return exit_ok;
 }
 
 }  // namespace
 
-}  // namespace lbea
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   std::filesystem::path base;
   std::string name;
-  lbea::Tool tool("lbea-keygen", lbea::description,
+  lbea::tool::Tool tool("lbea-keygen", lbea::tool::description,
                   "lbea-keygen matcher   # then: lbea-serve ... --key matcher.key --allow camera.pub");
   tool.add_option("base", base, "path of the files, without extension")->required();
   tool.add_option("--name", name, "what logs call the owner, one word; else the file's name");
-  return tool.run(argc, argv, [&] { return lbea::make_keys(base, name); });
+  return tool.run(argc, argv, [&] { return lbea::tool::make_keys(base, name); });
 }

@@ -11,7 +11,7 @@
 #include <sched.h>
 #include <sys/resource.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -56,13 +56,13 @@ void add_options(Tool& tool, Options& options) {
 
 /// Says which one it uses in its states, twice a second.
 std::optional<Model> model_of_server(const std::string& results_endpoint) {
-  WireContext context;
-  ResultSource results(context, results_endpoint);
+  wire::WireContext context;
+  wire::ResultSource results(context, results_endpoint);
   spdlog::info("waiting for lbea-serve on {} to say which model it uses", results_endpoint);
-  WireState state;
+  wire::WireState state;
   while (stop_requested == 0) {
     const auto message = results.receive(std::chrono::milliseconds(100));
-    if (message && message_kind(*message) == MessageKind::state && decode_state(*message, state) == WireStatus::ok)
+    if (message && wire::message_kind(*message) == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok)
       return open_model(state.model.file, state.model.checksum);
   }
   return {};
@@ -86,7 +86,7 @@ int watch_test(const Options& options, const WebConfig& web) {
   if (!model) return exit_ok;
   LiveFeed feed({options.results_endpoint, options.preview_endpoint}, *model);
   WebServer server(web, Assets(options.assets_folder), feed);
-  const auto relay = [&](ViewerChannel channel, std::int64_t time_ns, Message message) {
+  const auto relay = [&](ViewerChannel channel, std::int64_t time_ns, wire::Message message) {
     if (server.viewers() > 0) server.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
   };
   feed.start({[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.is_awaited(); },
@@ -110,13 +110,13 @@ int watch(Options options) {
 
 }  // namespace
 
-}  // namespace lbea
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-monitor"));
-  lbea::Options options;
-  lbea::Tool tool("lbea-monitor", lbea::description,
+  lbea::tool::Options options;
+  lbea::tool::Tool tool("lbea-monitor", lbea::tool::description,
                   "lbea-monitor --results tcp://127.0.0.1:5556 --frames ipc:///tmp/preview.ipc --model rail.lbea");
-  lbea::add_options(tool, options);
-  return tool.run(argc, argv, [&] { return lbea::watch(options); });
+  lbea::tool::add_options(tool, options);
+  return tool.run(argc, argv, [&] { return lbea::tool::watch(options); });
 }

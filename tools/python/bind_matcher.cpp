@@ -9,7 +9,7 @@
 
 namespace py = pybind11;
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -191,4 +191,4 @@ void bind_matcher(py::module_& module) {
            "them alone meanwhile. Other arrays are refused rather than copied: numpy.ascontiguousarray(points, numpy.float32).");
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 
 namespace py = pybind11;
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -137,4 +137,4 @@ void bind_model(py::module_& module) {
   bind_arrays(type);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,9 +5,9 @@
 
 #include <pybind11/pybind11.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 void bind_model(pybind11::module_& module);
 void bind_matcher(pybind11::module_& module);
 
-}  // namespace lbea
+}  // namespace lbea::tool

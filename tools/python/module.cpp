@@ -32,6 +32,6 @@ PYBIND11_MODULE(lbea, module) {
       raise(py::reinterpret_borrow<py::object>(error_type), error);
     }
   });
-  lbea::bind_model(module);
-  lbea::bind_matcher(module);
+  lbea::tool::bind_model(module);
+  lbea::tool::bind_matcher(module);
 }

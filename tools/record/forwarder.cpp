@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 void Forwarder::tell(const SenderWord& word) {
   words_.add(word);
   offer();
 }
 
-bool Forwarder::send(Message frame) { return offer() && sink_.send(frame); }
+bool Forwarder::send(wire::Message frame) { return offer() && sink_.send(frame); }
 
 bool Forwarder::offer() {
   for (; !words_.empty(); words_.pop()) {
@@ -29,4 +29,4 @@ std::size_t Forwarder::finish(std::chrono::milliseconds patience) {
   return words_.size();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

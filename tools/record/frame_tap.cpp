@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -19,17 +19,17 @@ constexpr auto farewell = 2000ms;
 constexpr auto senders_interval = 100ms;
 
 /// What a message says beside frames, if it does; the decoder has opened it.
-std::optional<SenderWord> word_in(Message message, WireStatus status, const FrameHeader& header) {
-  if (status == WireStatus::end_of_stream) return SenderWord{{header.session, ControlKind::goodbye, header.id, 0}, true};
-  Control control;
-  if (message_kind(message) != MessageKind::control || decode_control(message, control) != WireStatus::ok) return std::nullopt;
+std::optional<SenderWord> word_in(wire::Message message, wire::WireStatus status, const wire::FrameHeader& header) {
+  if (status == wire::WireStatus::end_of_stream) return SenderWord{{header.session, wire::ControlKind::goodbye, header.id, 0}, true};
+  wire::Control control;
+  if (wire::message_kind(message) != wire::MessageKind::control || wire::decode_control(message, control) != wire::WireStatus::ok) return std::nullopt;
   return SenderWord{control};
 }
 
 }  // namespace
 
-FrameTap::FrameTap(FrameSource frames, std::optional<FrameSink> forward, std::optional<ResultSource> results, RunRecorder& recorder,
-                   WireLimits limits)
+FrameTap::FrameTap(wire::FrameSource frames, std::optional<wire::FrameSink> forward, std::optional<wire::ResultSource> results, RunRecorder& recorder,
+                   wire::WireLimits limits)
     : frames_(std::move(frames)), results_(std::move(results)), recorder_(recorder), decoder_(limits) {
   if (forward) forward_.emplace(std::move(*forward));
   try {
@@ -57,7 +57,7 @@ void FrameTap::take_frames() noexcept {
   while (!stopping_) take_next(receive_timeout);
   for (const auto stopped = Clock::now(); Clock::now() - stopped < longest_drain && take_next(drained);) {
   }
-  const PeerCounts peers = frames_.peers();
+  const wire::PeerCounts peers = frames_.peers();
   show_senders(Clock::now(), peers.admitted > 0 && peers.peers == 0 ? Clock::duration(-1) : IdTracker::usual_patience);  // no patience with who is gone
   if (forward_) untold_ = forward_->finish(farewell);
 }
@@ -70,32 +70,32 @@ bool FrameTap::take_next(std::chrono::milliseconds timeout) noexcept {
   return message.has_value();
 }
 
-void FrameTap::take(Message message) noexcept {
-  const std::int64_t receive_ns = wall_clock_ns();
-  const WireStatus status = decoder_.open(message);
+void FrameTap::take(wire::Message message) noexcept {
+  const std::int64_t receive_ns = mcap::wall_clock_ns();
+  const wire::WireStatus status = decoder_.open(message);
   const auto word = word_in(message, status, decoder_.header());
-  if (!word || !hear(*word)) take_frame(message, word ? WireStatus::damaged : status, receive_ns);
+  if (!word || !hear(*word)) take_frame(message, word ? wire::WireStatus::damaged : status, receive_ns);
   missed_ = ids_.missed() + ids_.withheld();
   withheld_ = ids_.withheld();
 }
 
 /// Recorded whatever its condition, as far as there is a cloud.
-void FrameTap::take_frame(Message message, WireStatus status, std::int64_t receive_ns) noexcept {
-  const FrameHeader& header = decoder_.header();
+void FrameTap::take_frame(wire::Message message, wire::WireStatus status, std::int64_t receive_ns) noexcept {
+  const wire::FrameHeader& header = decoder_.header();
   ++received_;
   // First on its way to the matcher, then into the recording.
   const bool is_refused = forward_ && !forward_->send(message);
   recorder_.frame(message, header, receive_ns);
   if (header.cloud.empty()) ++damaged_;
-  if (status == WireStatus::too_many_points) ++too_many_points_;
+  if (status == wire::WireStatus::too_many_points) ++too_many_points_;
   if (header.identified && !header.end_of_stream) {
     const auto [arrival, gap] = ids_.saw(header.session, header.id, Clock::now());
-    note(TapEvent::Kind::received, WireStatus::missed, header.session, gap);
-    if (arrival == IdTracker::Arrival::impossible) status = WireStatus::damaged;
-    if (arrival == IdTracker::Arrival::duplicate && status == WireStatus::ok) status = WireStatus::duplicate;
+    note(TapEvent::Kind::received, wire::WireStatus::missed, header.session, gap);
+    if (arrival == IdTracker::Arrival::impossible) status = wire::WireStatus::damaged;
+    if (arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok) status = wire::WireStatus::duplicate;
   }
   const IdRange id{header.id, 1};
-  if (status != WireStatus::ok || ids_.sessions() != known_sessions_) note(TapEvent::Kind::received, status, header.session, id);
+  if (status != wire::WireStatus::ok || ids_.sessions() != known_sessions_) note(TapEvent::Kind::received, status, header.session, id);
   known_sessions_ = ids_.sessions();
   if (!forward_) return;
   ++(is_refused ? refused_ : forwarded_);
@@ -104,17 +104,17 @@ void FrameTap::take_frame(Message message, WireStatus status, std::int64_t recei
 
 /// False when it cannot be true.
 bool FrameTap::hear(const SenderWord& word) noexcept {
-  const Control& control = word.control;
+  const wire::Control& control = word.control;
   const IdTracker::Told told = ids_.told(control, Clock::now());
   if (!told.is_possible) return false;
-  note(TapEvent::Kind::received, WireStatus::missed, control.session, told.gap);
-  note(TapEvent::Kind::received, WireStatus::withheld, control.session, told.withheld);
-  if (word.ends_stream) note(TapEvent::Kind::received, WireStatus::end_of_stream, control.session, {control.next_id, 1});
+  note(TapEvent::Kind::received, wire::WireStatus::missed, control.session, told.gap);
+  note(TapEvent::Kind::received, wire::WireStatus::withheld, control.session, told.withheld);
+  if (word.ends_stream) note(TapEvent::Kind::received, wire::WireStatus::end_of_stream, control.session, {control.next_id, 1});
   if (forward_) forward_->tell(word);
   return true;
 }
 
-void FrameTap::note(TapEvent::Kind kind, WireStatus status, std::uint64_t session, IdRange ids) noexcept {
+void FrameTap::note(TapEvent::Kind kind, wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept {
   if (ids.count == 0) return;
   TapEvent* event = events_.claim();
   if (event == nullptr) return;
@@ -125,22 +125,22 @@ void FrameTap::note(TapEvent::Kind kind, WireStatus status, std::uint64_t sessio
 void FrameTap::show_senders(Clock::time_point now, Clock::duration patience) noexcept {
   next_show_ = now + senders_interval;
   auto senders = ids_.senders(now, patience);
-  silent_ = static_cast<std::uint64_t>(std::ranges::count(senders, SenderCondition::silent, &WireSender::condition));
+  silent_ = static_cast<std::uint64_t>(std::ranges::count(senders, wire::SenderCondition::silent, &wire::WireSender::condition));
   senders_.store(std::move(senders));
 }
 
 void FrameTap::take_results() noexcept {
-  WireResult result;
-  WireState state;
+  wire::WireResult result;
+  wire::WireState state;
   while (true) {
     const bool last_look = stopping_;
     const auto message = results_->receive(last_look ? last_results : std::chrono::milliseconds(receive_timeout));
     if (!message && last_look) break;
     if (!message) continue;
-    if (decode_result(*message, result) == WireStatus::ok) {
+    if (wire::decode_result(*message, result) == wire::WireStatus::ok) {
       note_sequence(result.sequence);
       recorder_.result(*message, result);
-    } else if (decode_state(*message, state) == WireStatus::ok) {
+    } else if (wire::decode_state(*message, state) == wire::WireStatus::ok) {
       note_sequence(state.sequence);
       recorder_.state(*message, state);
     }
@@ -152,4 +152,4 @@ void FrameTap::note_sequence(std::uint64_t sequence) noexcept {
   next_sequence_ = sequence + 1;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -12,7 +12,7 @@
 #include <optional>
 #include <thread>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct TapTally {
   std::uint64_t frames = 0;           // received
@@ -35,13 +35,13 @@ struct TapTally {
 class FrameTap {
  public:
   /// `forward` and `results` may be absent.
-  FrameTap(FrameSource frames, std::optional<FrameSink> forward, std::optional<ResultSource> results, RunRecorder& recorder, WireLimits limits);
+  FrameTap(wire::FrameSource frames, std::optional<wire::FrameSink> forward, std::optional<wire::ResultSource> results, RunRecorder& recorder, wire::WireLimits limits);
   ~FrameTap();
   /// Takes in what has arrived, then ends.
   void stop();
   [[nodiscard]] TapTally tally() const noexcept;
   /// Who sends, as of a moment ago; after stop(): who sent.
-  [[nodiscard]] std::vector<WireSender> senders() const { return senders_.load(); }
+  [[nodiscard]] std::vector<wire::WireSender> senders() const { return senders_.load(); }
   /// One thread's to read.
   [[nodiscard]] TapEvents& events() noexcept { return events_; }
 
@@ -50,19 +50,19 @@ class FrameTap {
 
   void take_frames() noexcept;
   bool take_next(std::chrono::milliseconds timeout) noexcept;
-  void take(Message message) noexcept;
-  void take_frame(Message message, WireStatus status, std::int64_t receive_ns) noexcept;
+  void take(wire::Message message) noexcept;
+  void take_frame(wire::Message message, wire::WireStatus status, std::int64_t receive_ns) noexcept;
   bool hear(const SenderWord& word) noexcept;
-  void note(TapEvent::Kind kind, WireStatus status, std::uint64_t session, IdRange ids) noexcept;
+  void note(TapEvent::Kind kind, wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept;
   void show_senders(Clock::time_point now, Clock::duration patience) noexcept;
   void take_results() noexcept;
   void note_sequence(std::uint64_t sequence) noexcept;
 
-  FrameSource frames_;
+  wire::FrameSource frames_;
   std::optional<Forwarder> forward_;
-  std::optional<ResultSource> results_;
+  std::optional<wire::ResultSource> results_;
   RunRecorder& recorder_;
-  FrameDecoder decoder_;
+  wire::FrameDecoder decoder_;
   IdTracker ids_;
   TapEvents events_{1024};
   SharedSenders senders_;
@@ -75,4 +75,4 @@ class FrameTap {
   std::thread frames_thread_, results_thread_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

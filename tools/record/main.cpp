@@ -12,7 +12,7 @@
 
 #include <cstdio>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -21,7 +21,7 @@ struct Options {
   RecordingOptions recording;
   ServerAccessOptions server_access;
   ClientAccessOptions matcher_access;
-  std::uint32_t max_points = WireLimits{}.max_points;
+  std::uint32_t max_points = wire::WireLimits{}.max_points;
   bool json = false;
 };
 
@@ -67,7 +67,7 @@ RunSettings settings_of(const Options& options) {
   settings.program = "lbea-record " LBEA_VERSION_STRING;
   settings.matcher.trigger_ns = options.recording.trigger_ns.value_or(0);
   settings.matcher.max_points = options.max_points;
-  settings.start_ns = wall_clock_ns();
+  settings.start_ns = mcap::wall_clock_ns();
   return settings;
 }
 
@@ -101,15 +101,15 @@ int record(const Options& options) {
   catch_stop_signals();
   catch_trigger_signal();
   require_distinct_endpoints({{"--frames", options.frames_endpoint}, {"--forward", options.forward_endpoint}, {"--results", options.results_endpoint}});
-  WireContext context;
-  WireLimits limits;
+  wire::WireContext context;
+  wire::WireLimits limits;
   limits.max_points = options.max_points;
-  const ClientAccess matcher_access = options.matcher_access.load();
-  FrameSource frames(context, options.frames_endpoint, limits, options.server_access.load());
-  std::optional<FrameSink> forward;
-  std::optional<ResultSource> results;
-  if (!options.forward_endpoint.empty()) forward.emplace(context, options.forward_endpoint, default_queued_messages, matcher_access);
-  if (!options.results_endpoint.empty()) results.emplace(context, options.results_endpoint, results_held, matcher_access);
+  const wire::ClientAccess matcher_access = options.matcher_access.load();
+  wire::FrameSource frames(context, options.frames_endpoint, limits, options.server_access.load());
+  std::optional<wire::FrameSink> forward;
+  std::optional<wire::ResultSource> results;
+  if (!options.forward_endpoint.empty()) forward.emplace(context, options.forward_endpoint, wire::default_queued_messages, matcher_access);
+  if (!options.results_endpoint.empty()) results.emplace(context, options.results_endpoint, wire::results_held, matcher_access);
   const auto recorder = begin_recording(options.recording, settings_of(options));
   RecordingWatch watch(recorder.get(), options.recording.file);
   spdlog::info("ready: frames on {}", frames.endpoint());
@@ -133,12 +133,12 @@ int record(const Options& options) {
 
 }  // namespace
 
-}  // namespace lbea
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-record"));
-  lbea::Options options;
-  lbea::Tool tool("lbea-record", lbea::description, "lbea-record test.mcap --frames ipc:///tmp/rig.ipc --forward ipc:///tmp/frames.ipc");
-  lbea::add_options(tool, options);
-  return tool.run(argc, argv, [&] { return lbea::record(options); });
+  lbea::tool::Options options;
+  lbea::tool::Tool tool("lbea-record", lbea::tool::description, "lbea-record test.mcap --frames ipc:///tmp/rig.ipc --forward ipc:///tmp/frames.ipc");
+  lbea::tool::add_options(tool, options);
+  return tool.run(argc, argv, [&] { return lbea::tool::record(options); });
 }

@@ -2,11 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
-namespace lbea {
+namespace lbea::tool {
 
-void TapLog::look(TapEvents& events, std::vector<WireSender> senders) {
+void TapLog::look(TapEvents& events, std::vector<wire::WireSender> senders) {
   for (; const TapEvent* event = events.front(); events.release()) note(*event);
-  WireState state;
+  wire::WireState state;
   state.senders = std::move(senders);
   frames_.note(state);
 }
@@ -18,4 +18,4 @@ void TapLog::note(const TapEvent& event) {
                  frames_text(event.ids), refused_.untold_text());
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

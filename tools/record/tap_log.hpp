@@ -5,23 +5,23 @@
 #include "tools/shared/cli/log_line.hpp"
 #include "tools/shared/intake/frame_log.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Something to tell of some captures.
 struct TapEvent {
   enum class Kind : std::uint8_t { received, refused };  // refused: the matcher had no room for a frame
   Kind kind = Kind::received;
-  WireStatus status = WireStatus::ok;
+  wire::WireStatus status = wire::WireStatus::ok;
   std::uint64_t session = 0;
   IdRange ids;
 };
 /// From the receiving thread; what finds no room is in the tally alone.
-using TapEvents = SpscRing<TapEvent>;
+using TapEvents = wire::SpscRing<TapEvent>;
 
 class TapLog {
  public:
   /// Every now and then.
-  void look(TapEvents& events, std::vector<WireSender> senders);
+  void look(TapEvents& events, std::vector<wire::WireSender> senders);
 
  private:
   void note(const TapEvent& event);
@@ -29,4 +29,4 @@ class TapLog {
   LogLine refused_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

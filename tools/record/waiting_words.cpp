@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 void WaitingWords::add(const SenderWord& word) {
   if (SenderWord* last = word.ends_stream ? nullptr : replaceable_by(word.control)) {
@@ -14,13 +14,13 @@ void WaitingWords::add(const SenderWord& word) {
 }
 
 /// The session's last word, if it is not its first and says nothing that the later one does not say too.
-SenderWord* WaitingWords::replaceable_by(const Control& later) {
+SenderWord* WaitingWords::replaceable_by(const wire::Control& later) {
   const auto is_of_session = [&](const SenderWord& word) { return word.control.session == later.session; };
   const auto last = std::find_if(words_.rbegin(), words_.rend(), is_of_session);
   if (last == words_.rend() || std::find_if(last + 1, words_.rend(), is_of_session) == words_.rend()) return nullptr;
-  const Control& earlier = last->control;
+  const wire::Control& earlier = last->control;
   const bool is_contained = earlier.withheld == 0 && later.next_id - later.withheld >= earlier.next_id;
   return is_contained && !last->ends_stream ? &*last : nullptr;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,10 +6,10 @@
 #include <cstddef>
 #include <deque>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct SenderWord {
-  Control control;
+  wire::Control control;
   bool ends_stream = false;  // said by a frame, for an end of the stream is a result too
 };
 
@@ -27,8 +27,8 @@ class WaitingWords {
   void pop() { words_.pop_front(); }
 
  private:
-  SenderWord* replaceable_by(const Control& later);
+  SenderWord* replaceable_by(const wire::Control& later);
   std::deque<SenderWord> words_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -14,13 +14,14 @@
 namespace {
 
 using namespace lbea;
+using namespace lbea::tool;
 
 struct Arguments {
   std::filesystem::path model, sensor, out;
   std::vector<std::string> clouds;
   std::uint32_t frames = 3;
   std::optional<double> noise;
-  RegistrationSettings settings;
+  bake::RegistrationSettings settings;
   bool even_if_ambiguous = false, json = false;
 };
 
@@ -43,15 +44,15 @@ std::vector<Point> read_clouds(const Arguments& arguments) {
   files.resize(std::min<std::size_t>(files.size(), arguments.frames));
   std::vector<Point> points;
   for (const auto& file : files) {
-    const PointCloud cloud = read_point_cloud(file);
+    const io::PointCloud cloud = io::read_point_cloud(file);
     points.insert(points.end(), cloud.points.begin(), cloud.points.end());
   }
   return points;
 }
 
 void check_units(const std::vector<Point>& points, const Undeformed& component, const std::string& unit) {
-  const double cloud = robust_diagonal(points), mesh = box_diagonal(component.shape.mean);
-  const auto factor = unit_factor(cloud, mesh);
+  const double cloud = bake::robust_diagonal(points), mesh = bake::box_diagonal(component.shape.mean);
+  const auto factor = bake::unit_factor(cloud, mesh);
   if (!factor) return;
   char text[300];
   std::snprintf(text, sizeof text, "the clouds measure %.4g across and the component %.4g %s: the units disagree; multiply the clouds by %g, or correct the "
@@ -59,8 +60,8 @@ void check_units(const std::vector<Point>& points, const Undeformed& component, 
   throw Error(Status::bad_input, text);
 }
 
-void print(const Registration& r, bool json) {
-  const LeastCertain& least = r.least_certain;
+void print(const bake::Registration& r, bool json) {
+  const bake::LeastCertain& least = r.least_certain;
   if (json) {
     const nlohmann::ordered_json summary{{"T_reference_sensor", r.T_reference_sensor}, {"residual", r.residual}, {"counted", r.counted},
                                          {"shift", r.shift}, {"turn_deg", r.turn_deg}, {"agreeing_starts", r.agreeing},
@@ -76,14 +77,14 @@ void print(const Registration& r, bool json) {
 }
 
 int run(Arguments& arguments) {
-  const SensorDescription rough = read_sensor_json(arguments.sensor);
+  const io::SensorDescription rough = io::read_sensor_json(arguments.sensor);
   arguments.settings.noise = arguments.noise.value_or(std::max(double{rough.noise.sigma}, 1e-6));
   const Model model = Model::open(arguments.model);
   const Undeformed component = undeformed_component(model, arguments.settings.noise);
   const auto points = read_clouds(arguments);
   check_units(points, component, std::string(model.length_unit()));
-  const ReferenceSurface surface{component.shape.mean, component.elements, component.shape.modes, visibility_of(component, rough)};
-  const Registration result = register_cloud(surface, points, rough.sensor.T_reference_sensor, arguments.settings);
+  const bake::ReferenceSurface surface{component.shape.mean, component.elements, component.shape.modes, visibility_of(component, rough)};
+  const bake::Registration result = bake::register_cloud(surface, points, rough.sensor.T_reference_sensor, arguments.settings);
   print(result, arguments.json);
   if (result.ambiguous()) {
     std::fprintf(stderr, "lbea-register: ambiguous: %s\n", result.doubt.c_str());
@@ -92,7 +93,7 @@ int run(Arguments& arguments) {
       return exit_failed;
     }
   }
-  AtomicFile file(arguments.out);
+  io::AtomicFile file(arguments.out);
   file.write(with_poses(arguments.sensor, moved_to(rough.sensor, result.T_reference_sensor)));
   file.commit();
   return exit_ok;

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -27,33 +27,33 @@ Undeformed undeformed_component(const Model& model, double least_variation) {
   std::vector<std::span<const float>> shapes;
   for (std::uint32_t s = 0; s < model.samples(); ++s)
     if (model.sample_time_s(s) <= earliest) shapes.push_back(model.node_positions(s));
-  Undeformed component{shape_modes(shapes, least_variation), {}};
+  Undeformed component{bake::shape_modes(shapes, least_variation), {}};
   component.elements.resize(model.elements());
   for (std::size_t i = 0; i < model.element_nodes().size(); ++i) component.elements[i / 4][i % 4] = model.element_nodes()[i];
   return component;
 }
 
-decltype(ReferenceSurface::visible) visibility_of(const Undeformed& component, const SensorDescription& rig) {
+decltype(bake::ReferenceSurface::visible) visibility_of(const Undeformed& component, const io::SensorDescription& rig) {
   return [&component, rig](const RigidTransform& pose) {
-    const VirtualSensor sensor(moved_to(rig.sensor, pose), component.shape.mean.size() / 3, component.elements);
+    const bake::VirtualSensor sensor(moved_to(rig.sensor, pose), component.shape.mean.size() / 3, component.elements);
     return sensor.visible_elements({component.shape.mean}, rig.noise.min_cos_incidence);
   };
 }
 
-StereoSensor moved_to(const StereoSensor& rig, const RigidTransform& T_reference_sensor) {
-  StereoSensor moved = rig;
-  const Eigen::Isometry3d T_sensor_right = to_isometry(rig.T_reference_sensor).inverse() * to_isometry(rig.T_reference_right);
+bake::StereoSensor moved_to(const bake::StereoSensor& rig, const RigidTransform& T_reference_sensor) {
+  bake::StereoSensor moved = rig;
+  const Eigen::Isometry3d T_sensor_right = bake::to_isometry(rig.T_reference_sensor).inverse() * bake::to_isometry(rig.T_reference_right);
   moved.T_reference_sensor = T_reference_sensor;
-  moved.T_reference_right = to_transform(to_isometry(T_reference_sensor) * T_sensor_right);
+  moved.T_reference_right = bake::to_transform(bake::to_isometry(T_reference_sensor) * T_sensor_right);
   return moved;
 }
 
-std::string with_poses(const std::filesystem::path& sensor_json, const StereoSensor& rig) {
-  const auto bytes = read_file(sensor_json);
-  auto json = nlohmann::ordered_json::parse(as_text(bytes));
+std::string with_poses(const std::filesystem::path& sensor_json, const bake::StereoSensor& rig) {
+  const auto bytes = io::read_file(sensor_json);
+  auto json = nlohmann::ordered_json::parse(io::as_text(bytes));
   json["T_reference_sensor"] = rows(rig.T_reference_sensor);
   json["sensor"]["T_reference_right"] = rows(rig.T_reference_right);
   return json.dump(1) + '\n';
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
-std::vector<std::byte> bytes_of(const WireResult& result) {
-  Encoder encoder;
-  WireResult bare = without_timings(result);
+std::vector<std::byte> bytes_of(const wire::WireResult& result) {
+  wire::Encoder encoder;
+  wire::WireResult bare = without_timings(result);
   bare.receive_ns = 0;
   bare.model_checksum = 0;  // another model is what comparisons are for
   const auto bytes = encoder.result(bare);
@@ -20,8 +20,8 @@ std::vector<std::byte> bytes_of(const WireResult& result) {
 }
 
 /// Not of the stream's end, nor of a capture of which no frame came.
-bool is_of_a_frame(WireStatus status) {
-  return fate_of(status) != Fate::not_a_capture && status != WireStatus::missed && status != WireStatus::withheld;
+bool is_of_a_frame(wire::WireStatus status) {
+  return wire::fate_of(status) != wire::Fate::not_a_capture && status != wire::WireStatus::missed && status != wire::WireStatus::withheld;
 }
 
 double relative_difference(double a, double b) {
@@ -30,29 +30,29 @@ double relative_difference(double a, double b) {
   return std::isfinite(scale) ? std::abs(a - b) / scale : 1;
 }
 
-double best_distance_difference(const WireResult& a, const WireResult& b) {
+double best_distance_difference(const wire::WireResult& a, const wire::WireResult& b) {
   if (a.matches.empty() || b.matches.empty()) return a.matches.empty() == b.matches.empty() ? 0 : 1;
   return relative_difference(a.matches[0].distance, b.matches[0].distance);
 }
 
 // Simulations are told by their names: another model may number them in another way.
-bool has_same_match(const WireResult& a, const WireResult& b) {
+bool has_same_match(const wire::WireResult& a, const wire::WireResult& b) {
   if (a.matches.empty() || b.matches.empty()) return a.matches.empty() == b.matches.empty();
   return a.matches[0].simulation_name == b.matches[0].simulation_name &&
          a.matches[0].sample.time_step == b.matches[0].sample.time_step;
 }
 
-std::string text(const WireResult& result) {
-  std::string words(to_string(result.status));
-  words += ", " + std::string(to_string(result.verdict));
+std::string text(const wire::WireResult& result) {
+  std::string words(wire::to_string(result.status));
+  words += ", " + std::string(wire::to_string(result.verdict));
   if (result.matches.empty()) return words;
-  const WireMatch& best = result.matches[0];
+  const wire::WireMatch& best = result.matches[0];
   return words + ", " + best.simulation_name + " step " + std::to_string(best.sample.time_step) + " at " + std::to_string(best.distance);
 }
 
 }  // namespace
 
-WireResult without_timings(WireResult result) {
+wire::WireResult without_timings(wire::WireResult result) {
   result.sequence = 0;
   result.elapsed_ns = {};
   result.counters = {};
@@ -62,13 +62,13 @@ WireResult without_timings(WireResult result) {
 
 Comparison::Comparison(RecordedRun& run, double tolerance) : tolerance_(tolerance) {
   std::vector<Key> frames;
-  WireResult result;
-  WireState state;
+  wire::WireResult result;
+  wire::WireState state;
   while (const auto message = run.next()) {
-    if (message->kind == RecordedMessage::Kind::state && decode_state(message->data, state) == WireStatus::ok) note_first_ids(state);
+    if (message->kind == RecordedMessage::Kind::state && wire::decode_state(message->data, state) == wire::WireStatus::ok) note_first_ids(state);
     if (message->kind == RecordedMessage::Kind::frame) frames.emplace_back(message->session, message->id);
     if (message->kind != RecordedMessage::Kind::result) continue;
-    if (decode_result(message->data, result) != WireStatus::ok)
+    if (wire::decode_result(message->data, result) != wire::WireStatus::ok)
       throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be of another version");
     if (is_of_a_frame(result.status)) take_recorded(result);
   }
@@ -76,7 +76,7 @@ Comparison::Comparison(RecordedRun& run, double tolerance) : tolerance_(toleranc
   note_lost_history(frames);
 }
 
-void Comparison::take_recorded(const WireResult& result) {
+void Comparison::take_recorded(const wire::WireResult& result) {
   Answers& answers = recorded_[{result.session, result.frame_id}];
   if (answers.results.empty()) answers.first = result.status;
   answers.results.push_back(result);
@@ -91,8 +91,8 @@ void Comparison::note_sessions(const std::vector<Key>& frames) {
   }
 }
 
-void Comparison::note_first_ids(const WireState& state) {
-  for (const WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
+void Comparison::note_first_ids(const wire::WireState& state) {
+  for (const wire::WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
 }
 
 // The matcher had earlier frames of the session; or what is added up is of more frames than are here since the test began.
@@ -105,7 +105,7 @@ void Comparison::note_lost_history(const std::vector<Key>& frames) {
     if (!was_dropped(frame.first, frame.second)) ++frames_of_test;
     const auto found = recorded_.find(frame);
     if (found == recorded_.end()) continue;
-    for (const WireResult& result : found->second.results)
+    for (const wire::WireResult& result : found->second.results)
       if (result.test.frames > frames_of_test) sessions_.at(frame.first).began_before = true;
   }
 }
@@ -117,16 +117,16 @@ bool Comparison::is_at_edge(const Key& key) const {
 
 bool Comparison::was_dropped(std::uint64_t session, std::uint64_t id) const {
   const auto found = recorded_.find({session, id});
-  return found != recorded_.end() && fate_of(found->second.first) == Fate::dropped;
+  return found != recorded_.end() && wire::fate_of(found->second.first) == wire::Fate::dropped;
 }
 
-bool Comparison::is_same(const WireResult& recorded, const WireResult& now) const {
+bool Comparison::is_same(const wire::WireResult& recorded, const wire::WireResult& now) const {
   if (tolerance_ == 0) return bytes_of(recorded) == bytes_of(now);
   return recorded.status == now.status && recorded.verdict == now.verdict && has_same_match(recorded, now) &&
          best_distance_difference(recorded, now) <= tolerance_ && relative_difference(recorded.coverage, now.coverage) <= tolerance_;
 }
 
-std::optional<std::string> Comparison::take(const WireResult& result) {
+std::optional<std::string> Comparison::take(const wire::WireResult& result) {
   const std::string name = "frame " + std::to_string(result.frame_id) + ": ";
   const Key key{result.session, result.frame_id};
   const auto found = recorded_.find(key);
@@ -138,16 +138,16 @@ std::optional<std::string> Comparison::take(const WireResult& result) {
     ++tally_.not_recorded;
     return name + "no result is recorded; now " + text(result);
   }
-  WireResult now = result;
+  wire::WireResult now = result;
   auto& results = found->second.results;
   if (const auto session = sessions_.find(key.first); session->second.began_before && (now.test.frames > 0 || results.front().test.frames > 0)) {
     now.test = {};
-    for (WireResult& then : results) then.test = {};
+    for (wire::WireResult& then : results) then.test = {};
     ++tally_.without_history;
   }
-  auto place = std::ranges::find_if(results, [&](const WireResult& then) { return is_same(then, now); });
+  auto place = std::ranges::find_if(results, [&](const wire::WireResult& then) { return is_same(then, now); });
   if (place == results.end()) place = results.begin();
-  const WireResult then = *place;
+  const wire::WireResult then = *place;
   results.erase(place);
   tally_.worst_distance = std::max(tally_.worst_distance, best_distance_difference(then, now));
   if (is_same(then, now)) {
@@ -165,9 +165,9 @@ ComparisonTally Comparison::tally() const {
   for (const auto& [key, answers] : recorded_) {
     // Frames that were dropped then are not asked again, and of rejected ones there may be no cloud.
     (is_at_edge(key) ? tally.edge_results : tally.not_repeated) += static_cast<std::uint64_t>(
-        std::ranges::count(answers.results, Fate::matched, [](const WireResult& result) { return fate_of(result.status); }));
+        std::ranges::count(answers.results, wire::Fate::matched, [](const wire::WireResult& result) { return wire::fate_of(result.status); }));
   }
   return tally;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct ComparisonTally {
   std::uint64_t same = 0;       // to the last bit, or within the tolerance
@@ -33,15 +33,15 @@ class Comparison {
   /// A frame that found no place in the queue then, and so has no answer to compare with.
   [[nodiscard]] bool was_dropped(std::uint64_t session, std::uint64_t id) const;
   /// What is different, in a sentence; nothing when all is the same.
-  std::optional<std::string> take(const WireResult& result);
+  std::optional<std::string> take(const wire::WireResult& result);
   /// Once all new results were taken.
   [[nodiscard]] ComparisonTally tally() const;
 
  private:
   using Key = std::pair<std::uint64_t, std::uint64_t>;  // session, id
   struct Answers {
-    std::vector<WireResult> results;  // more than one when an id came twice, in any order; those compared are taken out
-    WireStatus first{};
+    std::vector<wire::WireResult> results;  // more than one when an id came twice, in any order; those compared are taken out
+    wire::WireStatus first{};
   };
   /// Where frames and results are both recorded, by ids.
   struct Session {
@@ -49,14 +49,14 @@ class Comparison {
     bool began_before = false;  // the first frames of the test are not in the recording
     [[nodiscard]] bool holds(std::uint64_t id) const noexcept { return id >= first_id && id <= last_id; }
   };
-  void take_recorded(const WireResult& result);
+  void take_recorded(const wire::WireResult& result);
   /// `frames`: in the order in which they were recorded.
   void note_sessions(const std::vector<Key>& frames);
   void note_lost_history(const std::vector<Key>& frames);
-  void note_first_ids(const WireState& state);
+  void note_first_ids(const wire::WireState& state);
   /// Before the first or behind the last frame of its session that is recorded with its result.
   [[nodiscard]] bool is_at_edge(const Key& key) const;
-  [[nodiscard]] bool is_same(const WireResult& recorded, const WireResult& now) const;
+  [[nodiscard]] bool is_same(const wire::WireResult& recorded, const wire::WireResult& now) const;
   double tolerance_;
   std::map<Key, Answers> recorded_;
   std::map<std::uint64_t, Session> sessions_;
@@ -65,6 +65,6 @@ class Comparison {
 };
 
 /// The result without what differs from run to run.
-[[nodiscard]] WireResult without_timings(WireResult result);
+[[nodiscard]] wire::WireResult without_timings(wire::WireResult result);
 
-}  // namespace lbea
+}  // namespace lbea::tool

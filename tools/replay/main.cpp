@@ -11,7 +11,7 @@
 
 #include <cstdio>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -77,7 +77,7 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--json", options.json, "print as JSON");
 }
 
-void wait_for_receiver(FrameSink& sink, const std::string& endpoint) {
+void wait_for_receiver(wire::FrameSink& sink, const std::string& endpoint) {
   const auto deadline = std::chrono::steady_clock::now() + longest_wait;
   while (!sink.wait_ready(50ms))
     if (stop_requested != 0 || std::chrono::steady_clock::now() > deadline)
@@ -86,9 +86,9 @@ void wait_for_receiver(FrameSink& sink, const std::string& endpoint) {
 }
 
 int send(Options options, RecordedRun& run) {
-  WireContext context;
-  const ClientAccess access = options.access.load();
-  FrameSink sink(context, options.endpoint, default_queued_messages, access);
+  wire::WireContext context;
+  const wire::ClientAccess access = options.access.load();
+  wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);
   wait_for_receiver(sink, options.endpoint);
   const auto stop = [] { return stop_requested != 0; };
   std::optional<MatcherWitness> witness;
@@ -123,13 +123,13 @@ int replay(Options options) {
 
 }  // namespace
 
-}  // namespace lbea
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-replay"));
-  lbea::Options options;
-  lbea::Tool tool("lbea-replay", lbea::description,
+  lbea::tool::Options options;
+  lbea::tool::Tool tool("lbea-replay", lbea::tool::description,
                   "lbea-replay test.mcap --to ipc:///tmp/frames.ipc\n  lbea-replay test.mcap --model rail.lbea --against");
-  lbea::add_options(tool, options);
-  return tool.run(argc, argv, [&] { return lbea::replay(options); });
+  lbea::tool::add_options(tool, options);
+  return tool.run(argc, argv, [&] { return lbea::tool::replay(options); });
 }

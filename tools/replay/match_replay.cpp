@@ -2,11 +2,11 @@
 
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 MatchReplay::MatchReplay(const Model& model, const MatcherConfig& config, const SensorViews& views, unsigned threads)
     : model_checksum_(model.checksum()),
-      decoder_(WireLimits{.max_points = config.max_points}),
+      decoder_(wire::WireLimits{.max_points = config.max_points}),
       slots_(threads),
       begin_(threads),
       end_(threads) {
@@ -35,14 +35,14 @@ bool MatchReplay::add(const RecordedMessage& frame, bool is_asked, const ResultT
   slot.is_asked = is_asked;
   slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
   const IdTracker::Arrival arrival = ids_.saw(frame.session, frame.id).arrival;
-  if (arrival == IdTracker::Arrival::impossible) slot.status = WireStatus::damaged;
-  if (arrival == IdTracker::Arrival::duplicate && slot.status == WireStatus::ok) slot.status = WireStatus::duplicate;
+  if (arrival == IdTracker::Arrival::impossible) slot.status = wire::WireStatus::damaged;
+  if (arrival == IdTracker::Arrival::duplicate && slot.status == wire::WireStatus::ok) slot.status = wire::WireStatus::duplicate;
   slot.header = decoder_.header();
   slot.header.frame_id = {};
   slot.header.cloud = {};
   slot.receive_ns = frame.log_time_ns;
-  slot.points.resize(slot.status == WireStatus::ok ? slot.header.points : 0);
-  if (slot.status == WireStatus::ok) decoder_.read_points(slot.points);
+  slot.points.resize(slot.status == wire::WireStatus::ok ? slot.header.points : 0);
+  if (slot.status == wire::WireStatus::ok) decoder_.read_points(slot.points);
   return filled_ < slots_.size() || flush(take);
 }
 
@@ -50,7 +50,7 @@ bool MatchReplay::flush(const ResultTaker& take) {
   run_batch();
   bool go_on = true;
   for (std::size_t i = 0; i < filled_ && go_on; ++i) {
-    const WireResult result = result_of(slots_[i]);
+    const wire::WireResult result = result_of(slots_[i]);
     if (slots_[i].is_asked) go_on = take(result);
   }
   filled_ = 0;
@@ -59,12 +59,12 @@ bool MatchReplay::flush(const ResultTaker& take) {
 
 namespace {
 void match(auto& slot) {
-  if (slot.status == WireStatus::ok) slot.match = slot.engine->match({slot.header.id, slot.header.stamp_ns, slot.points});
+  if (slot.status == wire::WireStatus::ok) slot.match = slot.engine->match({slot.header.id, slot.header.stamp_ns, slot.points});
 }
 }  // namespace
 
 void MatchReplay::run_batch() {
-  for (std::size_t i = filled_; i < slots_.size(); ++i) slots_[i].status = WireStatus::end_of_stream;  // nothing to do
+  for (std::size_t i = filled_; i < slots_.size(); ++i) slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
   if (!workers_.empty()) begin_.arrive_and_wait();
   match(slots_[0]);
   if (!workers_.empty()) end_.arrive_and_wait();
@@ -79,14 +79,14 @@ void MatchReplay::work(Slot& slot) {
   }
 }
 
-WireResult MatchReplay::result_of(Slot& slot) {
+wire::WireResult MatchReplay::result_of(Slot& slot) {
   ModelEngine& first = *slots_[0].engine;
   clear(outcome_);
   if (slot.header.session != std::exchange(session_, slot.header.session)) first.begin_test();
   outcome_.result.status = slot.status;
   outcome_.result.points.received = slot.header.points;
-  if (slot.status == WireStatus::ok) fill_outcome(outcome_, slot.match, first.track(slot.match));
-  WireResult result;
+  if (slot.status == wire::WireStatus::ok) fill_outcome(outcome_, slot.match, first.track(slot.match));
+  wire::WireResult result;
   compose(outcome_, first, result);
   complete_verdict(result);
   result.session = slot.header.session;
@@ -99,4 +99,4 @@ WireResult MatchReplay::result_of(Slot& slot) {
   return result;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

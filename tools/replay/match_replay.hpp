@@ -12,11 +12,11 @@
 #include <functional>
 #include <thread>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Hands on a result without what differs from run to run: no times but the frame's own, no counters. Returns
 /// whether to go on.
-using ResultTaker = std::function<bool(const WireResult& result)>;
+using ResultTaker = std::function<bool(const wire::WireResult& result)>;
 
 class MatchReplay {
  public:
@@ -36,9 +36,9 @@ class MatchReplay {
  private:
   struct Slot {
     std::unique_ptr<ModelEngine> engine;
-    FrameHeader header;
+    wire::FrameHeader header;
     std::int64_t receive_ns = 0;
-    WireStatus status = WireStatus::ok;
+    wire::WireStatus status = wire::WireStatus::ok;
     std::vector<Point> points;
     MatchResult match;
     bool is_asked = true;
@@ -46,11 +46,11 @@ class MatchReplay {
   void work(Slot& slot);
   void end_workers() noexcept;
   void run_batch();
-  WireResult result_of(Slot& slot);
+  wire::WireResult result_of(Slot& slot);
 
   std::uint64_t model_checksum_;
-  Encoder encoder_;
-  FrameDecoder decoder_;
+  wire::Encoder encoder_;
+  wire::FrameDecoder decoder_;
   IdTracker ids_;
   std::vector<Slot> slots_;  // one per thread, with a matcher each; the first one's tracker adds up the test
   std::size_t filled_ = 0;
@@ -61,4 +61,4 @@ class MatchReplay {
   std::vector<std::thread> workers_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

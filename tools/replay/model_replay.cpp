@@ -15,7 +15,7 @@
 
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -27,7 +27,7 @@ class PoseFile {
   explicit PoseFile(const std::string& sensor_json) {
     if (sensor_json.empty()) return;
     path_ = std::filesystem::temp_directory_path() / ("lbea-replay-" + std::to_string(::getpid()) + "-sensor.json");
-    AtomicFile file(path_);
+    io::AtomicFile file(path_);
     file.write(sensor_json);
     file.commit();
   }
@@ -56,7 +56,7 @@ class Takers {
     if (!options.output.empty()) file_ = std::make_unique<ResultsFile>(options.output, settings);
     if (comparison == nullptr && !options.json && options.output.empty()) std::printf("%s\n", result_header().c_str());
   }
-  bool operator()(const WireResult& result) {
+  bool operator()(const wire::WireResult& result) {
     if (file_) file_->add(result);
     if (comparison_ != nullptr) {
       compare(result);
@@ -70,7 +70,7 @@ class Takers {
   }
 
  private:
-  void compare(const WireResult& result) {
+  void compare(const wire::WireResult& result) {
     const auto difference = comparison_->take(result);
     if (difference && shown_++ < most_differences_shown && !options_.json) std::printf("%s\n", difference->c_str());
   }
@@ -129,10 +129,10 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   Comparison* const compared = comparison ? &*comparison : nullptr;
   Takers takers(options, settings, compared);
   MatchReplay replay(model, settings.matcher, views_of(settings, model), options.threads);
-  const ResultTaker take = [&](const WireResult& result) { return takers(result); };
+  const ResultTaker take = [&](const wire::WireResult& result) { return takers(result); };
   if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, take)) return false;
   takers.finish();
   return !comparison || conclude(comparison->tally(), part, options);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct ModelReplayOptions {
   SettingsOptions settings;
@@ -20,4 +20,4 @@ struct ModelReplayOptions {
 /// to compare.
 [[nodiscard]] bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options);
 
-}  // namespace lbea
+}  // namespace lbea::tool

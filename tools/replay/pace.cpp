@@ -7,7 +7,7 @@
 #include <poll.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr std::chrono::milliseconds stop_interval{50};  // how long a stop may go unnoticed
@@ -41,4 +41,4 @@ bool Pace::wait_for_line() const {
   return false;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

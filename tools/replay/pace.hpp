@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct PaceConfig {
   double speed = 1;    // times as fast as recorded; 0: as fast as it goes
@@ -34,4 +34,4 @@ class Pace {
   std::chrono::nanoseconds worst_{0};
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

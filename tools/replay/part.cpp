@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -67,4 +67,4 @@ std::int64_t history_of(RecordedRun& run, const Part& part) {
   return std::min(begin, part.from_ns);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

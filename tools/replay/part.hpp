@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Frames received from one time to another, both included.
 struct Part {
@@ -26,4 +26,4 @@ struct Range {
 /// When the first frame was received of those of one session in a row amid which the part begins: a test's history.
 [[nodiscard]] std::int64_t history_of(RecordedRun& run, const Part& part);
 
-}  // namespace lbea
+}  // namespace lbea::tool

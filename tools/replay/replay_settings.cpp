@@ -8,16 +8,16 @@
 
 #include <spdlog/spdlog.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 /// The first one that a matcher published.
-std::optional<WireState> recorded_state(const std::string& file) {
+std::optional<wire::WireState> recorded_state(const std::string& file) {
   RecordedRun run(file);
-  WireState state;
+  wire::WireState state;
   while (const auto message = run.next())
-    if (message->kind == RecordedMessage::Kind::state && decode_state(message->data, state) == WireStatus::ok && !state.method.empty()) return state;
+    if (message->kind == RecordedMessage::Kind::state && wire::decode_state(message->data, state) == wire::WireStatus::ok && !state.method.empty()) return state;
   return {};
 }
 
@@ -54,8 +54,8 @@ void complete_method(RunSettings& settings, const SettingsOptions& options) {
 // Only the matcher is told the pose.
 void complete_pose(RunSettings& settings, const SettingsOptions& options) {
   if (!options.pose_file.empty()) {
-    settings.matcher.T_reference_sensor = read_pose(options.pose_file);
-    settings.sensor_json = as_text(read_file(options.pose_file));
+    settings.matcher.T_reference_sensor = io::read_pose(options.pose_file);
+    settings.sensor_json = io::as_text(io::read_file(options.pose_file));
   } else if (options.without_pose) {
     settings.matcher.T_reference_sensor = MatcherConfig{}.T_reference_sensor;
     settings.sensor_json.clear();
@@ -78,4 +78,4 @@ RunSettings replay_settings(RunSettings recorded, const Model& model, const Sett
   return settings;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

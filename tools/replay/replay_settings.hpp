@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct SettingsOptions {
   std::string recording, model_file, pose_file;
@@ -19,4 +19,4 @@ struct SettingsOptions {
 /// when that is needed, Error{bad_input} when a file is not what it should be.
 [[nodiscard]] RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 #include <cstdarg>
 #include <cstdio>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -26,21 +26,21 @@ unsigned long long number(std::uint64_t value) { return value; }
 
 std::string result_header() { return format("%10s  %-16s %5s %14s %8s  %s", "frame", "best simulation", "step", "distance", "coverage", "verdict"); }
 
-std::string result_line(const WireResult& result) {
-  const std::string verdict(fate_of(result.status) == Fate::matched ? to_string(result.verdict) : to_string(result.status));
+std::string result_line(const wire::WireResult& result) {
+  const std::string verdict(wire::fate_of(result.status) == wire::Fate::matched ? wire::to_string(result.verdict) : wire::to_string(result.status));
   if (result.matches.empty()) return format("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
-  const WireMatch& best = result.matches[0];
+  const wire::WireMatch& best = result.matches[0];
   return format("%10llu  %-16s %5u %14.6g %8.3f  %s", number(result.frame_id), best.simulation_name.c_str(), best.sample.time_step,
                 static_cast<double>(best.distance), static_cast<double>(result.coverage), verdict.c_str());
 }
 
-std::string result_json(const WireResult& result) {
+std::string result_json(const wire::WireResult& result) {
   Json matches = Json::array();
-  for (const WireMatch& match : result.matches)
+  for (const wire::WireMatch& match : result.matches)
     matches.push_back({{"simulation", match.simulation_name}, {"time_step", match.sample.time_step}, {"time_s", match.time_s}, {"distance", match.distance}});
   return Json{{"session", result.session},     {"frame", result.frame_id},
-              {"stamp_ns", result.stamp_ns},   {"status", to_string(result.status)},
-              {"verdict", to_string(result.verdict)}, {"coverage", result.coverage},
+              {"stamp_ns", result.stamp_ns},   {"status", wire::to_string(result.status)},
+              {"verdict", wire::to_string(result.verdict)}, {"coverage", result.coverage},
               {"matches", std::move(matches)}}
       .dump(-1, ' ', false, Json::error_handler_t::replace);  // names may be no UTF-8
 }
@@ -79,4 +79,4 @@ std::string socket_json(const SocketReplayTally& tally, double worst_lateness_ms
   return json.dump();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

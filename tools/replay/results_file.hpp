@@ -7,14 +7,14 @@
 
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::tool {
 
 class ResultsFile {
  public:
   /// Throws Error{write_failed}, also when the file exists.
   ResultsFile(const std::filesystem::path& file, const RunSettings& settings);
   /// Throws Error{write_failed}.
-  void add(const WireResult& result);
+  void add(const wire::WireResult& result);
   /// Gives the file its name; without, nothing is left of it. Throws Error{write_failed}.
   void finish();
 
@@ -25,7 +25,7 @@ class ResultsFile {
   mcap::PartialFile sink_;
   mcap::Writer writer_;
   mcap::Buffer waiting_;
-  Encoder encoder_;
+  wire::Encoder encoder_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <map>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -20,7 +20,7 @@ std::uint64_t session_of(std::uint64_t recorded, std::uint64_t round) { return r
 /// Sends the rounds, and knows what it has sent.
 class Sender {
  public:
-  Sender(const SocketReplayConfig& config, FrameSink& sink, Pace& pace, const std::function<bool()>& stop)
+  Sender(const SocketReplayConfig& config, wire::FrameSink& sink, Pace& pace, const std::function<bool()>& stop)
       : config_(config), sink_(sink), pace_(pace), stop_(stop) {}
 
   void send_round(RecordedRun& run, std::uint64_t round) {
@@ -48,17 +48,17 @@ class Sender {
     if (sink_.send(encoder_.frame_of_cloud(frame.data, session, frame.id))) static_cast<void>(ids_.saw(session, frame.id));
   }
   const SocketReplayConfig& config_;
-  FrameSink& sink_;
+  wire::FrameSink& sink_;
   Pace& pace_;
   const std::function<bool()>& stop_;
-  Encoder encoder_;
+  wire::Encoder encoder_;
   IdTracker ids_;
   std::map<std::uint64_t, std::uint64_t> next_ids_;  // of each session, to say what would have come next
 };
 
 }  // namespace
 
-SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, FrameSink& sink, MatcherWitness* witness, Pace& pace,
+SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, wire::FrameSink& sink, MatcherWitness* witness, Pace& pace,
                                    const std::function<bool()>& stop) {
   const auto begin = std::chrono::steady_clock::now();
   Sender sender(config, sink, pace, stop);
@@ -79,4 +79,4 @@ SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& c
   return tally;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

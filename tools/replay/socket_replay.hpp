@@ -6,7 +6,7 @@
 #include "tools/replay/pace.hpp"
 #include "tools/replay/witness.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 struct SocketReplayTally {
   std::uint64_t frames = 0;   // whose time came: sent + refused
@@ -30,7 +30,7 @@ struct SocketReplayConfig {
 
 /// Sends the frames of `run`, from where it stands, with the sessions and ids they had. `witness`: who says what arrived; may
 /// be null.
-[[nodiscard]] SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, FrameSink& sink, MatcherWitness* witness,
+[[nodiscard]] SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, wire::FrameSink& sink, MatcherWitness* witness,
                                                  Pace& pace, const std::function<bool()>& stop);
 
-}  // namespace lbea
+}  // namespace lbea::tool

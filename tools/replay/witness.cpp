@@ -4,27 +4,27 @@
 
 #include <spdlog/spdlog.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds longest_silence{5000}, look_interval{50};
 
-std::optional<WireState> first_state(ResultSource& results, const std::function<bool()>& stop) {
-  WireState state;
+std::optional<wire::WireState> first_state(wire::ResultSource& results, const std::function<bool()>& stop) {
+  wire::WireState state;
   for (const auto deadline = Clock::now() + longest_silence; !stop() && Clock::now() < deadline;) {
     const auto message = results.receive(look_interval);
-    if (message && message_kind(*message) == MessageKind::state && decode_state(*message, state) == WireStatus::ok) return state;
+    if (message && wire::message_kind(*message) == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok) return state;
   }
   return {};
 }
 
 }  // namespace
 
-MatcherWitness::MatcherWitness(WireContext& context, const std::string& results_endpoint, const ClientAccess& access, const std::function<bool()>& stop)
+MatcherWitness::MatcherWitness(wire::WireContext& context, const std::string& results_endpoint, const wire::ClientAccess& access, const std::function<bool()>& stop)
     : context_(context), endpoint_(results_endpoint), access_(access) {
-  ResultSource source = results();
+  wire::ResultSource source = results();
   auto state = first_state(source, stop);
   if (!state)
     throw Error(Status::endpoint_unavailable,
@@ -32,10 +32,10 @@ MatcherWitness::MatcherWitness(WireContext& context, const std::string& results_
   receipts_.emplace(std::move(*state));
 }
 
-void MatcherWitness::ask(FrameSink& frames, std::uint64_t session, std::uint64_t next_id) {
-  Handshake handshake(frames, results(), session);
+void MatcherWitness::ask(wire::FrameSink& frames, std::uint64_t session, std::uint64_t next_id) {
+  wire::Handshake handshake(frames, results(), session);
   receipts_->ask(handshake, session, next_id);
   if (receipts_->knew(session)) spdlog::warn("the matcher had frames of session {:016x} before, and refuses ids that come again; start it anew", session);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

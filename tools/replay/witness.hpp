@@ -6,22 +6,22 @@
 #include <functional>
 #include <optional>
 
-namespace lbea {
+namespace lbea::tool {
 
 class MatcherWitness {
  public:
   /// Waits for the first word of the matcher whose results are there. Throws Error{bad_config | endpoint_unavailable}.
-  MatcherWitness(WireContext& context, const std::string& results_endpoint, const ClientAccess& access, const std::function<bool()>& stop);
+  MatcherWitness(wire::WireContext& context, const std::string& results_endpoint, const wire::ClientAccess& access, const std::function<bool()>& stop);
   /// Says goodbye for a session, every id below `next_id` being given, and adds what the matcher has of it; warns when it had frames of that session before.
-  void ask(FrameSink& frames, std::uint64_t session, std::uint64_t next_id);
+  void ask(wire::FrameSink& frames, std::uint64_t session, std::uint64_t next_id);
   [[nodiscard]] const Receipt& receipt() const noexcept { return receipts_->sum(); }
 
  private:
-  [[nodiscard]] ResultSource results() const { return {context_, endpoint_, results_held, access_}; }
-  WireContext& context_;
+  [[nodiscard]] wire::ResultSource results() const { return {context_, endpoint_, wire::results_held, access_}; }
+  wire::WireContext& context_;
   std::string endpoint_;
-  ClientAccess access_;
+  wire::ClientAccess access_;
   std::optional<Receipts> receipts_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <random>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -59,7 +59,7 @@ std::uint64_t new_session() {
   return (std::uint64_t{random()} << 32) | random();
 }
 
-void wait_for_receiver(FrameSink& sink, const Options& options) {
+void wait_for_receiver(wire::FrameSink& sink, const Options& options) {
   const auto deadline = std::chrono::steady_clock::now() + longest_wait;
   while (stop_requested == 0 && !sink.wait_ready(std::chrono::milliseconds(50))) {
     if (options.wait_ready || std::chrono::steady_clock::now() < deadline) continue;
@@ -113,19 +113,19 @@ int send(Options options) {
   catch_stop_signals();
   const auto stop = [] { return stop_requested != 0; };
   options.play.session = new_session();
-  WireContext context;
-  const ClientAccess access = options.access.load();
-  FrameSink sink(context, options.endpoint, default_queued_messages, access);
+  wire::WireContext context;
+  const wire::ClientAccess access = options.access.load();
+  wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);
   const auto clouds = load(options);
   if (options.realtime) options.play.due_ns = schedule_by_stamps(clouds);
   if (options.rate_hz > 0) options.play.due_ns = schedule_by_rate(clouds.size(), options.rate_hz);
-  std::optional<Handshake> handshake;
+  std::optional<wire::Handshake> handshake;
   if (!options.results_endpoint.empty())
-    handshake.emplace(sink, ResultSource(context, options.results_endpoint, results_held, access), options.play.session);
+    handshake.emplace(sink, wire::ResultSource(context, options.results_endpoint, wire::results_held, access), options.play.session);
   wait_for_receiver(sink, options);
   std::optional<Receipts> receipts;
   if (handshake) {
-    const WireState state = handshake->greet(stop).value_or(WireState{});
+    const wire::WireState state = handshake->greet(stop).value_or(wire::WireState{});
     options.play.max_message_bytes = state.max_message_bytes;
     receipts.emplace(state);
   }
@@ -146,13 +146,13 @@ int send(Options options) {
 
 }  // namespace
 
-}  // namespace lbea
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
-  lbea::Options options;
-  lbea::Tool tool("lbea-send", lbea::description,
+  lbea::tool::Options options;
+  lbea::tool::Tool tool("lbea-send", lbea::tool::description,
                   "lbea-send frames/ --to ipc:///tmp/frames.ipc --rate 1000 --wait-ready");
-  lbea::add_options(tool, options);
-  tool.list_formats_by(lbea::list_cloud_formats());
-  return tool.run(argc, argv, [&] { return lbea::send(options); });
+  lbea::tool::add_options(tool, options);
+  tool.list_formats_by(lbea::io::list_cloud_formats());
+  return tool.run(argc, argv, [&] { return lbea::tool::send(options); });
 }

@@ -7,7 +7,7 @@
 #include <atomic>
 #include <thread>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -26,7 +26,7 @@ std::shared_ptr<const std::vector<std::byte>> relabelled(const EncodedCloud& clo
   } else {
     std::atomic_thread_fence(std::memory_order_acquire);  // after the socket's last read
   }
-  relabel_frame(*message, id, cloud.stamp_ns.value_or(wall_clock_ns()));
+  wire::relabel_frame(*message, id, cloud.stamp_ns.value_or(mcap::wall_clock_ns()));
   return message;
 }
 
@@ -40,8 +40,8 @@ std::chrono::nanoseconds due_time(const PlayConfig& config, std::uint64_t frame,
 /// Sends frames and accounts for those that it cannot send.
 class Courier {
  public:
-  Courier(const PlayConfig& config, FrameSink& sink) : config_(config), sink_(sink) {
-    tell(ControlKind::hello, longest_farewell);
+  Courier(const PlayConfig& config, wire::FrameSink& sink) : config_(config), sink_(sink) {
+    tell(wire::ControlKind::hello, longest_farewell);
   }
 
   void send(const EncodedCloud& cloud) {
@@ -55,7 +55,7 @@ class Courier {
   }
   /// When nothing was said for a while: that the sender lives, and what it withheld.
   void keep_alive() {
-    if (Clock::now() - last_word_ > heartbeat_interval) tell(ControlKind::heartbeat, 0ms);
+    if (Clock::now() - last_word_ > heartbeat_interval) tell(wire::ControlKind::heartbeat, 0ms);
   }
   void wait_for_room(const std::function<bool()>& stop) {
     while (!stop() && !sink_.wait_ready(stop_interval)) {}
@@ -67,10 +67,10 @@ class Courier {
     }
   }
   PlayTally finish() {
-    tell(ControlKind::heartbeat, longest_farewell);
-    Encoder encoder;
+    tell(wire::ControlKind::heartbeat, longest_farewell);
+    wire::Encoder encoder;
     if (!config_.ends_stream) {
-      tell(ControlKind::goodbye, longest_farewell);
+      tell(wire::ControlKind::goodbye, longest_farewell);
     } else {
       sink_.tell(encoder.end_of_stream(config_.session, next_id_), longest_farewell);
     }
@@ -83,18 +83,18 @@ class Courier {
  private:
   bool has_told() { return withheld_ == 0 || tell_before_last(); }
   bool tell_before_last() {
-    if (!sink_.tell(encoder_.control({config_.session, ControlKind::heartbeat, next_id_ - 1, withheld_}))) return false;
+    if (!sink_.tell(encoder_.control({config_.session, wire::ControlKind::heartbeat, next_id_ - 1, withheld_}))) return false;
     withheld_ = 0;
     return true;
   }
-  void tell(ControlKind kind, std::chrono::milliseconds patience) {
+  void tell(wire::ControlKind kind, std::chrono::milliseconds patience) {
     last_word_ = Clock::now();
     if (sink_.tell(encoder_.control({config_.session, kind, next_id_, withheld_}), patience)) withheld_ = 0;
   }
 
   const PlayConfig& config_;
-  FrameSink& sink_;
-  Encoder encoder_;
+  wire::FrameSink& sink_;
+  wire::Encoder encoder_;
   std::uint64_t next_id_ = 0;
   std::uint64_t withheld_ = 0;  // of the ids just below next_id_, and not yet told of
   Clock::time_point last_word_{};
@@ -103,7 +103,7 @@ class Courier {
 
 }  // namespace
 
-PlayTally play(const std::vector<EncodedCloud>& clouds, const PlayConfig& config, FrameSink& sink,
+PlayTally play(const std::vector<EncodedCloud>& clouds, const PlayConfig& config, wire::FrameSink& sink,
                const std::function<bool()>& stop, const std::function<void(std::uint64_t)>& progress) {
   const auto begin = Clock::now();
   Courier courier(config, sink);
@@ -122,4 +122,4 @@ PlayTally play(const std::vector<EncodedCloud>& clouds, const PlayConfig& config
   return tally;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

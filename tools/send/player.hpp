@@ -6,7 +6,7 @@
 
 #include <functional>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct PlayConfig {
   std::uint64_t session = 0;
@@ -29,7 +29,7 @@ struct PlayTally {
 /// skipped, and the receiver told of it as soon as there is room. Without a pace nothing is refused for want of
 /// room; sending waits. When nothing is due for a while the receiver is told that the sender lives.
 [[nodiscard]] PlayTally play(const std::vector<EncodedCloud>& clouds, const PlayConfig& config,
-                             FrameSink& sink, const std::function<bool()>& stop,
+                             wire::FrameSink& sink, const std::function<bool()>& stop,
                              const std::function<void(std::uint64_t)>& progress);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 
 #include <map>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace fs = std::filesystem;
 
@@ -18,14 +18,14 @@ class StampTables {
   explicit StampTables(fs::path given) : given_(std::move(given)) {}
 
   std::optional<std::int64_t> of(const fs::path& file, std::optional<std::int64_t> in_file) {
-    const fs::path table = given_.empty() ? file.parent_path() / stamp_table_name : given_;
-    if (given_.empty() && !fs::exists(table)) return CloudStamps().of(file, in_file);
+    const fs::path table = given_.empty() ? file.parent_path() / io::stamp_table_name : given_;
+    if (given_.empty() && !fs::exists(table)) return io::CloudStamps().of(file, in_file);
     return tables_.try_emplace(table, table).first->second.of(file, in_file);
   }
 
  private:
   fs::path given_;
-  std::map<fs::path, CloudStamps> tables_;
+  std::map<fs::path, io::CloudStamps> tables_;
 };
 
 }  // namespace
@@ -34,10 +34,10 @@ std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, cons
                                         std::uint64_t session, const std::string& frame_id,
                                         const std::function<void(std::size_t)>& progress) {
   std::vector<EncodedCloud> clouds;
-  Encoder encoder;
+  wire::Encoder encoder;
   StampTables tables(stamps);
   for (const fs::path& file : files) {
-    PointCloud cloud = read_point_cloud(file);
+    io::PointCloud cloud = io::read_point_cloud(file);
     cloud.stamp_ns = tables.of(file, cloud.stamp_ns);
     const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, frame_id);
     if (message.empty())
@@ -75,4 +75,4 @@ std::vector<std::int64_t> schedule_by_rate(std::size_t clouds, double rate_hz) {
   return due;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct EncodedCloud {
   std::filesystem::path file;
@@ -34,4 +34,4 @@ struct EncodedCloud {
 /// The same, evenly at `rate_hz` > 0.
 [[nodiscard]] std::vector<std::int64_t> schedule_by_rate(std::size_t clouds, double rate_hz);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -21,6 +21,7 @@
 namespace {
 
 using namespace lbea;
+using namespace lbea::tool;
 
 struct Options {
   std::filesystem::path run, sensor, out;
@@ -71,10 +72,10 @@ void declare(Tool& tool, Options& options) {
   tool.add_flag("--json", options.json, "print the summary as JSON");
 }
 
-SensorDescription described(const Options& options) {
-  SensorDescription description = read_sensor_json(options.sensor);
-  description.sensor = scaled(description.sensor, options.scale);
-  SensingNoise& noise = description.noise;
+io::SensorDescription described(const Options& options) {
+  io::SensorDescription description = io::read_sensor_json(options.sensor);
+  description.sensor = bake::scaled(description.sensor, options.scale);
+  bake::SensingNoise& noise = description.noise;
   noise.sigma = options.sigma.value_or(noise.sigma);
   noise.outliers = options.outliers.value_or(noise.outliers);
   noise.dropout = options.dropout.value_or(noise.dropout);
@@ -82,7 +83,7 @@ SensorDescription described(const Options& options) {
   return description;
 }
 
-std::vector<FrameTime> planned_frames(const Options& options, const SimulationReader& reader) {
+std::vector<FrameTime> planned_frames(const Options& options, const bake::SimulationReader& reader) {
   std::vector<double> times;
   for (std::uint32_t state = 0; state < reader.states(); ++state) times.push_back(reader.time_s(state));
   const StepRange steps = parse_steps(options.steps).value();
@@ -95,10 +96,10 @@ std::vector<FrameTime> planned_frames(const Options& options, const SimulationRe
 
 Summary sense(const Options& options) {
   const auto begin = std::chrono::steady_clock::now();
-  const SensorDescription description = described(options);
-  const auto reader = open_simulation(options.run);
+  const io::SensorDescription description = described(options);
+  const auto reader = io::open_simulation(options.run);
   const auto plan = planned_frames(options, *reader);
-  const VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements, options.threads);
+  const bake::VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements, options.threads);
   RecordingFolder folder(options.out, options.run, description.length_unit);
   folder.write_sensor(sensor_copy(options.sensor, description));
 
@@ -108,9 +109,9 @@ Summary sense(const Options& options) {
   Progress progress("sensing", plan.size());
   for (const FrameTime& moment : plan) {
     if (stop_requested) break;
-    const SimulationState& state = states.at(moment.state);
+    const bake::SimulationState& state = states.at(moment.state);
     const auto points = sensor.sense({state.positions, state.alive}, description.noise,
-                                     frame_seed(options.seed, summary.frames));
+                                     bake::frame_seed(options.seed, summary.frames));
     folder.write_frame({summary.frames, moment.state, moment.time_s}, points);
     summary.points += points.size();
     progress.advance_to(++summary.frames);
@@ -151,6 +152,6 @@ int main(int argc, char** argv) {
   Tool tool("lbea-sense", "Looks at a simulated run through a virtual stereo sensor and writes the frames.",
             "lbea-sense runs/run_013 --sensor sensor.json --out frames --steps 2:30:4");
   declare(tool, options);
-  tool.list_formats_by(list_simulation_formats());
+  tool.list_formats_by(io::list_simulation_formats());
   return tool.run(argc, argv, [&] { return run(options); });
 }

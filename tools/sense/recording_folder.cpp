@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <system_error>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -59,7 +59,7 @@ void make_empty(const std::filesystem::path& folder) {
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
+  io::AtomicFile file(path);
   file.write(text);
   file.commit();
 }
@@ -79,7 +79,7 @@ void RecordingFolder::write_sensor(const std::string& json) const { write_text(f
 void RecordingFolder::write_frame(const FrameTruth& truth, std::span<const Point> points) {
   const std::string comment = "length unit " + length_unit_ + ", sensor coordinates, stamp_ns " +
                               std::to_string(stamp_ns(truth.time_s));
-  write_ply(folder_ / file_name(truth.frame), points, std::span(&comment, 1));
+  io::write_ply(folder_ / file_name(truth.frame), points, std::span(&comment, 1));
   written_.push_back(truth);
 }
 
@@ -91,4 +91,4 @@ void RecordingFolder::write_truth() const {
   write_text(folder_ / "truth.csv", text);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// One row of truth.csv.
 struct FrameTruth {
@@ -34,4 +34,4 @@ class RecordingFolder {
   std::vector<FrameTruth> written_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

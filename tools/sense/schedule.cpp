@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -93,4 +93,4 @@ std::vector<FrameTime> resampled_frames(const std::vector<double>& state_times_s
   return frames;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

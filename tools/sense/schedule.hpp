@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Steps of a stored run: an inclusive range with a stride.
 struct StepRange {
@@ -36,4 +36,4 @@ struct FrameTime {
                                                       const StepRange& steps, double rate_hz,
                                                       std::uint64_t max_frames);
 
-}  // namespace lbea
+}  // namespace lbea::tool

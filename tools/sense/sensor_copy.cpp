@@ -6,7 +6,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 /// The double with the float's own digits: 0.1, not 0.10000000149.
@@ -19,9 +19,9 @@ double as_written(float value) {
 }
 }  // namespace
 
-std::string sensor_copy(const std::filesystem::path& original, const SensorDescription& used) {
-  const auto bytes = read_file(original);
-  auto json = nlohmann::ordered_json::parse(as_text(bytes));
+std::string sensor_copy(const std::filesystem::path& original, const io::SensorDescription& used) {
+  const auto bytes = io::read_file(original);
+  auto json = nlohmann::ordered_json::parse(io::as_text(bytes));
   auto& camera = json["sensor"];
   camera["focal_px"] = as_written(used.sensor.focal_px);
   camera["width_px"] = used.sensor.width_px;
@@ -35,4 +35,4 @@ std::string sensor_copy(const std::filesystem::path& original, const SensorDescr
   return json.dump(1) + '\n';
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

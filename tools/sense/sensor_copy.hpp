@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// The text of `original` with the resolution and the noise of `used`; poses and whatever else stay as they are.
 /// `original` must be a file that read_sensor_json() accepts.
-[[nodiscard]] std::string sensor_copy(const std::filesystem::path& original, const SensorDescription& used);
+[[nodiscard]] std::string sensor_copy(const std::filesystem::path& original, const io::SensorDescription& used);
 
-}  // namespace lbea
+}  // namespace lbea::tool

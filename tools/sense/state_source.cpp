@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
-const SimulationState& StateSource::stored(std::uint32_t state) {
+const bake::SimulationState& StateSource::stored(std::uint32_t state) {
   Slot& slot = slots_[state % 2];
   if (slot.state != state) {
     slot.state = -1;  // a read that throws leaves nothing that looks valid
@@ -14,13 +14,13 @@ const SimulationState& StateSource::stored(std::uint32_t state) {
   return slot.content;
 }
 
-const SimulationState& StateSource::at(double state) {
+const bake::SimulationState& StateSource::at(double state) {
   const double whole = std::floor(state);
   const auto index = static_cast<std::uint32_t>(whole);
-  const SimulationState& before = stored(index);
+  const bake::SimulationState& before = stored(index);
   const double share = state - whole;
   if (share <= 0) return before;
-  const SimulationState& after = stored(index + 1);
+  const bake::SimulationState& after = stored(index + 1);
   between_ = before;
   between_.time_s = std::lerp(before.time_s, after.time_s, share);
   for (std::size_t i = 0; i < between_.positions.size(); ++i)
@@ -28,4 +28,4 @@ const SimulationState& StateSource::at(double state) {
   return between_;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,26 +5,26 @@
 
 #include <array>
 
-namespace lbea {
+namespace lbea::tool {
 
 class StateSource {
  public:
-  explicit StateSource(SimulationReader& reader) : reader_(reader) {}
+  explicit StateSource(bake::SimulationReader& reader) : reader_(reader) {}
 
   /// Positions and deletion flags at `state`, e.g. 3.25: positions linear in time between states 3 and 4, elements
   /// that state 3 still has. Valid until the next call. Fields are those of the earlier state.
-  [[nodiscard]] const SimulationState& at(double state);
+  [[nodiscard]] const bake::SimulationState& at(double state);
 
  private:
-  const SimulationState& stored(std::uint32_t state);
+  const bake::SimulationState& stored(std::uint32_t state);
 
   struct Slot {
     std::int64_t state = -1;
-    SimulationState content;
+    bake::SimulationState content;
   };
-  SimulationReader& reader_;
+  bake::SimulationReader& reader_;
   std::array<Slot, 2> slots_;  // a state lies in the slot of its parity
-  SimulationState between_;
+  bake::SimulationState between_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

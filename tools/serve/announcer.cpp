@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr std::uint64_t most_announced = 1000;  // of one gap; the rest is only counted
 }
 
-void Announcer::refuse(WireStatus status, const FrameHeader& header, std::int64_t receive_ns) noexcept {
+void Announcer::refuse(wire::WireStatus status, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept {
   handover_.counters.count(status);
   if (header.identified || stray_limit_.allows(RateLimit::Clock::now())) {
     announce(status, header, receive_ns);
@@ -17,16 +17,16 @@ void Announcer::refuse(WireStatus status, const FrameHeader& header, std::int64_
   }
 }
 
-void Announcer::announce(WireStatus status, std::uint64_t session, IdRange ids, std::int64_t receive_ns) noexcept {
+void Announcer::announce(wire::WireStatus status, std::uint64_t session, IdRange ids, std::int64_t receive_ns) noexcept {
   const std::uint64_t announced = std::min(ids.count, most_announced);
-  FrameHeader header;
+  wire::FrameHeader header;
   header.session = session;
   for (header.id = ids.first; header.id - ids.first < announced; ++header.id) announce(status, header, receive_ns);
   if (ids.count > announced) handover_.counters.count_unannounced(ids.count - announced);
 }
 
-void Announcer::announce(WireStatus status, const FrameHeader& header, std::int64_t receive_ns) noexcept {
-  WireResult* refusal = handover_.refusals.claim();
+void Announcer::announce(wire::WireStatus status, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept {
+  wire::WireResult* refusal = handover_.refusals.claim();
   if (refusal == nullptr) {
     handover_.counters.count_unannounced();
     return;
@@ -42,4 +42,4 @@ void Announcer::announce(WireStatus status, const FrameHeader& header, std::int6
   handover_.result_bell.ring();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

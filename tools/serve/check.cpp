@@ -12,7 +12,7 @@
 
 #include <sys/resource.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -24,35 +24,35 @@ std::string describe(const Model& model, const std::string& file) {
          std::to_string(model.vertices()) + " vertices";
 }
 
-std::string describe(const ServerAccess& access) {
+std::string describe(const wire::ServerAccess& access) {
   if (!access.keys) return "no keys: this machine alone may connect";
   return std::to_string(access.allowed.size()) + " keys may connect";
 }
 
 std::string describe_fit(const ServeOptions& options, const Model& model) {
   MatcherConfig config = options.matcher;
-  if (!options.pose_file.empty()) config.T_reference_sensor = read_pose(options.pose_file);
+  if (!options.pose_file.empty()) config.T_reference_sensor = io::read_pose(options.pose_file);
   const Matcher matcher(model, config, views_for(config, model, options.pose_file));
   return "a matcher is ready, with depth images for this pose";
 }
 
 void check_endpoints(Preflight& preflight, const ServeOptions& options) {
-  ServerAccess access;
+  wire::ServerAccess access;
   preflight.ask("keys", [&] {
     access = options.access.load();
     return describe(access);
   });
-  WireContext context;
-  std::optional<FrameSource> frames;
-  std::optional<ResultSink> results, preview, inference;
-  preflight.ask("frames", [&] { return frames.emplace(context, options.frames_endpoint, WireLimits{}, access).endpoint(); });
-  preflight.ask("results", [&] { return results.emplace(context, options.results_endpoint, results_held, access).endpoint(); });
+  wire::WireContext context;
+  std::optional<wire::FrameSource> frames;
+  std::optional<wire::ResultSink> results, preview, inference;
+  preflight.ask("frames", [&] { return frames.emplace(context, options.frames_endpoint, wire::WireLimits{}, access).endpoint(); });
+  preflight.ask("results", [&] { return results.emplace(context, options.results_endpoint, wire::results_held, access).endpoint(); });
   if (!options.preview_endpoint.empty())
-    preflight.ask("preview", [&] { return preview.emplace(context, options.preview_endpoint, results_held, access).endpoint(); });
+    preflight.ask("preview", [&] { return preview.emplace(context, options.preview_endpoint, wire::results_held, access).endpoint(); });
   if (!options.inference_endpoint.empty())
-    preflight.ask("inference", [&] { return inference.emplace(context, options.inference_endpoint, results_held, access).endpoint(); });
+    preflight.ask("inference", [&] { return inference.emplace(context, options.inference_endpoint, wire::results_held, access).endpoint(); });
   if (!options.metrics_address.empty())
-    preflight.ask("metrics", [&] { return MetricsServer(options.metrics_address, [] { return std::string(); }).address(); });
+    preflight.ask("metrics", [&] { return http::MetricsServer(options.metrics_address, [] { return std::string(); }).address(); });
 }
 
 Finding check_descriptors() {
@@ -72,7 +72,7 @@ int check(const ServeOptions& options) {
     return describe(model.emplace(Model::open(options.model_file)), options.model_file);
   });
   if (!options.pose_file.empty())
-    preflight.ask("pose", [&] { return static_cast<void>(read_pose(options.pose_file)), options.pose_file; });
+    preflight.ask("pose", [&] { return static_cast<void>(io::read_pose(options.pose_file)), options.pose_file; });
   if (model && options.matcher.method == Method::fit) preflight.ask("fit", [&] { return describe_fit(options, *model); });
   if (model && !options.inferred_field.empty())
     preflight.ask("infer", [&] { return "field " + std::to_string(field_to_infer(options, *model)) + ", " + options.inferred_field; });
@@ -93,4 +93,4 @@ int check(const ServeOptions& options) {
   return preflight.passed() ? exit_ok : exit_failed;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -3,7 +3,7 @@
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/serve/inference_publisher.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -78,4 +78,4 @@ std::uint64_t queue_bytes(const ServeOptions& options) noexcept {
   return std::uint64_t{options.pipeline.queue_slots} * options.matcher.max_points * sizeof(Point);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

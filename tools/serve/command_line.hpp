@@ -9,7 +9,7 @@
 
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct ServeOptions {
   std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, inference_endpoint, inferred_field, pose_file, metrics_address;
@@ -28,4 +28,4 @@ void add_options(Tool& tool, ServeOptions& options);
 /// Every waiting frame has a slot for max_points, allocated at the start; in bytes.
 [[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
 
-}  // namespace lbea
+}  // namespace lbea::tool

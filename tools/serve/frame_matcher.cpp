@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 void FrameMatcher::run() noexcept {
   if (at_start_) at_start_();
@@ -37,18 +37,18 @@ void FrameMatcher::match(FrameSlot& slot) noexcept {
 void FrameMatcher::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   clear(outcome);
   if (slot.header.session != std::exchange(session_, slot.header.session)) engine_.begin_test();
-  WireResult& result = outcome.result;
+  wire::WireResult& result = outcome.result;
   result.session = slot.header.session;
   result.frame_id = slot.header.id;
   result.stamp_ns = slot.header.stamp_ns;
   result.receive_ns = slot.receive_ns;
   result.elapsed_ns.decode = slot.decode_ns;
   result.elapsed_ns.queue = since_ns(slot.queued);
-  result.status = WireStatus::end_of_stream;
+  result.status = wire::WireStatus::end_of_stream;
   if (slot.header.end_of_stream) return;
   const MatchResult match = engine_.match(
       {slot.header.id, slot.header.stamp_ns, std::span<const Point>(slot.points).first(slot.header.points)});
   fill_outcome(outcome, match, engine_.track(match));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <atomic>
 #include <functional>
 
-namespace lbea {
+namespace lbea::tool {
 
 class FrameMatcher {
  public:
@@ -32,4 +32,4 @@ class FrameMatcher {
   std::atomic<std::uint64_t> rounds_{0};
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -17,7 +17,7 @@ constexpr auto drained = 100ms;        // nothing for so long: that was all. Les
 
 }  // namespace
 
-FrameReceiver::FrameReceiver(const PipelineConfig& config, FrameSource source, Handover& handover)
+FrameReceiver::FrameReceiver(const PipelineConfig& config, wire::FrameSource source, Handover& handover)
     : source_(std::move(source)),
       decoder_(config.limits),
       announcer_(config.stray_results_per_second, handover),
@@ -32,7 +32,7 @@ void FrameReceiver::run() noexcept {
     accounts_.show_when_due();
   }
   drain();
-  const PeerCounts peers = source_.peers();
+  const wire::PeerCounts peers = source_.peers();
   accounts_.show_at_end(peers.admitted > 0 && peers.peers == 0);
   handover_.receiver_done = true;
   handover_.frame_bell.ring();
@@ -46,49 +46,49 @@ void FrameReceiver::drain() noexcept {
   }
 }
 
-void FrameReceiver::take(Message message, bool patient) noexcept {
-  const std::int64_t receive_ns = wall_clock_ns();
-  if (message_kind(message) == MessageKind::control && take_control(message, receive_ns)) return;
+void FrameReceiver::take(wire::Message message, bool patient) noexcept {
+  const std::int64_t receive_ns = mcap::wall_clock_ns();
+  if (wire::message_kind(message) == wire::MessageKind::control && take_control(message, receive_ns)) return;
   take_frame(message, patient, receive_ns);
   // After the matcher has its copy, so that it need not wait for this one.
   if (observer_ != nullptr) observer_->frame(message, decoder_.header(), receive_ns);
 }
 
-bool FrameReceiver::take_control(Message message, std::int64_t receive_ns) noexcept {
-  Control control;
-  if (decode_control(message, control) != WireStatus::ok) return false;
+bool FrameReceiver::take_control(wire::Message message, std::int64_t receive_ns) noexcept {
+  wire::Control control;
+  if (wire::decode_control(message, control) != wire::WireStatus::ok) return false;
   if (!accounts_.told(control, receive_ns)) return false;
-  if (control.kind == ControlKind::heartbeat) return true;
+  if (control.kind == wire::ControlKind::heartbeat) return true;
   handover_.state_wanted = true;
   handover_.result_bell.ring();
   return true;
 }
 
-void FrameReceiver::take_frame(Message message, bool patient, std::int64_t receive_ns) noexcept {
+void FrameReceiver::take_frame(wire::Message message, bool patient, std::int64_t receive_ns) noexcept {
   const auto begin = Clock::now();
-  WireStatus status = decoder_.open(message);
-  const FrameHeader& header = decoder_.header();
+  wire::WireStatus status = decoder_.open(message);
+  const wire::FrameHeader& header = decoder_.header();
   if (header.identified) status = note_id(status, receive_ns);
-  const bool is_end = status == WireStatus::end_of_stream;
+  const bool is_end = status == wire::WireStatus::end_of_stream;
   if (!is_end) handover_.counters.count_received();
-  if (status != WireStatus::ok && !is_end) {
+  if (status != wire::WireStatus::ok && !is_end) {
     announcer_.refuse(status, header, receive_ns);
   } else if (FrameSlot* slot = claim_slot(patient || is_end)) {
     accept(*slot, begin, receive_ns);
   } else {
-    announcer_.refuse(WireStatus::queue_full, header, receive_ns);
+    announcer_.refuse(wire::WireStatus::queue_full, header, receive_ns);
   }
 }
 
-WireStatus FrameReceiver::note_id(WireStatus status, std::int64_t receive_ns) noexcept {
-  const FrameHeader& header = decoder_.header();
-  if (status == WireStatus::end_of_stream) {
-    const bool is_possible = accounts_.told({header.session, ControlKind::goodbye, header.id, 0}, receive_ns);
-    return is_possible ? status : WireStatus::damaged;
+wire::WireStatus FrameReceiver::note_id(wire::WireStatus status, std::int64_t receive_ns) noexcept {
+  const wire::FrameHeader& header = decoder_.header();
+  if (status == wire::WireStatus::end_of_stream) {
+    const bool is_possible = accounts_.told({header.session, wire::ControlKind::goodbye, header.id, 0}, receive_ns);
+    return is_possible ? status : wire::WireStatus::damaged;
   }
   const IdTracker::Arrival arrival = accounts_.saw(header.session, header.id, receive_ns);
-  if (arrival == IdTracker::Arrival::impossible) return WireStatus::damaged;
-  return arrival == IdTracker::Arrival::duplicate && status == WireStatus::ok ? WireStatus::duplicate : status;
+  if (arrival == IdTracker::Arrival::impossible) return wire::WireStatus::damaged;
+  return arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok ? wire::WireStatus::duplicate : status;
 }
 
 FrameSlot* FrameReceiver::claim_slot(bool patient) noexcept {
@@ -107,4 +107,4 @@ void FrameReceiver::accept(FrameSlot& slot, Clock::time_point begin, std::int64_
   handover_.frame_bell.ring();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -10,31 +10,31 @@
 #include <atomic>
 #include <chrono>
 
-namespace lbea {
+namespace lbea::tool {
 
 class FrameReceiver {
  public:
-  FrameReceiver(const PipelineConfig& config, FrameSource source, Handover& handover);
+  FrameReceiver(const PipelineConfig& config, wire::FrameSource source, Handover& handover);
   /// Until stop(), and then until what has already arrived is taken in.
   void run() noexcept;
   // Any thread:
   void stop() noexcept { stopping_ = true; }
-  [[nodiscard]] PeerCounts peers() const noexcept { return source_.peers(); }
-  [[nodiscard]] std::vector<PeerVisit> visits() { return source_.visits(); }
+  [[nodiscard]] wire::PeerCounts peers() const noexcept { return source_.peers(); }
+  [[nodiscard]] std::vector<wire::PeerVisit> visits() { return source_.visits(); }
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
 
  private:
   using Clock = std::chrono::steady_clock;
   void drain() noexcept;
-  void take(Message message, bool patient) noexcept;
-  bool take_control(Message message, std::int64_t receive_ns) noexcept;
-  void take_frame(Message message, bool patient, std::int64_t receive_ns) noexcept;
-  [[nodiscard]] WireStatus note_id(WireStatus status, std::int64_t receive_ns) noexcept;
+  void take(wire::Message message, bool patient) noexcept;
+  bool take_control(wire::Message message, std::int64_t receive_ns) noexcept;
+  void take_frame(wire::Message message, bool patient, std::int64_t receive_ns) noexcept;
+  [[nodiscard]] wire::WireStatus note_id(wire::WireStatus status, std::int64_t receive_ns) noexcept;
   [[nodiscard]] FrameSlot* claim_slot(bool patient) noexcept;
   void accept(FrameSlot& slot, Clock::time_point begin, std::int64_t receive_ns) noexcept;
 
-  FrameSource source_;
-  FrameDecoder decoder_;
+  wire::FrameSource source_;
+  wire::FrameDecoder decoder_;
   Announcer announcer_;
   SenderAccounts accounts_;
   RunObserver* observer_;  // may be absent
@@ -43,4 +43,4 @@ class FrameReceiver {
   std::atomic<std::uint64_t> rounds_{0};
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

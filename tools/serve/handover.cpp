@@ -1,6 +1,6 @@
 #include "tools/serve/handover.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr std::size_t outcome_slots = 64;
@@ -13,4 +13,4 @@ Handover::Handover(const PipelineConfig& config)
   for (Outcome& outcome : outcomes.slots()) reserve(outcome, config.max_matches);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

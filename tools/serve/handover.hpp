@@ -13,10 +13,10 @@
 #include <thread>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct FrameSlot {
-  FrameHeader header;         // without what the message itself holds: frame_id, cloud
+  wire::FrameHeader header;         // without what the message itself holds: frame_id, cloud
   std::vector<Point> points;  // max_points, of which header.points are filled
   std::int64_t receive_ns = 0;
   std::uint32_t decode_ns = 0;
@@ -27,11 +27,11 @@ struct Handover {
   /// Makes all the room that will be needed.
   explicit Handover(const PipelineConfig& config);
 
-  SpscRing<FrameSlot> frames;     // receiver to matcher
-  SpscRing<Outcome> outcomes;     // matcher to publisher
-  SpscRing<WireResult> refusals;  // receiver to publisher: rejected and dropped frames
-  Doorbell frame_bell;            // wakes the matcher
-  Doorbell result_bell;           // wakes the publisher
+  wire::SpscRing<FrameSlot> frames;     // receiver to matcher
+  wire::SpscRing<Outcome> outcomes;     // matcher to publisher
+  wire::SpscRing<wire::WireResult> refusals;  // receiver to publisher: rejected and dropped frames
+  wire::Doorbell frame_bell;            // wakes the matcher
+  wire::Doorbell result_bell;           // wakes the publisher
   SharedCounters counters;
   SharedSenders senders;                  // receiver to publisher
   std::atomic<bool> receiver_done{false}, matcher_done{false};  // everything has been handed on
@@ -43,7 +43,7 @@ inline constexpr std::chrono::milliseconds longest_idle{100};
 
 /// Producer: the next free slot, however long it takes.
 template <class T>
-[[nodiscard]] T& wait_for_slot(SpscRing<T>& ring) noexcept {
+[[nodiscard]] T& wait_for_slot(wire::SpscRing<T>& ring) noexcept {
   constexpr std::chrono::microseconds between_looks{100};
   T* slot = ring.claim();
   while (slot == nullptr) {
@@ -53,4 +53,4 @@ template <class T>
   return *slot;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

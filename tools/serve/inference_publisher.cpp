@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -20,7 +20,7 @@ std::uint32_t find_field(const Model& model, const std::string& name) {
   throw Error(Status::bad_config, "the model has no field " + name + (known.empty() ? "; bake it with fields = [\"" + name + "\"]" : "; it has " + known));
 }
 
-InferencePublisher::InferencePublisher(WireContext& context, const std::string& endpoint, const ServerAccess& access, Model model, std::uint32_t field)
+InferencePublisher::InferencePublisher(wire::WireContext& context, const std::string& endpoint, const wire::ServerAccess& access, Model model, std::uint32_t field)
     : model_(std::move(model)), field_(field), sink_(context, endpoint, inferences_held, access) {
   const FieldInfo info = model_.field(field_);
   message_ = {.field = std::string(info.name), .unit = std::string(info.unit), .location = info.location, .model_checksum = model_.checksum()};
@@ -36,7 +36,7 @@ InferencePublisher::~InferencePublisher() {
   thread_.join();
 }
 
-void InferencePublisher::result(Message, const WireResult& result) noexcept {
+void InferencePublisher::result(wire::Message, const wire::WireResult& result) noexcept {
   if (result.fit.estimate.empty()) return;
   const std::lock_guard lock(mutex_);
   if (waiting_.size() == most_waiting) waiting_.pop_front();
@@ -68,4 +68,4 @@ void InferencePublisher::answer(const Question& question) {
   sink_.send(encoder_.inference(message_));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// The field's place in the model. Throws Error{bad_config} with the fields that there are.
 [[nodiscard]] std::uint32_t find_field(const Model& model, const std::string& name);
@@ -19,14 +19,14 @@ namespace lbea {
 class InferencePublisher final : public RunObserver {
  public:
   /// Binds. Throws Error{endpoint_unavailable}.
-  InferencePublisher(WireContext& context, const std::string& endpoint, const ServerAccess& access, Model model, std::uint32_t field);
+  InferencePublisher(wire::WireContext& context, const std::string& endpoint, const wire::ServerAccess& access, Model model, std::uint32_t field);
   ~InferencePublisher() override;
 
-  void frame(Message, const FrameHeader&, std::int64_t) noexcept override {}
+  void frame(wire::Message, const wire::FrameHeader&, std::int64_t) noexcept override {}
   /// Costs a copy of the estimate's and the candidates' names. Frames that no estimate explains are passed over; when the
   /// thread cannot follow, the oldest that waits is left out, and a gap in the sequence says so.
-  void result(Message message, const WireResult& result) noexcept override;
-  void state(Message, const WireState&) noexcept override {}
+  void result(wire::Message message, const wire::WireResult& result) noexcept override;
+  void state(wire::Message, const wire::WireState&) noexcept override {}
   [[nodiscard]] Counts counts() const noexcept override { return {}; }
   [[nodiscard]] const std::string& endpoint() const noexcept { return sink_.endpoint(); }
 
@@ -34,17 +34,17 @@ class InferencePublisher final : public RunObserver {
   struct Question {
     std::uint64_t sequence = 0, session = 0, frame_id = 0;
     std::int64_t stamp_ns = 0;
-    WireFit fit;
+    wire::WireFit fit;
   };
   void run() noexcept;
   void answer(const Question& question);
 
   Model model_;
   std::uint32_t field_;
-  ResultSink sink_;
-  Encoder encoder_;  // the publishing thread's, like what follows
+  wire::ResultSink sink_;
+  wire::Encoder encoder_;  // the publishing thread's, like what follows
   Inferred inferred_;
-  WireInference message_;
+  wire::WireInference message_;
   std::uint64_t asked_ = 0;  // the pipeline's
   std::mutex mutex_;         // of the rest
   std::condition_variable wake_;
@@ -53,4 +53,4 @@ class InferencePublisher final : public RunObserver {
   std::thread thread_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace lbea {
+namespace lbea::tool {
 
 class LatencyHistogram {
  public:
@@ -34,4 +34,4 @@ class LatencyHistogram {
   std::atomic<std::uint64_t> sum_ns_{0};
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -16,7 +16,7 @@
 #include <sys/timex.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -130,4 +130,4 @@ Finding check_disk(const std::filesystem::path& folder, std::uint64_t bytes) {
   return {"disk", free_mb < 10 * probe.mb_per_s ? Level::warning : Level::ok, text};
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

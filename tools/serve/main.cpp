@@ -26,7 +26,7 @@
 
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -49,8 +49,8 @@ PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) 
 /// For whoever replays the recording.
 RunSettings run_settings(const ServeOptions& options, const Model& model) {
   RunSettings settings{"lbea-serve " LBEA_VERSION_STRING, options.model_file, model.checksum(), name_of(options.matcher.method), options.matcher, "", 0};
-  if (!options.pose_file.empty()) settings.sensor_json = as_text(read_file(options.pose_file));
-  settings.start_ns = wall_clock_ns();
+  if (!options.pose_file.empty()) settings.sensor_json = io::as_text(io::read_file(options.pose_file));
+  settings.start_ns = mcap::wall_clock_ns();
   return settings;
 }
 
@@ -95,18 +95,18 @@ int serve(ServeOptions options) {
                               {"--preview", options.preview_endpoint},
                               {"--inference", options.inference_endpoint}});
   if (options.check) return check(options);
-  if (!options.pose_file.empty()) options.matcher.T_reference_sensor = read_pose(options.pose_file);
+  if (!options.pose_file.empty()) options.matcher.T_reference_sensor = io::read_pose(options.pose_file);
   const Model model = Model::open(options.model_file);
   report(ask_for_process(options.privileges, &model, options.matcher.method));
   check_memory(options);
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.pose_file));
-  WireContext context;
+  wire::WireContext context;
   const ServiceNotify service;
   PipelineConfig config = pipeline_config(options, model);
   config.on_matching_thread = [&] { report(ask_for_thread(options.privileges)); };
-  const ServerAccess access = options.access.load();
-  FrameSource frames(context, options.frames_endpoint, config.limits, access);
-  ResultSink results(context, options.results_endpoint, results_held, access);
+  const wire::ServerAccess access = options.access.load();
+  wire::FrameSource frames(context, options.frames_endpoint, config.limits, access);
+  wire::ResultSink results(context, options.results_endpoint, wire::results_held, access);
   const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations", frames.endpoint(),
                                         results.endpoint(), model.samples(), model.simulations());
   const auto recorder = begin_recording(options.recording, run_settings(options, model));
@@ -122,7 +122,7 @@ int serve(ServeOptions options) {
     observers.add(&inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
   config.observer = &observers;
   Pipeline pipeline(config, engine, std::move(frames), std::move(results));
-  std::optional<MetricsServer> metrics;
+  std::optional<http::MetricsServer> metrics;
   if (!options.metrics_address.empty()) metrics.emplace(options.metrics_address, [&] { return metrics_page(pipeline); });
   spdlog::info(ready);
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
@@ -132,21 +132,21 @@ int serve(ServeOptions options) {
   pipeline.stop();
   warn_of_unfinished(pipeline.senders());
   const bool all_recorded = recording.finish();
-  const Counters counters = pipeline.counters();
+  const wire::Counters counters = pipeline.counters();
   std::printf("%s\n", (options.json ? tally_json(counters) : tally_line(counters)).c_str());
   return is_complete(counters) && all_recorded ? exit_ok : exit_failed;
 }
 
 }  // namespace
 
-}  // namespace lbea
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-serve"));
-  lbea::ServeOptions options;
-  lbea::Tool tool("lbea-serve", lbea::description,
+  lbea::tool::ServeOptions options;
+  lbea::tool::Tool tool("lbea-serve", lbea::tool::description,
                   "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose "
                   "sensor.json");
-  lbea::add_options(tool, options);
-  return tool.run(argc, argv, [&] { return lbea::serve(options); });
+  lbea::tool::add_options(tool, options);
+  return tool.run(argc, argv, [&] { return lbea::tool::serve(options); });
 }

@@ -7,31 +7,31 @@
 
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
-std::string_view name_of(Fate fate) {
+std::string_view name_of(wire::Fate fate) {
   switch (fate) {
-    case Fate::matched: return "matched";
-    case Fate::rejected: return "rejected";
-    case Fate::dropped: return "dropped";
-    case Fate::not_a_capture: break;
+    case wire::Fate::matched: return "matched";
+    case wire::Fate::rejected: return "rejected";
+    case wire::Fate::dropped: return "dropped";
+    case wire::Fate::not_a_capture: break;
   }
   return "not_a_capture";
 }
 
-void write_frames(MetricsText& page, const Counters& counters) {
+void write_frames(http::MetricsText& page, const wire::Counters& counters) {
   page.metric("lbea_frames_captured_total", "counter", "Captures, as far as the senders' ids and words tell")
       .value(counters.captured())
       .metric("lbea_frames_received_total", "counter", "Frames that arrived, whatever became of them")
       .value(counters.received)
       .metric("lbea_frames_total", "counter", "Captures by what became of them; the sum is lbea_frames_captured_total");
-  for (std::size_t i = 0; i < wire_status_count; ++i) {
-    const auto status = static_cast<WireStatus>(i);
-    if (fate_of(status) == Fate::not_a_capture) continue;
-    page.value(counters.of(status), MetricsText::label("fate", name_of(fate_of(status))) + "," +
-                                        MetricsText::label("status", to_string(status)));
+  for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
+    const auto status = static_cast<wire::WireStatus>(i);
+    if (wire::fate_of(status) == wire::Fate::not_a_capture) continue;
+    page.value(counters.of(status), http::MetricsText::label("fate", name_of(wire::fate_of(status))) + "," +
+                                        http::MetricsText::label("status", wire::to_string(status)));
   }
   page.metric("lbea_frames_on_the_way", "gauge", "Frames received and not yet at an end")
       .value(counters.on_the_way())
@@ -44,39 +44,39 @@ void write_frames(MetricsText& page, const Counters& counters) {
       .metric("lbea_senders_silent", "gauge", "Senders that neither said goodbye nor anything else for seconds")
       .value(counters.silent)
       .metric("lbea_ends_of_stream_total", "counter", "Tests that senders called over")
-      .value(counters.of(WireStatus::end_of_stream))
+      .value(counters.of(wire::WireStatus::end_of_stream))
       .metric("lbea_recorded_frames_total", "counter", "Frames in the recording's file")
       .value(counters.recorded)
       .metric("lbea_unrecorded_total", "counter", "Frames and results that a recording was to hold and does not")
       .value(counters.unrecorded);
 }
 
-void write_peers(MetricsText& page, const Pipeline& pipeline) {
-  const PeerCounts frames = pipeline.frame_peers(), results = pipeline.result_peers();
-  const std::string at_frames = MetricsText::label("endpoint", "frames"), at_results = MetricsText::label("endpoint", "results");
-  const auto both = [&](std::uint64_t PeerCounts::* count, const std::string& more = {}) {
+void write_peers(http::MetricsText& page, const Pipeline& pipeline) {
+  const wire::PeerCounts frames = pipeline.frame_peers(), results = pipeline.result_peers();
+  const std::string at_frames = http::MetricsText::label("endpoint", "frames"), at_results = http::MetricsText::label("endpoint", "results");
+  const auto both = [&](std::uint64_t wire::PeerCounts::* count, const std::string& more = {}) {
     page.value(frames.*count, at_frames + more).value(results.*count, at_results + more);
   };
   page.metric("lbea_connections", "gauge", "Open connections, strangers included");
-  both(&PeerCounts::connections);
+  both(&wire::PeerCounts::connections);
   page.metric("lbea_peers", "gauge", "Connections that were admitted");
-  both(&PeerCounts::peers);
+  both(&wire::PeerCounts::peers);
   page.metric("lbea_peers_admitted_total", "counter", "Connections that were ever admitted");
-  both(&PeerCounts::admitted);
+  both(&wire::PeerCounts::admitted);
   page.metric("lbea_peers_refused_total", "counter", "Connections that were turned away");
-  both(&PeerCounts::unknown, "," + MetricsText::label("reason", "unknown"));
-  both(&PeerCounts::excess, "," + MetricsText::label("reason", "excess"));
-  both(&PeerCounts::malformed, "," + MetricsText::label("reason", "malformed"));
+  both(&wire::PeerCounts::unknown, "," + http::MetricsText::label("reason", "unknown"));
+  both(&wire::PeerCounts::excess, "," + http::MetricsText::label("reason", "excess"));
+  both(&wire::PeerCounts::malformed, "," + http::MetricsText::label("reason", "malformed"));
 }
 
-void write_pipeline(MetricsText& page, const Pipeline& pipeline) {
-  const WireState& about = pipeline.description();
+void write_pipeline(http::MetricsText& page, const Pipeline& pipeline) {
+  const wire::WireState& about = pipeline.description();
   page.metric("lbea_build_info", "gauge", "This program")
-      .value(std::uint64_t{1}, MetricsText::label("version", about.version))
+      .value(std::uint64_t{1}, http::MetricsText::label("version", about.version))
       .metric("lbea_model_info", "gauge", "The model it matches with")
-      .value(std::uint64_t{1}, MetricsText::label("file", about.model.file) + "," +
-                                   MetricsText::label("checksum", std::to_string(about.model.checksum)) + "," +
-                                   MetricsText::label("method", about.method))
+      .value(std::uint64_t{1}, http::MetricsText::label("file", about.model.file) + "," +
+                                   http::MetricsText::label("checksum", std::to_string(about.model.checksum)) + "," +
+                                   http::MetricsText::label("method", about.method))
       .metric("lbea_start_time_seconds", "gauge", "When it became ready, in s since 1970")
       .value(static_cast<double>(about.start_ns) * 1e-9)
       .metric("lbea_queue_slots", "gauge", "Frames that may wait for the matcher")
@@ -90,7 +90,7 @@ void write_pipeline(MetricsText& page, const Pipeline& pipeline) {
                  total.counts(), total.sum_s());
 }
 
-void write_process(MetricsText& page) {
+void write_process(http::MetricsText& page) {
   std::uint64_t pages = 0, resident = 0, descriptors = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;
   std::error_code ignored;
@@ -106,7 +106,7 @@ void write_process(MetricsText& page) {
 }  // namespace
 
 std::string metrics_page(const Pipeline& pipeline) {
-  MetricsText page;
+  http::MetricsText page;
   write_frames(page, pipeline.counters());
   write_peers(page, pipeline);
   write_pipeline(page, pipeline);
@@ -114,4 +114,4 @@ std::string metrics_page(const Pipeline& pipeline) {
   return page.text();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,9 +5,9 @@
 
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// In Prometheus's text format. Any thread.
 [[nodiscard]] std::string metrics_page(const Pipeline& pipeline);
 
-}  // namespace lbea
+}  // namespace lbea::tool

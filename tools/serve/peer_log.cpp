@@ -2,7 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -20,11 +20,11 @@ void PeerLog::look(std::chrono::steady_clock::time_point now) {
   tell("results", pipeline_.result_visits(), pipeline_.result_peers(), results_told_);
 }
 
-void PeerLog::tell(const char* endpoint, const std::vector<PeerVisit>& visits, const PeerCounts& counts, PeerCounts& told) {
+void PeerLog::tell(const char* endpoint, const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts, wire::PeerCounts& told) {
   std::string stranger;
-  for (const PeerVisit& visit : visits) {
-    if (visit.answer == PeerVisit::Answer::admitted && !visit.name.empty()) spdlog::info("{}: {} came in{}", endpoint, visit.name, from(visit.address));
-    if (visit.answer == PeerVisit::Answer::unknown) stranger = from(visit.address);
+  for (const wire::PeerVisit& visit : visits) {
+    if (visit.answer == wire::PeerVisit::Answer::admitted && !visit.name.empty()) spdlog::info("{}: {} came in{}", endpoint, visit.name, from(visit.address));
+    if (visit.answer == wire::PeerVisit::Answer::unknown) stranger = from(visit.address);
   }
   const std::uint64_t unknown = counts.unknown - told.unknown, excess = counts.excess - told.excess, malformed = counts.malformed - told.malformed;
   told = counts;
@@ -33,4 +33,4 @@ void PeerLog::tell(const char* endpoint, const std::vector<PeerVisit>& visits, c
   if (malformed > 0) spdlog::warn("{}: {} connections ended without a word of ZeroMQ's protocol", endpoint, malformed);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

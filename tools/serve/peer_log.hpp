@@ -5,7 +5,7 @@
 
 #include <chrono>
 
-namespace lbea {
+namespace lbea::tool {
 
 class PeerLog {
  public:
@@ -14,11 +14,11 @@ class PeerLog {
   void look(std::chrono::steady_clock::time_point now);
 
  private:
-  void tell(const char* endpoint, const std::vector<PeerVisit>& visits, const PeerCounts& counts, PeerCounts& told);
+  void tell(const char* endpoint, const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts, wire::PeerCounts& told);
 
   Pipeline& pipeline_;
   std::chrono::steady_clock::time_point next_{};
-  PeerCounts frames_told_, results_told_;
+  wire::PeerCounts frames_told_, results_told_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

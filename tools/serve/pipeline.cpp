@@ -4,13 +4,13 @@
 
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 /// With what the pipeline itself says in its description.
 PipelineConfig described(PipelineConfig config) {
-  config.description.start_ns = wall_clock_ns();
+  config.description.start_ns = mcap::wall_clock_ns();
   config.description.max_points = config.limits.max_points;
   config.description.max_message_bytes = config.limits.max_message_bytes();
   config.description.queue_slots = config.queue_slots;
@@ -19,7 +19,7 @@ PipelineConfig described(PipelineConfig config) {
 
 }  // namespace
 
-Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frames, ResultSink results)
+Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource frames, wire::ResultSink results)
     : handover_(config),
       config_(described(std::move(config))),
       receiver_(config_, std::move(frames), handover_),
@@ -49,4 +49,4 @@ void Pipeline::stop() {
   if (publishing_.joinable()) publishing_.join();
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -11,26 +11,26 @@
 #include <array>
 #include <thread>
 
-namespace lbea {
+namespace lbea::tool {
 
 class Pipeline {
  public:
-  Pipeline(PipelineConfig config, MatchEngine& engine, FrameSource frames, ResultSink results);
+  Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource frames, wire::ResultSink results);
   ~Pipeline();
   /// Stops receiving, takes in what has already arrived, finishes all of it and publishes the last results.
   void stop();
   // Any thread:
-  [[nodiscard]] Counters counters() const noexcept { return publisher_.counters(); }
-  [[nodiscard]] PeerCounts frame_peers() const noexcept { return receiver_.peers(); }
-  [[nodiscard]] PeerCounts result_peers() const noexcept { return publisher_.peers(); }
-  [[nodiscard]] std::vector<PeerVisit> frame_visits() { return receiver_.visits(); }
-  [[nodiscard]] std::vector<PeerVisit> result_visits() { return publisher_.visits(); }
+  [[nodiscard]] wire::Counters counters() const noexcept { return publisher_.counters(); }
+  [[nodiscard]] wire::PeerCounts frame_peers() const noexcept { return receiver_.peers(); }
+  [[nodiscard]] wire::PeerCounts result_peers() const noexcept { return publisher_.peers(); }
+  [[nodiscard]] std::vector<wire::PeerVisit> frame_visits() { return receiver_.visits(); }
+  [[nodiscard]] std::vector<wire::PeerVisit> result_visits() { return publisher_.visits(); }
   [[nodiscard]] std::size_t queue_used() const noexcept { return handover_.frames.used(); }
-  [[nodiscard]] std::vector<WireSender> senders() const { return handover_.senders.load(); }
+  [[nodiscard]] std::vector<wire::WireSender> senders() const { return handover_.senders.load(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return publisher_.match_times(); }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return publisher_.total_times(); }
   /// The unchanging part of the state.
-  [[nodiscard]] const WireState& description() const noexcept { return config_.description; }
+  [[nodiscard]] const wire::WireState& description() const noexcept { return config_.description; }
   /// How often receiver, matcher and publisher came round: each does at least every 100 ms, unless it hangs.
   using Rounds = std::array<std::uint64_t, 3>;
   [[nodiscard]] Rounds rounds() const noexcept { return {receiver_.rounds(), matcher_.rounds(), publisher_.rounds()}; }
@@ -46,4 +46,4 @@ class Pipeline {
   std::thread receiving_, matching_, publishing_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

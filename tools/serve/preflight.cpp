@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -52,4 +52,4 @@ std::string Preflight::to_json() const {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct Finding {
   enum class Level { ok, warning, failed };
@@ -43,4 +43,4 @@ class Preflight {
 /// Writes `bytes` to a file in `folder`, which is removed again: rate and longest stall, and what is free.
 [[nodiscard]] Finding check_disk(const std::filesystem::path& folder, std::uint64_t bytes);
 
-}  // namespace lbea
+}  // namespace lbea::tool

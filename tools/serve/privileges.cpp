@@ -8,7 +8,7 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -76,4 +76,4 @@ void raise_descriptor_limit() noexcept {
   ::setrlimit(RLIMIT_NOFILE, &limit);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct PrivilegeRequest {
   std::optional<unsigned> pin;       // processor for the matching thread
@@ -31,4 +31,4 @@ struct Privilege {
 /// Lets the process open as many descriptors as it may: strangers who knock must not use up what peers need.
 void raise_descriptor_limit() noexcept;
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
-namespace lbea {
+namespace lbea::tool {
 
 class RateLimit {
  public:
@@ -25,4 +25,4 @@ class RateLimit {
   Clock::time_point last_{};
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr std::chrono::milliseconds state_spacing{10};  // between states, however many ask
 }
 
-ResultPublisher::ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, ResultSink sink, Handover& handover)
+ResultPublisher::ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink, Handover& handover)
     : config_(config), engine_(engine), sink_(std::move(sink)), handover_(handover), state_(config.description) {}
 
 void ResultPublisher::run() noexcept {
@@ -37,8 +37,8 @@ void ResultPublisher::run() noexcept {
   publish_state();
 }
 
-Counters ResultPublisher::counters() const noexcept {
-  Counters counters = handover_.counters.load();
+wire::Counters ResultPublisher::counters() const noexcept {
+  wire::Counters counters = handover_.counters.load();
   if (config_.observer == nullptr) return counters;
   const RunObserver::Counts counts = config_.observer->counts();
   counters.recorded = counts.recorded;
@@ -70,7 +70,7 @@ void ResultPublisher::publish(const Outcome& outcome) noexcept {
   send_result();
 }
 
-void ResultPublisher::publish(const WireResult& refusal) noexcept {
+void ResultPublisher::publish(const wire::WireResult& refusal) noexcept {
   result_ = refusal;
   send_result();
 }
@@ -80,16 +80,16 @@ void ResultPublisher::send_result() noexcept {
   result_.counters = counters();
   result_.model_checksum = config_.description.model.checksum;
   result_.sequence = sequence_++;
-  result_.publish_ns = wall_clock_ns();
+  result_.publish_ns = mcap::wall_clock_ns();
   result_.elapsed_ns.total = short_ns(result_.publish_ns - result_.receive_ns);
-  if (fate_of(result_.status) == Fate::matched) note_times(result_.elapsed_ns);
-  const Message message = encoder_.result(result_);
+  if (wire::fate_of(result_.status) == wire::Fate::matched) note_times(result_.elapsed_ns);
+  const wire::Message message = encoder_.result(result_);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->result(message, result_);
   log_.note(result_);
 }
 
-void ResultPublisher::note_times(const WireTimes& times) noexcept {
+void ResultPublisher::note_times(const wire::WireTimes& times) noexcept {
   const StageTimes& stages = times.match;
   match_times_.note(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching + stages.coverage +
                     stages.fit);
@@ -98,15 +98,15 @@ void ResultPublisher::note_times(const WireTimes& times) noexcept {
 
 void ResultPublisher::publish_state() noexcept {
   state_.sequence = sequence_++;
-  state_.publish_ns = wall_clock_ns();
+  state_.publish_ns = mcap::wall_clock_ns();
   state_.queue_used = static_cast<std::uint32_t>(handover_.frames.used());
   state_.senders = handover_.senders.load();
   state_.counters = counters();  // after the senders: what became of the frames of one that has ended is in them
   if (config_.observer != nullptr) state_.recording = config_.observer->recording();
-  const Message message = encoder_.state(state_);
+  const wire::Message message = encoder_.state(state_);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->state(message, state_);
   log_.note(state_);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

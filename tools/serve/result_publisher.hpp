@@ -10,19 +10,19 @@
 #include <atomic>
 #include <chrono>
 
-namespace lbea {
+namespace lbea::tool {
 
 class ResultPublisher {
  public:
   /// `config` outlives it.
-  ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, ResultSink sink, Handover& handover);
+  ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink, Handover& handover);
   /// Until the matcher is done and everything is published.
   void run() noexcept;
   // Any thread:
   /// As a result published now has them.
-  [[nodiscard]] Counters counters() const noexcept;
-  [[nodiscard]] PeerCounts peers() const noexcept { return sink_.peers(); }
-  [[nodiscard]] std::vector<PeerVisit> visits() { return sink_.visits(); }
+  [[nodiscard]] wire::Counters counters() const noexcept;
+  [[nodiscard]] wire::PeerCounts peers() const noexcept { return sink_.peers(); }
+  [[nodiscard]] std::vector<wire::PeerVisit> visits() { return sink_.visits(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return total_times_; }
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
@@ -32,22 +32,22 @@ class ResultPublisher {
   bool publish_waiting() noexcept;
   bool publish_refusals() noexcept;
   void publish(const Outcome& outcome) noexcept;
-  void publish(const WireResult& refusal) noexcept;
+  void publish(const wire::WireResult& refusal) noexcept;
   void send_result() noexcept;
-  void note_times(const WireTimes& times) noexcept;
+  void note_times(const wire::WireTimes& times) noexcept;
   void publish_state() noexcept;
 
   const PipelineConfig& config_;
   const MatchEngine& engine_;
-  ResultSink sink_;
+  wire::ResultSink sink_;
   Handover& handover_;
-  Encoder encoder_;
+  wire::Encoder encoder_;
   FrameLog log_;
-  WireResult result_;
-  WireState state_;
+  wire::WireResult result_;
+  wire::WireState state_;
   std::uint64_t sequence_ = 0;
   LatencyHistogram match_times_, total_times_;
   std::atomic<std::uint64_t> rounds_{0};
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 class RunObservers final : public RunObserver {
  public:
@@ -13,13 +13,13 @@ class RunObservers final : public RunObserver {
   void add(RunObserver* observer) {
     if (observer != nullptr) observers_.push_back(observer);
   }
-  void frame(Message message, const FrameHeader& header, std::int64_t receive_ns) noexcept override {
+  void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override {
     for (RunObserver* observer : observers_) observer->frame(message, header, receive_ns);
   }
-  void result(Message message, const WireResult& result) noexcept override {
+  void result(wire::Message message, const wire::WireResult& result) noexcept override {
     for (RunObserver* observer : observers_) observer->result(message, result);
   }
-  void state(Message message, const WireState& state) noexcept override {
+  void state(wire::Message message, const wire::WireState& state) noexcept override {
     for (RunObserver* observer : observers_) observer->state(message, state);
   }
   [[nodiscard]] Counts counts() const noexcept override {
@@ -30,7 +30,7 @@ class RunObservers final : public RunObserver {
     }
     return sum;
   }
-  [[nodiscard]] std::optional<WireRecording> recording() const noexcept override {
+  [[nodiscard]] std::optional<wire::WireRecording> recording() const noexcept override {
     for (const RunObserver* observer : observers_)
       if (auto found = observer->recording()) return found;
     return {};
@@ -40,4 +40,4 @@ class RunObservers final : public RunObserver {
   std::vector<RunObserver*> observers_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

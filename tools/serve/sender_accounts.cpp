@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr std::chrono::milliseconds senders_interval{100};  // how old what others are told of the senders may be
@@ -12,18 +12,18 @@ constexpr std::chrono::milliseconds senders_interval{100};  // how old what othe
 IdTracker::Arrival SenderAccounts::saw(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept {
   const IdTracker::Seen seen = ids_.saw(session, id, Clock::now());
   handover_.counters.store(ids_);
-  announcer_.announce(WireStatus::missed, session, seen.gap, receive_ns);
+  announcer_.announce(wire::WireStatus::missed, session, seen.gap, receive_ns);
   return seen.arrival;
 }
 
-bool SenderAccounts::told(const Control& control, std::int64_t receive_ns) noexcept {
+bool SenderAccounts::told(const wire::Control& control, std::int64_t receive_ns) noexcept {
   const auto now = Clock::now();
   const IdTracker::Told told = ids_.told(control, now);
   if (!told.is_possible) return false;
   handover_.counters.store(ids_);
-  announcer_.announce(WireStatus::missed, control.session, told.gap, receive_ns);
-  announcer_.announce(WireStatus::withheld, control.session, told.withheld, receive_ns);
-  if (control.kind != ControlKind::heartbeat) show(now, patience_);
+  announcer_.announce(wire::WireStatus::missed, control.session, told.gap, receive_ns);
+  announcer_.announce(wire::WireStatus::withheld, control.session, told.withheld, receive_ns);
+  if (control.kind != wire::ControlKind::heartbeat) show(now, patience_);
   return true;
 }
 
@@ -35,8 +35,8 @@ void SenderAccounts::show(Clock::time_point now, Clock::duration patience) noexc
   next_show_ = now + senders_interval;
   auto senders = ids_.senders(now, patience);
   handover_.counters.store_silent(static_cast<std::uint64_t>(std::count_if(
-      senders.begin(), senders.end(), [](const WireSender& s) { return s.condition == SenderCondition::silent; })));
+      senders.begin(), senders.end(), [](const wire::WireSender& s) { return s.condition == wire::SenderCondition::silent; })));
   handover_.senders.store(std::move(senders));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

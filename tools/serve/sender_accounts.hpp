@@ -7,7 +7,7 @@
 
 #include <chrono>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// The receiving thread's.
 class SenderAccounts {
@@ -18,7 +18,7 @@ class SenderAccounts {
   /// A frame arrived.
   IdTracker::Arrival saw(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept;
   /// A sender spoke of its ids; false when they cannot be.
-  bool told(const Control& control, std::int64_t receive_ns) noexcept;
+  bool told(const wire::Control& control, std::int64_t receive_ns) noexcept;
   /// Shows who the senders are and how they do. At the end no patience is left for those who are gone.
   void show_at_end(bool everyone_is_gone) noexcept { show(Clock::now(), everyone_is_gone ? Clock::duration(-1) : patience_); }
   /// The same, unless it was done a moment ago.
@@ -35,4 +35,4 @@ class SenderAccounts {
   Handover& handover_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace lbea {
+namespace lbea::tool {
 
 [[nodiscard]] inline std::uint32_t short_ns(std::int64_t ns) noexcept {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(ns, 0, std::numeric_limits<std::uint32_t>::max()));
@@ -16,4 +16,4 @@ namespace lbea {
   return short_ns((std::chrono::steady_clock::now() - begin) / std::chrono::nanoseconds(1));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -2,7 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr std::array<const char*, 3> thread_names{"receiving", "matching", "publishing"};
@@ -27,4 +27,4 @@ bool Vigil::look(Clock::time_point now) {
   return all_came;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

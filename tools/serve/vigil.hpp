@@ -3,7 +3,7 @@
 
 #include "tools/serve/pipeline.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 class Vigil {
  public:
@@ -20,4 +20,4 @@ class Vigil {
   bool has_warned_ = false;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -2,7 +2,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_encoding.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 Database open_database(const std::filesystem::path& first_file) {
   WordFile file(first_file);
@@ -37,4 +37,4 @@ void StateFile::read(const StatePlace& place, std::uint64_t start, std::span<flo
   file_.reals(place.word + start, into, "a state");
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -8,7 +8,7 @@
 #include "adapters/simulation/d3plot/d3plot_geometry.hpp"
 #include "adapters/simulation/d3plot/d3plot_layout.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 struct Database {
   Header header;
@@ -35,4 +35,4 @@ class StateFile {
   WordFile file_;
 };
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstring>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -38,4 +38,4 @@ std::optional<Encoding> detect_encoding(const WordFile& file) {
   return std::nullopt;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -6,7 +6,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 inline constexpr std::uint64_t base_words = 64;  // every database begins with that many control words
 inline constexpr std::uint64_t file_type_word = 11, dimensions_word = 15;
@@ -21,4 +21,4 @@ struct Encoding {
 /// Nothing when the file does not begin like the first file of a d3plot database.
 [[nodiscard]] std::optional<Encoding> detect_encoding(const WordFile& file);
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -9,7 +9,7 @@
 
 #include "precompute/survey/folder_names.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -130,7 +130,7 @@ std::vector<fs::path> find_family(const fs::path& first_file) {
   const fs::path folder = first_file.has_parent_path() ? first_file.parent_path() : fs::path(".");
   std::vector<std::pair<std::uint32_t, fs::path>> members;
   std::error_code error;
-  const std::vector<std::string> names = names_in(folder, error);
+  const std::vector<std::string> names = bake::names_in(folder, error);
   if (error) throw Error{Status::file_not_found, folder.string() + ": " + error.message() + "; check the path"};
   for (const std::string& other : names) {
     if (other.size() <= name.size() || other.compare(0, name.size(), name) != 0) continue;
@@ -158,4 +158,4 @@ std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::u
   return states;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

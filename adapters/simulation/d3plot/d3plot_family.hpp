@@ -7,7 +7,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 /// Throws Error{bad_input} when the name of `file`, which does not begin like a first file, is that of a continuation
 /// (`d3plot07` beside `d3plot`).
@@ -30,4 +30,4 @@ struct StatePlace {
                                                    std::uint64_t word_bytes, std::uint64_t first_word,
                                                    std::uint64_t state_words);
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

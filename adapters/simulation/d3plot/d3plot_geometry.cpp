@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_numbering.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -146,4 +146,4 @@ Geometry read_geometry(const WordFile& file, const Header& header) {
   return geometry;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

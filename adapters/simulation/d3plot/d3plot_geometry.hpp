@@ -7,7 +7,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_header.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 /// Elements of one kind. Node indices count from 0, parts are numbers inside the database, from 1.
 template <std::size_t Corners>
@@ -34,4 +34,4 @@ struct Geometry {
 /// Reads what follows the control words. Throws Error{bad_input}.
 [[nodiscard]] Geometry read_geometry(const WordFile& file, const Header& header);
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

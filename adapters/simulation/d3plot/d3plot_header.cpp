@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_encoding.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -212,4 +212,4 @@ Header read_header(WordFile& file) {
   return header;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 enum class Deletion { none, nodes, elements };
 
@@ -48,4 +48,4 @@ struct Header {
 /// Throws Error{bad_input | unsupported_input}.
 [[nodiscard]] Header read_header(WordFile& file);
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -1,6 +1,6 @@
 #include "adapters/simulation/d3plot/d3plot_layout.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -95,4 +95,4 @@ StateLayout lay_out_state(const WordFile& file, const Header& header, const Geom
   return layout;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -6,7 +6,7 @@
 
 #include "adapters/simulation/d3plot/d3plot_geometry.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 /// What one element's row holds. Points are through-thickness layers or integration points.
 struct RowFields {
@@ -34,4 +34,4 @@ struct StateLayout {
 /// Throws Error{bad_input} when the control words contradict each other.
 [[nodiscard]] StateLayout lay_out_state(const WordFile& file, const Header& header, const Geometry& geometry);
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

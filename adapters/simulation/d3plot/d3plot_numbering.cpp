@@ -3,7 +3,7 @@
 #include <limits>
 #include <numeric>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -82,4 +82,4 @@ void read_numbering(const WordFile& file, std::uint64_t word, const Header& head
   if (has_part_ids) geometry.part_ids = read_ids(file, at, header.parts, "part ids");
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

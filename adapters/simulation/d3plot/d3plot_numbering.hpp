@@ -3,10 +3,10 @@
 
 #include "adapters/simulation/d3plot/d3plot_geometry.hpp"
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 /// Fills the ids of `geometry` from the numbering block at `word`; counts from 1 where the file has none.
 /// Throws Error{bad_input} when the block does not fit the elements of the database.
 void read_numbering(const WordFile& file, std::uint64_t word, const Header& header, Geometry& geometry);
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -74,7 +74,7 @@ const StatePlace& Reader::place(std::uint32_t state) const {
   return database_.states[state];
 }
 
-void Reader::read(std::uint32_t state, SimulationState& into) {
+void Reader::read(std::uint32_t state, bake::SimulationState& into) {
   const StatePlace& at = place(state);
   into.time_s = at.time_s;
   read_positions(at, into.positions);
@@ -112,7 +112,7 @@ void Reader::read_alive(const StatePlace& place, std::vector<std::uint8_t>& into
   }
 }
 
-void Reader::read_fields(const StatePlace& place, SimulationState& into) {
+void Reader::read_fields(const StatePlace& place, bake::SimulationState& into) {
   const auto shells = read_rows(place, database_.layout.shells, database_.layout.shell);
   const auto solids = read_rows(place, database_.layout.solids, database_.layout.solid);
   into.fields.resize(stored_.size());
@@ -140,4 +140,4 @@ std::vector<std::vector<float>> Reader::read_rows(const StatePlace& place, const
   return values;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

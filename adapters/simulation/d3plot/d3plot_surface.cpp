@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -85,4 +85,4 @@ std::vector<SurfaceElement> outer_faces(std::span<const Hexahedron> solids) {
   return faces;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

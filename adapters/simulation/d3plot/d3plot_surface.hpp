@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 using Quad = std::array<std::uint32_t, 4>;  // a triangle repeats its last node
 using Hexahedron = std::array<std::uint32_t, 8>;
@@ -23,4 +23,4 @@ struct SurfaceElement {
 /// them. Wedges, pyramids and tetrahedra are hexahedra with repeated nodes; faces that vanish are left out.
 [[nodiscard]] std::vector<SurfaceElement> outer_faces(std::span<const Hexahedron> solids);
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 namespace {
 
@@ -48,7 +48,7 @@ std::vector<Field> stored_fields(const StateLayout& layout) {
   return stored;
 }
 
-SimulationField describe(Field field) {
+bake::SimulationField describe(Field field) {
   switch (field) {
     case Field::plastic_strain: return {"plastic_strain", "1"};
     case Field::von_mises: return {"von_mises", ""};
@@ -78,4 +78,4 @@ float field_value(Field field, const RowFields& fields, std::span<const float> r
   return 0;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

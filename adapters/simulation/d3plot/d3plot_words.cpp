@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 static_assert(std::endian::native == std::endian::little, "words are read as they stand in memory");
 
@@ -129,4 +129,4 @@ bool WordFile::is_zero_from(std::uint64_t word) const {
   return true;
 }
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

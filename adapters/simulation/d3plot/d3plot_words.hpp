@@ -11,7 +11,7 @@
 
 #include <lbea/lbea.hpp>
 
-namespace lbea::d3plot {
+namespace lbea::io::d3plot {
 
 /// Sizes computed from numbers in the file saturate instead of wrapping round: what saturates fits no file.
 inline std::uint64_t plus(std::uint64_t a, std::uint64_t b) {
@@ -64,4 +64,4 @@ class WordFile {
 /// The real that stands where a file's states end.
 inline constexpr double end_marker = -999999.0;
 
-}  // namespace lbea::d3plot
+}  // namespace lbea::io::d3plot

@@ -8,7 +8,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -212,4 +212,4 @@ Grid parse_keyword(std::string_view text, const std::string& name) { return Keyw
 
 Grid read_keyword(const std::filesystem::path& file) { return parse_keyword(as_text(read_file(file)), file.string()); }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

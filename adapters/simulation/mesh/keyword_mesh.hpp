@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/vtk/grid.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 [[nodiscard]] bool is_keyword(std::string_view start) noexcept;
 
@@ -15,4 +15,4 @@ namespace lbea::grid {
 [[nodiscard]] Grid parse_keyword(std::string_view text, const std::string& name);
 [[nodiscard]] Grid read_keyword(const std::filesystem::path& file);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -8,7 +8,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -86,4 +86,4 @@ Grid parse_obj(std::string_view text, const std::string& name) { return ObjParse
 
 Grid read_obj(const std::filesystem::path& file) { return parse_obj(as_text(read_file(file)), file.string()); }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -6,7 +6,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/ply_header.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -131,4 +131,4 @@ Grid parse_ply_mesh(std::string_view bytes, const std::string& name) { return Pl
 
 Grid read_ply(const std::filesystem::path& file) { return parse_ply_mesh(as_text(read_file(file)), file.string()); }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

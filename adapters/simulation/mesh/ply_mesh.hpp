@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/vtk/grid.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 [[nodiscard]] bool is_ply(std::string_view start) noexcept;
 
@@ -14,4 +14,4 @@ namespace lbea::grid {
 [[nodiscard]] Grid parse_ply_mesh(std::string_view bytes, const std::string& name);
 [[nodiscard]] Grid read_ply(const std::filesystem::path& file);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -5,7 +5,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/stl_corners.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 bool is_stl(const std::filesystem::path& file, std::string_view start) {
   std::error_code error;
@@ -24,4 +24,4 @@ Grid parse_stl(std::string_view bytes, const std::string& name) {
 
 Grid read_stl(const std::filesystem::path& file) { return parse_stl(as_text(read_file(file)), file.string()); }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/vtk/grid.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 /// Binary when the number of triangles fits the file's size, whatever the file begins with; else text when it begins with
 /// "solid" and has a "facet".
@@ -15,4 +15,4 @@ namespace lbea::grid {
 [[nodiscard]] Grid parse_stl(std::string_view bytes, const std::string& name);
 [[nodiscard]] Grid read_stl(const std::filesystem::path& file);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -71,4 +71,4 @@ void check_grid(const Grid& grid, const std::string& file) {
   check_arrays(grid.cell_arrays, grid.cells.size(), "cells", file);
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

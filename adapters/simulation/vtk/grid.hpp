@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 /// Kinds of cells, with VTK's numbers. Cells of higher order list their corners first.
 enum class CellKind : std::uint8_t {
@@ -64,4 +64,4 @@ using ReadGrid = Grid (*)(const std::filesystem::path& file);
 /// Throws Error{bad_input} that names file and cell.
 void check_grid(const Grid& grid, const std::string& file);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

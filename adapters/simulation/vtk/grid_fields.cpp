@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/vtk/grid_names.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -90,4 +90,4 @@ std::vector<std::uint8_t> alive_elements(const Grid& grid, const SourcedMesh& so
   return alive;
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

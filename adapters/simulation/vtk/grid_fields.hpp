@@ -7,11 +7,11 @@
 
 #include "adapters/simulation/vtk/grid_mesh.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 /// A field of the run and the arrays it is read from.
 struct FieldSource {
-  SimulationField field;
+  bake::SimulationField field;
   std::string flat_array, solid_array, point_array;  // names; empty: 0 for elements of that kind
 };
 
@@ -27,4 +27,4 @@ struct FieldSource {
 /// 0 for eroded elements: those whose EROSION_STATUS (OpenRadioss) or "alive" is 0. All 1 without such an array.
 [[nodiscard]] std::vector<std::uint8_t> alive_elements(const Grid& grid, const SourcedMesh& mesh);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

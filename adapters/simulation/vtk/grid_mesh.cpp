@@ -7,7 +7,7 @@
 #include "adapters/simulation/d3plot/d3plot_surface.hpp"
 #include "adapters/simulation/vtk/grid_names.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -151,4 +151,4 @@ SourcedMesh mesh_of(const Grid& grid, const std::string& file) {
   return sourced;
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -8,11 +8,11 @@
 #include "adapters/simulation/vtk/grid.hpp"
 #include "precompute/simulation.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 /// A mesh, and where in the file its nodes and elements are.
 struct SourcedMesh {
-  SimulationMesh mesh;
+  bake::SimulationMesh mesh;
   std::vector<std::uint32_t> node_source;     // node -> point
   std::vector<std::uint32_t> element_source;  // element -> cell
   std::vector<std::uint8_t> element_is_solid; // elements; 1: a face of a solid
@@ -25,4 +25,4 @@ struct SourcedMesh {
 /// Throws Error{bad_input | unsupported_input} when there is no surface, an id stands twice or a kind of cell is unknown.
 [[nodiscard]] SourcedMesh mesh_of(const Grid& grid, const std::string& file);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/vtk/grid.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 inline constexpr std::array node_id_names{"NODE_ID", "NodeID", "GlobalNodeId"};
 inline constexpr std::array element_id_names{"ELEMENT_ID", "ElementID", "GlobalElementId"};
@@ -20,4 +20,4 @@ template <typename Names>
   return nullptr;
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

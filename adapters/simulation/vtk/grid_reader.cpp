@@ -7,7 +7,7 @@
 #include <cmath>
 #include <unordered_map>
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -163,7 +163,7 @@ void GridReader::copy_positions(const Place& place, std::vector<float>& into) co
     }
 }
 
-void GridReader::read(std::uint32_t state, SimulationState& into) {
+void GridReader::read(std::uint32_t state, bake::SimulationState& into) {
   const Place& at = place(state);
   load(at.file);
   into.time_s = at.time;
@@ -175,4 +175,4 @@ void GridReader::read(std::uint32_t state, SimulationState& into) {
     into.fields[f] = field_values(grid_, sourced_, sources_[f], at.suffix);
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -7,7 +7,7 @@
 #include "adapters/simulation/vtk/grid_fields.hpp"
 #include "adapters/simulation/vtk/grid_mesh.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 struct GridState {
   std::filesystem::path file;
@@ -16,16 +16,16 @@ struct GridState {
 
 /// Files must have the same cells, and ids where they have any; positions and values may differ. A file with point arrays
 /// displacement_t<time> is a run by itself: a state per array, values in arrays that end likewise.
-class GridReader final : public SimulationReader {
+class GridReader final : public bake::SimulationReader {
  public:
   /// Reads the first file whole and, where `states` gives no times, every other one's time by `read_time`.
   GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time);
 
-  [[nodiscard]] const SimulationMesh& mesh() const noexcept override { return sourced_.mesh; }
-  [[nodiscard]] const std::vector<SimulationField>& fields() const noexcept override { return fields_; }
+  [[nodiscard]] const bake::SimulationMesh& mesh() const noexcept override { return sourced_.mesh; }
+  [[nodiscard]] const std::vector<bake::SimulationField>& fields() const noexcept override { return fields_; }
   [[nodiscard]] std::uint32_t states() const noexcept override { return static_cast<std::uint32_t>(states_.size()); }
   [[nodiscard]] double time_s(std::uint32_t state) const override { return place(state).time; }
-  void read(std::uint32_t state, SimulationState& into) override;
+  void read(std::uint32_t state, bake::SimulationState& into) override;
   [[nodiscard]] std::vector<std::filesystem::path> files() const override { return files_; }
 
  private:
@@ -49,10 +49,10 @@ class GridReader final : public SimulationReader {
   std::vector<double> ids_;              // of nodes and cells in the first file, as far as it has them
   SourcedMesh sourced_;
   std::vector<FieldSource> sources_;
-  std::vector<SimulationField> fields_;
+  std::vector<bake::SimulationField> fields_;
   std::vector<Place> states_;
   Grid grid_;                            // the file read last
   std::size_t loaded_ = 0;
 };
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

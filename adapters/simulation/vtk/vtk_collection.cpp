@@ -7,7 +7,7 @@
 
 #include "adapters/files/atomic_file.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -45,4 +45,4 @@ std::vector<GridState> read_vtk_collection(const std::filesystem::path& file) {
   return states;
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

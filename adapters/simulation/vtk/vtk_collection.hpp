@@ -6,7 +6,7 @@
 
 #include "adapters/simulation/vtk/grid_reader.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 [[nodiscard]] bool is_vtk_collection(std::string_view start) noexcept;
 
@@ -14,4 +14,4 @@ namespace lbea::grid {
 /// are several parts at one time.
 [[nodiscard]] std::vector<GridState> read_vtk_collection(const std::filesystem::path& file);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

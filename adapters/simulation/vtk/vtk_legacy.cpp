@@ -10,7 +10,7 @@
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 #include "adapters/simulation/vtk/vtk_tokens.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -239,4 +239,4 @@ Grid read_vtk_legacy_time(const std::filesystem::path& file) {
   }
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -11,7 +11,7 @@
 #include "adapters/files/ply_header.hpp"
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -112,4 +112,4 @@ void VtkTokens::fail(const std::string& what, bool is_unsupported) const {
               name_ + ", byte " + std::to_string(at_) + ": " + what + " (VTK legacy file)"};
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

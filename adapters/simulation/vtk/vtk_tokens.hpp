@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 struct NumberType {
   std::size_t size = 4;  // bytes
@@ -41,4 +41,4 @@ class VtkTokens {
   std::size_t at_ = 0;
 };
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -9,7 +9,7 @@
 #include "adapters/files/text_line.hpp"
 #include "adapters/simulation/vtk/vtk_xml_data.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -193,4 +193,4 @@ Grid read_vtk_xml_time(const std::filesystem::path& file) {
   return XmlParser(as_text(read_file(file)), file.string()).parse(true);
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

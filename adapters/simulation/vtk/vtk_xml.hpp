@@ -5,7 +5,7 @@
 
 #include "adapters/simulation/vtk/grid.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 [[nodiscard]] bool is_vtk_xml(std::string_view start) noexcept;
 
@@ -17,4 +17,4 @@ namespace lbea::grid {
 /// Nothing but its time.
 [[nodiscard]] Grid read_vtk_xml_time(const std::filesystem::path& file);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

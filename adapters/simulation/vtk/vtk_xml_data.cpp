@@ -15,7 +15,7 @@
 #include "adapters/files/ply_header.hpp"
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 namespace {
 
@@ -169,4 +169,4 @@ std::vector<double> block_values(std::string_view text, bool is_raw, const XmlSt
   return values;
 }
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

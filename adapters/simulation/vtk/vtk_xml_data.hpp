@@ -10,7 +10,7 @@
 
 #include "adapters/simulation/vtk/vtk_tokens.hpp"
 
-namespace lbea::grid {
+namespace lbea::io::grid {
 
 enum class Compressor { none, zlib, lz4 };
 
@@ -31,4 +31,4 @@ struct XmlStorage {
 [[nodiscard]] std::vector<double> block_values(std::string_view block, bool is_raw, const XmlStorage& storage,
                                                const NumberType& type, std::uint64_t count, const std::string& what);
 
-}  // namespace lbea::grid
+}  // namespace lbea::io::grid

@@ -3,7 +3,7 @@
 #include <new>
 #include <utility>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 namespace {
 
@@ -104,4 +104,4 @@ void Door::note_end(std::int32_t descriptor) {
   if (peers_ > connections_.size()) peers_ = connections_.size();
 }
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

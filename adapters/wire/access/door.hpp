@@ -15,7 +15,7 @@
 
 #include <zmq.h>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 /// Counts are written by the gate's thread and read by any.
 class Door {
@@ -54,4 +54,4 @@ class Door {
   Count open_{0}, peers_{0}, admitted_{0}, unknown_{0}, excess_{0}, malformed_{0};
 };
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

@@ -8,7 +8,7 @@
 #include <new>
 #include <string_view>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 namespace {
 
@@ -124,4 +124,4 @@ void Gate::answer() noexcept {
     zmq_send(questions_.handle(), answer[i].data(), answer[i].size(), i + 1 < answer.size() ? ZMQ_SNDMORE : 0);
 }
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

@@ -14,7 +14,7 @@
 
 #include <zmq.hpp>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 class Gate {
  public:
@@ -49,4 +49,4 @@ class Gate {
   std::thread thread_;
 };
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 using Clock = std::chrono::steady_clock;
@@ -49,4 +49,4 @@ const WireSender* Handshake::own_entry(std::chrono::milliseconds timeout) {
   return own == state_.senders.end() ? nullptr : &*own;
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

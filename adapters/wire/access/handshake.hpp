@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-namespace lbea {
+namespace lbea::wire {
 
 class Handshake {
  public:
@@ -34,4 +34,4 @@ class Handshake {
   WireState state_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -11,7 +11,7 @@
 #include <unistd.h>
 #include <zmq.h>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 
@@ -166,4 +166,4 @@ void check_access(const ServerAccess& access) {
                 "an allow-list (--allow) without a secret key would not be looked at; give --key too"};
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::wire {
 
 struct CurveKeyPair {
   std::string public_key, secret_key;  // Z85, 40 characters
@@ -45,4 +45,4 @@ void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys,
 /// Throws Error{bad_config} for keys without anyone allowed, which ZeroMQ would take for "anyone", and the reverse.
 void check_access(const ServerAccess& access);
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::wire {
 
 enum class MessageKind : std::uint8_t { unknown, frame, result, state, control, inference };
 /// By the file identifier alone; the decoders check the rest.
@@ -97,4 +97,4 @@ void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t 
 [[nodiscard]] WireStatus decode_control(std::span<const std::byte> message, Control& into);
 [[nodiscard]] WireStatus decode_inference(std::span<const std::byte> message, WireInference& into);
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -4,7 +4,7 @@
 #include "adapters/wire/codec/verified.hpp"
 #include "control_generated.h"
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 constexpr std::size_t max_control_bytes = 256;
@@ -14,23 +14,23 @@ constexpr flatbuffers::uoffset_t max_control_tables = 2;
 std::span<const std::byte> Encoder::control(const Control& control) {
   auto& builder = buffers_->message;
   builder.Clear();
-  wire::FinishControlBuffer(
-      builder, wire::CreateControl(builder, control.session, static_cast<wire::ControlKind>(control.kind),
+  schema::FinishControlBuffer(
+      builder, schema::CreateControl(builder, control.session, static_cast<schema::ControlKind>(control.kind),
                                    control.next_id, control.withheld));
   return detail::finished(builder);
 }
 
 WireStatus decode_control(std::span<const std::byte> message, Control& into) {
   if (message.size() > max_control_bytes) return WireStatus::message_too_large;
-  if (!detail::has_identifier(message, wire::ControlIdentifier())) return WireStatus::wrong_kind;
+  if (!detail::has_identifier(message, schema::ControlIdentifier())) return WireStatus::wrong_kind;
   std::array<std::uint64_t, max_control_bytes / sizeof(std::uint64_t)> aligned;
   std::memcpy(aligned.data(), message.data(), message.size());
-  const auto* from = detail::verified_root<wire::Control>(
+  const auto* from = detail::verified_root<schema::Control>(
       std::as_bytes(std::span{aligned}).first(message.size()), max_control_tables);
-  if (from == nullptr || from->kind() > wire::ControlKind::MAX || from->withheld() > from->next_id())
+  if (from == nullptr || from->kind() > schema::ControlKind::MAX || from->withheld() > from->next_id())
     return WireStatus::damaged;
   into = {from->session(), static_cast<ControlKind>(from->kind()), from->next_id(), from->withheld()};
   return WireStatus::ok;
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -5,7 +5,7 @@
 
 #include <flatbuffers/flatbuffers.h>
 
-namespace lbea {
+namespace lbea::wire {
 
 struct Encoder::Buffers {
   flatbuffers::FlatBufferBuilder cloud;  // the inner buffer of a frame
@@ -18,4 +18,4 @@ inline std::span<const std::byte> finished(const flatbuffers::FlatBufferBuilder&
 }
 }  // namespace detail
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 
@@ -84,9 +84,9 @@ WireStatus FrameDecoder::open(std::span<const std::byte> message) {
   header_ = {};
   if (message.size() > std::min(limits_.max_message_bytes(), detail::max_flatbuffer_bytes))
     return WireStatus::message_too_large;
-  if (!detail::has_identifier(message, wire::FrameIdentifier())) return WireStatus::wrong_kind;
+  if (!detail::has_identifier(message, schema::FrameIdentifier())) return WireStatus::wrong_kind;
   const auto* frame =
-      detail::verified_root<wire::Frame>(detail::aligned(message, message_), max_frame_tables);
+      detail::verified_root<schema::Frame>(detail::aligned(message, message_), max_frame_tables);
   if (frame == nullptr) return WireStatus::damaged;
   header_.session = frame->session();
   header_.id = frame->id();
@@ -164,19 +164,19 @@ std::span<const std::byte> Encoder::frame_of_cloud(std::span<const std::byte> cl
   message.ForceVectorAlignment(cloud.size(), 1, detail::flatbuffer_alignment);
   const auto nested =
       message.CreateVector(reinterpret_cast<const std::uint8_t*>(cloud.data()), cloud.size());
-  wire::FinishFrameBuffer(message, wire::CreateFrame(message, session, id, nested));
+  schema::FinishFrameBuffer(message, schema::CreateFrame(message, session, id, nested));
   return detail::finished(message);
 }
 
 std::span<const std::byte> Encoder::end_of_stream(std::uint64_t session, std::uint64_t next_id) {
   auto& message = buffers_->message;
   message.Clear();
-  wire::FinishFrameBuffer(message, wire::CreateFrame(message, session, next_id, 0, true));
+  schema::FinishFrameBuffer(message, schema::CreateFrame(message, session, next_id, 0, true));
   return detail::finished(message);
 }
 
 void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t stamp_ns) noexcept {
-  auto* frame = flatbuffers::GetMutableRoot<wire::Frame>(message.data());
+  auto* frame = flatbuffers::GetMutableRoot<schema::Frame>(message.data());
   frame->mutate_id(id);
   auto* cloud = flatbuffers::GetMutableRoot<foxglove::PointCloud>(frame->mutable_cloud()->data());
   *cloud->mutable_timestamp() = to_time(stamp_ns);
@@ -186,4 +186,4 @@ bool is_sendable_stamp(std::int64_t stamp_ns) noexcept {
   return stamp_ns >= 0 && stamp_ns / ns_per_s <= std::numeric_limits<std::uint32_t>::max();
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -4,7 +4,7 @@
 #include "adapters/wire/codec/verified.hpp"
 #include "inference_generated.h"
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 
@@ -24,22 +24,22 @@ std::span<const std::byte> Encoder::inference(const WireInference& inference) {
   builder.Clear();
   const auto field = builder.CreateString(inference.field), unit = builder.CreateString(inference.unit);
   const auto mean = builder.CreateVector(inference.values), spread = builder.CreateVector(inference.spread);
-  wire::FinishInferenceBuffer(
-      builder, wire::CreateInference(builder, inference.sequence, inference.session, inference.frame_id, inference.stamp_ns, field, unit,
-                                     static_cast<wire::FieldLocation>(inference.location), mean, spread, inference.model_checksum));
+  schema::FinishInferenceBuffer(
+      builder, schema::CreateInference(builder, inference.sequence, inference.session, inference.frame_id, inference.stamp_ns, field, unit,
+                                     static_cast<schema::FieldLocation>(inference.location), mean, spread, inference.model_checksum));
   return detail::finished(builder);
 }
 
 WireStatus decode_inference(std::span<const std::byte> message, WireInference& into) {
   if (message.size() > max_inference_bytes) return WireStatus::message_too_large;
-  if (!detail::has_identifier(message, wire::InferenceIdentifier())) return WireStatus::wrong_kind;
+  if (!detail::has_identifier(message, schema::InferenceIdentifier())) return WireStatus::wrong_kind;
   std::vector<std::uint64_t> scratch;
-  const auto* from = detail::verified_root<wire::Inference>(detail::aligned(message, scratch), max_inference_tables);
-  if (from == nullptr || from->location() > wire::FieldLocation::MAX) return WireStatus::damaged;
+  const auto* from = detail::verified_root<schema::Inference>(detail::aligned(message, scratch), max_inference_tables);
+  if (from == nullptr || from->location() > schema::FieldLocation::MAX) return WireStatus::damaged;
   into = {from->sequence(),   from->session(),    from->frame_id(),
           from->stamp_ns(),   text(from->field()), text(from->unit()),
           static_cast<FieldInfo::Location>(from->location()), values(from->values()), values(from->spread()), from->model_checksum()};
   return into.spread.size() == into.values.size() ? WireStatus::ok : WireStatus::damaged;
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

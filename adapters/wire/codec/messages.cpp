@@ -1,6 +1,6 @@
 #include "adapters/wire/codec/messages.hpp"
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 
@@ -81,4 +81,4 @@ std::uint64_t Counters::sum(Fate fate) const noexcept {
   return total;
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

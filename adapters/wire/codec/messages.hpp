@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::wire {
 
 /// What may become of a message; the names and numbers of schema/counters.fbs.
 enum class WireStatus : std::uint8_t {
@@ -234,4 +234,4 @@ struct WireState {
   std::optional<WireRecording> recording{};  // none: nothing is recorded
 };
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 
@@ -21,15 +21,15 @@ using detail::text;
 constexpr std::size_t max_result_bytes = 16 << 20;
 constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
 
-Offset<wire::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
+Offset<schema::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
   const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());
-  return wire::CreateCounters(builder, counters.received, counters.sum(Fate::matched),
+  return schema::CreateCounters(builder, counters.received, counters.sum(Fate::matched),
                               counters.sum(Fate::rejected), counters.sum(Fate::dropped), by_status,
                               counters.missed, counters.duplicates, counters.sessions, counters.unannounced,
                               counters.recorded, counters.unrecorded, counters.reordered, counters.silent);
 }
 
-Counters read(const wire::Counters* from) {
+Counters read(const schema::Counters* from) {
   Counters counters;
   if (from == nullptr) return counters;
   counters.received = from->received();
@@ -48,23 +48,23 @@ Counters read(const wire::Counters* from) {
   return counters;
 }
 
-Offset<wire::Match> build(FlatBufferBuilder& builder, const WireMatch& match) {
+Offset<schema::Match> build(FlatBufferBuilder& builder, const WireMatch& match) {
   const auto name = builder.CreateSharedString(match.simulation_name);
-  return wire::CreateMatch(builder, match.sample.simulation, name, match.sample.time_step, match.time_s,
+  return schema::CreateMatch(builder, match.sample.simulation, name, match.sample.time_step, match.time_s,
                            match.distance);
 }
 
-WireMatch read(const wire::Match& from) {
+WireMatch read(const schema::Match& from) {
   return {
       {from.simulation(), from.time_step()}, text(from.simulation_name()), from.time_s(), from.distance()};
 }
 
-wire::StageTimes build(const WireTimes& times) {
+schema::StageTimes build(const WireTimes& times) {
   return {times.decode,           times.queue,          times.match.index,    times.match.correspondence,
           times.match.projection, times.match.matching, times.match.coverage, times.match.fit, times.total};
 }
 
-WireTimes read(const wire::StageTimes* from) {
+WireTimes read(const schema::StageTimes* from) {
   if (from == nullptr) return {};
   return {from->decode(),
           from->queue(),
@@ -72,23 +72,23 @@ WireTimes read(const wire::StageTimes* from) {
           from->total()};
 }
 
-PointTally read(const wire::PointTally* from) {
+PointTally read(const schema::PointTally* from) {
   if (from == nullptr) return {};
   return {from->received(), from->invalid(), from->culled(), from->used()};
 }
 
-Offset<wire::Fit> build(FlatBufferBuilder& builder, const WireFit& fit) {
+Offset<schema::Fit> build(FlatBufferBuilder& builder, const WireFit& fit) {
   if (fit.candidates.empty()) return 0;
-  std::vector<wire::Candidate> candidates;
+  std::vector<schema::Candidate> candidates;
   for (const Match& c : fit.candidates) candidates.emplace_back(c.sample.simulation, c.sample.time_step, c.distance);
-  std::vector<wire::Share> estimate;
+  std::vector<schema::Share> estimate;
   for (const WeightedSample& s : fit.estimate) estimate.emplace_back(s.sample.simulation, s.sample.time_step, s.weight);
   const auto candidate_vector = builder.CreateVectorOfStructs(candidates);
   const auto share_vector = builder.CreateVectorOfStructs(estimate);
-  return wire::CreateFit(builder, fit.residual, fit.estimate_residual, fit.misfit, fit.spread, candidate_vector, share_vector);
+  return schema::CreateFit(builder, fit.residual, fit.estimate_residual, fit.misfit, fit.spread, candidate_vector, share_vector);
 }
 
-WireFit read(const wire::Fit* from) {
+WireFit read(const schema::Fit* from) {
   WireFit fit;
   if (from == nullptr) return fit;
   fit = {from->residual(), from->estimate_residual(), from->misfit(), from->spread(), {}, {}};
@@ -99,18 +99,18 @@ WireFit read(const wire::Fit* from) {
   return fit;
 }
 
-Offset<wire::TestState> build(FlatBufferBuilder& builder, const WireTestState& test) {
+Offset<schema::TestState> build(FlatBufferBuilder& builder, const WireTestState& test) {
   if (test.frames == 0) return 0;
-  std::vector<wire::Chance> chances;
+  std::vector<schema::Chance> chances;
   for (const SimulationChance& c : test.simulations) chances.emplace_back(c.simulation, c.probability);
   const auto chance_vector = builder.CreateVectorOfStructs(chances);
   const auto branches = builder.CreateVector(test.branches);
-  return wire::CreateTestState(builder, test.frames, test.simulation, test.sample.simulation, test.sample.time_step,
+  return schema::CreateTestState(builder, test.frames, test.simulation, test.sample.simulation, test.sample.time_step,
                                test.sample_probability, chance_vector, branches, test.misfit,
-                               static_cast<wire::Verdict>(test.verdict));
+                               static_cast<schema::Verdict>(test.verdict));
 }
 
-WireTestState read(const wire::TestState* from) {
+WireTestState read(const schema::TestState* from) {
   WireTestState test;
   if (from == nullptr) return test;
   test = {from->frames(), from->simulation(), {from->sample_simulation(), from->sample_time_step()}, from->sample_probability(), {}, {}, from->misfit(),
@@ -121,37 +121,37 @@ WireTestState read(const wire::TestState* from) {
   return test;
 }
 
-Offset<wire::Sender> build(FlatBufferBuilder& builder, const WireSender& sender) {
-  return wire::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received,
+Offset<schema::Sender> build(FlatBufferBuilder& builder, const WireSender& sender) {
+  return schema::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received,
                             sender.missed, sender.withheld,
-                            static_cast<wire::SenderCondition>(sender.condition));
+                            static_cast<schema::SenderCondition>(sender.condition));
 }
 
-WireSender read(const wire::Sender& from) {
+WireSender read(const schema::Sender& from) {
   return {from.session(), from.first_id(), from.next_id(),
           from.received(), from.missed(), from.withheld(),
           static_cast<SenderCondition>(from.condition())};
 }
 
-Offset<wire::Recording> build(FlatBufferBuilder& builder, const std::optional<WireRecording>& recording) {
+Offset<schema::Recording> build(FlatBufferBuilder& builder, const std::optional<WireRecording>& recording) {
   if (!recording) return 0;
-  return wire::CreateRecording(builder, static_cast<wire::RecordingPhase>(recording->phase), recording->bytes, recording->free_bytes);
+  return schema::CreateRecording(builder, static_cast<schema::RecordingPhase>(recording->phase), recording->bytes, recording->free_bytes);
 }
 
-std::optional<WireRecording> read(const wire::Recording* from) {
+std::optional<WireRecording> read(const schema::Recording* from) {
   if (from == nullptr) return std::nullopt;
   return WireRecording{static_cast<RecordingPhase>(from->phase()), from->bytes(), from->free_bytes()};
 }
 
-Offset<wire::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummary& model) {
+Offset<schema::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummary& model) {
   const auto file = builder.CreateString(model.file);
   const auto unit = builder.CreateString(model.length_unit);
   const auto simulations = builder.CreateVectorOfStrings(model.simulations);
-  return wire::CreateModelSummary(builder, file, model.checksum, model.vertices, model.modes, model.samples,
+  return schema::CreateModelSummary(builder, file, model.checksum, model.vertices, model.modes, model.samples,
                                   model.references, unit, simulations);
 }
 
-ModelSummary read(const wire::ModelSummary* from) {
+ModelSummary read(const schema::ModelSummary* from) {
   ModelSummary model;
   if (from == nullptr) return model;
   model = {text(from->file()), from->checksum(),   from->vertices(),          from->modes(),
@@ -177,11 +177,11 @@ const Root* open(std::span<const std::byte> message, const char* identifier,
 }  // namespace
 
 MessageKind message_kind(std::span<const std::byte> message) noexcept {
-  if (detail::has_identifier(message, wire::FrameIdentifier())) return MessageKind::frame;
-  if (detail::has_identifier(message, wire::ResultIdentifier())) return MessageKind::result;
-  if (detail::has_identifier(message, wire::StateIdentifier())) return MessageKind::state;
-  if (detail::has_identifier(message, wire::ControlIdentifier())) return MessageKind::control;
-  if (detail::has_identifier(message, wire::InferenceIdentifier())) return MessageKind::inference;
+  if (detail::has_identifier(message, schema::FrameIdentifier())) return MessageKind::frame;
+  if (detail::has_identifier(message, schema::ResultIdentifier())) return MessageKind::result;
+  if (detail::has_identifier(message, schema::StateIdentifier())) return MessageKind::state;
+  if (detail::has_identifier(message, schema::ControlIdentifier())) return MessageKind::control;
+  if (detail::has_identifier(message, schema::InferenceIdentifier())) return MessageKind::inference;
   return MessageKind::unknown;
 }
 
@@ -193,7 +193,7 @@ Encoder& Encoder::operator=(Encoder&&) noexcept = default;
 std::span<const std::byte> Encoder::result(const WireResult& result) {
   auto& builder = buffers_->message;
   builder.Clear();
-  std::vector<Offset<wire::Match>> matches;
+  std::vector<Offset<schema::Match>> matches;
   matches.reserve(result.matches.size());
   for (const WireMatch& match : result.matches) matches.push_back(build(builder, match));
   const auto match_vector = builder.CreateVector(matches);
@@ -201,13 +201,13 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   const auto coordinates = builder.CreateVector(result.leading_coordinates.data(), result.matches.empty() ? 0 : result.leading_coordinates.size());
   const auto fit = build(builder, result.fit);
   const auto test = build(builder, result.test);
-  const wire::PointTally points(result.points.received, result.points.invalid, result.points.culled,
+  const schema::PointTally points(result.points.received, result.points.invalid, result.points.culled,
                                 result.points.used);
-  const wire::StageTimes times = build(result.elapsed_ns);
-  wire::FinishResultBuffer(
-      builder, wire::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
-                                  static_cast<wire::WireStatus>(result.status),
-                                  static_cast<wire::Verdict>(result.verdict), result.reference,
+  const schema::StageTimes times = build(result.elapsed_ns);
+  schema::FinishResultBuffer(
+      builder, schema::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
+                                  static_cast<schema::WireStatus>(result.status),
+                                  static_cast<schema::Verdict>(result.verdict), result.reference,
                                   result.coverage, &points, match_vector, &times, counters, result.receive_ns,
                                   result.publish_ns, result.model_checksum, coordinates, fit, test));
   return detail::finished(builder);
@@ -216,7 +216,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
 WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   std::vector<std::uint64_t> scratch;
   WireStatus status;
-  const auto* from = open<wire::Result>(message, wire::ResultIdentifier(), scratch, status);
+  const auto* from = open<schema::Result>(message, schema::ResultIdentifier(), scratch, status);
   if (from == nullptr) return status;
   into = {};
   into.sequence = from->sequence();
@@ -250,12 +250,12 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
   const auto method = builder.CreateString(state.method);
   const auto counters = build(builder, state.counters);
   const auto model = build(builder, state.model);
-  std::vector<Offset<wire::Sender>> senders;
+  std::vector<Offset<schema::Sender>> senders;
   for (const WireSender& sender : state.senders) senders.push_back(build(builder, sender));
   const auto sender_vector = builder.CreateVector(senders);
   const auto recording = build(builder, state.recording);
-  wire::FinishStateBuffer(
-      builder, wire::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
+  schema::FinishStateBuffer(
+      builder, schema::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
                                  state.max_points, state.queue_slots, state.queue_used, counters, model,
                                  state.max_message_bytes, sender_vector, recording));
   return detail::finished(builder);
@@ -264,7 +264,7 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
 WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   std::vector<std::uint64_t> scratch;
   WireStatus status;
-  const auto* from = open<wire::State>(message, wire::StateIdentifier(), scratch, status);
+  const auto* from = open<schema::State>(message, schema::StateIdentifier(), scratch, status);
   if (from == nullptr) return status;
   into = {from->sequence(),       from->publish_ns(), from->start_ns(),    text(from->version()),
           text(from->method()),   from->max_points(), from->queue_slots(), from->queue_used(),
@@ -274,4 +274,4 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   return WireStatus::ok;
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -5,7 +5,7 @@
 #include "result_bfbs_generated.h"
 #include "state_bfbs_generated.h"
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 template <class Schema>
@@ -17,8 +17,8 @@ std::span<const std::byte> bytes_of() noexcept {
 std::span<const std::byte> point_cloud_schema() noexcept {
   return bytes_of<foxglove::PointCloudBinarySchema>();
 }
-std::span<const std::byte> frame_schema() noexcept { return bytes_of<wire::FrameBinarySchema>(); }
-std::span<const std::byte> result_schema() noexcept { return bytes_of<wire::ResultBinarySchema>(); }
-std::span<const std::byte> state_schema() noexcept { return bytes_of<wire::StateBinarySchema>(); }
+std::span<const std::byte> frame_schema() noexcept { return bytes_of<schema::FrameBinarySchema>(); }
+std::span<const std::byte> result_schema() noexcept { return bytes_of<schema::ResultBinarySchema>(); }
+std::span<const std::byte> state_schema() noexcept { return bytes_of<schema::StateBinarySchema>(); }
 
-}  // namespace lbea
+}  // namespace lbea::wire

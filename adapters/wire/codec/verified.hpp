@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 static_assert(std::endian::native == std::endian::little, "clouds are copied as they lie in the message");
 
@@ -49,4 +49,4 @@ const Root* verified_root(std::span<const std::byte> bytes, flatbuffers::uoffset
   return verifier.VerifyBuffer<Root>(nullptr) ? flatbuffers::GetRoot<Root>(begin) : nullptr;
 }
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

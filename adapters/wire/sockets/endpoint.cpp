@@ -14,7 +14,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 
@@ -153,4 +153,4 @@ EndpointLock& EndpointLock::operator=(EndpointLock&& other) noexcept {
   return *this;
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

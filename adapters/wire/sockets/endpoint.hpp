@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-namespace lbea {
+namespace lbea::wire {
 
 enum class Transport { ipc, tcp, inproc };
 
@@ -40,4 +40,4 @@ class EndpointLock {
   int descriptor_ = -1;
 };
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -5,7 +5,7 @@
 #include <new>
 #include <thread>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace detail {
 /// Taken over by the socket and still in this process.
@@ -152,4 +152,4 @@ std::uint64_t FrameSink::flush(std::chrono::milliseconds timeout) noexcept {
   return state_->in_flight->frames.load(std::memory_order_acquire);
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -3,7 +3,7 @@
 #include <new>
 #include <utility>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 constexpr int result_linger_ms = 1000;
@@ -89,4 +89,4 @@ std::optional<Message> ResultSource::receive(std::chrono::milliseconds timeout) 
   return detail::bytes_of(message);
 }
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -9,7 +9,7 @@
 
 #include <atomic>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 namespace {
 
@@ -47,4 +47,4 @@ bool SendRoom::has_unread() const noexcept {
   return connection_ >= 0 && leads_to(connection_, path_) && ioctl(connection_, SIOCOUTQ, &bytes) == 0 && bytes > 0;
 }
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

@@ -5,7 +5,7 @@
 
 #include <zmq.hpp>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 /// ZeroMQ leaves the buffers of ipc connections as the system makes them: 208 kB, less than a third of a frame. Both sides
 /// then take turns several times per frame, and on a busy machine every turn waits for a processor. This asks the system
@@ -28,4 +28,4 @@ class SendRoom {
   zmq::socket_t monitor_;
 };
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

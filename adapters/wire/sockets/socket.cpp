@@ -3,7 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::wire {
 
 namespace {
 
@@ -139,4 +139,4 @@ Io wait(zmq::socket_t& socket, short events, std::chrono::milliseconds timeout) 
 
 }  // namespace detail
 
-}  // namespace lbea
+}  // namespace lbea::wire

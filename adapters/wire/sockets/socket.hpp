@@ -8,7 +8,7 @@
 
 #include <zmq.hpp>
 
-namespace lbea {
+namespace lbea::wire {
 
 struct WireContext::State {
   explicit State(zmq::context_t&& started) : context(std::move(started)) {}
@@ -61,4 +61,4 @@ inline std::span<const std::byte> bytes_of(const zmq::message_t& message) noexce
 
 }  // namespace detail
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 // Two parts: kind and value, then the address.
 EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept {
@@ -16,4 +16,4 @@ EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept {
   return EventRead::done;
 }
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace lbea::detail {
+namespace lbea::wire::detail {
 
 struct SocketEvent {
   std::uint16_t kind = 0;   // ZMQ_EVENT_...
@@ -16,4 +16,4 @@ enum class EventRead { done, none, closed };
 /// Of a PAIR socket connected to a monitor; does not wait.
 [[nodiscard]] EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept;
 
-}  // namespace lbea::detail
+}  // namespace lbea::wire::detail

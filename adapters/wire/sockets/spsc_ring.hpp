@@ -12,7 +12,7 @@
 #include <mutex>
 #include <vector>
 
-namespace lbea {
+namespace lbea::wire {
 
 template <class T>
 class SpscRing {
@@ -75,4 +75,4 @@ class Doorbell {
   std::uint64_t rings_ = 0, heard_ = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::wire

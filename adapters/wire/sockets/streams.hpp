@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::wire {
 
 /// One per process, outliving all streams.
 class WireContext {
@@ -143,4 +143,4 @@ class ResultSource {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::wire

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// One state of affairs, the same bytes for every browser.
 using Snapshot = std::shared_ptr<const std::string>;
@@ -31,4 +31,4 @@ class Feed {
   [[nodiscard]] virtual std::optional<HttpAnswer> answer(std::string_view target) = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -31,15 +31,15 @@ double quantile_ms(const std::array<std::uint64_t, Health::bins>& histogram, dou
   return 0;
 }
 
-nlohmann::json to_json(const Counters& counters) {
+nlohmann::json to_json(const wire::Counters& counters) {
   nlohmann::json reasons = nlohmann::json::object();
-  for (std::size_t i = 0; i < wire_status_count; ++i) {
-    const auto status = static_cast<WireStatus>(i);
-    const bool is_trouble = fate_of(status) == Fate::rejected || fate_of(status) == Fate::dropped;
-    if (is_trouble && counters.by_status[i] > 0) reasons[std::string(to_string(status))] = counters.by_status[i];
+  for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
+    const auto status = static_cast<wire::WireStatus>(i);
+    const bool is_trouble = wire::fate_of(status) == wire::Fate::rejected || wire::fate_of(status) == wire::Fate::dropped;
+    if (is_trouble && counters.by_status[i] > 0) reasons[std::string(wire::to_string(status))] = counters.by_status[i];
   }
-  return {{"received", counters.received}, {"matched", counters.sum(Fate::matched)}, {"rejected", counters.sum(Fate::rejected)},
-          {"dropped", counters.sum(Fate::dropped)}, {"missed", counters.missed}, {"duplicates", counters.duplicates},
+  return {{"received", counters.received}, {"matched", counters.sum(wire::Fate::matched)}, {"rejected", counters.sum(wire::Fate::rejected)},
+          {"dropped", counters.sum(wire::Fate::dropped)}, {"missed", counters.missed}, {"duplicates", counters.duplicates},
           {"recorded", counters.recorded}, {"unrecorded", counters.unrecorded}, {"reasons", reasons}};
 }
 
@@ -58,11 +58,11 @@ void Health::note_sequence(std::uint64_t sequence, std::int64_t) {
   sequence_ = sequence;
 }
 
-void Health::note(const WireResult& result, Clock::time_point now) {
+void Health::note(const wire::WireResult& result, Clock::time_point now) {
   note_sequence(result.sequence, result.publish_ns);
   heard_ = now;
   counters_ = result.counters;
-  if (result.status == WireStatus::end_of_stream) return;
+  if (result.status == wire::WireStatus::end_of_stream) return;
   last_frame_ = now;
   turn_windows(now);
   ++current_[bin_of(static_cast<double>(result.elapsed_ns.total) * 1e-6)];
@@ -74,7 +74,7 @@ void Health::note(const WireResult& result, Clock::time_point now) {
   rate_count_ = 0;
 }
 
-void Health::note(const WireState& state, Clock::time_point now) {
+void Health::note(const wire::WireState& state, Clock::time_point now) {
   if (state_ && state_->start_ns != state.start_ns) last_frame_ = {};
   note_sequence(state.sequence, state.publish_ns);
   heard_ = now;
@@ -84,19 +84,19 @@ void Health::note(const WireState& state, Clock::time_point now) {
   else sizes_.clear();
 }
 
-void Health::note_recording(const WireRecording& recording, Clock::time_point now) {
+void Health::note_recording(const wire::WireRecording& recording, Clock::time_point now) {
   if (!sizes_.empty() && recording.bytes < sizes_.back().bytes) sizes_.clear();  // another file
   sizes_.push_back({now, recording.bytes});
   while (now - sizes_.front().time > size_window) sizes_.pop_front();
 }
 
 nlohmann::json Health::recording_report() const {
-  const WireRecording& recording = *state_->recording;
+  const wire::WireRecording& recording = *state_->recording;
   const double seconds = std::chrono::duration<double>(sizes_.back().time - sizes_.front().time).count();
   const double rate = seconds > 0 ? static_cast<double>(sizes_.back().bytes - sizes_.front().bytes) / seconds : 0;
-  nlohmann::json report{{"phase", to_string(recording.phase)}, {"bytes", recording.bytes}, {"bytes_per_s", rate}};
+  nlohmann::json report{{"phase", wire::to_string(recording.phase)}, {"bytes", recording.bytes}, {"bytes_per_s", rate}};
   report["free_bytes"] = report["seconds_left"] = nullptr;
-  if (recording.free_bytes == WireRecording::unknown) return report;
+  if (recording.free_bytes == wire::WireRecording::unknown) return report;
   report["free_bytes"] = recording.free_bytes;
   if (rate > 0) report["seconds_left"] = static_cast<double>(recording.free_bytes) / rate;
   return report;
@@ -120,4 +120,4 @@ nlohmann::json Health::report(Clock::time_point now) const {
   return report;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -11,13 +11,13 @@
 #include <deque>
 #include <optional>
 
-namespace lbea {
+namespace lbea::tool {
 
 class Health {
  public:
   using Clock = std::chrono::steady_clock;
-  void note(const WireResult& result, Clock::time_point now = Clock::now());
-  void note(const WireState& state, Clock::time_point now = Clock::now());
+  void note(const wire::WireResult& result, Clock::time_point now = Clock::now());
+  void note(const wire::WireState& state, Clock::time_point now = Clock::now());
   void note_unreadable() noexcept { ++unreadable_; }
   [[nodiscard]] nlohmann::json report(Clock::time_point now = Clock::now()) const;
 
@@ -30,7 +30,7 @@ class Health {
   static constexpr std::chrono::seconds window{5};  // two of them make the histogram: what happened lately
   void note_sequence(std::uint64_t sequence, std::int64_t publish_ns);
   void turn_windows(Clock::time_point now);
-  void note_recording(const WireRecording& recording, Clock::time_point now);
+  void note_recording(const wire::WireRecording& recording, Clock::time_point now);
   [[nodiscard]] nlohmann::json recording_report() const;
 
   /// How large the recording was.
@@ -38,9 +38,9 @@ class Health {
     Clock::time_point time;
     std::uint64_t bytes = 0;
   };
-  std::optional<WireState> state_;
+  std::optional<wire::WireState> state_;
   std::deque<Size> sizes_;  // of the last seconds
-  Counters counters_;
+  wire::Counters counters_;
   Histogram current_{}, previous_{};
   Clock::time_point window_begin_{}, heard_{}, last_frame_{};
   std::optional<std::uint64_t> sequence_;
@@ -51,4 +51,4 @@ class Health {
   double rate_ = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

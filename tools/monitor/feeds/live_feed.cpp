@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -48,14 +48,14 @@ void LiveFeed::stop() {
 }
 
 void LiveFeed::receive_results() {
-  WireResult result;
-  WireState state;
+  wire::WireResult result;
+  wire::WireState state;
   while (!stopping_) {
     const auto message = results_.receive(receive_timeout);
     if (!message) continue;
-    const MessageKind kind = message_kind(*message);
-    const bool is_result = kind == MessageKind::result && decode_result(*message, result) == WireStatus::ok;
-    const bool is_state = kind == MessageKind::state && decode_state(*message, state) == WireStatus::ok;
+    const wire::MessageKind kind = wire::message_kind(*message);
+    const bool is_result = kind == wire::MessageKind::result && wire::decode_result(*message, result) == wire::WireStatus::ok;
+    const bool is_state = kind == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok;
     if (is_result) relay(ViewerChannel::results, result.publish_ns, *message);
     if (is_state) relay(ViewerChannel::state, state.publish_ns, *message);
     const std::lock_guard lock(mutex_);
@@ -68,34 +68,34 @@ void LiveFeed::receive_results() {
 }
 
 void LiveFeed::receive_clouds() {
-  FrameDecoder decoder;
+  wire::FrameDecoder decoder;
   while (!stopping_) {
     const auto message = previews_->receive(receive_timeout);
-    if (!message || decoder.open(*message) != WireStatus::ok) continue;
-    const FrameHeader& header = decoder.header();
+    if (!message || decoder.open(*message) != wire::WireStatus::ok) continue;
+    const wire::FrameHeader& header = decoder.header();
     std::vector<Point> points(header.points);
     decoder.read_points(points);
-    relay(ViewerChannel::frames, wall_clock_ns(), header.cloud);
+    relay(ViewerChannel::frames, mcap::wall_clock_ns(), header.cloud);
     const std::lock_guard lock(mutex_);
     ++version_;
     take({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});
   }
 }
 
-void LiveFeed::relay(ViewerChannel channel, std::int64_t time_ns, Message message) const {
+void LiveFeed::relay(ViewerChannel channel, std::int64_t time_ns, wire::Message message) const {
   if (audience_.relay) audience_.relay(channel, time_ns, message);
 }
 
-void LiveFeed::take(const WireResult& result) {
+void LiveFeed::take(const wire::WireResult& result) {
   log_.add(result);
   health_.note(result);
-  if (result.status == WireStatus::end_of_stream) return;
+  if (result.status == wire::WireStatus::end_of_stream) return;
   latest_ = result;
   const auto mine = std::ranges::find_if(waiting_, [&](const Waiting& w) { return w.session == result.session && w.frame_id == result.frame_id; });
   if (mine != waiting_.end()) {
     show(result, std::move(mine->cloud));
     waiting_.erase(waiting_.begin(), mine + 1);
-  } else if (Clock::now() - moment_time_ > cloudless_after && fate_of(result.status) == Fate::matched) {
+  } else if (Clock::now() - moment_time_ > cloudless_after && wire::fate_of(result.status) == wire::Fate::matched) {
     moment_ = {result, nullptr};
   }
   recent_.push_back(result);
@@ -103,13 +103,13 @@ void LiveFeed::take(const WireResult& result) {
 }
 
 void LiveFeed::take(Waiting cloud) {
-  const auto its = std::ranges::find_if(recent_, [&](const WireResult& r) { return r.session == cloud.session && r.frame_id == cloud.frame_id; });
+  const auto its = std::ranges::find_if(recent_, [&](const wire::WireResult& r) { return r.session == cloud.session && r.frame_id == cloud.frame_id; });
   if (its != recent_.end()) return show(*its, std::move(cloud.cloud));
   waiting_.push_back(std::move(cloud));
   if (waiting_.size() > waiting_clouds) waiting_.pop_front();
 }
 
-void LiveFeed::show(const WireResult& result, std::shared_ptr<const std::vector<Point>> cloud) {
+void LiveFeed::show(const wire::WireResult& result, std::shared_ptr<const std::vector<Point>> cloud) {
   moment_ = {result, std::move(cloud)};
   moment_time_ = Clock::now();
 }
@@ -164,4 +164,4 @@ std::optional<HttpAnswer> LiveFeed::answer(std::string_view target) {
   return exports_.answer(target);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

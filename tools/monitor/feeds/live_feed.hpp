@@ -13,7 +13,7 @@
 #include <mutex>
 #include <thread>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct LiveConfig {
   std::string results_endpoint, preview_endpoint;  // the latter may be empty: no clouds
@@ -27,7 +27,7 @@ class LiveFeed final : public Feed {
   struct Audience {
     std::function<void(Snapshot)> publish;
     std::function<bool()> is_awaited;
-    std::function<void(ViewerChannel, std::int64_t time_ns, Message)> relay;
+    std::function<void(ViewerChannel, std::int64_t time_ns, wire::Message)> relay;
   };
   /// Throws Error{endpoint_unavailable}.
   LiveFeed(const LiveConfig& config, Model model);
@@ -46,10 +46,10 @@ class LiveFeed final : public Feed {
   };
   void receive_results();
   void receive_clouds();
-  void relay(ViewerChannel channel, std::int64_t time_ns, Message message) const;
-  void take(const WireResult& result);
+  void relay(ViewerChannel channel, std::int64_t time_ns, wire::Message message) const;
+  void take(const wire::WireResult& result);
   void take(Waiting cloud);
-  void show(const WireResult& result, std::shared_ptr<const std::vector<Point>> cloud);
+  void show(const wire::WireResult& result, std::shared_ptr<const std::vector<Point>> cloud);
   void build_snapshots();
   [[nodiscard]] Snapshot build();
 
@@ -58,18 +58,18 @@ class LiveFeed final : public Feed {
   ModelRanges ranges_;
   ModelExports exports_;
   SceneBuilder scenes_;  // the building thread's
-  WireContext context_;
-  ResultSource results_;
-  std::optional<ResultSource> previews_;
+  wire::WireContext context_;
+  wire::ResultSource results_;
+  std::optional<wire::ResultSource> previews_;
   Audience audience_;
 
   std::mutex mutex_;  // of everything below
   TestLog log_;
   Health health_;
-  WireResult latest_;
+  wire::WireResult latest_;
   Moment moment_;
   Clock::time_point moment_time_{};
-  std::deque<WireResult> recent_;
+  std::deque<wire::WireResult> recent_;
   std::deque<Waiting> waiting_;
   std::uint64_t version_ = 0;
   bool model_differs_ = false;
@@ -78,4 +78,4 @@ class LiveFeed final : public Feed {
   std::thread result_thread_, cloud_thread_, build_thread_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 
 #include <charconv>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -60,11 +60,11 @@ void RecordingFeed::read_all() {
 }
 
 void RecordingFeed::note_result(const RecordedMessage& message, const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames) {
-  WireResult result;
-  if (decode_result(message.data, result) != WireStatus::ok) return health_.note_unreadable();
+  wire::WireResult result;
+  if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.note_unreadable();
   health_.note(result, whole_);
   if (logs_.size() < most_sessions || logs_.contains(result.session)) logs_[result.session].add(result);
-  if (fate_of(result.status) == Fate::not_a_capture) return;
+  if (wire::fate_of(result.status) == wire::Fate::not_a_capture) return;
   const auto its = frames.find({result.session, result.frame_id});
   entries_.push_back({its == frames.end() ? 0 : its->second, message.log_time_ns, result.session, result.frame_id});
 }
@@ -75,12 +75,12 @@ const TestLog& RecordingFeed::log_of(std::uint64_t session) const {
   return its == logs_.end() ? none : its->second;
 }
 
-WireResult RecordingFeed::result_of(const Entry& entry) {
-  WireResult result;
+wire::WireResult RecordingFeed::result_of(const Entry& entry) {
+  wire::WireResult result;
   run_.rewind();
   run_.limit(entry.result_ns, entry.result_ns);
   while (const auto message = run_.next())
-    if (message->kind == RecordedMessage::Kind::result && decode_result(message->data, result) == WireStatus::ok &&
+    if (message->kind == RecordedMessage::Kind::result && wire::decode_result(message->data, result) == wire::WireStatus::ok &&
         result.session == entry.session && result.frame_id == entry.id)
       return result;
   return {};
@@ -92,9 +92,9 @@ std::shared_ptr<const std::vector<Point>> RecordingFeed::cloud_of(const Entry& e
   run_.limit(entry.frame_ns, entry.frame_ns);
   while (const auto message = run_.next()) {
     if (message->kind != RecordedMessage::Kind::frame || message->session != entry.session || message->id != entry.id) continue;
-    Encoder encoder;
-    DecodedFrame frame;
-    if (decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame, {.max_points = most_points_read}) != WireStatus::ok) return nullptr;
+    wire::Encoder encoder;
+    wire::DecodedFrame frame;
+    if (wire::decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame, {.max_points = most_points_read}) != wire::WireStatus::ok) return nullptr;
     thin(frame.points, PreviewConfig{}.max_points, run_.settings().matcher.T_reference_sensor);
     return std::make_shared<const std::vector<Point>>(std::move(frame.points));
   }
@@ -139,4 +139,4 @@ std::optional<HttpAnswer> RecordingFeed::answer(std::string_view target) {
   return binary(frame_packet(entries_[number]));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

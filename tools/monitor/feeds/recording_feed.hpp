@@ -10,7 +10,7 @@
 #include <map>
 #include <mutex>
 
-namespace lbea {
+namespace lbea::tool {
 
 class RecordingFeed final : public Feed {
  public:
@@ -33,7 +33,7 @@ class RecordingFeed final : public Feed {
   [[nodiscard]] std::string model_answer() const;
   [[nodiscard]] std::string frame_packet(const Entry& entry);
   [[nodiscard]] std::string rows_packet(std::string_view target) const;
-  [[nodiscard]] WireResult result_of(const Entry& entry);
+  [[nodiscard]] wire::WireResult result_of(const Entry& entry);
   [[nodiscard]] std::shared_ptr<const std::vector<Point>> cloud_of(const Entry& entry);
   [[nodiscard]] const TestLog& log_of(std::uint64_t session) const;
 
@@ -54,4 +54,4 @@ class RecordingFeed final : public Feed {
 /// another one by now.
 [[nodiscard]] Model open_model(const std::string& file, std::uint64_t checksum);
 
-}  // namespace lbea
+}  // namespace lbea::tool

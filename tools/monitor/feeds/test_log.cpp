@@ -9,13 +9,13 @@
 #include <cmath>
 #include <limits>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
 
-TestLog::Row row_of(const WireResult& result, double time_s) {
+TestLog::Row row_of(const wire::WireResult& result, double time_s) {
   TestLog::Row row;
   row.fill(unknown);
   row[TestLog::time_s] = static_cast<float>(time_s);
@@ -23,11 +23,11 @@ TestLog::Row row_of(const WireResult& result, double time_s) {
   row[TestLog::verdict] = static_cast<float>(result.verdict);
   row[TestLog::status] = static_cast<float>(result.status);
   row[TestLog::latency_ms] = static_cast<float>(result.elapsed_ns.total) * 1e-6f;
-  if (fate_of(result.status) != Fate::matched) return row;
+  if (wire::fate_of(result.status) != wire::Fate::matched) return row;
   row[TestLog::coverage] = result.coverage;
   for (std::size_t k = 0; k < 3; ++k) row[TestLog::x + k] = result.leading_coordinates[k];
   if (!result.matches.empty()) {
-    const WireMatch& best = result.matches.front();
+    const wire::WireMatch& best = result.matches.front();
     row[TestLog::simulation] = static_cast<float>(best.sample.simulation);
     row[TestLog::time_step] = static_cast<float>(best.sample.time_step);
     row[TestLog::distance] = best.distance;
@@ -58,20 +58,20 @@ std::string name_of(float simulation, std::span<const std::string> names) {
 
 }  // namespace
 
-void TestLog::add(const WireResult& result) {
-  const Fate fate = fate_of(result.status);
-  const bool of_a_sender = fate == Fate::matched || result.status == WireStatus::end_of_stream;
+void TestLog::add(const wire::WireResult& result) {
+  const wire::Fate fate = wire::fate_of(result.status);
+  const bool of_a_sender = fate == wire::Fate::matched || result.status == wire::WireStatus::end_of_stream;
   if (of_a_sender && (!started_ || result.session != session_)) begin(result);
-  if (result.status == WireStatus::end_of_stream) complete_ = true;
-  if (!started_ || fate == Fate::not_a_capture) return;
+  if (result.status == wire::WireStatus::end_of_stream) complete_ = true;
+  if (!started_ || fate == wire::Fate::not_a_capture) return;
   if (results_++ % every_ != 0) return;
   if (rows_.size() >= capacity_) thin();
   // A refused frame may not even have a time; it stands where it came.
-  const bool has_time = fate == Fate::matched || (result.session == session_ && result.stamp_ns != 0);
+  const bool has_time = fate == wire::Fate::matched || (result.session == session_ && result.stamp_ns != 0);
   rows_.push_back(row_of(result, has_time ? seconds(result.stamp_ns) : rows_.empty() ? 0 : static_cast<double>(rows_.back()[time_s])));
 }
 
-void TestLog::begin(const WireResult& first) {
+void TestLog::begin(const wire::WireResult& first) {
   started_ = true;
   session_ = first.session;
   first_stamp_ns_ = first.stamp_ns;
@@ -115,8 +115,8 @@ std::string to_csv(const TestLog& log, std::span<const std::string> simulation_n
       if (column > 0) csv += ',';
       const bool is_name = column == TestLog::simulation || (column >= TestLog::column_count && (column - TestLog::column_count) % 2 == 0);
       if (is_name) csv += name_of(value, simulation_names);
-      else if (column == TestLog::verdict) csv += to_string(static_cast<WireVerdict>(value));
-      else if (column == TestLog::status) csv += to_string(static_cast<WireStatus>(value));
+      else if (column == TestLog::verdict) csv += wire::to_string(static_cast<wire::WireVerdict>(value));
+      else if (column == TestLog::status) csv += wire::to_string(static_cast<wire::WireStatus>(value));
       else csv += number(value);
     }
     csv += '\n';
@@ -124,4 +124,4 @@ std::string to_csv(const TestLog& log, std::span<const std::string> simulation_n
   return csv;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

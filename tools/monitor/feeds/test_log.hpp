@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// How far a browser has read.
 struct LogCursor {
@@ -32,7 +32,7 @@ class TestLog {
   explicit TestLog(std::size_t capacity = default_capacity) : capacity_(capacity) {}
 
   /// A result of a frame; starts anew when the frame's sender was started anew.
-  void add(const WireResult& result);
+  void add(const wire::WireResult& result);
 
   [[nodiscard]] std::uint64_t epoch() const noexcept { return epoch_; }  // rises whenever rows already read change
   [[nodiscard]] std::size_t every() const noexcept { return every_; }    // one row stands for so many results
@@ -43,7 +43,7 @@ class TestLog {
   [[nodiscard]] double seconds(std::int64_t stamp_ns) const noexcept { return static_cast<double>(stamp_ns - first_stamp_ns_) * 1e-9; }
 
  private:
-  void begin(const WireResult& first);
+  void begin(const wire::WireResult& first);
   void thin();
   std::size_t capacity_;
   std::uint64_t epoch_ = 1, session_ = 0, results_ = 0;
@@ -59,4 +59,4 @@ class TestLog {
 /// With one header line and the names in place of simulations' numbers.
 [[nodiscard]] std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -111,4 +111,4 @@ std::string model_packet(const Model& model, const ModelRanges& ranges, const nl
   return packet.finish(head);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

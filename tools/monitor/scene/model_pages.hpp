@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct FieldRange {
   float lo = 0, hi = 1;
@@ -27,4 +27,4 @@ struct ModelRanges {
 /// "recording": what is said of one, when the page shows one.
 [[nodiscard]] std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording);
 
-}  // namespace lbea
+}  // namespace lbea::tool

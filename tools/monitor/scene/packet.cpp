@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -44,4 +44,4 @@ std::string Packet::finish(nlohmann::json head) const {
   return packet;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 class Packet {
  public:
@@ -38,4 +38,4 @@ class Packet {
   std::vector<Section> sections_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

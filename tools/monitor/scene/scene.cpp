@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -25,14 +25,14 @@ nlohmann::json to_json(const Shape& shape) {
 
 std::uint16_t quantised(float share) { return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0f, 1.0f) * full_scale)); }
 
-nlohmann::json to_json(const WireTestState& test) {
+nlohmann::json to_json(const wire::WireTestState& test) {
   nlohmann::json simulations = nlohmann::json::array();
-  for (const SimulationChance& chance : test.simulations) simulations.push_back({chance.simulation, chance.probability});
+  for (const wire::SimulationChance& chance : test.simulations) simulations.push_back({chance.simulation, chance.probability});
   return {{"frames", test.frames}, {"simulation", test.simulation}, {"sample", {test.sample.simulation, test.sample.time_step}},
           {"sample_probability", test.sample_probability}, {"simulations", simulations}, {"branches", test.branches}};
 }
 
-nlohmann::json to_json(const WireFit& fit) {
+nlohmann::json to_json(const wire::WireFit& fit) {
   nlohmann::json candidates = nlohmann::json::array();
   for (const Match& candidate : fit.candidates)
     candidates.push_back({candidate.sample.simulation, candidate.sample.time_step, candidate.distance});
@@ -42,9 +42,9 @@ nlohmann::json to_json(const WireFit& fit) {
 
 }  // namespace
 
-Leaders leaders_of(const WireResult& result) {
+Leaders leaders_of(const wire::WireResult& result) {
   std::vector<Sample> ranked;
-  for (const WireMatch& match : result.matches) ranked.push_back(match.sample);
+  for (const wire::WireMatch& match : result.matches) ranked.push_back(match.sample);
   for (const Match& candidate : result.fit.candidates) ranked.push_back(candidate.sample);
   Leaders leaders;
   if (ranked.empty()) return leaders;
@@ -55,13 +55,13 @@ Leaders leaders_of(const WireResult& result) {
   return leaders;
 }
 
-nlohmann::json to_json(const WireResult& result) {
+nlohmann::json to_json(const wire::WireResult& result) {
   nlohmann::json matches = nlohmann::json::array();
-  for (const WireMatch& match : result.matches)
+  for (const wire::WireMatch& match : result.matches)
     matches.push_back({{"simulation", match.sample.simulation}, {"name", match.simulation_name}, {"time_step", match.sample.time_step},
                        {"time_s", match.time_s}, {"distance", match.distance}});
   nlohmann::json json{{"frame", result.frame_id}, {"session", std::to_string(result.session)}, {"stamp_ns", std::to_string(result.stamp_ns)},
-                      {"status", to_string(result.status)}, {"verdict", to_string(result.verdict)}, {"coverage", result.coverage},
+                      {"status", wire::to_string(result.status)}, {"verdict", wire::to_string(result.verdict)}, {"coverage", result.coverage},
                       {"points", result.points.received}, {"used", result.points.used}, {"matches", matches},
                       {"reference", result.reference}, {"xyz", result.leading_coordinates}};
   if (!result.fit.candidates.empty()) json["fit"] = to_json(result.fit);
@@ -126,4 +126,4 @@ std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) {
   return packet.finish(std::move(head));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

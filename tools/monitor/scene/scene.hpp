@@ -13,11 +13,11 @@
 #include <memory>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// A measured cloud in the reference's coordinates and what was said of it.
 struct Moment {
-  WireResult result;
+  wire::WireResult result;
   std::shared_ptr<const std::vector<Point>> cloud;  // null: none
 };
 
@@ -26,10 +26,10 @@ struct Leaders {
   Shape estimate;  // with method fit; else the best sample alone
   Shape match, ghost;
 };
-[[nodiscard]] Leaders leaders_of(const WireResult& result);
+[[nodiscard]] Leaders leaders_of(const wire::WireResult& result);
 
 /// The result as the page reads it, with what the test so far says.
-[[nodiscard]] nlohmann::json to_json(const WireResult& result);
+[[nodiscard]] nlohmann::json to_json(const wire::WireResult& result);
 
 class SceneBuilder {
  public:
@@ -52,4 +52,4 @@ class SceneBuilder {
 /// Beyond this a point is shown as "far from the mesh", length unit.
 inline constexpr float distance_limit = 10.0f;
 
-}  // namespace lbea
+}  // namespace lbea::tool

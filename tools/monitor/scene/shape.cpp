@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -70,4 +70,4 @@ std::optional<Shape> parse_shape(std::string_view text) {
   return shape;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 using Shape = std::vector<WeightedSample>;
 
@@ -22,4 +22,4 @@ using Shape = std::vector<WeightedSample>;
 /// "3:17:0.75,4:16:0.25": simulation, time step, weight. Nothing when it is not like that.
 [[nodiscard]] std::optional<Shape> parse_shape(std::string_view text);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -117,4 +117,4 @@ float SurfaceDistance::at(const Point& point) const noexcept {
   return nearest.node < nodes_ ? std::sqrt(to_elements(nearest.node, point)) : limit_;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

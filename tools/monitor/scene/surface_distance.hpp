@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Over one shape of a mesh whose elements stay the same: `elements` x 4 node indices, a triangle repeats its last node.
 class SurfaceDistance {
@@ -39,4 +39,4 @@ class SurfaceDistance {
   std::vector<std::uint32_t> first_node_, sorted_nodes_;  // of every cell, the same way
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

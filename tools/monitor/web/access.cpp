@@ -7,7 +7,7 @@
 
 #include <sys/random.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -116,4 +116,4 @@ std::string_view query_value(std::string_view target, std::string_view key) noex
   return {};
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// What of a request decides; empty when absent.
 struct RequestHead {
@@ -54,4 +54,4 @@ class AccessRules {
 /// The value of `key` in a query or target such as "/?a=1&b=2"; empty when absent. Nothing is unescaped.
 [[nodiscard]] std::string_view query_value(std::string_view target, std::string_view key) noexcept;
 
-}  // namespace lbea
+}  // namespace lbea::tool

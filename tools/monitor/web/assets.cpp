@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -29,7 +29,7 @@ std::optional<std::string> bytes_of(std::string_view name, const std::filesystem
     return found == assets.end() ? std::nullopt : std::optional(std::string(found->bytes));
   }
   try {
-    return std::string(as_text(read_file(folder / name)));
+    return std::string(io::as_text(io::read_file(folder / name)));
   } catch (const Error&) {
     return {};
   }
@@ -48,4 +48,4 @@ std::optional<Asset> Assets::find(std::string_view path) const {
   return Asset{kind->content_type, std::move(*bytes)};
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct EmbeddedAsset {
   std::string_view name, bytes;
@@ -31,4 +31,4 @@ class Assets {
   std::filesystem::path folder_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -17,7 +17,7 @@ HttpAnswer refusal(unsigned status, std::string sentence) { return {status, "tex
 }  // namespace
 
 ModelExports::ModelExports(const Model& model, const ModelRanges& ranges)
-    : model_(model), names_(lbea::simulation_names(model)), packet_(model_packet(model, ranges, nullptr)) {}
+    : model_(model), names_(lbea::tool::simulation_names(model)), packet_(model_packet(model, ranges, nullptr)) {}
 
 std::optional<HttpAnswer> ModelExports::answer(std::string_view target) const {
   const std::string_view path = target.substr(0, target.find('?'));
@@ -30,7 +30,7 @@ std::optional<HttpAnswer> ModelExports::answer(std::string_view target) const {
 
 HttpAnswer ModelExports::mesh(const Shape& shape) const {
   const auto positions = positions_of(model_, shape);
-  VtuGrid grid{positions, model_.element_nodes(), {}, {}, time_of(model_, shape)};
+  io::VtuGrid grid{positions, model_.element_nodes(), {}, {}, time_of(model_, shape)};
   std::vector<std::vector<float>> fields;
   for (std::uint32_t i = 0; i < model_.fields(); ++i) fields.push_back(field_of(model_, shape, i));
   grid.point_arrays.push_back({"node_id", model_.node_ids(), 1});
@@ -42,9 +42,9 @@ HttpAnswer ModelExports::mesh(const Shape& shape) const {
     arrays.push_back({std::string(info.name), std::span<const float>(fields[i]), 1});
   }
   const ScratchFolder scratch;
-  write_vtu(scratch.path() / "mesh.vtu", grid);
-  const auto bytes = read_file(scratch.path() / "mesh.vtu");
-  return {200, "application/octet-stream", std::string(as_text(bytes)), "mesh.vtu"};
+  io::write_vtu(scratch.path() / "mesh.vtu", grid);
+  const auto bytes = io::read_file(scratch.path() / "mesh.vtu");
+  return {200, "application/octet-stream", std::string(io::as_text(bytes)), "mesh.vtu"};
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 #include "tools/monitor/scene/model_pages.hpp"
 #include "tools/monitor/scene/shape.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 class ModelExports {
  public:
@@ -21,4 +21,4 @@ class ModelExports {
   std::string packet_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -11,7 +11,7 @@
 #include <limits>
 #include <span>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -69,9 +69,9 @@ std::array<std::string, 2> viewer_greeting(std::string_view session) {
   const json info{{"op", "serverInfo"}, {"name", "lbea-monitor"}, {"capabilities", json::array()}, {"supportedEncodings", json::array()},
                   {"metadata", json::object()}, {"sessionId", session}};
   const json channels{{"op", "advertise"},
-                      {"channels", {channel(ViewerChannel::frames, frames_topic, "foxglove.PointCloud", point_cloud_schema()),
-                                    channel(ViewerChannel::results, results_topic, "lbea.wire.Result", result_schema()),
-                                    channel(ViewerChannel::state, state_topic, "lbea.wire.State", state_schema())}}};
+                      {"channels", {channel(ViewerChannel::frames, frames_topic, "foxglove.PointCloud", wire::point_cloud_schema()),
+                                    channel(ViewerChannel::results, results_topic, "lbea.wire.Result", wire::result_schema()),
+                                    channel(ViewerChannel::state, state_topic, "lbea.wire.State", wire::state_schema())}}};
   return {info.dump(), channels.dump()};
 }
 
@@ -125,4 +125,4 @@ std::string ViewerSubscriptions::unsubscribe(std::uint32_t number) {
   return {};
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

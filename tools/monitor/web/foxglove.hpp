@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::tool {
 
 enum class ViewerChannel : std::uint32_t { frames, results, state };
 inline constexpr std::size_t viewer_channels = 3;
@@ -46,4 +46,4 @@ class ViewerSubscriptions {
   std::array<std::optional<std::uint32_t>, viewer_channels> numbers_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

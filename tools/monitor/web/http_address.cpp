@@ -6,7 +6,7 @@
 
 #include <arpa/inet.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -44,4 +44,4 @@ HttpAddress parse_http_address(const std::string& text) {
   return address;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct HttpAddress {
   std::string host;  // a numeric address, without brackets
@@ -18,4 +18,4 @@ struct HttpAddress {
 /// Whether `host` is an address in numbers, IPv4 or (without brackets) IPv6.
 [[nodiscard]] bool is_numeric_address(const std::string& host);
 
-}  // namespace lbea
+}  // namespace lbea::tool

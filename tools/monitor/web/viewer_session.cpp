@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace lbea::web {
+namespace lbea::tool::web {
 
 namespace {
 
@@ -115,4 +115,4 @@ void Viewer::written(beast::error_code error) {
   if (!error && open_) write_next();
 }
 
-}  // namespace lbea::web
+}  // namespace lbea::tool::web

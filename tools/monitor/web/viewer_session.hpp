@@ -6,7 +6,7 @@
 
 #include <deque>
 
-namespace lbea::web {
+namespace lbea::tool::web {
 
 /// Gets what it subscribed to. Of what it reads too slowly the oldest is left out, and it is told of how many messages.
 class Viewer : public std::enable_shared_from_this<Viewer> {
@@ -42,4 +42,4 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   bool open_ = false, writing_ = false;
 };
 
-}  // namespace lbea::web
+}  // namespace lbea::tool::web

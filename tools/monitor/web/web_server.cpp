@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace asio = boost::asio;
 using tcp = asio::ip::tcp;
@@ -142,4 +142,4 @@ bool WebServer::is_awaited() const noexcept { return state_->shared.ready > 0; }
 
 std::size_t WebServer::watchers() const noexcept { return state_->shared.watching; }
 
-}  // namespace lbea
+}  // namespace lbea::tool

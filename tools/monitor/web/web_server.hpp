@@ -10,7 +10,7 @@
 #include <chrono>
 #include <memory>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct WebLimits {
   std::size_t connections = 128;  // at a time; more are closed at once
@@ -53,4 +53,4 @@ class WebServer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

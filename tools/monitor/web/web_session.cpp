@@ -6,7 +6,7 @@
 
 #include <utility>
 
-namespace lbea::web {
+namespace lbea::tool::web {
 
 namespace {
 
@@ -204,4 +204,4 @@ void Watcher::write(Snapshot message) {
   });
 }
 
-}  // namespace lbea::web
+}  // namespace lbea::tool::web

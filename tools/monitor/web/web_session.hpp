@@ -15,7 +15,7 @@
 #include <optional>
 #include <set>
 
-namespace lbea::web {
+namespace lbea::tool::web {
 
 namespace beast = boost::beast;
 namespace http = beast::http;
@@ -107,4 +107,4 @@ class Watcher : public std::enable_shared_from_this<Watcher> {
   bool rows_due_ = true;  // rows go out with snapshots: one by one they would drown the page
 };
 
-}  // namespace lbea::web
+}  // namespace lbea::tool::web

@@ -8,7 +8,7 @@
 #include <array>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -35,7 +35,7 @@ void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
       throw Error{Status::file_not_found, entry.path().string() + ": a link that leads to no file; mend or remove it"};
     if (!is_file) continue;
     if (is_cloud(entry.path())) found.push_back(entry.path());
-    if (is_text_cloud(entry.path()) && entry.path().filename() != stamp_table_name) texts.push_back(entry.path());
+    if (is_text_cloud(entry.path()) && entry.path().filename() != io::stamp_table_name) texts.push_back(entry.path());
   }
   if (found.empty()) found = std::move(texts);
   if (found.empty())
@@ -62,4 +62,4 @@ std::vector<fs::path> find_clouds(const std::vector<std::string>& paths) {
   return files;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Files as given; a folder stands for the clouds in it (.ply .pcd .stl .xyz .txt .csv .asc), by name.
 /// Throws Error{file_not_found} for a path that is not there and for a folder without clouds.
 [[nodiscard]] std::vector<std::filesystem::path> find_clouds(const std::vector<std::string>& paths);
 
-}  // namespace lbea
+}  // namespace lbea::tool

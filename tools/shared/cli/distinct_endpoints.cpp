@@ -4,7 +4,7 @@
 
 #include <map>
 
-namespace lbea {
+namespace lbea::tool {
 
 void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options) {
   std::map<std::string, const char*> owners;
@@ -16,4 +16,4 @@ void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std
   }
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

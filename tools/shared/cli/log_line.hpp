@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 class LogLine {
  public:
@@ -33,4 +33,4 @@ class LogLine {
   std::uint64_t untold_ = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 inline const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
 
@@ -16,4 +16,4 @@ inline const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, 
   return "unknown";
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

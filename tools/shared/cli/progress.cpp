@@ -5,7 +5,7 @@
 
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr auto terminal_interval = std::chrono::milliseconds(50);
@@ -50,4 +50,4 @@ void Progress::draw(std::uint64_t done) {
   std::fflush(stderr);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

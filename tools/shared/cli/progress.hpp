@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 class Progress {
  public:
@@ -25,4 +25,4 @@ class Progress {
   std::chrono::steady_clock::time_point begin_, last_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

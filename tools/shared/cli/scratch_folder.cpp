@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 ScratchFolder::ScratchFolder(const std::filesystem::path& parent) {
   std::error_code error;
@@ -21,4 +21,4 @@ ScratchFolder::~ScratchFolder() {
   std::filesystem::remove_all(path_, ignored);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

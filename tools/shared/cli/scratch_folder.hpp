@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace lbea {
+namespace lbea::tool {
 
 class ScratchFolder {
  public:
@@ -18,4 +18,4 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -55,4 +55,4 @@ void ServiceNotify::tell(const std::string& text) const noexcept {
   if (socket_ >= 0) static_cast<void>(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

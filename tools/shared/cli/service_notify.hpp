@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 class ServiceNotify {
  public:
@@ -29,4 +29,4 @@ class ServiceNotify {
   std::optional<std::chrono::microseconds> watchdog_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

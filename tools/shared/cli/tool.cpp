@@ -15,7 +15,7 @@
 
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -142,4 +142,4 @@ void catch_stop_signals() {
   if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup's wish
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 enum ExitCode : int { exit_ok = 0, exit_failed = 1, exit_usage = 2 };
 
@@ -32,4 +32,4 @@ class Tool : public CLI::App {
 extern volatile std::sig_atomic_t stop_requested;
 void catch_stop_signals();
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -16,11 +16,11 @@ std::string label(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " [" + unit + "]";
 }
 
-void take_parameters(Ensemble& ensemble, const std::filesystem::path& file) {
-  const ParameterTable table = read_parameters_csv(file);
+void take_parameters(bake::Ensemble& ensemble, const std::filesystem::path& file) {
+  const io::ParameterTable table = io::read_parameters_csv(file);
   for (std::size_t i = 0; i < table.names.size(); ++i)
     ensemble.parameter_names.push_back(label(table.names[i], table.units[i]));
-  for (EnsembleRun& run : ensemble.runs) {
+  for (bake::EnsembleRun& run : ensemble.runs) {
     const auto row = table.row(run.name);
     if (!row)
       throw Error(Status::bad_config,
@@ -45,10 +45,10 @@ std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, c
   return *found;
 }
 
-Ensemble open_ensemble(const EnsembleDescription& description) {
-  Ensemble ensemble;
+bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
+  bake::Ensemble ensemble;
   for (const std::filesystem::path& run : description.runs)
-    ensemble.runs.push_back({run_name(run), {}, [run] { return open_simulation(run); }, std::filesystem::absolute(run).string()});
+    ensemble.runs.push_back({run_name(run), {}, [run] { return io::open_simulation(run); }, std::filesystem::absolute(run).string()});
   if (!description.reference_run.empty()) {
     const auto found = std::ranges::find(description.runs, description.reference_run);
     ensemble.reference_run = static_cast<std::size_t>(found - description.runs.begin());
@@ -57,28 +57,28 @@ Ensemble open_ensemble(const EnsembleDescription& description) {
   return ensemble;
 }
 
-void read_region_nodes(RegionDescription& region) {
+void read_region_nodes(bake::RegionDescription& region) {
   if (region.node_file.empty()) return;
-  const auto ids = read_node_ids(region.node_file);
+  const auto ids = io::read_node_ids(region.node_file);
   if (ids.empty()) throw Error(Status::bad_config, region.node_file.string() + " names no node");
   region.node_ids.insert(region.node_ids.end(), ids.begin(), ids.end());
 }
 
-decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region, unsigned threads) {
+decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region, unsigned threads) {
   if (region.sensor.empty()) return {};
-  const SensorDescription description = read_sensor_json(region.sensor);
-  return [description, threads](const CommonMesh& mesh, std::span<const float> positions) {
-    const VirtualSensor sensor(description.sensor, mesh.node_ids.size(), mesh.elements, threads);
+  const io::SensorDescription description = io::read_sensor_json(region.sensor);
+  return [description, threads](const bake::CommonMesh& mesh, std::span<const float> positions) {
+    const bake::VirtualSensor sensor(description.sensor, mesh.node_ids.size(), mesh.elements, threads);
     return sensor.visible_nodes({positions}, description.noise.min_cos_incidence);
   };
 }
 
-decltype(BakeOptions::views) view_rendering(const std::filesystem::path& sensor) {
+decltype(bake::BakeOptions::views) view_rendering(const std::filesystem::path& sensor) {
   if (sensor.empty()) return {};
-  const SensorDescription description = read_sensor_json(sensor);
-  return [description](const CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
-    return depth_views(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
+  const io::SensorDescription description = io::read_sensor_json(sensor);
+  return [description](const bake::CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+    return bake::depth_views(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
   };
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// How a run is called: the last part of its path; of a file named d3plot, its folder's.
 [[nodiscard]] std::string run_name(const std::filesystem::path& run);
@@ -18,16 +18,16 @@ namespace lbea {
                                              const std::string& name);
 
 /// Throws Error{bad_config | bad_input | file_not_found}: runs that the parameter table lacks are refused.
-[[nodiscard]] Ensemble open_ensemble(const EnsembleDescription& description);
+[[nodiscard]] bake::Ensemble open_ensemble(const bake::EnsembleDescription& description);
 
 /// The region's node file as ids, beside those given.
-void read_region_nodes(RegionDescription& region);
+void read_region_nodes(bake::RegionDescription& region);
 
 /// BakeOptions::visible_nodes for the region's sensor; empty when there is none.
-[[nodiscard]] decltype(BakeOptions::visible_nodes) visibility(const RegionDescription& region,
+[[nodiscard]] decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region,
                                                               unsigned threads);
 
 /// BakeOptions::views for the rig that `sensor` describes; empty when that is.
-[[nodiscard]] decltype(BakeOptions::views) view_rendering(const std::filesystem::path& sensor);
+[[nodiscard]] decltype(bake::BakeOptions::views) view_rendering(const std::filesystem::path& sensor);
 
-}  // namespace lbea
+}  // namespace lbea::tool

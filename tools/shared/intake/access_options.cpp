@@ -2,7 +2,7 @@
 
 #include <lbea/lbea.hpp>
 
-namespace lbea {
+namespace lbea::tool {
 
 void ServerAccessOptions::add_to(CLI::App& app) {
   app.add_option("--key", key_file, "this program's secret key (.key of lbea-keygen): encrypts, and lets in only --allow");
@@ -10,13 +10,13 @@ void ServerAccessOptions::add_to(CLI::App& app) {
   app.add_option("--max-peers", max_peers, "connections per endpoint; more are turned away")->check(CLI::Range(1u, 1000u));
 }
 
-ServerAccess ServerAccessOptions::load() const {
-  ServerAccess access;
+wire::ServerAccess ServerAccessOptions::load() const {
+  wire::ServerAccess access;
   access.max_peers = max_peers;
-  if (!key_file.empty()) access.keys = read_key_pair(key_file);
+  if (!key_file.empty()) access.keys = wire::read_key_pair(key_file);
   for (const std::string& file : allow_files)
-    for (AllowedPeer& peer : read_public_keys(file)) access.allowed.push_back(std::move(peer));
-  check_access(access);
+    for (wire::AllowedPeer& peer : wire::read_public_keys(file)) access.allowed.push_back(std::move(peer));
+  wire::check_access(access);
   return access;
 }
 
@@ -26,15 +26,15 @@ void ClientAccessOptions::add_to(CLI::App& app) {
       ->needs(server);
 }
 
-ClientAccess ClientAccessOptions::load() const {
-  ClientAccess access;
+wire::ClientAccess ClientAccessOptions::load() const {
+  wire::ClientAccess access;
   if (server_key_file.empty()) return access;
-  const auto servers = read_public_keys(server_key_file);
+  const auto servers = wire::read_public_keys(server_key_file);
   if (servers.size() != 1)
     throw Error{Status::bad_config, server_key_file + ": holds several public keys; give the matcher's alone"};
   access.server_key = servers.front().public_key;
-  if (!key_file.empty()) access.keys = read_key_pair(key_file);
+  if (!key_file.empty()) access.keys = wire::read_key_pair(key_file);
   return access;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,22 +8,22 @@
 #include <string>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct ServerAccessOptions {
   std::string key_file;
   std::vector<std::string> allow_files;
-  std::uint32_t max_peers = ServerAccess{}.max_peers;
+  std::uint32_t max_peers = wire::ServerAccess{}.max_peers;
   void add_to(CLI::App& app);
   /// Reads the files. Throws Error.
-  [[nodiscard]] ServerAccess load() const;
+  [[nodiscard]] wire::ServerAccess load() const;
 };
 
 struct ClientAccessOptions {
   std::string server_key_file, key_file;
   void add_to(CLI::App& app);
   /// Reads the files. Throws Error.
-  [[nodiscard]] ClientAccess load() const;
+  [[nodiscard]] wire::ClientAccess load() const;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -5,7 +5,7 @@
 #include "adapters/wire/codec/messages.hpp"
 #include "tools/shared/cli/log_line.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 /// "frame 7", "frames 7 to 9".
 [[nodiscard]] std::string frames_text(IdRange ids);
@@ -13,20 +13,20 @@ namespace lbea {
 class FrameLog {
  public:
   /// A result about to be published.
-  void note(const WireResult& result);
+  void note(const wire::WireResult& result);
   /// What became of these captures.
-  void note(WireStatus status, std::uint64_t session, IdRange ids);
+  void note(wire::WireStatus status, std::uint64_t session, IdRange ids);
   /// A state about to be published.
-  void note(const WireState& state);
+  void note(const wire::WireState& state);
 
  private:
-  void note_trouble(WireStatus status, IdRange ids);
-  void note_session(WireStatus status, std::uint64_t session, std::uint64_t id);
+  void note_trouble(wire::WireStatus status, IdRange ids);
+  void note_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id);
 
-  std::array<LogLine, wire_status_count> by_status_{};
+  std::array<LogLine, wire::wire_status_count> by_status_{};
   LogLine senders_;
   std::uint64_t session_ = 0;
-  std::vector<WireSender> known_;
+  std::vector<wire::WireSender> known_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 constexpr std::size_t most_sessions = 64;
@@ -16,7 +16,7 @@ IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Cl
   if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= furthest_jump)) return {Arrival::impossible, {}};
   Session& session = session_of(id_of_session, id, now);
   if (known == nullptr) session.earliest = id - std::min(id, most_earlier);
-  WireSender& sender = session.sender;
+  wire::WireSender& sender = session.sender;
   if (id < sender.next_id) return late(session, id);
   const IdRange gap = advance(session, id);
   sender.next_id = id + 1;
@@ -25,7 +25,7 @@ IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Cl
 }
 
 IdTracker::Seen IdTracker::late(Session& session, std::uint64_t id) {
-  WireSender& sender = session.sender;
+  wire::WireSender& sender = session.sender;
   IdRange gap;
   if (take_missing(session, id)) {
     --missed_;
@@ -42,7 +42,7 @@ IdTracker::Seen IdTracker::late(Session& session, std::uint64_t id) {
 }
 
 IdRange IdTracker::begin_at(Session& session, std::uint64_t id) {
-  WireSender& sender = session.sender;
+  wire::WireSender& sender = session.sender;
   const IdRange gap{id + 1, sender.first_id - id - 1};
   sender.first_id = id;
   if (gap.count == 0) return {};
@@ -53,15 +53,15 @@ IdRange IdTracker::begin_at(Session& session, std::uint64_t id) {
   return gap;
 }
 
-IdTracker::Told IdTracker::told(const Control& control, Clock::time_point now) {
+IdTracker::Told IdTracker::told(const wire::Control& control, Clock::time_point now) {
   const Session* known = find(control.session);
   const bool is_far = known != nullptr && control.next_id > known->sender.next_id && control.next_id - known->sender.next_id >= furthest_jump;
   if (control.withheld >= furthest_jump || is_far) return {{}, {}, false};
   const std::uint64_t first_withheld = control.next_id - control.withheld;
   Session& session = session_of(control.session, first_withheld, now);
-  WireSender& sender = session.sender;
+  wire::WireSender& sender = session.sender;
   session.speaks = true;
-  if (control.kind == ControlKind::goodbye) sender.condition = SenderCondition::ended;
+  if (control.kind == wire::ControlKind::goodbye) sender.condition = wire::SenderCondition::ended;
   if (control.next_id <= sender.next_id) return {};
   Told told;
   if (first_withheld > sender.next_id) told.gap = advance(session, first_withheld);
@@ -73,7 +73,7 @@ IdTracker::Told IdTracker::told(const Control& control, Clock::time_point now) {
 }
 
 IdRange IdTracker::advance(Session& session, std::uint64_t id) {
-  WireSender& sender = session.sender;
+  wire::WireSender& sender = session.sender;
   const IdRange gap{sender.next_id, id - sender.next_id};
   if (gap.count == 0) return {};
   missed_ += gap.count;
@@ -119,19 +119,19 @@ IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t f
   }
   found->last_use = ++uses_;
   found->last_heard = now;
-  found->sender.condition = SenderCondition::active;
+  found->sender.condition = wire::SenderCondition::active;
   return *found;
 }
 
-std::vector<WireSender> IdTracker::senders(Clock::time_point now, Clock::duration patience) const {
-  std::vector<WireSender> senders;
+std::vector<wire::WireSender> IdTracker::senders(Clock::time_point now, Clock::duration patience) const {
+  std::vector<wire::WireSender> senders;
   for (const Session& session : recent_) {
     senders.push_back(session.sender);
-    const bool is_active = senders.back().condition == SenderCondition::active;
+    const bool is_active = senders.back().condition == wire::SenderCondition::active;
     if (is_active && session.speaks && now - session.last_heard > patience)
-      senders.back().condition = SenderCondition::silent;
+      senders.back().condition = wire::SenderCondition::silent;
   }
   return senders;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Ids `first`, `first` + 1, ..., `count` of them.
 struct IdRange {
@@ -38,7 +38,7 @@ class IdTracker {
   /// number of all, which has no next one, and ids that are 2^32 or more beyond what their session has reached.
   Seen saw(std::uint64_t session, std::uint64_t id, Clock::time_point now = {});
   /// A sender spoke of its ids: those below next_id are missed unless they came, but for the withheld ones.
-  Told told(const Control& control, Clock::time_point now = {});
+  Told told(const wire::Control& control, Clock::time_point now = {});
 
   [[nodiscard]] std::uint64_t missed() const noexcept { return missed_; }      // wraps around
   [[nodiscard]] std::uint64_t withheld() const noexcept { return withheld_; }  // wraps around
@@ -47,11 +47,11 @@ class IdTracker {
   [[nodiscard]] std::uint64_t sessions() const noexcept { return sessions_; }
   /// The latest senders. Silent are those that used to say more than frames, did not say goodbye, and were not
   /// heard of for `patience`.
-  [[nodiscard]] std::vector<WireSender> senders(Clock::time_point now, Clock::duration patience) const;
+  [[nodiscard]] std::vector<wire::WireSender> senders(Clock::time_point now, Clock::duration patience) const;
 
  private:
   struct Session {
-    WireSender sender;
+    wire::WireSender sender;
     std::uint64_t last_use = 0;
     Clock::time_point last_heard;
     bool speaks = false;           // of more than frames
@@ -73,4 +73,4 @@ class IdTracker {
   std::uint64_t uses_ = 0, missed_ = 0, withheld_ = 0, duplicates_ = 0, reordered_ = 0, sessions_ = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

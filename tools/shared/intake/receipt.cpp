@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -13,22 +13,22 @@ constexpr std::chrono::milliseconds longest_wait{5000};
 // A matcher that was started anew counts from 0.
 std::uint64_t rise(std::uint64_t before, std::uint64_t now) { return now >= before ? now - before : now; }
 
-std::uint64_t dropped(const WireState& state) { return state.counters.of(WireStatus::queue_full); }
+std::uint64_t dropped(const wire::WireState& state) { return state.counters.of(wire::WireStatus::queue_full); }
 
 }  // namespace
 
-WireSender Receipts::before(std::uint64_t session) const {
-  const auto own = std::ranges::find(before_.senders, session, &WireSender::session);
-  return own == before_.senders.end() ? WireSender{} : *own;
+wire::WireSender Receipts::before(std::uint64_t session) const {
+  const auto own = std::ranges::find(before_.senders, session, &wire::WireSender::session);
+  return own == before_.senders.end() ? wire::WireSender{} : *own;
 }
 
 bool Receipts::knew(std::uint64_t session) const { return before(session).received > 0; }
 
-void Receipts::ask(Handshake& handshake, std::uint64_t session, std::uint64_t next_id) {
+void Receipts::ask(wire::Handshake& handshake, std::uint64_t session, std::uint64_t next_id) {
   const auto now = handshake.part(next_id, 0, longest_wait);
   sum_.is_whole = sum_.is_whole && now;
   if (!now) return;
-  const WireSender then = before(session);
+  const wire::WireSender then = before(session);
   sum_.received += rise(then.received, now->received);
   sum_.missed += rise(then.missed, now->missed);
   sum_.withheld += rise(then.withheld, now->withheld);
@@ -45,4 +45,4 @@ nlohmann::ordered_json receipt_json(const Receipt& receipt) {
   return {{"received", receipt.received}, {"withheld", receipt.withheld}, {"missed", receipt.missed}, {"dropped", receipt.dropped}};
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct Receipt {
   bool is_whole = true;  // it said so of each session
@@ -18,16 +18,16 @@ struct Receipt {
 class Receipts {
  public:
   /// `before`: what the matcher said before the first frame.
-  explicit Receipts(WireState before) : before_(std::move(before)) {}
+  explicit Receipts(wire::WireState before) : before_(std::move(before)) {}
   /// Says goodbye for a session until the matcher has said what it has of it, or for 5 s.
-  void ask(Handshake& handshake, std::uint64_t session, std::uint64_t next_id);
+  void ask(wire::Handshake& handshake, std::uint64_t session, std::uint64_t next_id);
   /// Whether frames of that session came to the matcher before.
   [[nodiscard]] bool knew(std::uint64_t session) const;
   [[nodiscard]] const Receipt& sum() const noexcept { return sum_; }
 
  private:
-  [[nodiscard]] WireSender before(std::uint64_t session) const;
-  WireState before_;
+  [[nodiscard]] wire::WireSender before(std::uint64_t session) const;
+  wire::WireState before_;
   Receipt sum_;
 };
 
@@ -35,4 +35,4 @@ class Receipts {
 [[nodiscard]] std::string receipt_text(const Receipt& receipt);
 [[nodiscard]] nlohmann::ordered_json receipt_json(const Receipt& receipt);
 
-}  // namespace lbea
+}  // namespace lbea::tool

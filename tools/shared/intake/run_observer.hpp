@@ -4,7 +4,7 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 class RunObserver {
  public:
@@ -14,14 +14,14 @@ class RunObserver {
   };
   virtual ~RunObserver() = default;
   /// Receiving thread. Every message as it came, whatever becomes of it; `message` is valid during the call.
-  virtual void frame(Message message, const FrameHeader& header, std::int64_t receive_ns) noexcept = 0;
+  virtual void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept = 0;
   /// Publishing thread. What was published, and the same in bytes.
-  virtual void result(Message message, const WireResult& result) noexcept = 0;
-  virtual void state(Message message, const WireState& state) noexcept = 0;
+  virtual void result(wire::Message message, const wire::WireResult& result) noexcept = 0;
+  virtual void state(wire::Message message, const wire::WireState& state) noexcept = 0;
   /// Any thread.
   [[nodiscard]] virtual Counts counts() const noexcept = 0;
   /// Any thread. The file it writes, if it does.
-  [[nodiscard]] virtual std::optional<WireRecording> recording() const noexcept { return {}; }
+  [[nodiscard]] virtual std::optional<wire::WireRecording> recording() const noexcept { return {}; }
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,14 +7,14 @@
 
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Logs a line for each: what it sent last may not have come.
-inline void warn_of_unfinished(const std::vector<WireSender>& senders) {
-  for (const WireSender& sender : senders)
-    if (sender.condition != SenderCondition::ended && sender.next_id > sender.first_id)
+inline void warn_of_unfinished(const std::vector<wire::WireSender>& senders) {
+  for (const wire::WireSender& sender : senders)
+    if (sender.condition != wire::SenderCondition::ended && sender.next_id > sender.first_id)
       spdlog::warn("session {:016x} did not say goodbye: its captures are accounted for up to id {}; whether it took more is unknown", sender.session,
                    sender.next_id - 1);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

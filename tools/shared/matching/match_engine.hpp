@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// What the pipeline asks of the matcher; tests put faults here.
 class MatchEngine {
@@ -21,4 +21,4 @@ class MatchEngine {
   [[nodiscard]] virtual double time_s(Sample sample) const noexcept = 0;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

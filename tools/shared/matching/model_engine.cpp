@@ -1,9 +1,9 @@
 #include "tools/shared/matching/model_engine.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
-ModelSummary summarize(const Model& model, const std::string& file) {
-  ModelSummary summary{file,
+wire::ModelSummary summarize(const Model& model, const std::string& file) {
+  wire::ModelSummary summary{file,
                        model.checksum(),
                        model.vertices(),
                        model.modes(),
@@ -16,4 +16,4 @@ ModelSummary summarize(const Model& model, const std::string& file) {
   return summary;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 class ModelEngine final : public MatchEngine {
  public:
@@ -34,6 +34,6 @@ class ModelEngine final : public MatchEngine {
 };
 
 /// What subscribers are told about the model.
-ModelSummary summarize(const Model& model, const std::string& file);
+wire::ModelSummary summarize(const Model& model, const std::string& file);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -2,42 +2,42 @@
 
 #include <algorithm>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 constexpr std::size_t published_chances = 8, most_candidates = 64, most_branches = 64;
 
-WireStatus to_wire(Status status) noexcept {
+wire::WireStatus to_wire(Status status) noexcept {
   switch (status) {
-    case Status::ok: return WireStatus::ok;
-    case Status::low_coverage: return WireStatus::low_coverage;
-    case Status::too_many_points: return WireStatus::too_many_points;
-    default: return WireStatus::empty_frame;  // the loop has no other status
+    case Status::ok: return wire::WireStatus::ok;
+    case Status::low_coverage: return wire::WireStatus::low_coverage;
+    case Status::too_many_points: return wire::WireStatus::too_many_points;
+    default: return wire::WireStatus::empty_frame;  // the loop has no other status
   }
 }
 
-WireVerdict verdict_of(WireStatus status) noexcept {
-  if (status == WireStatus::ok) return WireVerdict::matched;
-  if (status == WireStatus::low_coverage) return WireVerdict::low_coverage;
-  return fate_of(status) == Fate::rejected ? WireVerdict::refused : WireVerdict::unknown;
+wire::WireVerdict verdict_of(wire::WireStatus status) noexcept {
+  if (status == wire::WireStatus::ok) return wire::WireVerdict::matched;
+  if (status == wire::WireStatus::low_coverage) return wire::WireVerdict::low_coverage;
+  return wire::fate_of(status) == wire::Fate::rejected ? wire::WireVerdict::refused : wire::WireVerdict::unknown;
 }
 
-WireVerdict to_wire(Verdict verdict) noexcept {
+wire::WireVerdict to_wire(Verdict verdict) noexcept {
   switch (verdict) {
-    case Verdict::matched: return WireVerdict::matched;
-    case Verdict::ambiguous: return WireVerdict::ambiguous;
-    case Verdict::no_simulation_fits: return WireVerdict::no_simulation_fits;
+    case Verdict::matched: return wire::WireVerdict::matched;
+    case Verdict::ambiguous: return wire::WireVerdict::ambiguous;
+    case Verdict::no_simulation_fits: return wire::WireVerdict::no_simulation_fits;
     case Verdict::unknown: break;
   }
-  return WireVerdict::unknown;
+  return wire::WireVerdict::unknown;
 }
 
 // The likeliest simulations, best first, in memory that is there.
-void rank(std::span<const float> probabilities, std::vector<SimulationChance>& chances) noexcept {
+void rank(std::span<const float> probabilities, std::vector<wire::SimulationChance>& chances) noexcept {
   chances.clear();
   for (std::uint32_t i = 0; i < probabilities.size(); ++i) {
-    const auto place = std::ranges::find_if(chances, [&](const SimulationChance& c) { return c.probability < probabilities[i]; });
+    const auto place = std::ranges::find_if(chances, [&](const wire::SimulationChance& c) { return c.probability < probabilities[i]; });
     if (chances.size() == published_chances) {
       if (place == chances.end()) continue;
       std::copy_backward(place, chances.end() - 1, chances.end());
@@ -48,7 +48,7 @@ void rank(std::span<const float> probabilities, std::vector<SimulationChance>& c
   }
 }
 
-void fill(WireFit& fit, const SurfaceFit& from) noexcept {
+void fill(wire::WireFit& fit, const SurfaceFit& from) noexcept {
   fit.residual = from.residual;
   fit.estimate_residual = from.estimate_residual;
   fit.misfit = from.misfit;
@@ -57,7 +57,7 @@ void fill(WireFit& fit, const SurfaceFit& from) noexcept {
   fit.estimate.assign(from.estimate.begin(), from.estimate.end());
 }
 
-void fill(WireTestState& test, const TestState& from) noexcept {
+void fill(wire::WireTestState& test, const TestState& from) noexcept {
   test.frames = from.frames;
   test.simulation = from.simulation;
   test.sample = from.sample;
@@ -86,7 +86,7 @@ void clear(Outcome& outcome) noexcept {
 }
 
 void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* test) noexcept {
-  WireResult& result = outcome.result;
+  wire::WireResult& result = outcome.result;
   result.status = to_wire(match.status);
   result.reference = match.reference;
   result.coverage = match.coverage;
@@ -99,7 +99,7 @@ void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* t
   if (test != nullptr) fill(outcome.test, *test);
 }
 
-void compose(const Outcome& outcome, const MatchEngine& engine, WireResult& into) {
+void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {
   into = outcome.result;
   for (const Match& match : outcome.matches)
     into.matches.push_back(
@@ -108,8 +108,8 @@ void compose(const Outcome& outcome, const MatchEngine& engine, WireResult& into
   if (outcome.test.frames > 0) into.test = outcome.test;
 }
 
-void complete_verdict(WireResult& result) noexcept {
-  if (result.verdict == WireVerdict::unknown) result.verdict = verdict_of(result.status);
+void complete_verdict(wire::WireResult& result) noexcept {
+  if (result.verdict == wire::WireVerdict::unknown) result.verdict = verdict_of(result.status);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -4,13 +4,13 @@
 #include "adapters/wire/codec/messages.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 struct Outcome {
-  WireResult result;           // without matches
+  wire::WireResult result;           // without matches
   std::vector<Match> matches;  // whoever composes the result names them
-  WireFit fit;                 // room for what the engine can find
-  WireTestState test;
+  wire::WireFit fit;                 // room for what the engine can find
+  wire::WireTestState test;
 };
 
 /// Makes the room.
@@ -20,8 +20,8 @@ void clear(Outcome& outcome) noexcept;
 /// Takes in what the matcher found in one frame; `test` may be null.
 void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* test) noexcept;
 /// The result with the names of its matches.
-void compose(const Outcome& outcome, const MatchEngine& engine, WireResult& into);
+void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into);
 /// Where the matcher gave no verdict, the status decides.
-void complete_verdict(WireResult& result) noexcept;
+void complete_verdict(wire::WireResult& result) noexcept;
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -28,7 +28,7 @@ void thin(std::vector<Point>& points, std::uint32_t most, const RigidTransform& 
   points.resize(kept);
 }
 
-Preview::Preview(WireContext& context, const std::string& endpoint, const PreviewConfig& config)
+Preview::Preview(wire::WireContext& context, const std::string& endpoint, const PreviewConfig& config)
     : config_(config), sink_(context, endpoint, clouds_held, config.access), decoder_(config.limits) {
   waiting_.reserve(std::size_t{config.limits.max_points} * sizeof(Point) + 4096);
   points_.reserve(config.limits.max_points);
@@ -44,7 +44,7 @@ Preview::~Preview() {
   thread_.join();
 }
 
-void Preview::frame(Message message, const FrameHeader& header, std::int64_t) noexcept {
+void Preview::frame(wire::Message message, const wire::FrameHeader& header, std::int64_t) noexcept {
   const auto now = Clock::now();
   if (header.end_of_stream || header.cloud.empty() || now - last_ < config_.interval) return;
   const std::unique_lock lock(mutex_, std::try_to_lock);
@@ -71,13 +71,13 @@ void Preview::run() noexcept {
   }
 }
 
-void Preview::publish(Message message) {
-  if (decoder_.open(message) != WireStatus::ok) return;
-  const FrameHeader& header = decoder_.header();
+void Preview::publish(wire::Message message) {
+  if (decoder_.open(message) != wire::WireStatus::ok) return;
+  const wire::FrameHeader& header = decoder_.header();
   points_.resize(header.points);
   decoder_.read_points(points_);
   thin(points_, config_.max_points, config_.T_reference_sensor);
   sink_.send(encoder_.frame({header.id, header.stamp_ns, points_}, header.session, "reference"));
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -13,7 +13,7 @@
 #include <mutex>
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -34,16 +34,16 @@ Box box_of(const Model& model) {
   return box;
 }
 
-SensorViews rendered(const Model& model, const StereoSensor& sensor) {
+SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
   std::vector<std::array<std::uint32_t, 4>> elements(model.elements());
   const auto flat = model.element_nodes();
   for (std::size_t i = 0; i < flat.size(); ++i) elements[i / 4][i % 4] = flat[i];
   const Box box = box_of(model);
-  const auto renderer = depth_views(sensor, model.nodes(), elements, box.low, box.high);
+  const auto renderer = bake::depth_views(sensor, model.nodes(), elements, box.low, box.high);
   Progress progress("rendering samples", model.samples());
   std::mutex one_at_a_time;
   std::size_t most = 0;
-  return render_views(model, *renderer, 0, [&](std::size_t done) {
+  return bake::render_views(model, *renderer, 0, [&](std::size_t done) {
     const std::lock_guard lock(one_at_a_time);
     progress.advance_to(most = std::max(most, done));
   });
@@ -70,7 +70,7 @@ SensorViews views_for(const MatcherConfig& config, const Model& model, const std
     throw Error(Status::bad_config, baked.empty() ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
                                                   : "the model's depth images are for a rig elsewhere; give this one with --pose sensor.json");
   spdlog::info("the model holds no depth images for this pose: rendering {} samples", model.samples());
-  return rendered(model, read_sensor_json(pose_file).sensor);
+  return rendered(model, io::read_sensor_json(pose_file).sensor);
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

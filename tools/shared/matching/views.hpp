@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// Whether frames from `wanted` can be compared with images rendered for `baked`: the pose differs so little that both
 /// see the same surface.
@@ -15,4 +15,4 @@ namespace lbea {
 /// Throws Error{bad_config | bad_input} when images are needed and cannot be rendered.
 [[nodiscard]] SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& pose_file);
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <limits>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -155,4 +155,4 @@ void RecordedRun::fail(std::uint64_t byte, const std::string& what) const {
                                      "; lbea-inspect says what is whole, and --recover makes a new file of it");
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <optional>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// One recorded message. Views are valid until the next one is read.
 struct RecordedMessage {
@@ -58,4 +58,4 @@ class RecordedRun {
   std::int64_t from_ns_, to_ns_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

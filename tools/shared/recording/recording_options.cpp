@@ -10,7 +10,7 @@
 
 #include <unistd.h>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -31,7 +31,7 @@ std::optional<std::chrono::nanoseconds> seconds(std::string_view text) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(value * 1e9));
 }
 
-RecordWindow parse_window(const std::string& text) {
+mcap::RecordWindow parse_window(const std::string& text) {
   const auto colon = text.find(':');
   const std::string_view view = text;
   if (colon != std::string::npos) {
@@ -100,7 +100,7 @@ void check_recording(const RecordingOptions& options) {
 
 std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, RunSettings settings) {
   if (options.file.empty()) return nullptr;
-  RecorderConfig config = options.config;
+  mcap::RecorderConfig config = options.config;
   config.frame_ring_bytes = options.memory_mb * megabyte;
   check_memory(config.frame_ring_bytes);
   if (!options.window.empty()) config.window = parse_window(options.window);
@@ -130,7 +130,7 @@ void RecordingWatch::look() {
   }
 }
 
-void RecordingWatch::note(const RecorderStatus& status) {
+void RecordingWatch::note(const mcap::RecorderStatus& status) {
   const auto now = Clock::now();
   const std::uint64_t lost = this->lost();
   if ((lost != lost_ || status.failed_syncs != failed_syncs_) && now - last_loss_ >= log_interval) {
@@ -141,19 +141,19 @@ void RecordingWatch::note(const RecorderStatus& status) {
     lost_ = lost;
     failed_syncs_ = status.failed_syncs;
   }
-  const bool crowded = status.state == RecorderState::recording && status.ring_used > status.ring_bytes / 4 * 3;
+  const bool crowded = status.state == mcap::RecorderState::recording && status.ring_used > status.ring_bytes / 4 * 3;
   if (crowded && now - last_crowd_ >= log_interval) {
     spdlog::warn("recording: the disk is slow; {} MB of {} MB wait for it", status.ring_used / megabyte, status.ring_bytes / megabyte);
     last_crowd_ = now;
   }
-  if (status.state != state_ && status.state == RecorderState::recording) spdlog::info("recording: triggered");
-  if (status.state != state_ && status.state == RecorderState::finished) note_end(status);
+  if (status.state != state_ && status.state == mcap::RecorderState::recording) spdlog::info("recording: triggered");
+  if (status.state != state_ && status.state == mcap::RecorderState::finished) note_end(status);
   state_ = status.state;
 }
 
 std::uint64_t RecordingWatch::lost() const { return recorder_->counts().unrecorded; }
 
-void RecordingWatch::note_end(const RecorderStatus& status) {
+void RecordingWatch::note_end(const mcap::RecorderStatus& status) {
   if (status.has_ended_untriggered())
     spdlog::error("recording: THE TRIGGER NEVER CAME: of {} frames nothing was kept, {} is empty", status.frames.outside, file_);
   else if (status.is_sound() && lost() == 0)
@@ -165,10 +165,10 @@ void RecordingWatch::note_end(const RecorderStatus& status) {
 
 bool RecordingWatch::finish() {
   if (recorder_ == nullptr) return true;
-  const RecorderStatus status = recorder_->finish();
+  const mcap::RecorderStatus status = recorder_->finish();
   last_loss_ = {};
   note(status);
-  if (status.state == RecorderState::failed)
+  if (status.state == mcap::RecorderState::failed)
     spdlog::error("recording: {} could not be ended{}; what was recorded is in {}, see lbea-inspect --recover", file_,
                   reason(status.last_error), mcap::partial_name(file_).string());
   spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, most memory in use {} %", status.frames.recorded,
@@ -177,4 +177,4 @@ bool RecordingWatch::finish() {
   return status.is_sound() && lost() == 0;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

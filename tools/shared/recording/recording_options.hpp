@@ -4,13 +4,13 @@
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/recording/run_recorder.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 struct RecordingOptions {
   std::string file;    // as it is called now, see recording_name(); empty: nothing is recorded
   std::string window;  // BEFORE:AFTER in seconds; empty: all is recorded
-  std::size_t memory_mb = RecorderConfig{}.frame_ring_bytes >> 20;
-  RecorderConfig config;  // the rest
+  std::size_t memory_mb = mcap::RecorderConfig{}.frame_ring_bytes >> 20;
+  mcap::RecorderConfig config;  // the rest
   std::optional<std::int64_t> trigger_ns{};  // --trigger-ns, when it was given; 0 is a time like any other
 };
 
@@ -44,14 +44,14 @@ class RecordingWatch {
  private:
   using Clock = std::chrono::steady_clock;
   void pass_on_trigger();
-  void note(const RecorderStatus& status);
-  void note_end(const RecorderStatus& status);
+  void note(const mcap::RecorderStatus& status);
+  void note_end(const mcap::RecorderStatus& status);
   [[nodiscard]] std::uint64_t lost() const;
   RunRecorder* recorder_;
   std::string file_;
-  RecorderState state_ = RecorderState::recording;
+  mcap::RecorderState state_ = mcap::RecorderState::recording;
   std::uint64_t lost_ = 0, failed_syncs_ = 0;
   Clock::time_point last_loss_{}, last_crowd_{}, last_look_at_disk_{};
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -27,9 +27,9 @@ void read_account(RunAudit& audit, const mcap::Metadata& metadata) {
   const mcap::Texts& texts = metadata.texts;
   for (const auto& [key, text] : texts)
     if (key.find("lost") != std::string::npos || key == "failed_syncs") audit.lost += number_in<std::uint64_t>(texts, key);
-  const auto triggered = texts.find(std::string(triggered_key));
+  const auto triggered = texts.find(std::string(mcap::triggered_key));
   if (triggered == texts.end()) return;
-  audit.window = {triggered->second == "yes", number_in<std::int64_t>(texts, window_begin_key), number_in<std::uint64_t>(texts, frames_outside_key)};
+  audit.window = {triggered->second == "yes", number_in<std::int64_t>(texts, mcap::window_begin_key), number_in<std::uint64_t>(texts, mcap::frames_outside_key)};
 }
 
 void read_metadata(RunAudit& audit, const std::string& file) {
@@ -40,7 +40,7 @@ void read_metadata(RunAudit& audit, const std::string& file) {
   }
   if (audit.is_run && !audit.settings.record_window.empty()) audit.window.emplace(RunAudit::Window{true});  // unless its end says otherwise
   for (const mcap::Metadata& metadata : audit.file.metadata) {
-    if (metadata.name == closing_metadata_name) read_account(audit, metadata);
+    if (metadata.name == mcap::closing_metadata_name) read_account(audit, metadata);
   }
 }
 
@@ -54,8 +54,8 @@ std::uint64_t sum(const std::map<std::uint64_t, RunAudit::Session>& sessions, Nu
 std::string missing_text(const RunAudit& audit) {
   const std::string text = std::to_string(audit.missing()) + " captures of the test are missing";
   if (!audit.counters) return text + ", as ids tell";
-  const auto counted = [&](WireStatus status) { return std::to_string(audit.counters->of(status)); };
-  return text + "; the matcher says: " + counted(WireStatus::missed) + " never arrived (missed), " + counted(WireStatus::withheld) +
+  const auto counted = [&](wire::WireStatus status) { return std::to_string(audit.counters->of(status)); };
+  return text + "; the matcher says: " + counted(wire::WireStatus::missed) + " never arrived (missed), " + counted(wire::WireStatus::withheld) +
          " found no room at the sender (withheld)";
 }
 
@@ -66,7 +66,7 @@ bool RunAudit::is_matchers_own() const noexcept { return is_run && !window && se
 std::uint64_t RunAudit::missing() const noexcept {
   const std::uint64_t by_ids = sum(sessions, &Session::missing);
   if (!is_matchers_own() || !counters) return by_ids;
-  return std::max(by_ids, counters->of(WireStatus::missed) + counters->of(WireStatus::withheld));
+  return std::max(by_ids, counters->of(wire::WireStatus::missed) + counters->of(wire::WireStatus::withheld));
 }
 
 std::uint64_t RunAudit::silent() const noexcept {
@@ -109,9 +109,9 @@ RunAudit audit_run(const std::filesystem::path& file) {
   read_metadata(audit, source.name());
   for (const mcap::Metadata& metadata : audit.file.metadata)
     if (metadata.name == senders_metadata_name)
-      for (const WireSender& sender : senders_from(metadata)) tally.know(sender);
+      for (const wire::WireSender& sender : senders_from(metadata)) tally.know(sender);
   tally.close();
   return audit;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -8,7 +8,7 @@
 #include <map>
 #include <optional>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct RunAudit {
   struct Session {
@@ -36,7 +36,7 @@ struct RunAudit {
   std::uint64_t cut_apart = 0;       // the same at a window's edges, where one of the two lies outside
   std::uint64_t lost = 0;            // what the recorder itself counted as lost
   bool has_account = false;          // it ended the file and said so
-  std::optional<Counters> counters;  // of the matcher, as its last message says; none: no matcher was heard
+  std::optional<wire::Counters> counters;  // of the matcher, as its last message says; none: no matcher was heard
   std::optional<Window> window;      // none: all was recorded
   std::map<std::string, std::uint64_t> results_by_status;
   std::int64_t start_ns = 0, end_ns = 0;  // of the frames, received
@@ -58,4 +58,4 @@ struct RunAudit {
 /// Throws Error{file_not_found | bad_input} only when the file cannot be read at all.
 [[nodiscard]] RunAudit audit_run(const std::filesystem::path& file);
 
-}  // namespace lbea
+}  // namespace lbea::tool

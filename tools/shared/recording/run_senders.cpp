@@ -3,18 +3,18 @@
 #include <array>
 #include <sstream>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
 constexpr std::array<std::string_view, 3> condition_names{"active", "ended", "silent"};
 
-bool read(std::istream& in, SenderCondition& condition) {
+bool read(std::istream& in, wire::SenderCondition& condition) {
   std::string name;
   in >> name;
   for (std::size_t i = 0; i < condition_names.size(); ++i) {
     if (name != condition_names[i]) continue;
-    condition = static_cast<SenderCondition>(i);
+    condition = static_cast<wire::SenderCondition>(i);
     return true;
   }
   return false;
@@ -22,9 +22,9 @@ bool read(std::istream& in, SenderCondition& condition) {
 
 }  // namespace
 
-mcap::Metadata to_metadata(const std::vector<WireSender>& senders) {
+mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders) {
   mcap::Metadata metadata{std::string(senders_metadata_name), {}};
-  for (const WireSender& sender : senders) {
+  for (const wire::WireSender& sender : senders) {
     std::ostringstream key, text;
     key << std::hex << sender.session;
     text << sender.first_id << ' ' << sender.next_id << ' ' << sender.received << ' ' << sender.missed << ' ' << sender.withheld << ' '
@@ -34,10 +34,10 @@ mcap::Metadata to_metadata(const std::vector<WireSender>& senders) {
   return metadata;
 }
 
-std::vector<WireSender> senders_from(const mcap::Metadata& metadata) {
-  std::vector<WireSender> senders;
+std::vector<wire::WireSender> senders_from(const mcap::Metadata& metadata) {
+  std::vector<wire::WireSender> senders;
   for (const auto& [session, account] : metadata.texts) {
-    WireSender sender;
+    wire::WireSender sender;
     std::istringstream key(session), text(account);
     const bool is_read = key >> std::hex >> sender.session && text >> sender.first_id >> sender.next_id >> sender.received >> sender.missed >> sender.withheld &&
                          read(text, sender.condition);
@@ -46,4 +46,4 @@ std::vector<WireSender> senders_from(const mcap::Metadata& metadata) {
   return senders;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

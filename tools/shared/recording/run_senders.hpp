@@ -6,13 +6,13 @@
 
 #include <vector>
 
-namespace lbea {
+namespace lbea::tool {
 
 /// The metadata record of that name: a text for each session, its number hexadecimal, with first_id, next_id, received, missed,
 /// withheld, condition.
 inline constexpr std::string_view senders_metadata_name = "lbea.recording.senders";
-[[nodiscard]] mcap::Metadata to_metadata(const std::vector<WireSender>& senders);
+[[nodiscard]] mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders);
 /// What is no sender's account is left out.
-[[nodiscard]] std::vector<WireSender> senders_from(const mcap::Metadata& metadata);
+[[nodiscard]] std::vector<wire::WireSender> senders_from(const mcap::Metadata& metadata);
 
-}  // namespace lbea
+}  // namespace lbea::tool

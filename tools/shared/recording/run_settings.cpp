@@ -3,7 +3,7 @@
 #include <array>
 #include <charconv>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -107,4 +107,4 @@ RunSettings settings_from(const mcap::Metadata& metadata, const std::string& fil
   return settings;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-namespace lbea {
+namespace lbea::tool {
 
 struct RunSettings {
   std::string program;     // and its version
@@ -28,4 +28,4 @@ inline constexpr std::string_view settings_metadata_name = "lbea.recording";
 /// Throws Error{bad_input} when a text is not the number it should be; `file` is for the sentence.
 [[nodiscard]] RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file);
 
-}  // namespace lbea
+}  // namespace lbea::tool

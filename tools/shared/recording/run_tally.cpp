@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace lbea {
+namespace lbea::tool {
 
 namespace {
 
@@ -82,32 +82,32 @@ void RunTally::take_frame(const RecordedMessage& frame) {
 
 void RunTally::take_result(const RecordedMessage& message) {
   ++audit_.results;
-  if (decode_result(message.data, result_) != WireStatus::ok) {
+  if (wire::decode_result(message.data, result_) != wire::WireStatus::ok) {
     ++audit_.undecodable;
     return;
   }
-  ++audit_.results_by_status[std::string(to_string(result_.status))];
+  ++audit_.results_by_status[std::string(wire::to_string(result_.status))];
   take_counters(result_.sequence, result_.counters);
   const Named named{result_.session, result_.frame_id, result_.receive_ns};
-  const Fate fate = fate_of(result_.status);
+  const wire::Fate fate = wire::fate_of(result_.status);
   Captures& captures = sessions_[named.session];
-  if (fate == Fate::not_a_capture) captures.end = named.id;
-  if (fate == Fate::matched) matched_.push_back(named);
-  if (result_.status == WireStatus::queue_full) dropped_.push_back(named);
-  if (result_.status == WireStatus::missed || result_.status == WireStatus::withheld) captures.absent.push_back(named.id);
-  if (fate != Fate::rejected) return;
+  if (fate == wire::Fate::not_a_capture) captures.end = named.id;
+  if (fate == wire::Fate::matched) matched_.push_back(named);
+  if (result_.status == wire::WireStatus::queue_full) dropped_.push_back(named);
+  if (result_.status == wire::WireStatus::missed || result_.status == wire::WireStatus::withheld) captures.absent.push_back(named.id);
+  if (fate != wire::Fate::rejected) return;
   refused_.push_back(named);
   captures.refused.push_back(named.id);
 }
 
 void RunTally::take_state(const RecordedMessage& message) {
   ++audit_.states;
-  if (decode_state(message.data, state_) != WireStatus::ok) {
+  if (wire::decode_state(message.data, state_) != wire::WireStatus::ok) {
     ++audit_.undecodable;
     return;
   }
   take_counters(state_.sequence, state_.counters);
-  for (const WireSender& sender : state_.senders) sessions_[sender.session].account = sender;
+  for (const wire::WireSender& sender : state_.senders) sessions_[sender.session].account = sender;
   if (matcher_ || state_.model.checksum == 0) return;
   matcher_.emplace();
   matcher_->model_file = state_.model.file;
@@ -115,7 +115,7 @@ void RunTally::take_state(const RecordedMessage& message) {
   matcher_->method = state_.method;
 }
 
-void RunTally::take_counters(std::uint64_t sequence, const Counters& counters) {
+void RunTally::take_counters(std::uint64_t sequence, const wire::Counters& counters) {
   if (audit_.counters && sequence < last_sequence_) return;
   last_sequence_ = sequence;
   audit_.counters = counters;
@@ -140,7 +140,7 @@ void RunTally::close_session(std::uint64_t id, Captures& captures) {
   sort_and_unite(captures.frames);
   sort_and_unite(captures.absent);
   const std::uint64_t distinct = captures.frames.size();
-  std::optional<WireSender> account = audit_.is_matchers_own() ? captures.account : std::nullopt;
+  std::optional<wire::WireSender> account = audit_.is_matchers_own() ? captures.account : std::nullopt;
   if (captures.recorders_account && !audit_.window) account = captures.recorders_account;
   const bool is_known = account.has_value();
   if (frames == 0 && captures.absent.empty() && !is_known) return;
@@ -154,8 +154,8 @@ void RunTally::close_session(std::uint64_t id, Captures& captures) {
   if (captures.end) range.widen(range.first, *captures.end);
   if (is_known) range.widen(account->first_id, account->next_id);
   if (range.past_last == 0) return;
-  const bool silent = is_known && account->condition == SenderCondition::silent;
-  const bool ended = captures.end.has_value() || (is_known && account->condition == SenderCondition::ended);
+  const bool silent = is_known && account->condition == wire::SenderCondition::silent;
+  const bool ended = captures.end.has_value() || (is_known && account->condition == wire::SenderCondition::ended);
   audit_.sessions[id] = {range.first, range.past_last - 1, frames, range.past_last - range.first - came.size(), frames - distinct, ended, silent};
 }
 
@@ -182,4 +182,4 @@ std::int64_t RunTally::last_matched_ns() const {
   return last;
 }
 
-}  // namespace lbea
+}  // namespace lbea::tool

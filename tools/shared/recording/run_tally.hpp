@@ -4,7 +4,7 @@
 #include "tools/shared/recording/recorded_run.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
-namespace lbea {
+namespace lbea::tool {
 
 class RunTally {
  public:
@@ -12,7 +12,7 @@ class RunTally {
   /// `channel` is null for a message whose channel is not defined.
   void take(const mcap::Message& message, const mcap::Channel* channel);
   /// What a recorder without a matcher said of a sender at its end.
-  void know(const WireSender& sender) { sessions_[sender.session].recorders_account = sender; }
+  void know(const wire::WireSender& sender) { sessions_[sender.session].recorders_account = sender; }
   /// After the last message, when the audit knows everything else about the file.
   void close();
 
@@ -29,14 +29,14 @@ class RunTally {
   struct Captures {
     std::vector<std::uint64_t> frames, refused, absent;  // ids; absent: of which the matcher says that no frame came
     std::optional<std::uint64_t> end;                    // the first id that the sender did not give
-    std::optional<WireSender> account;                   // the matcher's, the latest
-    std::optional<WireSender> recorders_account;
+    std::optional<wire::WireSender> account;                   // the matcher's, the latest
+    std::optional<wire::WireSender> recorders_account;
   };
 
   void take_frame(const RecordedMessage& frame);
   void take_result(const RecordedMessage& message);
   void take_state(const RecordedMessage& message);
-  void take_counters(std::uint64_t sequence, const Counters& counters);
+  void take_counters(std::uint64_t sequence, const wire::Counters& counters);
   void close_session(std::uint64_t id, Captures& captures);
   void match_answers();
   [[nodiscard]] std::int64_t last_matched_ns() const;
@@ -46,8 +46,8 @@ class RunTally {
   std::vector<Named> frames_, matched_, dropped_, refused_;
   std::uint64_t last_sequence_ = 0;
   std::optional<RunSettings> matcher_;  // the model and method of the first one that was heard
-  WireResult result_;
-  WireState state_;
+  wire::WireResult result_;
+  wire::WireState state_;
 };
 
-}  // namespace lbea
+}  // namespace lbea::tool

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace lbea {
+namespace lbea::tool {
 
 inline constexpr std::string_view frames_topic = "/frames", results_topic = "/results", state_topic = "/state", recorder_topic = "/recorder";
 inline constexpr std::string_view session_key = "session", id_high_key = "id_high";  // metadata of frames' channels, hexadecimal
@@ -15,4 +15,4 @@ inline constexpr std::uint16_t results_channel = 1, state_channel = 2, recorder_
 /// Schema ids.
 inline constexpr std::uint16_t results_schema_id = 1, state_schema_id = 2, recorder_schema_id = 3, frames_schema_id = 4;
 
-}  // namespace lbea
+}  // namespace lbea::tool
