@@ -1,16 +1,16 @@
 #include "precompute/bake.hpp"
 
-#include "precompute/model_file/model_writer.hpp"
 #include "precompute/jobs/bake_shard.hpp"
 #include "precompute/jobs/estimate.hpp"
 #include "precompute/jobs/merge_shards.hpp"
 #include "precompute/jobs/plan_bake.hpp"
+#include "precompute/model_file/model_writer.hpp"
 #include "precompute/stopwatch.hpp"
 
 namespace lbea::bake {
 
 BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& description,
-                 const std::filesystem::path& output, const BakeOptions& options) {
+                       const std::filesystem::path& output, const BakeOptions& options) {
   check_replaceable(output);
   const PassingWorkFolder passing(output);
   const BakePlan plan = plan_bake(passing.folder(), ensemble, description, options);

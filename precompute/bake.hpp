@@ -16,6 +16,6 @@ namespace lbea::bake {
 /// name has become `ensemble`, region.node_ids, options.visible_nodes and `output`.
 /// Throws Error{bad_config | bad_input | write_failed} and BakeCancelled; the output is whole or not there.
 BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& description,
-                 const std::filesystem::path& output, const BakeOptions& options = {});
+                       const std::filesystem::path& output, const BakeOptions& options = {});
 
 }  // namespace lbea::bake

@@ -22,9 +22,9 @@ struct EnsembleRun {
   std::string name;
   std::vector<double> parameters;  // in the order of Ensemble::parameter_names; NaN: not given
   std::function<std::unique_ptr<SimulationReader>()> open;
-  std::string source = {};  // what another process opens it by, a path for instance; empty: only this one can
+  std::string source = {};            // what another process opens it by, a path for instance; empty: only this one can
   std::vector<InputFile> files = {};  // what it consists of, when that is known: not hashed again then
-  std::size_t rounded_elements = 0;  // over which its fields have been rounded to 16 bits already; 0: they have not
+  std::size_t rounded_elements = 0;   // over which its fields have been rounded to 16 bits already; 0: they have not
 };
 
 struct Ensemble {

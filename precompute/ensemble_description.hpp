@@ -16,8 +16,7 @@ namespace lbea::bake {
 /// Which stored states of every run become samples.
 struct StepSelection {
   std::uint32_t first = 0;
-  std::uint32_t last =
-      std::numeric_limits<std::uint32_t>::max();  // inclusive; beyond the run's end: its last state
+  std::uint32_t last = std::numeric_limits<std::uint32_t>::max();  // inclusive; beyond the run's end: its last state
   std::uint32_t stride = 1;
   std::vector<std::uint32_t> list;  // when not empty, these alone
 };
@@ -44,17 +43,16 @@ struct EnsembleDescription {
   ReferenceMode mode = ReferenceMode::impact;
   std::uint32_t modes = 100;  // p
   RegionDescription region;
-  std::vector<std::string> fields{
-      "plastic_strain"};             // "all": every field all runs have; those a run lacks are refused
-  bool compact_fields = false;   // store fields in 16 bits, each sample between its least and its greatest value
+  std::vector<std::string> fields{"plastic_strain"};  // "all": every field all runs have; those a run lacks are refused
+  bool compact_fields = false;       // store fields in 16 bits, each sample between its least and its greatest value
   std::filesystem::path parameters;  // CSV: run name, then one column per parameter; empty: none
   std::string length_unit = "mm";
-  double time_factor = 1;        // seconds per unit of the runs' time
-  double envelope_margin = 25;   // length unit; frame points farther from every sample are discarded
-  bool correspondence = true;    // store each sample's corresponding nodes, which VtP matching needs
+  double time_factor = 1;         // seconds per unit of the runs' time
+  double envelope_margin = 25;    // length unit; frame points farther from every sample are discarded
+  bool correspondence = true;     // store each sample's corresponding nodes, which VtP matching needs
   std::optional<bool> landmarks;  // store apart what matching needs of the positions; without a wish: of large models
-  std::filesystem::path views;   // sensor description: every sample's depth image from its pose, which `fit` needs
-  std::filesystem::path output;  // empty: the caller decides
+  std::filesystem::path views;    // sensor description: every sample's depth image from its pose, which `fit` needs
+  std::filesystem::path output;   // empty: the caller decides
 };
 
 }  // namespace lbea::bake

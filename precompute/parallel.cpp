@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace lbea::bake {
-
 namespace {
 
 struct Failure {

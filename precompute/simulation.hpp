@@ -16,8 +16,8 @@ struct SimulationMesh {
   std::vector<float> positions;                        // nodes x 3, length unit
   std::vector<std::uint32_t> node_ids;                 // nodes, the solver's numbering
   std::vector<std::array<std::uint32_t, 4>> elements;  // node indices; a triangle repeats its last node
-  std::vector<std::uint32_t> element_ids;              // elements, the solver's numbering (a solid's faces share its id)
-  std::vector<std::uint32_t> element_parts;            // elements, part ids
+  std::vector<std::uint32_t> element_ids;    // elements, the solver's numbering (a solid's faces share its id)
+  std::vector<std::uint32_t> element_parts;  // elements, part ids
 
   [[nodiscard]] std::size_t nodes() const noexcept { return node_ids.size(); }
 };

@@ -17,6 +17,7 @@ packages=(
   libboost-dev chromium                            # monitor: its web server; the browser that tests its page
   libopenmpi-dev openmpi-bin                       # bake on clusters: the optional MPI driver
   slurmctld slurmd slurm-client munge              # tests: a one-node Slurm
+  clang-format                                     # tests: the form of the sources
   doctest-dev python3-vtk9                         # tests: the runner, an oracle for VTU
   python3 python3-numpy python3-matplotlib         # pictures of the demo
 )

@@ -1,7 +1,7 @@
-#include "adapters/files/atomic_file.hpp"
-#include "adapters/files/text_line.hpp"
 #include "adapters/clouds/pcd_header.hpp"
 #include "adapters/clouds/pointcloud.hpp"
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/files/text_line.hpp"
 
 extern "C" {
 #include <liblzf/lzf.h>
@@ -27,15 +27,19 @@ std::vector<Point> text_points(std::string_view text, const PcdHeader& header, c
   const auto place = [&] { return "line " + std::to_string(header.lines + lines.line()); };
   std::vector<Point> points;
   for (std::string_view line; points.size() < header.points;) {
-    if (!lines.next(line)) fail(name, place(), "the file ends after " + std::to_string(points.size()) + " of " +
-                                                   std::to_string(header.points) + " points; it is cut short");
+    if (!lines.next(line))
+      fail(name, place(),
+           "the file ends after " + std::to_string(points.size()) + " of " + std::to_string(header.points) +
+               " points; it is cut short");
     if (text::trimmed(line).empty()) continue;
     std::array<float, 3> at{};
     for (std::size_t f = 0; f < header.fields.size(); ++f) {
-      const auto axis = static_cast<std::size_t>(std::find(header.axes.begin(), header.axes.end(), f) - header.axes.begin());
+      const auto axis =
+          static_cast<std::size_t>(std::find(header.axes.begin(), header.axes.end(), f) - header.axes.begin());
       if (axis == header.axes.size())
         for (std::uint64_t i = 0; i < header.fields[f].count && !line.empty(); ++i) text::next_word(line);
-      else if (!text::parse_number(text::next_word(line), at[axis])) fail(name, place(), "expected a number");
+      else if (!text::parse_number(text::next_word(line), at[axis]))
+        fail(name, place(), "expected a number");
     }
     points.push_back({at[0], at[1], at[2]});
   }
@@ -70,8 +74,8 @@ std::vector<std::byte> unpacked(std::span<const std::byte> data, std::uint64_t s
   if (packed > data.size() - 8 || ply::load_bits(data.data() + 4, 4, false) != size || size / densest_lzf > packed)
     fail(name, "the packed data", "their size does not fit the points; the file is damaged or cut short");
   std::vector<std::byte> bytes(size);
-  if (size > 0 && lzf_decompress(data.data() + 8, static_cast<unsigned>(packed), bytes.data(),
-                                 static_cast<unsigned>(size)) != size)
+  if (size > 0 &&
+      lzf_decompress(data.data() + 8, static_cast<unsigned>(packed), bytes.data(), static_cast<unsigned>(size)) != size)
     fail(name, "the packed data", "they do not unpack; the file is damaged");
   return bytes;
 }
@@ -82,10 +86,11 @@ std::vector<Point> read_pcd_points(std::span<const std::byte> bytes, const PcdHe
   const std::uint64_t size = header.point_bytes();
   if (header.points > 0 && size > std::numeric_limits<std::uint32_t>::max() / header.points)
     fail(name, "the header", "more than 4 GB of points; the file is damaged");
-  if (header.storage == PcdStorage::packed) return binary_points(unpacked(data, size * header.points, name), header, true);
+  if (header.storage == PcdStorage::packed)
+    return binary_points(unpacked(data, size * header.points, name), header, true);
   if (size * header.points > data.size())
-    fail(name, "byte " + std::to_string(bytes.size()), "the file ends before the last of " +
-                                                           std::to_string(header.points) + " points; it is cut short");
+    fail(name, "byte " + std::to_string(bytes.size()),
+         "the file ends before the last of " + std::to_string(header.points) + " points; it is cut short");
   return binary_points(data, header, false);
 }
 

@@ -7,7 +7,6 @@
 #include <charconv>
 
 namespace lbea::io::clouds {
-
 namespace {
 
 constexpr std::uint64_t most = 0xffffffff;
@@ -31,14 +30,22 @@ class PcdHeaderParser {
 
  private:
   void take(std::string_view keyword, std::string_view rest) {
-    if (keyword == "FIELDS") take_fields(rest);
-    else if (keyword == "SIZE") each(rest, [&](PcdField& field, std::string_view word) { field.size = number(word); });
-    else if (keyword == "COUNT") each(rest, [&](PcdField& field, std::string_view word) { field.count = number(word); });
-    else if (keyword == "TYPE") each(rest, [&](PcdField& field, std::string_view word) { field.type = word[0]; });
-    else if (keyword == "WIDTH") width_ = number(text::trimmed(rest));
-    else if (keyword == "HEIGHT") height_ = number(text::trimmed(rest));
-    else if (keyword == "POINTS") points_ = number(text::trimmed(rest));
-    else if (keyword == "DATA") take_storage(text::trimmed(rest));
+    if (keyword == "FIELDS")
+      take_fields(rest);
+    else if (keyword == "SIZE")
+      each(rest, [&](PcdField& field, std::string_view word) { field.size = number(word); });
+    else if (keyword == "COUNT")
+      each(rest, [&](PcdField& field, std::string_view word) { field.count = number(word); });
+    else if (keyword == "TYPE")
+      each(rest, [&](PcdField& field, std::string_view word) { field.type = word[0]; });
+    else if (keyword == "WIDTH")
+      width_ = number(text::trimmed(rest));
+    else if (keyword == "HEIGHT")
+      height_ = number(text::trimmed(rest));
+    else if (keyword == "POINTS")
+      points_ = number(text::trimmed(rest));
+    else if (keyword == "DATA")
+      take_storage(text::trimmed(rest));
     else if (keyword != "VERSION" && keyword != "VIEWPOINT" && !keyword.empty())
       fail("unknown keyword \"" + std::string(keyword.substr(0, 40)) + "\"");
   }
@@ -59,10 +66,14 @@ class PcdHeaderParser {
   }
 
   void take_storage(std::string_view name) {
-    if (name == "ascii") header_.storage = PcdStorage::text;
-    else if (name == "binary") header_.storage = PcdStorage::binary;
-    else if (name == "binary_compressed") header_.storage = PcdStorage::packed;
-    else fail("data stored as \"" + std::string(name.substr(0, 40)) + "\" are not read", Status::unsupported_input);
+    if (name == "ascii")
+      header_.storage = PcdStorage::text;
+    else if (name == "binary")
+      header_.storage = PcdStorage::binary;
+    else if (name == "binary_compressed")
+      header_.storage = PcdStorage::packed;
+    else
+      fail("data stored as \"" + std::string(name.substr(0, 40)) + "\" are not read", Status::unsupported_input);
   }
 
   PcdHeader finish() {
@@ -82,8 +93,10 @@ class PcdHeaderParser {
     std::size_t found = 0;
     for (std::size_t f = 0; f < header_.fields.size(); ++f)
       if (header_.fields[f].name == wanted) header_.axes[axis] = f, ++found;
-    if (found != 1 || header_.fields[header_.axes[axis]].count != 1) fail("the fields x, y and z are needed, each once");
-    if (!scalar_of(header_.fields[header_.axes[axis]])) fail("coordinates of this type are not read", Status::unsupported_input);
+    if (found != 1 || header_.fields[header_.axes[axis]].count != 1)
+      fail("the fields x, y and z are needed, each once");
+    if (!scalar_of(header_.fields[header_.axes[axis]]))
+      fail("coordinates of this type are not read", Status::unsupported_input);
   }
 
   std::uint64_t number(std::string_view word) const {
@@ -115,17 +128,24 @@ std::uint64_t PcdHeader::point_bytes() const noexcept {
 
 std::optional<ply::Scalar> scalar_of(const PcdField& field) noexcept {
   using enum ply::Scalar;
-  if (field.type == 'F') return field.size == 4 ? std::optional(float32) : field.size == 8 ? std::optional(float64) : std::nullopt;
+  if (field.type == 'F')
+    return field.size == 4 ? std::optional(float32) : field.size == 8 ? std::optional(float64) : std::nullopt;
   if (field.type != 'I' && field.type != 'U') return std::nullopt;
   const bool is_signed = field.type == 'I';
   switch (field.size) {
-    case 1: return is_signed ? int8 : uint8;
-    case 2: return is_signed ? int16 : uint16;
-    case 4: return is_signed ? int32 : uint32;
-    default: return std::nullopt;
+    case 1:
+      return is_signed ? int8 : uint8;
+    case 2:
+      return is_signed ? int16 : uint16;
+    case 4:
+      return is_signed ? int32 : uint32;
+    default:
+      return std::nullopt;
   }
 }
 
-PcdHeader parse_pcd_header(std::string_view text, const std::string& name) { return PcdHeaderParser(text, name).parse(); }
+PcdHeader parse_pcd_header(std::string_view text, const std::string& name) {
+  return PcdHeaderParser(text, name).parse();
+}
 
 }  // namespace lbea::io::clouds

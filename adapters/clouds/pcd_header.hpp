@@ -17,8 +17,8 @@ enum class PcdStorage { text, binary, packed };
 
 struct PcdField {
   std::string name;
-  std::size_t size = 4;   // bytes of a value
-  char type = 'F';        // I, U or F
+  std::size_t size = 4;     // bytes of a value
+  char type = 'F';          // I, U or F
   std::uint64_t count = 1;  // values per point
 };
 
@@ -29,7 +29,7 @@ struct PcdHeader {
   bool is_organised = false;          // an image of points: pixels without one have a place too
   PcdStorage storage = PcdStorage::text;
   std::optional<std::int64_t> stamp_ns;
-  std::size_t bytes = 0, lines = 0;   // length of the header
+  std::size_t bytes = 0, lines = 0;  // length of the header
 
   [[nodiscard]] std::uint64_t point_bytes() const noexcept;
 };

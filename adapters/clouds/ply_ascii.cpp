@@ -1,6 +1,6 @@
+#include "adapters/clouds/ply_rows.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"
-#include "adapters/clouds/ply_rows.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,6 @@
 #include <string_view>
 
 namespace lbea::io::clouds {
-
 namespace {
 
 class AsciiRows {
@@ -24,8 +23,7 @@ class AsciiRows {
   std::vector<Point> read(const ply::Element& vertex) {
     std::vector<Point> points;
     points.reserve(std::min(static_cast<std::size_t>(vertex.count), most_rows(vertex)));
-    for (std::uint64_t row = 0; row < vertex.count; ++row)
-      points.push_back(read_point(vertex, next_row(vertex, row)));
+    for (std::uint64_t row = 0; row < vertex.count; ++row) points.push_back(read_point(vertex, next_row(vertex, row)));
     return points;
   }
 
@@ -39,8 +37,8 @@ class AsciiRows {
     std::string_view line;
     while (lines_.next(line))
       if (!text::trimmed(line).empty()) return line;
-    fail("the file ends after " + std::to_string(row) + " of " + std::to_string(element.count) +
-         " rows of element \"" + element.name + "\"; it is cut short");
+    fail("the file ends after " + std::to_string(row) + " of " + std::to_string(element.count) + " rows of element \"" +
+         element.name + "\"; it is cut short");
   }
 
   Point read_point(const ply::Element& vertex, std::string_view line) const {
@@ -49,9 +47,12 @@ class AsciiRows {
     for (const ply::Property& property : vertex.properties) {
       if (missing == 0) break;
       const std::size_t axis = axis_of(property);
-      if (property.count_type) skip_list(line);
-      else if (axis == no_axis) (void)text::next_word(line);
-      else row[axis] = number(text::next_word(line)), --missing;
+      if (property.count_type)
+        skip_list(line);
+      else if (axis == no_axis)
+        (void)text::next_word(line);
+      else
+        row[axis] = number(text::next_word(line)), --missing;
     }
     return {row[0], row[1], row[2]};
   }
@@ -70,8 +71,7 @@ class AsciiRows {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Status::bad_input,
-                name_ + ", line " + std::to_string(header_lines_ + lines_.line()) + ": " + what);
+    throw Error(Status::bad_input, name_ + ", line " + std::to_string(header_lines_ + lines_.line()) + ": " + what);
   }
 
   text::LineReader lines_;

@@ -7,7 +7,6 @@
 #include <cstring>
 
 namespace lbea::io::clouds {
-
 namespace {
 
 bool is_signed(ply::Scalar type) {
@@ -34,7 +33,8 @@ class BinaryRows {
 
   void skip(const ply::Element& element) {
     check_count(element);
-    if (!has_list(element)) at_ += static_cast<std::size_t>(element.count) * least_size(element);
+    if (!has_list(element))
+      at_ += static_cast<std::size_t>(element.count) * least_size(element);
     else
       for (std::uint64_t row = 0; row < element.count; ++row) read_row(element);
   }
@@ -66,8 +66,11 @@ class BinaryRows {
   std::array<float, 4> read_row(const ply::Element& element) {
     std::array<float, 4> row{};
     for (const ply::Property& property : element.properties) {
-      if (property.count_type) skip_list(property);
-      else row[axis_of(property)] = static_cast<float>(ply::load(take(ply::size_of(property.type)), property.type, big_endian_));
+      if (property.count_type)
+        skip_list(property);
+      else
+        row[axis_of(property)] =
+            static_cast<float>(ply::load(take(ply::size_of(property.type)), property.type, big_endian_));
     }
     return row;
   }

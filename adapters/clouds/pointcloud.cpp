@@ -7,7 +7,6 @@
 #include <array>
 
 namespace lbea::io {
-
 namespace {
 
 using Bytes = std::span<const std::byte>;
@@ -22,7 +21,8 @@ struct CloudFormat {
 };
 
 bool is_ply(std::string_view start, std::size_t) {
-  return start == "ply" || start.starts_with("ply\n") || start.starts_with("ply\r") || start.starts_with("ply ");  // or cut there
+  return start == "ply" || start.starts_with("ply\n") || start.starts_with("ply\r") ||
+         start.starts_with("ply ");  // or cut there
 }
 
 bool is_pcd(std::string_view start, std::size_t) {
@@ -46,8 +46,9 @@ PointCloud parse_point_cloud(Bytes bytes, const std::string& name) {
   const std::string_view start = as_text(bytes).substr(0, looked_at);
   for (const CloudFormat& format : formats)
     if (format.is_it(start, bytes.size())) return format.parse(bytes, name);
-  throw Error(Status::unsupported_input, name + " is a binary file of unknown kind; expected PLY, PCD, STL or text with "
-                                                "columns x y z: convert it to PLY");
+  throw Error(Status::unsupported_input, name +
+                                             " is a binary file of unknown kind; expected PLY, PCD, STL or text with "
+                                             "columns x y z: convert it to PLY");
 }
 
 PointCloud read_point_cloud(const std::filesystem::path& path) {
@@ -57,7 +58,8 @@ PointCloud read_point_cloud(const std::filesystem::path& path) {
 std::string list_cloud_formats() {
   std::string list = "Point clouds, told by content:\n";
   for (const CloudFormat& format : formats) list += "  " + std::string(format.name) + "  " + format.what + "\n";
-  return list + "Stamps: stamps.csv beside the clouds or --stamps, else in the file, else in its name (cloud_12.5ms.ply)\n";
+  return list +
+         "Stamps: stamps.csv beside the clouds or --stamps, else in the file, else in its name (cloud_12.5ms.ply)\n";
 }
 
 }  // namespace lbea::io

@@ -30,8 +30,8 @@ struct PointCloud {
 /// their scalar type, and skips all else. Throws Error{bad_input | unsupported_input}.
 [[nodiscard]] PointCloud parse_ply(std::span<const std::byte> bytes, const std::string& name);
 
-/// PCD, as text, binary or packed (LZF); of the fields only x, y, z. In organised clouds (HEIGHT above 1) pixels without a
-/// point, NaN or 0 0 0, become NaN. Throws Error{bad_input | unsupported_input}.
+/// PCD, as text, binary or packed (LZF); of the fields only x, y, z. In organised clouds (HEIGHT above 1) pixels
+/// without a point, NaN or 0 0 0, become NaN. Throws Error{bad_input | unsupported_input}.
 [[nodiscard]] PointCloud parse_pcd(std::span<const std::byte> bytes, const std::string& name);
 
 /// The corners of an STL file's triangles, each position once, in the order of the file. Throws Error{bad_input}.
@@ -51,7 +51,6 @@ void mark_empty_pixels(std::vector<Point>& points) noexcept;
 
 /// Writes binary little-endian PLY with float x, y, z and a header line per comment.
 /// Throws Error{write_failed}, or Error{bad_config} for a comment with a line break.
-void write_ply(const std::filesystem::path& path, std::span<const Point> points,
-               std::span<const std::string> comments);
+void write_ply(const std::filesystem::path& path, std::span<const Point> points, std::span<const std::string> comments);
 
 }  // namespace lbea::io

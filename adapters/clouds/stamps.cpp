@@ -1,8 +1,8 @@
 #include "adapters/clouds/stamps.hpp"
 
+#include "adapters/clouds/xyz_columns.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"
-#include "adapters/clouds/xyz_columns.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -14,7 +14,6 @@
 #include <vector>
 
 namespace lbea::io {
-
 namespace {
 
 constexpr std::array<std::pair<std::string_view, std::int64_t>, 4> units{
@@ -135,9 +134,12 @@ std::optional<std::int64_t> stamp_in_name(std::string_view stem) noexcept {
     const auto unit = unit_named(stem.substr(end, letters - end));
     const std::size_t before = at > 0 && stem[at - 1] == '=' ? at - 1 : at;  // "t=3.5"
     const bool is_after_t = before > 0 && stem[before - 1] == 't' && (before < 2 || !is_letter(stem[before - 2]));
-    if (unit) found = in_ns(number, *unit);
-    else if (is_after_t && (number.find('.') != std::string_view::npos || before != at)) found = in_ns(number, second);
-    else if (letters == end && !found) found = since_1970(number);
+    if (unit)
+      found = in_ns(number, *unit);
+    else if (is_after_t && (number.find('.') != std::string_view::npos || before != at))
+      found = in_ns(number, second);
+    else if (letters == end && !found)
+      found = since_1970(number);
     at = end;
   }
   return found;
@@ -157,7 +159,10 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
       if (line.starts_with('#')) line.remove_prefix(1);
       separator = separator_of(line);
       columns = columns_of(split(line, separator));
-      if (!columns) fail("the columns are not named; expected a column \"file\" and one of the time with its unit, such as \"stamp_ns\"");
+      if (!columns)
+        fail(
+            "the columns are not named; expected a column \"file\" and one of the time with its unit, such as "
+            "\"stamp_ns\"");
       continue;
     }
     const auto words = split(line, separator);
@@ -165,16 +170,20 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
     const auto stamp = in_ns(words[columns->time], columns->unit);
     if (!stamp) fail("\"" + words[columns->time].substr(0, 40) + "\" is not a time");
     const std::string file = std::filesystem::path(words[columns->file]).filename().string();
-    if (const auto [at, is_new] = table_.emplace(file, *stamp); !is_new && at->second != *stamp) fail(file + " has another time above");
+    if (const auto [at, is_new] = table_.emplace(file, *stamp); !is_new && at->second != *stamp)
+      fail(file + " has another time above");
   }
   if (!columns) fail("the table is empty");
 }
 
-std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file, std::optional<std::int64_t> in_file) const {
+std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file,
+                                            std::optional<std::int64_t> in_file) const {
   for (const std::string& name : {file.filename().string(), file.stem().string()})
     if (const auto found = table_.find(name); found != table_.end()) return found->second;
   if (!table_.empty())
-    throw Error{Status::bad_input, file.string() + ": is not in the table of stamps; clouds of one test need one clock, so add its line or take the table away"};
+    throw Error{Status::bad_input, file.string() +
+                                       ": is not in the table of stamps; clouds of one test need one clock, so add its "
+                                       "line or take the table away"};
   return in_file ? in_file : stamp_in_name(file.stem().string());
 }
 

@@ -1,6 +1,6 @@
+#include "adapters/clouds/pointcloud.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/stl_corners.hpp"
-#include "adapters/clouds/pointcloud.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,9 +13,8 @@ PointCloud parse_stl_cloud(std::span<const std::byte> bytes, const std::string& 
   const auto corner = [&](std::size_t i) { return std::array{corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]}; };
   std::vector<std::size_t> order(corners.size() / 3);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(corner(a), a) < std::pair(corner(b), b);
-  });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return std::pair(corner(a), a) < std::pair(corner(b), b); });
   std::vector<std::uint8_t> is_first(order.size(), 0);
   for (std::size_t i = 0; i < order.size(); ++i)
     is_first[order[i]] = i == 0 || corner(order[i]) != corner(order[i - 1]) ? 1 : 0;

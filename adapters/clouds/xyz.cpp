@@ -1,8 +1,8 @@
 #include "adapters/clouds/xyz_columns.hpp"
 
+#include "adapters/clouds/pointcloud.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"
-#include "adapters/clouds/pointcloud.hpp"
 
 #include <algorithm>
 
@@ -22,9 +22,12 @@ class XyzParser {
     for (std::string_view line; lines_.next(line);) {
       line = text::trimmed(line);
       if (line.empty()) continue;
-      if (const std::size_t mark = comment_mark(line)) take_comment(line.substr(mark));
-      else if (columns_) take_point(line);
-      else take_first(line);
+      if (const std::size_t mark = comment_mark(line))
+        take_comment(line.substr(mark));
+      else if (columns_)
+        take_point(line);
+      else
+        take_first(line);
     }
     return std::move(cloud_);
   }

@@ -7,7 +7,6 @@
 #include <vector>
 
 namespace lbea::io::clouds {
-
 namespace {
 
 constexpr std::size_t longest_number = 64;
@@ -75,8 +74,7 @@ Axes named_axes(std::string_view line, std::size_t width) {
   std::array<std::size_t, 3> axes{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const char letter = static_cast<char>('x' + static_cast<int>(axis));
-    const auto at =
-        std::find_if(names.begin(), names.end(), [&](auto field) { return names_axis(field, letter); });
+    const auto at = std::find_if(names.begin(), names.end(), [&](auto field) { return names_axis(field, letter); });
     if (at == names.end()) return std::nullopt;
     axes[axis] = static_cast<std::size_t>(at - names.begin());
   }
@@ -105,8 +103,7 @@ bool Fields::next(std::string_view& field) noexcept {
     at_end_ = stop == std::string_view::npos;
     if (!at_end_) rest_.remove_prefix(stop + 1);
   }
-  if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
-    field = field.substr(1, field.size() - 2);
+  if (field.size() >= 2 && field.front() == '"' && field.back() == '"') field = field.substr(1, field.size() - 2);
   return true;
 }
 
@@ -130,8 +127,8 @@ bool is_name_line(std::string_view line) {
                       [&](auto field) { return !field.empty() && parse_field(field, true, ignored); });
 }
 
-std::optional<XyzColumns> find_columns(std::string_view names, std::string_view remark,
-                                       std::string_view numbers, std::string& problem) {
+std::optional<XyzColumns> find_columns(std::string_view names, std::string_view remark, std::string_view numbers,
+                                       std::string& problem) {
   XyzColumns columns;
   columns.separator = separator_of(numbers);
   columns.has_decimal_comma = columns.separator == ';' || columns.separator == '\t';
@@ -144,8 +141,7 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
   }
   if (!axes) axes = first_numeric(fields, columns.has_decimal_comma);
   if (!axes) {
-    problem =
-        "fewer than 3 columns with numbers; expected x, y, z separated by blanks, tabs, commas or semicolons";
+    problem = "fewer than 3 columns with numbers; expected x, y, z separated by blanks, tabs, commas or semicolons";
     return std::nullopt;
   }
   columns.axes = *axes;

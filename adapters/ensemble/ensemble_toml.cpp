@@ -11,7 +11,6 @@
 #include <utility>
 
 namespace lbea::io {
-
 namespace {
 
 /// The index of the word under `key`; `otherwise` when the key is absent.
@@ -27,8 +26,7 @@ std::size_t read_choice(TomlTable& table, const char* key, const std::vector<std
 std::vector<std::filesystem::path> read_runs(TomlTable& table) {
   std::vector<std::string> patterns;
   table.read("runs", patterns);
-  if (patterns.empty())
-    table.fail("runs", "is missing or empty: give the runs' paths, or patterns like \"runs/*\"");
+  if (patterns.empty()) table.fail("runs", "is missing or empty: give the runs' paths, or patterns like \"runs/*\"");
   std::vector<std::filesystem::path> runs;
   std::unordered_set<std::string> seen;
   for (const std::string& pattern : patterns) {
@@ -69,8 +67,7 @@ void read_steps(TomlTable& table, bake::EnsembleDescription& into) {
     if (into.steps.list.empty()) table.fail("steps", "is empty");
     std::sort(into.steps.list.begin(), into.steps.list.end());
     const auto repeated = std::adjacent_find(into.steps.list.begin(), into.steps.list.end());
-    if (repeated != into.steps.list.end())
-      table.fail("steps", "names step " + std::to_string(*repeated) + " twice");
+    if (repeated != into.steps.list.end()) table.fail("steps", "names step " + std::to_string(*repeated) + " twice");
     return;
   }
   const auto steps = table.table("steps");
@@ -101,8 +98,10 @@ void read_region(TomlTable& table, bake::RegionDescription& into) {
   region->read("parts", into.parts);
   read_box(*region, into);
   const toml::node* nodes = region->find("nodes");
-  if (nodes != nullptr && nodes->is_string()) region->read_path("nodes", into.node_file);
-  else region->read("nodes", into.node_ids);
+  if (nodes != nullptr && nodes->is_string())
+    region->read_path("nodes", into.node_file);
+  else
+    region->read("nodes", into.node_ids);
   region->read_path("sensor", into.sensor);
   region->refuse_unknown_keys();
 }
@@ -169,8 +168,8 @@ bake::EnsembleDescription read_ensemble_toml(const std::filesystem::path& path) 
   try {
     table = toml::parse(as_text(bytes));
   } catch (const toml::parse_error& error) {
-    throw Error(Status::bad_input, path.string() + ", line " + std::to_string(error.source().begin.line) +
-                                       ": " + std::string(error.description()));
+    throw Error(Status::bad_input, path.string() + ", line " + std::to_string(error.source().begin.line) + ": " +
+                                       std::string(error.description()));
   }
   return read_description(TomlTable(table, path));
 }

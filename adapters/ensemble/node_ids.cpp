@@ -5,7 +5,6 @@
 #include <charconv>
 
 namespace lbea::io {
-
 namespace {
 
 constexpr std::string_view between = " \t\r,;";

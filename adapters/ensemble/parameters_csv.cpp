@@ -8,7 +8,6 @@
 #include <limits>
 
 namespace lbea::io {
-
 namespace {
 
 std::string_view trimmed(std::string_view text) {
@@ -23,9 +22,12 @@ std::vector<std::string> split(std::string_view line, char separator) {
   std::vector<std::string> fields(1);
   bool is_quoted = false;
   for (const char c : line) {
-    if (c == '"') is_quoted = !is_quoted;
-    else if (c == separator && !is_quoted) fields.emplace_back();
-    else fields.back() += c;
+    if (c == '"')
+      is_quoted = !is_quoted;
+    else if (c == separator && !is_quoted)
+      fields.emplace_back();
+    else
+      fields.back() += c;
   }
   for (std::string& field : fields) field = trimmed(field);
   return fields;
@@ -78,22 +80,19 @@ class CsvParser {
       if (std::find(table_.names.begin(), table_.names.end(), name) != table_.names.end())
         fail("two columns are named \"" + name + "\"");
       table_.names.push_back(name);
-      table_.units.emplace_back(bracket == std::string::npos
-                                    ? ""
-                                    : trimmed(fields[i].substr(bracket + 1, fields[i].size() - bracket - 2)));
+      table_.units.emplace_back(
+          bracket == std::string::npos ? "" : trimmed(fields[i].substr(bracket + 1, fields[i].size() - bracket - 2)));
     }
   }
 
   void take_row(std::string_view line) {
     const auto fields = split(line, separator_);
     if (fields.size() != table_.names.size() + 1)
-      fail(std::to_string(fields.size()) + " fields where the names are " +
-           std::to_string(table_.names.size() + 1));
+      fail(std::to_string(fields.size()) + " fields where the names are " + std::to_string(table_.names.size() + 1));
     if (fields[0].empty()) fail("no run name in the first column");
     if (table_.row(fields[0])) fail("a second row for run \"" + fields[0] + "\"");
     table_.runs.push_back(fields[0]);
-    for (std::size_t i = 1; i < fields.size(); ++i)
-      table_.values.push_back(number(fields[i], table_.names[i - 1]));
+    for (std::size_t i = 1; i < fields.size(); ++i) table_.values.push_back(number(fields[i], table_.names[i - 1]));
   }
 
   double number(std::string field, const std::string& column) const {
@@ -103,8 +102,7 @@ class CsvParser {
     double value = 0;
     const auto [stop, error] = std::from_chars(field.data() + sign, field.data() + field.size(), value);
     if (error != std::errc{} || stop != field.data() + field.size() || !std::isfinite(value))
-      fail("\"" + field.substr(0, 40) + "\" in column \"" + column +
-           "\" is not a number; leave it empty when unknown");
+      fail("\"" + field.substr(0, 40) + "\" in column \"" + column + "\" is not a number; leave it empty when unknown");
     return value;
   }
 

@@ -9,7 +9,6 @@
 #include <glob.h>
 
 namespace lbea::io {
-
 namespace {
 
 struct GlobResult {
@@ -36,12 +35,13 @@ std::filesystem::path without_trailing_slash(const std::filesystem::path& path) 
 
 }  // namespace
 
-std::vector<std::filesystem::path> matching_paths(const std::filesystem::path& folder,
-                                                  const std::string& pattern) {
+std::vector<std::filesystem::path> matching_paths(const std::filesystem::path& folder, const std::string& pattern) {
   const bool is_absolute = std::filesystem::path(pattern).is_absolute();
   const std::string base = is_absolute || folder.empty() ? "" : literal(folder.string()) + "/";
   GlobResult found;
-  const auto stops = [](const char*, int error) { return error == ENOENT ? 0 : 1; };  // what is not there matches nothing
+  const auto stops = [](const char*, int error) {
+    return error == ENOENT ? 0 : 1;
+  };  // what is not there matches nothing
   const int outcome = ::glob((base + pattern).c_str(), GLOB_NOSORT, stops, &found.value);
   if (outcome != 0 && outcome != GLOB_NOMATCH)
     throw Error(Status::bad_input, "cannot look through the folders of \"" + pattern + "\" in " +
@@ -57,8 +57,7 @@ bool means_run(const std::string& name, const std::filesystem::path& folder, con
   const auto matches = [&](const std::filesystem::path& path) {
     return ::fnmatch(path.c_str(), run.c_str(), FNM_PATHNAME) == 0 || path == run;
   };
-  if (matches(
-          without_trailing_slash((literal(folder.string()) / std::filesystem::path(name)).lexically_normal())))
+  if (matches(without_trailing_slash((literal(folder.string()) / std::filesystem::path(name)).lexically_normal())))
     return true;
   return ::fnmatch(name.c_str(), run.filename().c_str(), FNM_PATHNAME) == 0;
 }

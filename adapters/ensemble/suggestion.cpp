@@ -23,8 +23,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string suggestion(std::string_view word, std::span<const std::string> known) {
   const auto distance = [&](const std::string& other) { return edit_distance(word, other); };
-  const auto nearest = std::min_element(
-      known.begin(), known.end(), [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  const auto nearest = std::min_element(known.begin(), known.end(),
+                                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
   if (nearest != known.end() && distance(*nearest) <= std::max<std::size_t>(2, word.size() / 3))
     return "; did you mean \"" + *nearest + "\"?";
   std::string list;

@@ -11,7 +11,6 @@
 #include <sstream>
 
 namespace lbea::io {
-
 namespace {
 
 template <class T>
@@ -76,8 +75,7 @@ void TomlTable::read_list(const char* key, std::vector<T>& into, const char* exp
   for (const toml::node& item : *node->as_array()) {
     const auto value = as<T>(item);
     if (!value)
-      fail_at(item.source(),
-              "\"" + prefix_ + key + "\" needs a list of " + expected + ", but one is " + type_of(item));
+      fail_at(item.source(), "\"" + prefix_ + key + "\" needs a list of " + expected + ", but one is " + type_of(item));
     values.push_back(*value);
   }
   into = std::move(values);
@@ -87,9 +85,7 @@ void TomlTable::read(const char* key, bool& into) { read_one(key, into, "true or
 void TomlTable::read(const char* key, double& into) { read_one(key, into, "a finite number"); }
 void TomlTable::read(const char* key, std::uint32_t& into) { read_one(key, into, a_count); }
 void TomlTable::read(const char* key, std::string& into) { read_one(key, into, "text in quotes"); }
-void TomlTable::read(const char* key, std::vector<std::string>& into) {
-  read_list(key, into, "texts in quotes");
-}
+void TomlTable::read(const char* key, std::vector<std::string>& into) { read_list(key, into, "texts in quotes"); }
 void TomlTable::read(const char* key, std::vector<std::uint32_t>& into) {
   read_list(key, into, "whole numbers from 0 to 4294967295");
 }
@@ -120,8 +116,7 @@ std::unique_ptr<TomlTable> TomlTable::table(const char* key) {
 void TomlTable::refuse_unknown_keys() const {
   for (const auto& [key, node] : table_)
     if (std::find(known_.begin(), known_.end(), key.str()) == known_.end())
-      fail_at(key.source(),
-              "unknown key \"" + prefix_ + std::string(key.str()) + "\"" + suggestion(key.str(), known_));
+      fail_at(key.source(), "unknown key \"" + prefix_ + std::string(key.str()) + "\"" + suggestion(key.str(), known_));
 }
 
 void TomlTable::fail(const char* key, const std::string& what) const {

@@ -8,7 +8,6 @@
 #include <cmath>
 
 namespace lbea::io {
-
 namespace {
 
 std::string relative_name(const std::filesystem::path& file, const std::filesystem::path& pvd) {
@@ -25,8 +24,7 @@ void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entr
   for (const PvdEntry& entry : entries) {
     if (!std::isfinite(entry.time_s) || !entry.file.has_filename())
       throw Error(Status::bad_config, path.string() + ": every entry needs a finite time and a file, \"" +
-                                          entry.file.string() + "\" at " + xml_number(entry.time_s) +
-                                          " s has not");
+                                          entry.file.string() + "\" at " + xml_number(entry.time_s) + " s has not");
     text += "<DataSet timestep=\"" + xml_number(entry.time_s) +
             "\" part=\"0\" file=" + xml_quoted(relative_name(entry.file, path)) + "/>\n";
   }

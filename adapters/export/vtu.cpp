@@ -8,7 +8,6 @@
 #include <bit>
 
 namespace lbea::io {
-
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "values are written as they lie");
@@ -54,8 +53,8 @@ class VtuWriter {
     if (grid_.element_nodes.size() % 4 != 0) fail("element nodes are not four per element");
     for (std::size_t i = 0; i < grid_.element_nodes.size(); ++i)
       if (grid_.element_nodes[i] >= points())
-        fail("element " + std::to_string(i / 4) + " names node " + std::to_string(grid_.element_nodes[i]) +
-             " of " + std::to_string(points()));
+        fail("element " + std::to_string(i / 4) + " names node " + std::to_string(grid_.element_nodes[i]) + " of " +
+             std::to_string(points()));
   }
 
   void check_arrays(const std::vector<VtuArray>& arrays, std::size_t rows) const {
@@ -63,8 +62,8 @@ class VtuWriter {
       const std::size_t values = bytes_of(array).size() / 4;
       if (array.name.empty()) fail("an array without a name");
       if (array.components == 0 || values % array.components != 0 || values / array.components != rows)
-        fail("array \"" + array.name + "\" has " + std::to_string(values) + " values for " +
-             std::to_string(rows) + " x " + std::to_string(array.components));
+        fail("array \"" + array.name + "\" has " + std::to_string(values) + " values for " + std::to_string(rows) +
+             " x " + std::to_string(array.components));
     }
   }
 
@@ -74,11 +73,10 @@ class VtuWriter {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
         "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n";
     if (grid_.time_s)
-      xml +=
-          "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">" +
-          xml_number(*grid_.time_s) + "</DataArray>\n</FieldData>\n";
-    xml += "<Piece NumberOfPoints=\"" + std::to_string(points()) + "\" NumberOfCells=\"" +
-           std::to_string(cells()) + "\">\n";
+      xml += "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">" +
+             xml_number(*grid_.time_s) + "</DataArray>\n</FieldData>\n";
+    xml += "<Piece NumberOfPoints=\"" + std::to_string(points()) + "\" NumberOfCells=\"" + std::to_string(cells()) +
+           "\">\n";
     // One statement per block: their order is that of the offsets.
     xml += "<Points>\n";
     xml += entry("Float32", "Points", 3, grid_.positions.size_bytes());
@@ -102,11 +100,10 @@ class VtuWriter {
     return xml;
   }
 
-  std::string entry(const std::string& type, const std::string& name, std::uint32_t components,
-                    std::size_t size) {
-    const std::string xml = "<DataArray type=\"" + type + "\" Name=" + xml_quoted(name) +
-                            " NumberOfComponents=\"" + std::to_string(components) +
-                            "\" format=\"appended\" offset=\"" + std::to_string(offset_) + "\"/>\n";
+  std::string entry(const std::string& type, const std::string& name, std::uint32_t components, std::size_t size) {
+    const std::string xml = "<DataArray type=\"" + type + "\" Name=" + xml_quoted(name) + " NumberOfComponents=\"" +
+                            std::to_string(components) + "\" format=\"appended\" offset=\"" + std::to_string(offset_) +
+                            "\"/>\n";
     offset_ += sizeof(std::uint64_t) + size;  // every block is led by its length
     return xml;
   }
@@ -125,9 +122,7 @@ class VtuWriter {
     }
   }
 
-  static void write_index(AtomicFile& file, std::uint64_t value) {
-    file.write(std::as_bytes(std::span(&value, 1)));
-  }
+  static void write_index(AtomicFile& file, std::uint64_t value) { file.write(std::as_bytes(std::span(&value, 1))); }
   static void write_length(AtomicFile& file, std::uint64_t bytes) { write_index(file, bytes); }
   static void write_block(AtomicFile& file, Bytes bytes) {
     write_length(file, bytes.size());

@@ -12,11 +12,16 @@ std::string xml_quoted(std::string_view text) {
   for (const char c : text) {
     if (static_cast<unsigned char>(c) < 0x20)
       throw Error(Status::bad_config, "a name with a control character cannot be written to XML: rename it");
-    if (c == '&') quoted += "&amp;";
-    else if (c == '<') quoted += "&lt;";
-    else if (c == '>') quoted += "&gt;";
-    else if (c == '"') quoted += "&quot;";
-    else quoted += c;
+    if (c == '&')
+      quoted += "&amp;";
+    else if (c == '<')
+      quoted += "&lt;";
+    else if (c == '>')
+      quoted += "&gt;";
+    else if (c == '"')
+      quoted += "&quot;";
+    else
+      quoted += c;
   }
   return quoted + '"';
 }

@@ -12,12 +12,10 @@
 #include <unistd.h>
 
 namespace lbea::io {
-
 namespace {
 
 constexpr std::size_t buffer_size = std::size_t{1} << 18;
-constexpr std::size_t largest_transfer = std::size_t{1}
-                                         << 30;  // one read() or write() moves at most 2^31 - 4096 bytes
+constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // one read() or write() moves at most 2^31 - 4096 bytes
 constexpr int temporary_names = 1000;
 
 std::string reason(int error) { return std::generic_category().message(error); }
@@ -38,8 +36,7 @@ struct Descriptor {
 };
 
 [[noreturn]] void fail_read(const std::filesystem::path& path, std::size_t byte, const std::string& why) {
-  throw Error(Status::bad_input,
-              "cannot read " + path.string() + " (byte " + std::to_string(byte) + "): " + why);
+  throw Error(Status::bad_input, "cannot read " + path.string() + " (byte " + std::to_string(byte) + "): " + why);
 }
 
 }  // namespace
@@ -107,14 +104,14 @@ void AtomicFile::sync_folder() const {
   const Descriptor folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   const int error = folder.value < 0 || ::fsync(folder.value) == 0 ? 0 : errno;
   if (error == 0 || error == EINVAL) return;
-  ::unlink(path_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
+  ::unlink(
+      path_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
   fail("flush the folder of", error);
 }
 
 void AtomicFile::fail(const std::string& action, int error) const {
-  throw Error(Status::write_failed, "cannot " + action + " " + path_.string() + " (byte " +
-                                        std::to_string(written_) + "): " + reason(error) +
-                                        "; check the folder, its rights and the free space");
+  throw Error(Status::write_failed, "cannot " + action + " " + path_.string() + " (byte " + std::to_string(written_) +
+                                        "): " + reason(error) + "; check the folder, its rights and the free space");
 }
 
 std::vector<std::byte> read_file(const std::filesystem::path& path) {

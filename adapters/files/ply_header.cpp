@@ -10,7 +10,6 @@
 #include <utility>
 
 namespace lbea::io::ply {
-
 namespace {
 
 constexpr std::array<std::size_t, 8> scalar_sizes{1, 1, 2, 2, 4, 4, 4, 8};
@@ -51,19 +50,28 @@ class HeaderParser {
 
  private:
   void take(std::string_view keyword, std::string_view rest) {
-    if (keyword == "format") take_format(rest);
-    else if (keyword == "comment" || keyword == "obj_info") take_comment(rest);
-    else if (keyword == "element") take_element(rest);
-    else if (keyword == "property") take_property(rest);
-    else if (!keyword.empty()) fail("unknown keyword \"" + std::string(keyword) + "\"");
+    if (keyword == "format")
+      take_format(rest);
+    else if (keyword == "comment" || keyword == "obj_info")
+      take_comment(rest);
+    else if (keyword == "element")
+      take_element(rest);
+    else if (keyword == "property")
+      take_property(rest);
+    else if (!keyword.empty())
+      fail("unknown keyword \"" + std::string(keyword) + "\"");
   }
 
   void take_format(std::string_view rest) {
     const std::string_view format = text::next_word(rest);
-    if (format == "ascii") header_.format = Format::ascii;
-    else if (format == "binary_little_endian") header_.format = Format::little_endian;
-    else if (format == "binary_big_endian") header_.format = Format::big_endian;
-    else fail("unknown format \"" + std::string(format) + "\"", Status::unsupported_input);
+    if (format == "ascii")
+      header_.format = Format::ascii;
+    else if (format == "binary_little_endian")
+      header_.format = Format::little_endian;
+    else if (format == "binary_big_endian")
+      header_.format = Format::big_endian;
+    else
+      fail("unknown format \"" + std::string(format) + "\"", Status::unsupported_input);
     if (text::next_word(rest) != "1.0") fail("the version of the format is not 1.0", Status::unsupported_input);
     has_format_ = true;
   }
@@ -134,20 +142,24 @@ std::uint64_t load_bits(const std::byte* at, std::size_t size, bool is_big_endia
 double load(const std::byte* at, Scalar type, bool is_big_endian) noexcept {
   const std::uint64_t bits = load_bits(at, size_of(type), is_big_endian);
   switch (type) {
-    case Scalar::int8: return static_cast<std::int8_t>(bits);
-    case Scalar::int16: return static_cast<std::int16_t>(bits);
-    case Scalar::int32: return static_cast<std::int32_t>(bits);
-    case Scalar::float32: return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-    case Scalar::float64: return std::bit_cast<double>(bits);
+    case Scalar::int8:
+      return static_cast<std::int8_t>(bits);
+    case Scalar::int16:
+      return static_cast<std::int16_t>(bits);
+    case Scalar::int32:
+      return static_cast<std::int32_t>(bits);
+    case Scalar::float32:
+      return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+    case Scalar::float64:
+      return std::bit_cast<double>(bits);
     case Scalar::uint8:
     case Scalar::uint16:
-    case Scalar::uint32: break;
+    case Scalar::uint32:
+      break;
   }
   return static_cast<double>(bits);
 }
 
-Header parse_header(std::string_view text, const std::string& name) {
-  return HeaderParser(text, name).parse();
-}
+Header parse_header(std::string_view text, const std::string& name) { return HeaderParser(text, name).parse(); }
 
 }  // namespace lbea::io::ply

@@ -8,7 +8,6 @@
 #include <cmath>
 
 namespace lbea::io::stl {
-
 namespace {
 
 constexpr std::size_t head_bytes = 84, triangle_bytes = 50, normal_bytes = 12;
@@ -55,13 +54,14 @@ std::vector<float> text_corners(std::string_view bytes, const std::string& name)
 
 }  // namespace
 
-/// Other binary files may have a fitting number there by chance; their other words are small integers, which as floats are
-/// no coordinates.
+/// Other binary files may have a fitting number there by chance; their other words are small integers, which as floats
+/// are no coordinates.
 bool is_binary(std::string_view start, std::uint64_t file_bytes) noexcept {
   if (start.size() < head_bytes || file_bytes != head_bytes + announced(start) * triangle_bytes) return false;
   if (start.size() < head_bytes + triangle_bytes) return true;
   for (std::size_t i = 0; i < 12; ++i) {
-    const double value = ply::load(reinterpret_cast<const std::byte*>(start.data()) + head_bytes + 4 * i, ply::Scalar::float32, false);
+    const double value =
+        ply::load(reinterpret_cast<const std::byte*>(start.data()) + head_bytes + 4 * i, ply::Scalar::float32, false);
     if (!std::isfinite(value) || (value != 0 && std::abs(value) < least_float)) return false;
   }
   return true;
@@ -76,8 +76,9 @@ bool is_text(std::string_view start) noexcept {
 std::vector<float> corners(std::string_view bytes, const std::string& name) {
   if (is_binary(bytes, bytes.size())) return binary_corners(bytes);
   if (is_text(bytes)) return text_corners(bytes, name);
-  throw Error{Status::bad_input, name + ", byte 80: is neither binary STL (its number of triangles does not fit its size) "
-                                        "nor text; the file is damaged or cut short"};
+  throw Error{Status::bad_input, name +
+                                     ", byte 80: is neither binary STL (its number of triangles does not fit its size) "
+                                     "nor text; the file is damaged or cut short"};
 }
 
 }  // namespace lbea::io::stl

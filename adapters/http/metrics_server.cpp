@@ -11,7 +11,6 @@
 #include <boost/beast/http.hpp>
 
 namespace lbea::http {
-
 namespace {
 
 namespace beast = boost::beast;
@@ -45,9 +44,7 @@ bool is_local_name(std::string host) {
 
 struct MetricsServer::State {
   State(const tcp::endpoint& where, std::function<std::string()> page_, Limits limits_)
-      : acceptor(io, where),
-        page(std::move(page_)),
-        limits(limits_) {}
+      : acceptor(io, where), page(std::move(page_)), limits(limits_) {}
   void accept();
 
   boost::asio::io_context io{1};
@@ -73,9 +70,10 @@ class Visit : public std::enable_shared_from_this<Visit<Server>> {
 
   void begin() {
     stream_.expires_after(std::chrono::milliseconds(server_.limits.deadline_ms));
-    http::async_read(stream_, buffer_, parser_, [self = this->shared_from_this()](beast::error_code error, std::size_t) {
-      if (!error) self->answer();
-    });
+    http::async_read(stream_, buffer_, parser_,
+                     [self = this->shared_from_this()](beast::error_code error, std::size_t) {
+                       if (!error) self->answer();
+                     });
   }
 
  private:

@@ -7,7 +7,6 @@
 #include <cmath>
 
 namespace lbea::http {
-
 namespace {
 
 std::string number(double value) {

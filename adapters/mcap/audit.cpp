@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lbea::mcap {
-
 namespace {
 
 std::uint32_t crc_with(const Record& record, std::uint32_t before) {
@@ -30,11 +29,16 @@ void AuditTally::complain(std::uint64_t byte, const std::string& what) {
 
 void AuditTally::take(const Record& record, const OpenChunk& chunk) {
   switch (record.opcode) {
-    case Opcode::chunk: return take_chunk(record, chunk);
-    case Opcode::message_index: return take_index(record);
-    case Opcode::attachment: return take_attachment(record);
-    case Opcode::message: return take_message(record, record.offset, false);
-    default: return take_simple(record);
+    case Opcode::chunk:
+      return take_chunk(record, chunk);
+    case Opcode::message_index:
+      return take_index(record);
+    case Opcode::attachment:
+      return take_attachment(record);
+    case Opcode::message:
+      return take_message(record, record.offset, false);
+    default:
+      return take_simple(record);
   }
 }
 
@@ -87,8 +91,17 @@ void AuditTally::take_chunk(const Record& record, const OpenChunk& open) {
       start = std::exchange(first, false) ? entry.log_time : std::min(start, entry.log_time);
       end = std::max(end, entry.log_time);
     }
-  if (chunk.start_time != start || chunk.end_time != end) complain(record.offset, "the chunk's times are not those of its messages");
-  chunks_.push_back({chunk.start_time, chunk.end_time, record.offset, record.end() - record.offset, {}, 0, chunk.compression, chunk.records.size(), chunk.uncompressed_size});
+  if (chunk.start_time != start || chunk.end_time != end)
+    complain(record.offset, "the chunk's times are not those of its messages");
+  chunks_.push_back({chunk.start_time,
+                     chunk.end_time,
+                     record.offset,
+                     record.end() - record.offset,
+                     {},
+                     0,
+                     chunk.compression,
+                     chunk.records.size(),
+                     chunk.uncompressed_size});
   ++audit_.counted.chunks;
 }
 
@@ -107,7 +120,8 @@ void AuditTally::take_index(const Record& record) {
 void AuditTally::take_attachment(const Record& record) {
   const Attachment attachment = *parse<Attachment>(record.content);
   const Bytes covered = record.content.first(static_cast<std::size_t>(attachment_crc_bytes(attachment)));
-  if (attachment.crc != 0 && crc32(covered) != attachment.crc) complain(record.offset, "an attachment with a wrong checksum");
+  if (attachment.crc != 0 && crc32(covered) != attachment.crc)
+    complain(record.offset, "an attachment with a wrong checksum");
   attachments_.push_back({record.offset, record.end() - record.offset, attachment.log_time, attachment.create_time,
                           attachment.data.size(), attachment.name, attachment.media_type});
   ++audit_.counted.attachments;
@@ -124,7 +138,8 @@ Audit audit(const ByteSource& source, const MessageVisitor& visit) {
     tally.take(*record, walk.chunk());
     if (record->opcode == Opcode::data_end) {
       const std::uint32_t stored = parse<DataEnd>(record->content)->data_section_crc;
-      if (stored != 0 && stored != crc && walk.gaps().empty()) tally.complain(record->offset, "the data's checksum is wrong");
+      if (stored != 0 && stored != crc && walk.gaps().empty())
+        tally.complain(record->offset, "the data's checksum is wrong");
     }
     crc = crc_with(*record, crc);
   }

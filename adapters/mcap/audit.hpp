@@ -21,9 +21,7 @@ struct Audit {
 
   static constexpr std::size_t max_complaints = 20;
   /// Closed in good order, no byte damaged, nothing that contradicts anything.
-  [[nodiscard]] bool is_intact() const noexcept {
-    return is_mcap && is_closed && gaps.empty() && complaints.empty();
-  }
+  [[nodiscard]] bool is_intact() const noexcept { return is_mcap && is_closed && gaps.empty() && complaints.empty(); }
 };
 
 /// `channel` is null for a message whose channel is not defined before it.

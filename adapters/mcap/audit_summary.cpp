@@ -4,7 +4,6 @@
 #include <algorithm>
 
 namespace lbea::mcap {
-
 namespace {
 
 constexpr std::uint64_t footer_content_bytes = 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
@@ -13,7 +12,8 @@ constexpr std::uint64_t footer_bytes = record_prefix_bytes + footer_content_byte
 /// Everything behind the data: summary, summary offsets, footer, magic.
 class Tail {
  public:
-  Tail(const ByteSource& source, std::uint64_t begin) : begin_(begin), bytes_(static_cast<std::size_t>(source.size() - begin)) {
+  Tail(const ByteSource& source, std::uint64_t begin)
+      : begin_(begin), bytes_(static_cast<std::size_t>(source.size() - begin)) {
     source.read(begin, bytes_);
   }
   [[nodiscard]] std::uint64_t begin() const { return begin_; }
@@ -35,9 +35,10 @@ class Tail {
 };
 
 bool same(const ChunkIndex& a, const ChunkIndex& b) {
-  return a.start_time == b.start_time && a.end_time == b.end_time && a.chunk_start == b.chunk_start && a.chunk_length == b.chunk_length &&
-         a.message_index_offsets == b.message_index_offsets && a.message_index_length == b.message_index_length &&
-         a.compression == b.compression && a.compressed_size == b.compressed_size && a.uncompressed_size == b.uncompressed_size;
+  return a.start_time == b.start_time && a.end_time == b.end_time && a.chunk_start == b.chunk_start &&
+         a.chunk_length == b.chunk_length && a.message_index_offsets == b.message_index_offsets &&
+         a.message_index_length == b.message_index_length && a.compression == b.compression &&
+         a.compressed_size == b.compressed_size && a.uncompressed_size == b.uncompressed_size;
 }
 
 bool same(const AttachmentIndex& a, const AttachmentIndex& b) {
@@ -45,12 +46,14 @@ bool same(const AttachmentIndex& a, const AttachmentIndex& b) {
          a.data_size == b.data_size && a.name == b.name && a.media_type == b.media_type;
 }
 
-bool same(const MetadataIndex& a, const MetadataIndex& b) { return a.offset == b.offset && a.length == b.length && a.name == b.name; }
+bool same(const MetadataIndex& a, const MetadataIndex& b) {
+  return a.offset == b.offset && a.length == b.length && a.name == b.name;
+}
 
 bool same(const Statistics& a, const Statistics& b) {
-  return a.messages == b.messages && a.schemas == b.schemas && a.channels == b.channels && a.attachments == b.attachments &&
-         a.metadata == b.metadata && a.chunks == b.chunks && a.start_time == b.start_time && a.end_time == b.end_time &&
-         a.messages_by_channel == b.messages_by_channel;
+  return a.messages == b.messages && a.schemas == b.schemas && a.channels == b.channels &&
+         a.attachments == b.attachments && a.metadata == b.metadata && a.chunks == b.chunks &&
+         a.start_time == b.start_time && a.end_time == b.end_time && a.messages_by_channel == b.messages_by_channel;
 }
 
 /// Whether `entry` is one of `items`. Indexes usually come in the order of what they index: `hint` moves along.
@@ -62,24 +65,33 @@ bool has(const std::vector<Item>& items, const Item& entry, std::size_t& hint) {
 
 class SummaryCheck {
  public:
-  SummaryCheck(AuditTally& tally, std::uint64_t begin) : tally_(tally), begin_(begin), definitions_(tally.audit().definitions) {}
+  SummaryCheck(AuditTally& tally, std::uint64_t begin)
+      : tally_(tally), begin_(begin), definitions_(tally.audit().definitions) {}
 
   void take(const Record& record) {
     const std::uint64_t at = begin_ + record.offset;
     switch (record.opcode) {
       case Opcode::schema:
-      case Opcode::channel: return take_definition(at, record);
-      case Opcode::statistics: return take_statistics(at, record);
-      case Opcode::chunk_index: return take_index<ChunkIndex>(at, record, tally_.chunks(), chunks_);
-      case Opcode::attachment_index: return take_index<AttachmentIndex>(at, record, tally_.attachments(), attachments_);
-      case Opcode::metadata_index: return take_index<MetadataIndex>(at, record, tally_.metadata(), metadata_);
-      default: return;
+      case Opcode::channel:
+        return take_definition(at, record);
+      case Opcode::statistics:
+        return take_statistics(at, record);
+      case Opcode::chunk_index:
+        return take_index<ChunkIndex>(at, record, tally_.chunks(), chunks_);
+      case Opcode::attachment_index:
+        return take_index<AttachmentIndex>(at, record, tally_.attachments(), attachments_);
+      case Opcode::metadata_index:
+        return take_index<MetadataIndex>(at, record, tally_.metadata(), metadata_);
+      default:
+        return;
     }
   }
   void close() {
     if (chunks_.seen > 0) expect(begin_, chunks_.seen == tally_.chunks().size(), "chunks that the index does not know");
-    if (metadata_.seen > 0) expect(begin_, metadata_.seen == tally_.metadata().size(), "metadata that the index does not know");
-    if (attachments_.seen > 0) expect(begin_, attachments_.seen == tally_.attachments().size(), "attachments that the index does not know");
+    if (metadata_.seen > 0)
+      expect(begin_, metadata_.seen == tally_.metadata().size(), "metadata that the index does not know");
+    if (attachments_.seen > 0)
+      expect(begin_, attachments_.seen == tally_.attachments().size(), "attachments that the index does not know");
   }
 
  private:
@@ -128,7 +140,8 @@ void audit_summary(const ByteSource& source, std::uint64_t data_end, AuditTally&
   if (!footer) return;
   audit.is_closed = true;
   audit.has_summary = footer->summary_start != 0;
-  if (!bounds_are_right(*footer, tail)) return tally.complain(tail.footer_start(), "the footer points to the wrong place");
+  if (!bounds_are_right(*footer, tail))
+    return tally.complain(tail.footer_start(), "the footer points to the wrong place");
   const Bytes covered = tail.bytes().first(tail.bytes().size() - magic.size() - sizeof(std::uint32_t));
   if (footer->summary_crc != 0 && crc32(covered) != footer->summary_crc)
     return tally.complain(tail.begin(), "the summary's checksum is wrong");

@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 namespace lbea::mcap {
-
 namespace {
 
 constexpr std::size_t largest_transfer = std::size_t{1} << 30;

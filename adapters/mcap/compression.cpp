@@ -7,7 +7,6 @@
 #include <memory>
 
 namespace lbea::mcap {
-
 namespace {
 
 constexpr std::array<std::string_view, 3> names{"", "lz4", "zstd"};
@@ -40,16 +39,14 @@ bool compress_lz4(std::span<const Bytes> pieces, Buffer& out) {
     used += written;
     return true;
   };
-  bool good = step(LZ4F_HEADER_SIZE_MAX, [&](void* to, std::size_t room) {
-    return LZ4F_compressBegin(context.get(), to, room, nullptr);
-  });
+  bool good = step(LZ4F_HEADER_SIZE_MAX,
+                   [&](void* to, std::size_t room) { return LZ4F_compressBegin(context.get(), to, room, nullptr); });
   for (const Bytes piece : pieces)
     good = good && step(LZ4F_compressBound(piece.size(), nullptr), [&](void* to, std::size_t room) {
              return LZ4F_compressUpdate(context.get(), to, room, piece.data(), piece.size(), nullptr);
            });
-  good = good && step(LZ4F_compressBound(0, nullptr), [&](void* to, std::size_t room) {
-           return LZ4F_compressEnd(context.get(), to, room, nullptr);
-         });
+  good = good && step(LZ4F_compressBound(0, nullptr),
+                      [&](void* to, std::size_t room) { return LZ4F_compressEnd(context.get(), to, room, nullptr); });
   out.resize(used);
   return good;
 }
@@ -103,8 +100,7 @@ bool decompress_lz4(Bytes bytes, std::uint64_t size, Buffer& out) {
   const std::unique_ptr<LZ4F_dctx, FreeLz4> context(made);
   return grow(size, out, [&](std::span<std::byte> room) -> Step {
     std::size_t written = room.size(), read = bytes.size();
-    const std::size_t more =
-        LZ4F_decompress(context.get(), room.data(), &written, bytes.data(), &read, nullptr);
+    const std::size_t more = LZ4F_decompress(context.get(), room.data(), &written, bytes.data(), &read, nullptr);
     if (LZ4F_isError(more) != 0) return {0, -1};
     bytes = bytes.subspan(read);
     if (more == 0) return {written, bytes.empty() ? 1 : -1};
@@ -130,9 +126,7 @@ bool decompress_zstd(Bytes bytes, std::uint64_t size, Buffer& out) {
 
 }  // namespace
 
-std::string_view name_of(Compression compression) noexcept {
-  return names[static_cast<std::size_t>(compression)];
-}
+std::string_view name_of(Compression compression) noexcept { return names[static_cast<std::size_t>(compression)]; }
 
 std::optional<Compression> compression_named(std::string_view name) noexcept {
   const auto found = std::find(names.begin(), names.end(), name);

@@ -1,7 +1,6 @@
 #include "adapters/mcap/disk_syncer.hpp"
 
 namespace lbea::mcap {
-
 namespace {
 
 using namespace std::chrono_literals;

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace lbea::mcap {
-
 namespace {
 
 /// Appends one record; its length is filled in at the end of the scope.
@@ -182,9 +181,7 @@ void append(Buffer& out, const SummaryOffset& record) {
   to.number(record.group_length);
 }
 
-void append(Buffer& out, const DataEnd& record) {
-  RecordWriter(out, Opcode::data_end).number(record.data_section_crc);
-}
+void append(Buffer& out, const DataEnd& record) { RecordWriter(out, Opcode::data_end).number(record.data_section_crc); }
 
 void append_chunk_head(Buffer& out, const Chunk& chunk, std::uint64_t records_bytes) {
   const std::size_t begin = out.size();
@@ -201,8 +198,8 @@ void append_chunk_head(Buffer& out, const Chunk& chunk, std::uint64_t records_by
   std::memcpy(out.data() + begin + 1, &length, sizeof length);
 }
 
-std::array<std::byte, record_prefix_bytes + message_header_bytes> message_head(
-    const Message& message, std::uint64_t data_bytes) noexcept {
+std::array<std::byte, record_prefix_bytes + message_header_bytes> message_head(const Message& message,
+                                                                               std::uint64_t data_bytes) noexcept {
   std::array<std::byte, record_prefix_bytes + message_header_bytes> head{};
   std::byte* to = head.data();
   const auto put = [&](auto number) {

@@ -1,7 +1,6 @@
 #include "adapters/mcap/mcap_records.hpp"
 
 namespace lbea::mcap {
-
 namespace {
 
 Buffer copy(Bytes bytes) { return {bytes.begin(), bytes.end()}; }

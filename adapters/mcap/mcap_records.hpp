@@ -90,7 +90,7 @@ struct MessageIndex {
 
 struct ChunkIndex {
   std::uint64_t start_time = 0, end_time = 0;
-  std::uint64_t chunk_start = 0, chunk_length = 0;  // the record, prefix included
+  std::uint64_t chunk_start = 0, chunk_length = 0;               // the record, prefix included
   std::map<std::uint16_t, std::uint64_t> message_index_offsets;  // by channel, in the file
   std::uint64_t message_index_length = 0;                        // of all of them together
   std::string compression;

@@ -6,7 +6,6 @@
 #include <cerrno>
 
 namespace lbea::mcap {
-
 namespace {
 
 constexpr std::size_t footer_crc_bytes = sizeof(std::uint32_t);
@@ -25,8 +24,7 @@ class SummaryBuilder {
   void group(Opcode opcode, const Group& write) {
     const std::size_t begin = summary.size();
     write(summary);
-    if (summary.size() > begin)
-      append(offsets, SummaryOffset{opcode, start_ + begin, summary.size() - begin});
+    if (summary.size() > begin) append(offsets, SummaryOffset{opcode, start_ + begin, summary.size() - begin});
   }
   Buffer summary, offsets;
 
@@ -108,8 +106,15 @@ int Writer::chunk_as_is(Chunk chunk, Bytes records) {
 }
 
 int Writer::append_chunk(const Stored& stored, const Chunk& chunk, Contents& contents) {
-  ChunkIndex entry{contents.start_time, contents.end_time,    size_, stored.head.size() + stored.records_bytes, {}, 0,
-                   chunk.compression,   stored.records_bytes, chunk.uncompressed_size};
+  ChunkIndex entry{contents.start_time,
+                   contents.end_time,
+                   size_,
+                   stored.head.size() + stored.records_bytes,
+                   {},
+                   0,
+                   chunk.compression,
+                   stored.records_bytes,
+                   chunk.uncompressed_size};
   index_.clear();
   const std::uint64_t index_start = entry.chunk_start + entry.chunk_length;
   for (const auto& [channel, index] : contents.index) {
@@ -178,8 +183,8 @@ int Writer::metadata(const Metadata& metadata) {
 int Writer::attachment(const Attachment& attachment) {
   buffer_.clear();
   mcap::append(buffer_, attachment);
-  attachments_.push_back({size_, buffer_.size(), attachment.log_time, attachment.create_time,
-                          attachment.data.size(), attachment.name, attachment.media_type});
+  attachments_.push_back({size_, buffer_.size(), attachment.log_time, attachment.create_time, attachment.data.size(),
+                          attachment.name, attachment.media_type});
   const int error = append_buffer();
   if (error == 0)
     ++statistics_.attachments;

@@ -4,7 +4,6 @@
 #include <limits>
 
 namespace lbea::mcap {
-
 namespace {
 
 bool is_message(const mcap::Record& record) { return record.opcode == mcap::Opcode::message; }
@@ -60,7 +59,8 @@ void RecordLane::begin_at(std::int64_t begin_ns) {
   no_room_ += missed;
   outside_ -= missed;
   pushed_out_.clear();  // counted once, also when the rest has no memory yet and all this is tried again
-  drop_while([&](const mcap::Record& record) { return !is_message(record) || log_time_of(record) < begin_ns; }, outside_);
+  drop_while([&](const mcap::Record& record) { return !is_message(record) || log_time_of(record) < begin_ns; },
+             outside_);
 }
 
 RecordLane::Cut RecordLane::cut(std::size_t most, std::int64_t end_ns) {

@@ -1,5 +1,5 @@
-// One of a recorder's two lanes: the ring between who puts messages in and the thread that writes them, what became of each
-// message, and where a window cuts.
+// One of a recorder's two lanes: the ring between who puts messages in and the thread that writes them, what became of
+// each message, and where a window cuts.
 #pragma once
 
 #include "adapters/mcap/record_ring.hpp"
@@ -12,8 +12,8 @@ namespace lbea::mcap {
 
 class RecordLane {
  public:
-  /// `definitions` takes what comes by of them, whether the messages around it are written or not, and outlives the lane.
-  /// Throws Error{bad_config} when there is no memory for the ring.
+  /// `definitions` takes what comes by of them, whether the messages around it are written or not, and outlives the
+  /// lane. Throws Error{bad_config} when there is no memory for the ring.
   RecordLane(std::size_t ring_bytes, RepeatedDefinitions& definitions) : ring_(ring_bytes), definitions_(definitions) {}
 
   // one thread's; neither blocks nor allocates

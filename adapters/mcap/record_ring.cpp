@@ -11,12 +11,11 @@
 #include <unistd.h>
 
 namespace lbea::mcap {
-
 namespace {
 
 [[noreturn]] void fail(std::size_t bytes, int error) {
-  throw Error(Status::bad_config, "a recording buffer of " + std::to_string(bytes >> 20) + " MB: " +
-                                      std::generic_category().message(error) + "; ask for less");
+  throw Error(Status::bad_config, "a recording buffer of " + std::to_string(bytes >> 20) +
+                                      " MB: " + std::generic_category().message(error) + "; ask for less");
 }
 
 std::size_t whole_pages(std::size_t bytes) {

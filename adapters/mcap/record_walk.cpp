@@ -7,10 +7,9 @@
 #include <limits>
 
 namespace lbea::mcap {
-
 namespace {
-constexpr std::array<std::string_view, 6> damage_names{"none",        "bad_record", "unknown_compression", "bad_compression",
-                                                       "wrong_crc", "bad_contents"};
+constexpr std::array<std::string_view, 6> damage_names{
+    "none", "bad_record", "unknown_compression", "bad_compression", "wrong_crc", "bad_contents"};
 constexpr std::uint64_t largest_decompressed = std::uint64_t{1} << 32;  // no chunk of a sane writer comes near
 
 template <class Known, class Item>

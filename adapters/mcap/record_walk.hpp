@@ -46,7 +46,14 @@ class FileWalk {
 [[nodiscard]] std::optional<Record> next_record(Bytes& rest, std::uint64_t& offset);
 
 /// What may be wrong with a chunk.
-enum class ChunkDamage : std::uint8_t { none, bad_record, unknown_compression, bad_compression, wrong_crc, bad_contents };
+enum class ChunkDamage : std::uint8_t {
+  none,
+  bad_record,
+  unknown_compression,
+  bad_compression,
+  wrong_crc,
+  bad_contents
+};
 [[nodiscard]] std::string_view to_string(ChunkDamage damage) noexcept;
 
 /// A chunk with its records ready to be read, after its size and CRC have been checked.

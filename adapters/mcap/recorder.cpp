@@ -6,7 +6,6 @@
 #include <new>
 
 namespace lbea::mcap {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -76,18 +75,19 @@ bool Recorder::try_tick(bool last) noexcept {
   try {
     tick(last);
     return true;
-  } catch (const std::bad_alloc&) {
-    return false;
-  }
+  } catch (const std::bad_alloc&) { return false; }
 }
 
 void Recorder::tick(bool last) {
   if (state_ == RecorderState::armed && trigger_ns_ != no_trigger) begin_window();
   switch (state_) {
-    case RecorderState::armed: return last ? drop_rest() : forget_old();
-    case RecorderState::recording: return record(last);
+    case RecorderState::armed:
+      return last ? drop_rest() : forget_old();
+    case RecorderState::recording:
+      return record(last);
     case RecorderState::finished:
-    case RecorderState::failed: return drop_rest();
+    case RecorderState::failed:
+      return drop_rest();
   }
 }
 
@@ -108,8 +108,7 @@ void Recorder::record(bool last) {
   if (waiting == 0 && !file_.account_is_due(now)) return void(waiting_since_ = {});
   if (waiting_since_ == Clock::time_point{}) waiting_since_ = now;
   if (last || waiting >= config_.chunk_bytes || now - waiting_since_ >= config_.longest_wait) {
-    while (write_chunk() && (last || waiting_bytes() >= config_.chunk_bytes)) {
-    }
+    while (write_chunk() && (last || waiting_bytes() >= config_.chunk_bytes)) {}
     waiting_since_ = {};
   }
   if (config_.window && window_is_over(now_ns)) end_file();
@@ -149,7 +148,8 @@ void Recorder::end_file() noexcept {
     state_ = RecorderState::failed;
     return;
   }
-  const bool ended = file_.write_last_account(status()) && (!stopping_ || !remark_ || file_.write(*remark_)) && file_.close(status());
+  const bool ended =
+      file_.write_last_account(status()) && (!stopping_ || !remark_ || file_.write(*remark_)) && file_.close(status());
   state_ = ended ? RecorderState::finished : RecorderState::failed;
 }
 

@@ -31,8 +31,8 @@ class Recorder {
   [[nodiscard]] RecorderStatus status() const noexcept;
   /// Before finish() and by the same thread: what the file is to say at its end, unless a window has ended it before.
   void remark(mcap::Metadata remark) { remark_ = std::move(remark); }
-  /// Records what was put so far, ends the file and gives it its name. At the latest done by the destructor, which however
-  /// leaves nothing of a recording without a single frame: the program did not come to recording.
+  /// Records what was put so far, ends the file and gives it its name. At the latest done by the destructor, which
+  /// however leaves nothing of a recording without a single frame: the program did not come to recording.
   RecorderStatus finish() noexcept;
 
  private:
@@ -61,7 +61,7 @@ class Recorder {
   RecordingFile file_;
   Clock::time_point waiting_since_{};  // what is in the rings; 0: nothing is
   std::atomic<std::int64_t> trigger_ns_;
-  std::atomic<RecorderState> state_;  // changed by the writing thread
+  std::atomic<RecorderState> state_;      // changed by the writing thread
   std::optional<mcap::Metadata> remark_;  // the writing thread's once it is stopping
   std::atomic<bool> stopping_{false}, abandoned_{false};
   DiskSyncer syncer_;

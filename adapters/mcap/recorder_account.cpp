@@ -3,20 +3,21 @@
 #include "adapters/mcap/wall_clock.hpp"
 
 namespace lbea::mcap {
-
 namespace {
 
 constexpr std::chrono::milliseconds account_interval{100};  // between two accounts in the file
 
 std::string lane_json(const RecorderStatus::Lane& lane) {
-  return "{\"no_room\":" + std::to_string(lane.no_room) + ",\"write_failed\":" + std::to_string(lane.write_failed) + "}";
+  return "{\"no_room\":" + std::to_string(lane.no_room) + ",\"write_failed\":" + std::to_string(lane.write_failed) +
+         "}";
 }
 
 }  // namespace
 
 std::string account_json(const RecorderStatus& status) {
   return "{\"state\":\"" + std::string(to_string(status.state)) + "\",\"lost_frames\":" + lane_json(status.frames) +
-         ",\"lost_notes\":" + lane_json(status.notes) + ",\"failed_syncs\":" + std::to_string(status.failed_syncs) + "}";
+         ",\"lost_notes\":" + lane_json(status.notes) + ",\"failed_syncs\":" + std::to_string(status.failed_syncs) +
+         "}";
 }
 
 std::string_view account_schema() noexcept {

@@ -17,7 +17,8 @@ namespace lbea::mcap {
 [[nodiscard]] mcap::Metadata closing_metadata(const RecorderStatus& status);
 inline constexpr std::string_view closing_metadata_name = "lbea.recording.end";
 /// In it, with a window: "yes" or "no", and from when to when, in the recorder's time.
-inline constexpr std::string_view triggered_key = "triggered", window_begin_key = "window_begin_ns", window_end_key = "window_end_ns";
+inline constexpr std::string_view triggered_key = "triggered", window_begin_key = "window_begin_ns",
+                                  window_end_key = "window_end_ns";
 /// Frames that came before or after it.
 inline constexpr std::string_view frames_outside_key = "frames_outside";
 

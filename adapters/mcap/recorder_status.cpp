@@ -3,7 +3,6 @@
 #include <array>
 
 namespace lbea::mcap {
-
 namespace {
 constexpr std::array<std::string_view, 4> state_names{"armed", "recording", "finished", "failed"};
 }

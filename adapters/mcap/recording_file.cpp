@@ -29,9 +29,7 @@ bool RecordingFile::tally(const Step& step) noexcept {
   int error = 0;
   try {
     error = step();
-  } catch (...) {
-    error = ENOMEM;
-  }
+  } catch (...) { error = ENOMEM; }
   if (error != 0) disk_.last_error = error;
   disk_.bytes = writer_.size();
   return error == 0;

@@ -1,5 +1,5 @@
-// A recording's file from the start to its name: chunks with the definitions and the account that belong into them. What
-// the disk does not take is the caller's to count.
+// A recording's file from the start to its name: chunks with the definitions and the account that belong into them.
+// What the disk does not take is the caller's to count.
 #pragma once
 
 #include "adapters/mcap/disk_tally.hpp"
@@ -16,7 +16,9 @@ class RecordingFile {
   RecordingFile(mcap::Sink& sink, mcap::Compression compression, const RecordingStart& start,
                 RepeatedDefinitions& definitions, DiskTally& disk);
 
-  [[nodiscard]] bool account_is_due(std::chrono::steady_clock::time_point now) const noexcept { return account_.is_due(now); }
+  [[nodiscard]] bool account_is_due(std::chrono::steady_clock::time_point now) const noexcept {
+    return account_.is_due(now);
+  }
   /// Writes a chunk, if there is anything to write; false when the disk did not take it. Throws std::bad_alloc before
   /// anything is written.
   [[nodiscard]] bool write(mcap::Bytes notes, mcap::Bytes frames, const RecorderStatus& status);

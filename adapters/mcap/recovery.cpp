@@ -6,7 +6,6 @@
 #include <system_error>
 
 namespace lbea::mcap {
-
 namespace {
 
 constexpr std::size_t new_chunk_bytes = std::size_t{1} << 20;
@@ -33,11 +32,16 @@ class Rebuilder {
   void begin(const Header& header) { check(writer_.begin(header)); }
   void take(const Record& record, const OpenChunk& chunk) {
     switch (record.opcode) {
-      case Opcode::chunk: return take_chunk(chunk);
-      case Opcode::message: return take_message(record);
-      case Opcode::metadata: return take_metadata(record);
-      case Opcode::attachment: return take_attachment(record);
-      default: return;  // definitions are written where they are needed, indexes anew
+      case Opcode::chunk:
+        return take_chunk(chunk);
+      case Opcode::message:
+        return take_message(record);
+      case Opcode::metadata:
+        return take_metadata(record);
+      case Opcode::attachment:
+        return take_attachment(record);
+      default:
+        return;  // definitions are written where they are needed, indexes anew
     }
   }
   Recovery finish(Sink& sink) {
@@ -53,8 +57,9 @@ class Rebuilder {
  private:
   void check(int error) const {
     if (error != 0)
-      throw Error(Status::write_failed, "what was recovered from " + source_name_ + " cannot be written: " +
-                                            std::generic_category().message(error) + "; check the folder and the free space");
+      throw Error(Status::write_failed, "what was recovered from " + source_name_ +
+                                            " cannot be written: " + std::generic_category().message(error) +
+                                            "; check the folder and the free space");
   }
   void take_chunk(const OpenChunk& chunk) {
     flush();
@@ -126,7 +131,8 @@ Recovery recover(const ByteSource& source, Sink& sink) {
   SalvageWalk walk(source);
   auto record = walk.next();
   if (!record)
-    throw Error(Status::bad_input, source.name() + ": nothing in this file can be read as MCAP; there is nothing to recover");
+    throw Error(Status::bad_input,
+                source.name() + ": nothing in this file can be read as MCAP; there is nothing to recover");
   Rebuilder rebuilder(sink, find_definitions(source), source.name());
   const bool has_header = record->opcode == Opcode::header;
   rebuilder.begin(has_header ? *parse<Header>(record->content) : Header{"", "lbea recovery"});

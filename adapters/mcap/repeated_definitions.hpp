@@ -1,5 +1,5 @@
-// A recording's schemas and channels, written at first, after a chunk was lost, and now and then, so that what is left of
-// a damaged file can be read.
+// A recording's schemas and channels, written at first, after a chunk was lost, and now and then, so that what is left
+// of a damaged file can be read.
 #pragma once
 
 #include "adapters/mcap/record_walk.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace lbea::mcap {
-
 namespace {
 
 constexpr std::size_t window_bytes = std::size_t{1} << 20;
@@ -52,14 +51,22 @@ std::optional<std::uint64_t> size_as(const Record& record) {
 /// the data.
 std::optional<std::uint64_t> sound_size(const Record& record) {
   switch (record.opcode) {
-    case Opcode::header: return size_as<Header>(record);
-    case Opcode::schema: return size_as<Schema>(record);
-    case Opcode::channel: return size_as<Channel>(record);
-    case Opcode::message: return size_as<Message>(record);
-    case Opcode::message_index: return size_as<MessageIndex>(record);
-    case Opcode::attachment: return size_as<Attachment>(record);
-    case Opcode::metadata: return size_as<Metadata>(record);
-    case Opcode::data_end: return size_as<DataEnd>(record);
+    case Opcode::header:
+      return size_as<Header>(record);
+    case Opcode::schema:
+      return size_as<Schema>(record);
+    case Opcode::channel:
+      return size_as<Channel>(record);
+    case Opcode::message:
+      return size_as<Message>(record);
+    case Opcode::message_index:
+      return size_as<MessageIndex>(record);
+    case Opcode::attachment:
+      return size_as<Attachment>(record);
+    case Opcode::metadata:
+      return size_as<Metadata>(record);
+    case Opcode::data_end:
+      return size_as<DataEnd>(record);
     case Opcode::chunk: {
       const auto chunk = parse<Chunk>(record.content);
       if (!chunk) return std::nullopt;
@@ -123,8 +130,9 @@ bool SalvageWalk::is_data_end(const Record& record) const {
   if (record.end() >= source_.size()) return false;
   std::byte opcode{};
   source_.read(record.end(), {&opcode, 1});
-  constexpr std::array following{Opcode::footer,     Opcode::schema,           Opcode::channel,       Opcode::chunk_index,
-                                 Opcode::statistics, Opcode::attachment_index, Opcode::metadata_index};
+  constexpr std::array following{Opcode::footer,        Opcode::schema,     Opcode::channel,
+                                 Opcode::chunk_index,   Opcode::statistics, Opcode::attachment_index,
+                                 Opcode::metadata_index};
   return std::ranges::find(following, static_cast<Opcode>(opcode)) != following.end();
 }
 

@@ -14,7 +14,6 @@
 #include <unistd.h>
 
 namespace lbea::mcap {
-
 namespace {
 
 // The system is told to write early and often: left alone it saves up gigabytes and then stalls.
@@ -101,8 +100,8 @@ void PartialFile::cut_back() noexcept {
 
 void PartialFile::start_write_back() noexcept {
   if (size_ - started_ < write_back_bytes) return;
-  static_cast<void>(::sync_file_range(descriptor_, static_cast<off_t>(started_),
-                                      static_cast<off_t>(size_ - started_), SYNC_FILE_RANGE_WRITE));
+  static_cast<void>(::sync_file_range(descriptor_, static_cast<off_t>(started_), static_cast<off_t>(size_ - started_),
+                                      SYNC_FILE_RANGE_WRITE));
   started_ = size_;
 }
 

@@ -47,7 +47,7 @@ class PartialFile final : public Sink {
   int descriptor_ = -1;
   std::uint64_t size_ = 0, started_ = 0;  // appended whole; of which the system was told to write
   bool kept_ = false, committed_ = false;
-  int broken_ = 0;                        // a failed append could not be undone: this error for ever
+  int broken_ = 0;  // a failed append could not be undone: this error for ever
 };
 
 }  // namespace lbea::mcap

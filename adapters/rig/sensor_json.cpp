@@ -13,7 +13,6 @@
 #include <string_view>
 
 namespace lbea::io {
-
 namespace {
 
 using Json = nlohmann::json;
@@ -86,8 +85,7 @@ bool is_rotation(const Rotation& r) {
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
       if (!(std::abs(dot(r[i], r[j]) - (i == j ? 1 : 0)) <= rotation_tolerance)) return false;
-  const std::array<double, 3> cross{r[0][1] * r[1][2] - r[0][2] * r[1][1],
-                                    r[0][2] * r[1][0] - r[0][0] * r[1][2],
+  const std::array<double, 3> cross{r[0][1] * r[1][2] - r[0][2] * r[1][1], r[0][2] * r[1][0] - r[0][0] * r[1][2],
                                     r[0][0] * r[1][1] - r[0][1] * r[1][0]};
   return dot(cross, r[2]) > 0;
 }
@@ -162,8 +160,7 @@ bake::SensingNoise read_noise(const JsonTable& file, const std::string& length_u
   file.read("noise", noise.sigma, 0, most);
   if (file.find("noise_mm") != nullptr) {
     const double scale = units_per_mm(length_unit);
-    if (scale == 0)
-      file.fail("noise_mm", "cannot be turned into \"" + length_unit + "\"; give \"noise\" in that unit");
+    if (scale == 0) file.fail("noise_mm", "cannot be turned into \"" + length_unit + "\"; give \"noise\" in that unit");
     noise.sigma = static_cast<float>(file.number("noise_mm", 0, most) * scale);
   }
   file.read("outliers", noise.outliers, 0, 1);
@@ -182,8 +179,7 @@ SensorDescription read_sensor_json(const std::filesystem::path& path) {
                             "min_cos_incidence", "dropout", "background", "comment"});
   SensorDescription description;
   if (const Json* unit = file.find("length_unit")) {
-    if (!unit->is_string() || unit->get<std::string>().empty())
-      file.fail("length_unit", "needs text, like \"mm\"");
+    if (!unit->is_string() || unit->get<std::string>().empty()) file.fail("length_unit", "needs text, like \"mm\"");
     description.length_unit = unit->get<std::string>();
   }
   description.sensor = read_sensor(file);

@@ -3,19 +3,18 @@
 #include <array>
 
 #include "adapters/simulation/d3plot/d3plot_encoding.hpp"
-#include "adapters/simulation/vtk/grid_reader.hpp"
 #include "adapters/simulation/mesh/keyword_mesh.hpp"
 #include "adapters/simulation/mesh/obj_mesh.hpp"
-#include "adapters/simulation/open.hpp"
 #include "adapters/simulation/mesh/ply_mesh.hpp"
-#include "adapters/simulation/series.hpp"
 #include "adapters/simulation/mesh/stl_mesh.hpp"
+#include "adapters/simulation/open.hpp"
+#include "adapters/simulation/series.hpp"
+#include "adapters/simulation/vtk/grid_reader.hpp"
 #include "adapters/simulation/vtk/vtk_collection.hpp"
 #include "adapters/simulation/vtk/vtk_legacy.hpp"
 #include "adapters/simulation/vtk/vtk_xml.hpp"
 
 namespace lbea::io {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,10 +41,11 @@ std::unique_ptr<bake::SimulationReader> open_collection(const fs::path& file) {
 
 constexpr std::array formats{
     SimulationFormat{"LS-DYNA d3plot", "family d3plot, d3plot01, ...: all its states", is_d3plot, open_d3plot},
-    SimulationFormat{"VTK legacy", ".vtk with an unstructured grid or polygons, text or binary: a state per numbered file",
+    SimulationFormat{"VTK legacy",
+                     ".vtk with an unstructured grid or polygons, text or binary: a state per numbered file",
                      by_start<grid::is_vtk_legacy>, open_series<grid::read_vtk_legacy, grid::read_vtk_legacy_time>},
-    SimulationFormat{"ParaView collection", ".pvd: a state per VTU or VTP file it names", by_start<grid::is_vtk_collection>,
-                     open_collection},
+    SimulationFormat{"ParaView collection", ".pvd: a state per VTU or VTP file it names",
+                     by_start<grid::is_vtk_collection>, open_collection},
     SimulationFormat{"VTK XML", ".vtu, .vtp: a state per numbered file, or per point array displacement_t<time>",
                      by_start<grid::is_vtk_xml>, open_series<grid::read_vtk_xml, grid::read_vtk_xml_time>},
     SimulationFormat{"LS-DYNA keyword", "*NODE, *ELEMENT_SHELL, *ELEMENT_SOLID: one state, or one per numbered file",

@@ -8,7 +8,6 @@
 #include "adapters/simulation/series.hpp"
 
 namespace lbea::io {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -67,14 +66,15 @@ std::unique_ptr<bake::SimulationReader> open_d3plot(const fs::path& first_file) 
 std::unique_ptr<bake::SimulationReader> open_simulation(const fs::path& path) {
   const fs::path file = first_file(path);
   if (const SimulationFormat* format = format_of(file)) return format->open(file);
-  throw Error{Status::unsupported_input, file.string() + ", byte 0: the file is of none of the formats that are read (" +
-                                             simulation_format_names() +
-                                             "), or it is compressed; give the first file of such a run"};
+  throw Error{Status::unsupported_input,
+              file.string() + ", byte 0: the file is of none of the formats that are read (" +
+                  simulation_format_names() + "), or it is compressed; give the first file of such a run"};
 }
 
 std::string simulation_format_names() {
   std::string names;
-  for (const SimulationFormat& format : simulation_formats()) names += (names.empty() ? "" : ", ") + std::string(format.name);
+  for (const SimulationFormat& format : simulation_formats())
+    names += (names.empty() ? "" : ", ") + std::string(format.name);
   return names;
 }
 

@@ -11,10 +11,11 @@
 
 namespace lbea::io {
 
-/// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another format.
-/// The format is told by content, not by name. Files whose names differ in the number before the extension are states of one
-/// run: they share one mesh, as do all states. Their times are the files' own, in their unit, else the number of the state.
-/// Throws Error{file_not_found | bad_input | unsupported_input} with a sentence that names file, byte and what to do.
+/// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another
+/// format. The format is told by content, not by name. Files whose names differ in the number before the extension are
+/// states of one run: they share one mesh, as do all states. Their times are the files' own, in their unit, else the
+/// number of the state. Throws Error{file_not_found | bad_input | unsupported_input} with a sentence that names file,
+/// byte and what to do.
 std::unique_ptr<bake::SimulationReader> open_simulation(const std::filesystem::path& path);
 
 /// The names of all formats, separated by commas; and a table of them for people, a line each.

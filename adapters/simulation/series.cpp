@@ -10,7 +10,6 @@
 #include <tuple>
 
 namespace lbea::io {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -1,5 +1,6 @@
 // publish.cpp - send clouds to a running lbea-serve, as a camera does.
-//   c++ -std=c++20 publish.cpp $(pkg-config --cflags --libs lbea-wire) -o publish && ./publish ipc:///tmp/frames < cloud.xyz
+//   c++ -std=c++20 publish.cpp $(pkg-config --cflags --libs lbea-wire) -o publish && ./publish ipc:///tmp/frames <
+//   cloud.xyz
 #include <lbea/wire/codec.hpp>
 #include <lbea/wire/streams.hpp>
 

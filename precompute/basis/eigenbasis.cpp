@@ -12,17 +12,15 @@
 #include <utility>
 
 namespace lbea::bake {
-
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
 using Eigen::Index;
 
-constexpr Index dense_below = 300;  // vertices; up to here the dense solver is as fast
-constexpr double same_eigenvalue =
-    1e-6;  // relative: nearer ones are one cluster, whose members may be exchanged
-constexpr double same_magnitude = 1e-9;  // relative
-constexpr double tolerance = 1e-12;      // Krylov residual, relative
+constexpr Index dense_below = 300;        // vertices; up to here the dense solver is as fast
+constexpr double same_eigenvalue = 1e-6;  // relative: nearer ones are one cluster, whose members may be exchanged
+constexpr double same_magnitude = 1e-9;   // relative
+constexpr double tolerance = 1e-12;       // Krylov residual, relative
 constexpr Index max_restarts = 1000;
 
 struct Pairs {
@@ -113,9 +111,8 @@ void fix_signs(Eigen::MatrixXd& modes) {
 
 void check_count(std::uint32_t p, Index vertices) {
   if (p == 0 || Index{p} > vertices)
-    throw Error(Status::bad_config, std::to_string(p) + " modes asked of a region with " +
-                                        std::to_string(vertices) + " vertices; ask for 1 to " +
-                                        std::to_string(vertices));
+    throw Error(Status::bad_config, std::to_string(p) + " modes asked of a region with " + std::to_string(vertices) +
+                                        " vertices; ask for 1 to " + std::to_string(vertices));
 }
 
 }  // namespace

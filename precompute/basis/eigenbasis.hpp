@@ -13,9 +13,8 @@ namespace lbea::bake {
 struct Eigenbasis {
   Eigen::VectorXd eigenvalues;  // p, ascending
   Eigen::MatrixXd modes;        // psi, n x p, psi' M psi = I; the entry of largest magnitude is positive
-  double residual =
-      0;  // max over modes of |L psi - lambda M psi| in the norm of M^-1, relative to the largest lambda
-  std::string solver;  // what found it, for people to read
+  double residual = 0;  // max over modes of |L psi - lambda M psi| in the norm of M^-1, relative to the largest lambda
+  std::string solver;   // what found it, for people to read
 };
 
 /// Deterministic. Every eigenvalue is there as often as its multiplicity: the count below the last one is

@@ -5,12 +5,9 @@
 #include <vector>
 
 namespace lbea::bake {
-
 namespace {
 
-double squared_in(const Eigen::VectorXd& mass, const Eigen::MatrixXd& f) {
-  return mass.dot(f.rowwise().squaredNorm());
-}
+double squared_in(const Eigen::VectorXd& mass, const Eigen::MatrixXd& f) { return mass.dot(f.rowwise().squaredNorm()); }
 
 void add_to(Eigen::MatrixXd& sum, const Eigen::MatrixXd& term) {
   if (sum.size() == 0)
@@ -21,8 +18,7 @@ void add_to(Eigen::MatrixXd& sum, const Eigen::MatrixXd& term) {
 
 }  // namespace
 
-void Moments::add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions,
-                  const Eigen::MatrixXd& coefficients) {
+void Moments::add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions, const Eigen::MatrixXd& coefficients) {
   samples += 1;
   squared_positions += squared_in(mass, positions);
   squared_coefficients += coefficients.squaredNorm();
@@ -44,9 +40,7 @@ double Moments::total(const Eigen::VectorXd& mass) const {
   return std::max(squared_positions - squared_in(mass, sum_positions) / samples, 0.0);
 }
 
-double Moments::kept() const {
-  return std::max(squared_coefficients - sum_coefficients.squaredNorm() / samples, 0.0);
-}
+double Moments::kept() const { return std::max(squared_coefficients - sum_coefficients.squaredNorm() / samples, 0.0); }
 
 std::array<std::uint32_t, 3> Moments::leading_axes() const {
   const Eigen::MatrixXd variance = sum_squares - sum_coefficients.cwiseAbs2() / samples;
@@ -54,7 +48,8 @@ std::array<std::uint32_t, 3> Moments::leading_axes() const {
   std::iota(places.begin(), places.end(), 0u);
   const auto at = [&](std::uint32_t place) { return variance(place / 3, place % 3); };
   std::ranges::stable_sort(places, std::ranges::greater{}, at);
-  return {places[0], places[std::min<std::size_t>(1, places.size() - 1)], places[std::min<std::size_t>(2, places.size() - 1)]};
+  return {places[0], places[std::min<std::size_t>(1, places.size() - 1)],
+          places[std::min<std::size_t>(2, places.size() - 1)]};
 }
 
 }  // namespace lbea::bake

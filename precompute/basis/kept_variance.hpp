@@ -17,8 +17,7 @@ struct Moments {
   Eigen::MatrixXd sum_coefficients;  // p x 3
   Eigen::MatrixXd sum_squares;       // p x 3, of the coefficients one by one
 
-  void add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions,
-           const Eigen::MatrixXd& coefficients);
+  void add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions, const Eigen::MatrixXd& coefficients);
   void add(const Moments& other);
   [[nodiscard]] double total(const Eigen::VectorXd& mass) const;  // sum of |f - mean f|_M^2
   [[nodiscard]] double kept() const;                              // sum of |alpha - mean alpha|^2

@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace lbea::bake {
-
 namespace {
 
 // Height over longest side below which a triangle has no area: float positions do not resolve it, and its
@@ -59,9 +58,8 @@ struct Assembly {
 void check_indices(const Quad& element, std::size_t number, std::size_t vertices) {
   for (const std::uint32_t node : element)
     if (node >= vertices)
-      throw Error(Status::bad_input, "element " + std::to_string(number) +
-                                         " of the reference mesh names vertex " + std::to_string(node) +
-                                         ", but there are " + std::to_string(vertices));
+      throw Error(Status::bad_input, "element " + std::to_string(number) + " of the reference mesh names vertex " +
+                                         std::to_string(node) + ", but there are " + std::to_string(vertices));
 }
 
 bool has_distinct_nodes(const Triangle& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }

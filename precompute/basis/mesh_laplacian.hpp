@@ -13,8 +13,8 @@ namespace lbea::bake {
 
 struct MeshLaplacian {
   Eigen::SparseMatrix<double> stiffness;  // L, n x n, cotangents, positive semi-definite, without unit
-  Eigen::VectorXd mass;  // diagonal of M, n, barycentric: a third of each adjoining triangle, area
-  std::size_t degenerate_triangles = 0;  // of no area: skipped
+  Eigen::VectorXd mass;                   // diagonal of M, n, barycentric: a third of each adjoining triangle, area
+  std::size_t degenerate_triangles = 0;   // of no area: skipped
 };
 
 /// positions: n x 3. Edges of three and more triangles are summed like any other; several components are fine.

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 namespace lbea::bake {
-
 namespace {
 
 std::vector<float> region_positions(const ObservedRegion& region, std::span<const float> positions) {
@@ -16,8 +15,8 @@ std::vector<float> region_positions(const ObservedRegion& region, std::span<cons
   return chosen;
 }
 
-void check_mass(const Eigen::VectorXd& mass, const ObservedRegion& region,
-                std::span<const std::uint32_t> node_ids, double time_s) {
+void check_mass(const Eigen::VectorXd& mass, const ObservedRegion& region, std::span<const std::uint32_t> node_ids,
+                double time_s) {
   for (Eigen::Index i = 0; i < mass.size(); ++i)
     if (!(mass[i] > 0))
       throw Error(Status::bad_input, "the elements around node " +

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "precompute/basis/eigenbasis.hpp"
-#include "precompute/survey/observed_region.hpp"
 #include "precompute/basis/vertex_tree.hpp"
+#include "precompute/survey/observed_region.hpp"
 
 #include <Eigen/Dense>
 
@@ -32,7 +32,6 @@ struct ReferenceBasis {
 /// Method step 5. positions: N x 3 of the common mesh in the reference state; node_ids: N, for messages.
 /// Throws Error{bad_input} naming a node whose elements have no area in this state, and as eigenbasis() does.
 [[nodiscard]] ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const float> positions,
-                                             std::span<const std::uint32_t> node_ids, std::uint32_t p,
-                                             double time_s);
+                                             std::span<const std::uint32_t> node_ids, std::uint32_t p, double time_s);
 
 }  // namespace lbea::bake

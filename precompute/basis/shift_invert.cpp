@@ -3,7 +3,6 @@
 #include <lbea/lbea.hpp>
 
 namespace lbea::bake {
-
 namespace {
 
 Eigen::SparseMatrix<double> shifted(const Eigen::SparseMatrix<double>& a, double shift) {

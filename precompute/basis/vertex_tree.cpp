@@ -7,7 +7,6 @@
 #include <numeric>
 
 namespace lbea::bake {
-
 namespace {
 
 class Builder {

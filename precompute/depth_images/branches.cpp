@@ -6,13 +6,13 @@
 #include <numeric>
 
 namespace lbea::bake {
-
 namespace {
 
 double mean_distance(const std::vector<float>& a, const std::vector<float>& b) {
   double sum = 0;
   for (std::size_t i = 0; i + 2 < a.size(); i += 3)
-    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]}, double{a[i + 2]} - double{b[i + 2]});
+    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]},
+                      double{a[i + 2]} - double{b[i + 2]});
   return sum / std::max(1.0, static_cast<double>(a.size() / 3));
 }
 
@@ -43,7 +43,8 @@ std::vector<Join> joins(Distances distance) {
     order.push_back(best);
     for (std::size_t k = 0; k < n; ++k)
       distance[best.into][k] = distance[k][best.into] =
-          (size[best.into] * distance[best.into][k] + size[best.from] * distance[best.from][k]) / (size[best.into] + size[best.from]);
+          (size[best.into] * distance[best.into][k] + size[best.from] * distance[best.from][k]) /
+          (size[best.into] + size[best.from]);
     size[best.into] += size[best.from];
     size[best.from] = 0;
   }

@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace lbea::bake {
-
 namespace {
 
 /// Where a box lies in the image, in cells, and how deep.
@@ -17,15 +16,20 @@ struct Extent {
   double low[3], high[3];  // column, row, depth
 };
 
-Extent seen(const std::array<float, 3>& low, const std::array<float, 3>& high, const StereoSensor& sensor, double cell_px) {
+Extent seen(const std::array<float, 3>& low, const std::array<float, 3>& high, const StereoSensor& sensor,
+            double cell_px) {
   const Pose T_sensor_reference = to_pose(sensor.T_reference_sensor, "T_reference_sensor").inverse();
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Extent extent{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
   for (unsigned corner = 0; corner < 8; ++corner) {
-    const auto side = [&](unsigned axis) { return static_cast<double>((corner >> axis & 1u) != 0 ? high[axis] : low[axis]); };
+    const auto side = [&](unsigned axis) {
+      return static_cast<double>((corner >> axis & 1u) != 0 ? high[axis] : low[axis]);
+    };
     const Vec3 p = T_sensor_reference({side(0), side(1), side(2)});
     if (!(p.z > 0))
-      throw Error(Status::bad_config, "a part of the ensemble lies behind the sensor; check T_reference_sensor, whose third column looks along the optical axis");
+      throw Error(Status::bad_config,
+                  "a part of the ensemble lies behind the sensor; check T_reference_sensor, whose third column looks "
+                  "along the optical axis");
     const double place[3] = {(sensor.focal_px * p.x / p.z + sensor.width_px / 2.0) / cell_px,
                              (sensor.focal_px * p.y / p.z + sensor.height_px / 2.0) / cell_px, p.z};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -40,14 +44,19 @@ class DepthViews final : public ViewRenderer {
  public:
   DepthViews(const StereoSensor& sensor, std::size_t nodes, std::span<const std::array<std::uint32_t, 4>> elements,
              const std::array<float, 3>& low, const std::array<float, 3>& high, const ViewResolution& resolution)
-      : rays_(resolution.rays_per_cell), cell_px_(std::max(1.0, std::round(sensor.width_px / static_cast<double>(resolution.columns)))),
+      : rays_(resolution.rays_per_cell),
+        cell_px_(std::max(1.0, std::round(sensor.width_px / static_cast<double>(resolution.columns)))),
         sensor_(scaled(sensor, rays_ / cell_px_), nodes, elements, 1) {
     const Extent extent = seen(low, high, sensor, cell_px_);
-    const auto columns = static_cast<double>(sensor_.sensor().width_px / rays_), rows = static_cast<double>(sensor_.sensor().height_px / rays_);
-    const double left = std::clamp(std::floor(extent.low[0]), 0.0, columns), right = std::clamp(std::ceil(extent.high[0]), 0.0, columns);
-    const double top = std::clamp(std::floor(extent.low[1]), 0.0, rows), bottom = std::clamp(std::ceil(extent.high[1]), 0.0, rows);
+    const auto columns = static_cast<double>(sensor_.sensor().width_px / rays_),
+               rows = static_cast<double>(sensor_.sensor().height_px / rays_);
+    const double left = std::clamp(std::floor(extent.low[0]), 0.0, columns),
+                 right = std::clamp(std::ceil(extent.high[0]), 0.0, columns);
+    const double top = std::clamp(std::floor(extent.low[1]), 0.0, rows),
+                 bottom = std::clamp(std::ceil(extent.high[1]), 0.0, rows);
     if (!(left < right && top < bottom))
-      throw Error(Status::bad_config, "the sensor does not see the ensemble; check T_reference_sensor, focal length and image size");
+      throw Error(Status::bad_config,
+                  "the sensor does not see the ensemble; check T_reference_sensor, focal length and image size");
     column_ = static_cast<std::uint32_t>(left);
     row_ = static_cast<std::uint32_t>(top);
     constexpr double most_steps = 65'000;
@@ -99,8 +108,9 @@ class DepthViews final : public ViewRenderer {
 }  // namespace
 
 std::unique_ptr<ViewRenderer> depth_views(const StereoSensor& sensor, std::size_t nodes,
-                                          std::span<const std::array<std::uint32_t, 4>> elements, const std::array<float, 3>& low,
-                                          const std::array<float, 3>& high, const ViewResolution& resolution) {
+                                          std::span<const std::array<std::uint32_t, 4>> elements,
+                                          const std::array<float, 3>& low, const std::array<float, 3>& high,
+                                          const ViewResolution& resolution) {
   return std::make_unique<DepthViews>(sensor, nodes, elements, low, high, resolution);
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lbea::bake {
-
 namespace {
 
 double median(std::vector<double> values) {
@@ -68,7 +67,8 @@ MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResid
   MisfitLimits limits;
   if (misfits.size() < 8) return limits;
   limits.frame = static_cast<float>(std::max(std::exp(robust_limit(misfits, frame_deviations)), least));
-  limits.test = means.size() < 8 ? limits.frame : static_cast<float>(std::max(std::exp(robust_limit(means, test_deviations)), least));
+  limits.test = means.size() < 8 ? limits.frame
+                                 : static_cast<float>(std::max(std::exp(robust_limit(means, test_deviations)), least));
   return limits;
 }
 

@@ -1,7 +1,7 @@
 #include "precompute/depth_images/sample_views.hpp"
 
-#include "precompute/parallel.hpp"
 #include "precompute/depth_images/view_learning.hpp"
+#include "precompute/parallel.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <algorithm>
@@ -10,7 +10,6 @@
 #include <vector>
 
 namespace lbea::bake {
-
 namespace {
 
 /// What SensorViews' spans lie in.
@@ -30,7 +29,8 @@ SensorViews render_views(const Model& model, const ViewRenderer& renderer, unsig
   std::atomic<std::size_t> done{0};
   work_in_parallel(model.samples(), threads, [&](const auto& next) {
     for (std::size_t s = next(); s < model.samples(); s = next()) {
-      renderer.render(model.node_positions(static_cast<std::uint32_t>(s)), std::span(views->depths).subspan(s * stride, stride));
+      renderer.render(model.node_positions(static_cast<std::uint32_t>(s)),
+                      std::span(views->depths).subspan(s * stride, stride));
       const std::size_t now = ++done;
       if (progress) progress(now);
     }
@@ -41,8 +41,8 @@ SensorViews render_views(const Model& model, const ViewRenderer& renderer, unsig
     std::copy_n(views->depths.begin() + static_cast<std::ptrdiff_t>(first * stride), images.size(), images.begin());
   };
   views->learnt = learn_views(camera, samples, read, threads);
-  return SensorViews(std::make_shared<const ViewData>(
-      ViewData{camera, views->depths, views->learnt.expected, views->learnt.limits.frame, views->learnt.limits.test, views}));
+  return SensorViews(std::make_shared<const ViewData>(ViewData{
+      camera, views->depths, views->learnt.expected, views->learnt.limits.frame, views->learnt.limits.test, views}));
 }
 
 }  // namespace lbea::bake

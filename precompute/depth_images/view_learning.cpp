@@ -8,7 +8,6 @@
 #include <mutex>
 
 namespace lbea::bake {
-
 namespace {
 
 constexpr std::size_t most_questions = 1024;
@@ -18,8 +17,11 @@ constexpr std::size_t block = 64;  // images in memory, per thread
 class Questions {
  public:
   Questions(const ViewCamera& camera, std::span<const Sample> samples, const ImageReader& read)
-      : camera_(camera), samples_(samples), stride_(padded_cells(camera)),
-        every_((samples.size() + most_questions - 1) / most_questions), count_((samples.size() + every_ - 1) / every_),
+      : camera_(camera),
+        samples_(samples),
+        stride_(padded_cells(camera)),
+        every_((samples.size() + most_questions - 1) / most_questions),
+        count_((samples.size() + every_ - 1) / every_),
         observed_(count_ * stride_) {
     std::vector<std::uint16_t> image(stride_);
     for (std::size_t q = 0; q < count_; ++q) {

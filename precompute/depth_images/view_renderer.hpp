@@ -1,4 +1,5 @@
-// What renders a sample's depth image. The one that does is in precompute/rig: only programs that need it link a ray caster.
+// What renders a sample's depth image. The one that does is in precompute/rig: only programs that need it link a ray
+// caster.
 #pragma once
 
 #include "runtime/src/model/view_data.hpp"
@@ -12,7 +13,8 @@ class ViewRenderer {
  public:
   virtual ~ViewRenderer() = default;
   [[nodiscard]] virtual const ViewCamera& camera() const noexcept = 0;
-  /// positions: nodes x 3, reference coordinates; image: padded_cells(camera()), see ViewData. Safe from several threads.
+  /// positions: nodes x 3, reference coordinates; image: padded_cells(camera()), see ViewData. Safe from several
+  /// threads.
   virtual void render(std::span<const float> positions, std::span<std::uint16_t> image) const = 0;
 };
 

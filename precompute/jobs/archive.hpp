@@ -33,10 +33,8 @@ class Saver {
 
  private:
   template <class T>
-    requires is_plain<T>
-  void save(const T& value) {
-    sink_.bytes(std::as_bytes(std::span(&value, 1)));
-  }
+  requires is_plain<T>
+  void save(const T& value) { sink_.bytes(std::as_bytes(std::span(&value, 1))); }
   void save(const std::string& text) {
     save(std::uint64_t{text.size()});
     sink_.bytes(std::as_bytes(std::span(text)));
@@ -62,8 +60,7 @@ class Saver {
     sink_.bytes(std::as_bytes(std::span(matrix.data(), static_cast<std::size_t>(matrix.size()))));
   }
   template <class T>
-    requires(std::is_class_v<T> && !is_plain<T>)
-  void save(const T& value) {
+  requires(std::is_class_v<T> && !is_plain<T>) void save(const T& value) {
     members(*this, const_cast<T&>(value));  // members() serves reading, too; here it only looks
   }
 
@@ -87,10 +84,8 @@ class Loader {
     return static_cast<std::size_t>(count);
   }
   template <class T>
-    requires is_plain<T>
-  void load(T& value) {
-    file_.bytes(std::as_writable_bytes(std::span(&value, 1)));
-  }
+  requires is_plain<T>
+  void load(T& value) { file_.bytes(std::as_writable_bytes(std::span(&value, 1))); }
   void load(std::string& text) {
     text.resize(count(1));
     file_.bytes(std::as_writable_bytes(std::span(text)));
@@ -124,10 +119,7 @@ class Loader {
     file_.bytes(std::as_writable_bytes(std::span(matrix.data(), static_cast<std::size_t>(matrix.size()))));
   }
   template <class T>
-    requires(std::is_class_v<T> && !is_plain<T>)
-  void load(T& value) {
-    members(*this, value);
-  }
+  requires(std::is_class_v<T> && !is_plain<T>) void load(T& value) { members(*this, value); }
 
   WorkReader& file_;
 };

@@ -8,7 +8,6 @@
 #include <utility>
 
 namespace lbea::bake {
-
 namespace {
 
 // To be raised with every change of what records and footprints hold, or of how it is computed.
@@ -45,7 +44,8 @@ static void members(auto& a, BakePlan& p) { a(p.description, p.ensemble, p.surve
 static void members(auto& a, BakedTree& t) { a(t.order, t.boxes, t.ranges); }
 static void members(auto& a, ReferenceBasis& b) {
   std::uint64_t degenerate = b.degenerate_triangles;
-  a(b.time_s, b.vertex_nodes, b.vertex_positions, b.tree, b.mass, b.eigenvalues, b.projection, b.residual, b.solver, degenerate);
+  a(b.time_s, b.vertex_nodes, b.vertex_positions, b.tree, b.mass, b.eigenvalues, b.projection, b.residual, b.solver,
+    degenerate);
   b.degenerate_triangles = degenerate;
 }
 static void members(auto& a, ObservedRegion& r) { a(r.nodes, r.elements); }
@@ -77,15 +77,15 @@ BakePlan read_plan(const WorkFolder& work, const RunOpener& opener) {
   if (!work.has(plan_name))
     throw Error(Status::bad_input, work.path().string() + " holds no plan of a bake; make one with lbea-bake plan");
   auto plan = read_value<BakePlan>(work, plan_name);
-  for (EnsembleRun& run : plan.ensemble.runs)
-    run.open = [source = run.source, opener] { return opener(source); };
+  for (EnsembleRun& run : plan.ensemble.runs) run.open = [source = run.source, opener] { return opener(source); };
   return plan;
 }
 
 std::vector<ReferenceBasis> read_bases(const WorkFolder& work, const BakePlan& plan) {
   std::vector<ReferenceBasis> bases;
   try {
-    for (const std::uint64_t key : plan.bases) bases.push_back(read_value<ReferenceBasis>(work, {WorkKind::basis, key}));
+    for (const std::uint64_t key : plan.bases)
+      bases.push_back(read_value<ReferenceBasis>(work, {WorkKind::basis, key}));
   } catch (const DamagedWorkFile& damaged) {
     work.remove(damaged);
     throw Error(Status::bad_input, std::string(damaged.what()) + "; it was removed, plan again");
@@ -138,7 +138,8 @@ std::vector<std::int64_t> last_changes(const std::vector<std::filesystem::path>&
 }
 
 void set_keys(BakePlan& plan) {
-  const std::uint64_t common = key_of(work_version, plan.survey.mesh, plan.bases, plan.survey.fields, plan.description.correspondence);
+  const std::uint64_t common =
+      key_of(work_version, plan.survey.mesh, plan.bases, plan.survey.fields, plan.description.correspondence);
   const std::uint64_t place = key_of(plan.survey.min, plan.survey.max, plan.description.envelope_margin, plan.camera);
   for (std::size_t run = 0; run < plan.runs.size(); ++run) {
     const RunSurvey& survey = plan.survey.runs[run];

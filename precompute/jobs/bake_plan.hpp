@@ -1,9 +1,9 @@
 // What is to be baked, as its shards and the merge read it: reference, region, bases, and the work, run by run.
 #pragma once
 
+#include "precompute/basis/reference_basis.hpp"
 #include "precompute/ensemble.hpp"
 #include "precompute/ensemble_description.hpp"
-#include "precompute/basis/reference_basis.hpp"
 #include "precompute/jobs/work_folder.hpp"
 #include "precompute/survey/survey.hpp"
 #include "runtime/src/model/view_data.hpp"
@@ -17,8 +17,8 @@
 
 namespace lbea::bake {
 
-/// One run's place in the work folder. A key is a hash of all that the file's content depends on: what is finished stays
-/// finished in the next plan, as far as it is the same work.
+/// One run's place in the work folder. A key is a hash of all that the file's content depends on: what is finished
+/// stays finished in the next plan, as far as it is the same work.
 struct PlannedRun {
   std::vector<std::int64_t> modified;  // when its files were last changed, the file system's clock
   std::uint64_t survey = 0, record = 0, footprint = 0;
@@ -32,10 +32,10 @@ struct PlannedRun {
 struct BakePlan {
   EnsembleDescription description;
   Ensemble ensemble;
-  Survey survey;                   // runs that are left out have no steps
-  std::vector<PlannedRun> runs;    // as in the ensemble
-  std::vector<std::uint64_t> bases;  // keys, per reference
-  std::optional<ViewCamera> camera;  // of the depth images, when there are any
+  Survey survey;                                  // runs that are left out have no steps
+  std::vector<PlannedRun> runs;                   // as in the ensemble
+  std::vector<std::uint64_t> bases;               // keys, per reference
+  std::optional<ViewCamera> camera;               // of the depth images, when there are any
   double reading_seconds = 0, bases_seconds = 0;  // what planning took; not kept in the file
 };
 

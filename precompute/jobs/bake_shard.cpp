@@ -1,8 +1,8 @@
 #include "precompute/jobs/bake_shard.hpp"
 
+#include "precompute/jobs/footprint.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/samples/sample_projection.hpp"
-#include "precompute/jobs/footprint.hpp"
 #include "precompute/stage.hpp"
 
 #include <lbea/lbea.hpp>
@@ -14,15 +14,19 @@
 #include <string>
 
 namespace lbea::bake {
-
 namespace {
 
 /// What all threads of a shard share.
 class ShardWork {
  public:
   ShardWork(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options)
-      : work_(work), plan_(plan), options_(options), bases_(read_bases(work, plan)), projection_(plan, bases_),
-        places_(reference_places(plan.survey)), renderer_(make_renderer()) {}
+      : work_(work),
+        plan_(plan),
+        options_(options),
+        bases_(read_bases(work, plan)),
+        projection_(plan, bases_),
+        places_(reference_places(plan.survey)),
+        renderer_(make_renderer()) {}
 
   [[nodiscard]] SampleRecord buffer() const { return {plan_, bases_}; }
 
@@ -101,11 +105,11 @@ void remove_damaged(const WorkFolder& work, const BakePlan& plan, const Shard& s
       try {
         WorkReader file = work.reader(names[i]);
         std::vector<std::byte> piece(std::size_t{1} << 20);
-        while (file.rest() > 0) file.bytes(std::span(piece).first(static_cast<std::size_t>(std::min<std::uint64_t>(piece.size(), file.rest()))));
+        while (file.rest() > 0)
+          file.bytes(
+              std::span(piece).first(static_cast<std::size_t>(std::min<std::uint64_t>(piece.size(), file.rest()))));
         file.finish();
-      } catch (const DamagedWorkFile& damaged) {
-        work.remove(damaged);
-      }
+      } catch (const DamagedWorkFile& damaged) { work.remove(damaged); }
     }
   });
 }

@@ -1,9 +1,9 @@
 #include "precompute/jobs/estimate.hpp"
 
-#include "precompute/samples/sample_projection.hpp"
 #include "precompute/jobs/archive.hpp"
 #include "precompute/jobs/bake_shard.hpp"
 #include "precompute/jobs/model_plan.hpp"
+#include "precompute/samples/sample_projection.hpp"
 #include "precompute/stopwatch.hpp"
 
 #include <lbea/lbea.hpp>
@@ -13,7 +13,6 @@
 #include <system_error>
 
 namespace lbea::bake {
-
 namespace {
 
 /// The plan of a few samples: the reference run's first, under a name of its own.
@@ -68,7 +67,8 @@ std::uint64_t bytes_so_far(const WorkFolder& work, const BakePlan& plan) {
 
 std::vector<PlannedSection> hot(const ModelPlan& model) {
   std::vector<PlannedSection> sections = model.sections;
-  const bool has_landmarks = std::ranges::find(sections, format::SectionId::landmark_positions, &PlannedSection::id) != sections.end();
+  const bool has_landmarks =
+      std::ranges::find(sections, format::SectionId::landmark_positions, &PlannedSection::id) != sections.end();
   std::erase_if(sections, [=](const PlannedSection& section) { return format::is_cold(section.id, has_landmarks); });
   return sections;
 }
@@ -94,8 +94,10 @@ BakeEstimate sizes(const WorkFolder& work, const BakePlan& plan) {
   result.hot_bytes = model_size(hot(model));
   const std::size_t image = plan.camera ? padded_cells(*plan.camera) * sizeof(std::uint16_t) : 0;
   const std::size_t moments = bases.size() * 24 * (vertices + 2 * plan.description.modes);
-  result.work_bytes = result.samples * (sample.bytes() + image) + result.runs * (moments + 8 * envelope.layout().bits.size()) + bytes_so_far(work, plan);
-  for (const ReferenceBasis& basis : bases) result.shared_bytes += static_cast<std::uint64_t>(basis.projection.size()) * sizeof(double);
+  result.work_bytes = result.samples * (sample.bytes() + image) +
+                      result.runs * (moments + 8 * envelope.layout().bits.size()) + bytes_so_far(work, plan);
+  for (const ReferenceBasis& basis : bases)
+    result.shared_bytes += static_cast<std::uint64_t>(basis.projection.size()) * sizeof(double);
   result.thread_bytes = 2 * sample.bytes() + 160 * nodes + 80 * vertices + moments;
   return result;
 }
@@ -107,9 +109,10 @@ void check_space(const WorkFolder& work, const BakePlan& plan) {
   std::error_code error;
   const auto free = std::filesystem::space(work.path(), error).available;
   if (!error && free < needed.model_bytes + needed.work_bytes)
-    throw Error(Status::write_failed, "the model needs " + std::to_string(needed.model_bytes) + " bytes and its making " +
-                                          std::to_string(needed.work_bytes) + ", but " + work.path().parent_path().string() +
-                                          " has " + std::to_string(free) + " free; make room or choose another folder");
+    throw Error(Status::write_failed, "the model needs " + std::to_string(needed.model_bytes) +
+                                          " bytes and its making " + std::to_string(needed.work_bytes) + ", but " +
+                                          work.path().parent_path().string() + " has " + std::to_string(free) +
+                                          " free; make room or choose another folder");
 }
 
 BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options) {

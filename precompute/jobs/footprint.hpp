@@ -1,10 +1,10 @@
-// Where a run can be met and what it looks like from the sensor: of its record, what also depends on the whole ensemble's
-// place and the sensor's pose, and is made anew when they change, without the run.
+// Where a run can be met and what it looks like from the sensor: of its record, what also depends on the whole
+// ensemble's place and the sensor's pose, and is made anew when they change, without the run.
 #pragma once
 
-#include "precompute/survey/envelope.hpp"
-#include "precompute/jobs/run_record.hpp"
 #include "precompute/depth_images/view_renderer.hpp"
+#include "precompute/jobs/run_record.hpp"
+#include "precompute/survey/envelope.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,14 +1,14 @@
 #include "precompute/jobs/merge_shards.hpp"
 
-#include "precompute/depth_images/branches.hpp"
-#include "precompute/samples/field_sections.hpp"
 #include "precompute/basis/kept_variance.hpp"
-#include "precompute/samples/landmarks.hpp"
-#include "precompute/model_file/model_writer.hpp"
-#include "precompute/model_file/provenance.hpp"
+#include "precompute/depth_images/branches.hpp"
 #include "precompute/jobs/footprint.hpp"
 #include "precompute/jobs/model_plan.hpp"
 #include "precompute/jobs/run_record.hpp"
+#include "precompute/model_file/model_writer.hpp"
+#include "precompute/model_file/provenance.hpp"
+#include "precompute/samples/field_sections.hpp"
+#include "precompute/samples/landmarks.hpp"
 #include "precompute/stage.hpp"
 #include "precompute/stopwatch.hpp"
 
@@ -20,7 +20,6 @@
 #include <string>
 
 namespace lbea::bake {
-
 namespace {
 
 using format::SectionId;
@@ -55,17 +54,23 @@ Harvest harvest(const WorkFolder& work, const BakePlan& plan) {
                                        " runs are not baked yet: " + missing + (count > 5 ? ", ..." : "") +
                                        "; run the shards that have them, and merge then");
   if (!harvest.is_kept[plan.ensemble.reference_run])
-    throw Error(Status::bad_input, "the reference run could not be baked, and cannot be left out: " + harvest.left_out.front().reason);
+    throw Error(Status::bad_input,
+                "the reference run could not be baked, and cannot be left out: " + harvest.left_out.front().reason);
   return harvest;
 }
 
 /// Takes run after run into the model.
 class Merger {
  public:
-  Merger(const WorkFolder& work, const BakePlan& plan, const std::vector<ReferenceBasis>& bases, const format::Info& info, ModelWriter& writer)
-      : work_(work), plan_(plan), writer_(writer), sample_(plan, bases),
+  Merger(const WorkFolder& work, const BakePlan& plan, const std::vector<ReferenceBasis>& bases,
+         const format::Info& info, ModelWriter& writer)
+      : work_(work),
+        plan_(plan),
+        writer_(writer),
+        sample_(plan, bases),
         fields_(writer, plan.survey.fields.size(), plan.description.compact_fields),
-        image_(plan.camera ? padded_cells(*plan.camera) : 0), envelope_(plan.survey.min, plan.survey.max, plan.description.envelope_margin),
+        image_(plan.camera ? padded_cells(*plan.camera) : 0),
+        envelope_(plan.survey.min, plan.survey.max, plan.description.envelope_margin),
         moments_(bases.size()) {
     if (has_landmarks(info, plan.description)) landmarks_.emplace(writer, info, bases.front());
   }
@@ -84,7 +89,8 @@ class Merger {
     record.finish();
     footprint.envelope(envelope_);
     if (of_run.size() != moments_.size()) record.fail("is damaged");
-    for (std::size_t reference = 0; reference < moments_.size(); ++reference) moments_[reference].add(of_run[reference]);
+    for (std::size_t reference = 0; reference < moments_.size(); ++reference)
+      moments_[reference].add(of_run[reference]);
     stage.step();
   }
 
@@ -100,7 +106,8 @@ class Merger {
   void write_sample_rows() {
     write_row(SectionId::node_positions, 0, sample_.positions);
     if (landmarks_) landmarks_->write(samples_, sample_.positions);
-    for (std::uint32_t field = 0; field < sample_.fields.size(); ++field) fields_.write(field, samples_, sample_.fields[field]);
+    for (std::uint32_t field = 0; field < sample_.fields.size(); ++field)
+      fields_.write(field, samples_, sample_.fields[field]);
     for (std::size_t part = 0; part < sample_.coefficients.size(); ++part)
       write_row(SectionId::coefficients, part, sample_.coefficients[part]);
     for (std::size_t part = 0; part < sample_.correspondence.size(); ++part)
@@ -140,7 +147,8 @@ std::vector<std::uint32_t> branches_of(const BakePlan& plan, const ModelWriter& 
     writer.read<float>(SectionId::node_positions, 0, last[run] * positions.size(), positions);
     std::vector<float> chosen;
     for (std::size_t i = 0; i < nodes; i += every)
-      chosen.insert(chosen.end(), positions.begin() + static_cast<std::ptrdiff_t>(3 * i), positions.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
+      chosen.insert(chosen.end(), positions.begin() + static_cast<std::ptrdiff_t>(3 * i),
+                    positions.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
     return chosen;
   });
 }
@@ -204,7 +212,8 @@ BakeSummary merge(const WorkFolder& work, const BakePlan& planned, const std::fi
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, merger.envelope().finish().bits);
   BakeSummary summary = summarise(model.info, bases);
   summary.kept_variance = kept_share(bases, merger.moments());
-  std::string provenance = provenance_json(plan.description, plan.ensemble, plan.survey, bases, summary.kept_variance, left_out);
+  std::string provenance =
+      provenance_json(plan.description, plan.ensemble, plan.survey, bases, summary.kept_variance, left_out);
   provenance.resize(model.provenance_size, ' ');
   writer.write<char>(SectionId::provenance, 0, 0, provenance);
   writer.commit();
@@ -213,7 +222,8 @@ BakeSummary merge(const WorkFolder& work, const BakePlan& planned, const std::fi
   summary.left_out = runs.left_out;
   if (plan.description.compact_fields)
     for (std::size_t field = 0; field < plan.survey.fields.size(); ++field)
-      summary.rounded_fields.push_back({plan.survey.fields[field].name, plan.survey.fields[field].unit, merger.field_errors()[field]});
+      summary.rounded_fields.push_back(
+          {plan.survey.fields[field].name, plan.survey.fields[field].unit, merger.field_errors()[field]});
   summary.seconds = {planned.reading_seconds, planned.bases_seconds, 0, watch.lap()};
   return summary;
 }
@@ -226,7 +236,9 @@ BakeSummary merge_shards(const WorkFolder& work, const BakePlan& plan, const std
     return merge(work, plan, output, options);
   } catch (const DamagedWorkFile& damaged) {
     work.remove(damaged);
-    throw Error(Status::bad_input, std::string(damaged.what()) + "; it was removed: run plan and the shards once more, they make what is missing");
+    throw Error(
+        Status::bad_input,
+        std::string(damaged.what()) + "; it was removed: run plan and the shards once more, they make what is missing");
   }
 }
 

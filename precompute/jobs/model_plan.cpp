@@ -14,7 +14,8 @@ ModelPlan plan_model(const BakePlan& plan, const std::vector<ReferenceBasis>& ba
   // Its length is planned before the kept variance is known; blanks fill what is left.
   model.provenance_size = provenance_json(plan.description, plan.ensemble, plan.survey, bases, 0, left_out).size() + 32;
   model.small.plan(model.sections);
-  plan_large_sections(model.sections, model.info, plan.description, model.provenance_size, plan.camera ? &*plan.camera : nullptr);
+  plan_large_sections(model.sections, model.info, plan.description, model.provenance_size,
+                      plan.camera ? &*plan.camera : nullptr);
   return model;
 }
 

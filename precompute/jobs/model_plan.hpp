@@ -1,8 +1,8 @@
 // The model that a plan's runs make, section by section, before any of it is written.
 #pragma once
 
-#include "precompute/model_file/model_sections.hpp"
 #include "precompute/jobs/bake_plan.hpp"
+#include "precompute/model_file/model_sections.hpp"
 
 #include <string>
 #include <vector>

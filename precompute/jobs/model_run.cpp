@@ -5,7 +5,6 @@
 #include <utility>
 
 namespace lbea::bake {
-
 namespace {
 
 SimulationMesh mesh_of(const Model& model) {
@@ -33,7 +32,11 @@ double in_units(double seconds, double factor) {
 }  // namespace
 
 ModelRun::ModelRun(Model model, std::uint32_t simulation, double time_factor, std::filesystem::path file)
-    : model_(std::move(model)), simulation_(simulation), time_factor_(time_factor), file_(std::move(file)), mesh_(mesh_of(model_)) {
+    : model_(std::move(model)),
+      simulation_(simulation),
+      time_factor_(time_factor),
+      file_(std::move(file)),
+      mesh_(mesh_of(model_)) {
   for (std::uint32_t field = 0; field < model_.fields(); ++field)
     if (model_.field(field).location == FieldInfo::Location::element)
       fields_.push_back({std::string(model_.field(field).name), std::string(model_.field(field).unit)});
@@ -50,7 +53,9 @@ std::uint32_t ModelRun::sample(std::uint32_t state) const {
   return place;
 }
 
-double ModelRun::time_s(std::uint32_t state) const { return in_units(model_.sample_time_s(sample(state)), time_factor_); }
+double ModelRun::time_s(std::uint32_t state) const {
+  return in_units(model_.sample_time_s(sample(state)), time_factor_);
+}
 
 void ModelRun::read(std::uint32_t state, SimulationState& into) {
   const std::uint32_t place = sample(state);

@@ -1,10 +1,10 @@
 #include "precompute/jobs/plan_bake.hpp"
 
-#include "precompute/survey/envelope.hpp"
 #include "precompute/parallel.hpp"
-#include "precompute/survey/reference_states.hpp"
 #include "precompute/stage.hpp"
 #include "precompute/stopwatch.hpp"
+#include "precompute/survey/envelope.hpp"
+#include "precompute/survey/reference_states.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -13,7 +13,6 @@
 #include <string>
 
 namespace lbea::bake {
-
 namespace {
 
 void check(const Ensemble& ensemble, const EnsembleDescription& description) {
@@ -30,8 +29,7 @@ void check(const Ensemble& ensemble, const EnsembleDescription& description) {
                   "two runs are called '" + run.name + "'; results could not tell them apart, rename one");
     if (run.parameters.size() != ensemble.parameter_names.size())
       throw Error(Status::bad_config, "run " + run.name + " has " + std::to_string(run.parameters.size()) +
-                                          " parameters, not " +
-                                          std::to_string(ensemble.parameter_names.size()));
+                                          " parameters, not " + std::to_string(ensemble.parameter_names.size()));
   }
 }
 
@@ -43,7 +41,8 @@ PlannedRun surveyed(const WorkFolder& work, const EnsembleRun& run, const Ensemb
   const auto files = reader->files();
   planned.modified = last_changes(files);
   planned.survey = survey_key(common_key, run.name, files, planned.modified);
-  if (!work.has(planned.survey_name())) write_survey(work, planned, survey_run(*reader, run, description, reference, stage));
+  if (!work.has(planned.survey_name()))
+    write_survey(work, planned, survey_run(*reader, run, description, reference, stage));
   return planned;
 }
 
@@ -75,19 +74,20 @@ std::vector<PlannedRun> survey_runs(const WorkFolder& work, const Ensemble& ense
 void check_rounded(const Ensemble& ensemble, const Survey& survey) {
   for (const EnsembleRun& run : ensemble.runs)
     if (run.rounded_elements != 0 && run.rounded_elements != survey.mesh.elements.size())
-      throw Error(Status::bad_config, "run " + run.name + " is taken from a model with fields in 16 bits, but the other runs leave it only " +
-                                          std::to_string(survey.mesh.elements.size()) + " of its " + std::to_string(run.rounded_elements) +
-                                          " elements; bake from the runs' own files");
+      throw Error(Status::bad_config,
+                  "run " + run.name +
+                      " is taken from a model with fields in 16 bits, but the other runs leave it only " +
+                      std::to_string(survey.mesh.elements.size()) + " of its " + std::to_string(run.rounded_elements) +
+                      " elements; bake from the runs' own files");
 }
 
 /// Of a run that was surveyed; once more when its file is damaged.
-RunHistory history_of(const WorkFolder& work, const EnsembleRun& run, const PlannedRun& planned, const EnsembleDescription& description,
-                      const SimulationReader& reference, const BakeOptions& options) {
+RunHistory history_of(const WorkFolder& work, const EnsembleRun& run, const PlannedRun& planned,
+                      const EnsembleDescription& description, const SimulationReader& reference,
+                      const BakeOptions& options) {
   try {
     return read_survey(work, planned);
-  } catch (const DamagedWorkFile& damaged) {
-    work.remove(damaged);
-  }
+  } catch (const DamagedWorkFile& damaged) { work.remove(damaged); }
   Stage stage(options, "reading", 1);
   write_survey(work, planned, survey_run(*run.open(), run, description, reference, stage));
   return read_survey(work, planned);
@@ -99,7 +99,9 @@ void collect(const WorkFolder& work, BakePlan& plan, const SimulationReader& ref
   for (std::size_t run = 0; run < runs.size(); ++run) {
     std::string& failure = plan.runs[run].failure;
     try {
-      if (failure.empty()) collection.add(history_of(work, runs[run], plan.runs[run], plan.description, reference, options), runs[run].name);
+      if (failure.empty())
+        collection.add(history_of(work, runs[run], plan.runs[run], plan.description, reference, options),
+                       runs[run].name);
     } catch (const Error& error) {
       if (!options.leaves_out_broken) throw;
       failure = error.what();

@@ -18,7 +18,6 @@
 #include <unistd.h>
 
 namespace lbea::bake {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -45,8 +44,7 @@ void remove_below(int parent, const char* name) noexcept {
   if (::unlinkat(parent, name, 0) == 0) return;
   const int folder = ::openat(parent, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (folder < 0) return;
-  while (empty_once(folder)) {
-  }
+  while (empty_once(folder)) {}
   ::close(folder);
   ::unlinkat(parent, name, AT_REMOVEDIR);
 }
@@ -97,7 +95,8 @@ void clear_remains(const fs::path& model) {
   std::vector<fs::path> remains;
   for (const std::string& entry : names_in(folder, error)) {
     const auto process = process_in(entry, name);
-    if (process && !is_alive(*process) && is_abandoned(folder / entry).value_or(false)) remains.push_back(folder / entry);
+    if (process && !is_alive(*process) && is_abandoned(folder / entry).value_or(false))
+      remains.push_back(folder / entry);
   }
   for (const fs::path& path : remains) remove_all_of(path);
 }

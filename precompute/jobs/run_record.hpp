@@ -12,9 +12,9 @@ namespace lbea::bake {
 
 /// One sample's rows of the model's sections.
 struct SampleRecord {
-  std::vector<float> positions;                           // N x 3
-  std::vector<std::vector<float>> fields;                 // [field][element]
-  std::vector<std::vector<float>> coefficients;           // [reference][axis x padded mode]
+  std::vector<float> positions;                            // N x 3
+  std::vector<std::vector<float>> fields;                  // [field][element]
+  std::vector<std::vector<float>> coefficients;            // [reference][axis x padded mode]
   std::vector<std::vector<std::uint32_t>> correspondence;  // [reference][vertex]; empty without VtP
 
   SampleRecord(const BakePlan& plan, const std::vector<ReferenceBasis>& bases);

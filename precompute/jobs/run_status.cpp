@@ -9,7 +9,6 @@
 #include <system_error>
 
 namespace lbea::bake {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,7 +36,8 @@ std::set<std::string> in_the_making(const WorkFolder& work, WorkKind kind, doubl
 }  // namespace
 
 std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, double patience_s) {
-  const auto records = in_the_making(work, WorkKind::record, patience_s), footprints = in_the_making(work, WorkKind::footprint, patience_s);
+  const auto records = in_the_making(work, WorkKind::record, patience_s),
+             footprints = in_the_making(work, WorkKind::footprint, patience_s);
   std::vector<RunStatus> status;
   for (std::size_t run = 0; run < plan.runs.size(); ++run) {
     const PlannedRun& planned = plan.runs[run];

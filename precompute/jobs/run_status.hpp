@@ -16,8 +16,8 @@ struct RunStatus {
   std::string reason;  // of a failure
 };
 
-/// One per run. A run counts as running while a process writes its files; where the writer died on this machine it counts as
-/// waiting at once, on another one after `patience_s` seconds without a sign.
+/// One per run. A run counts as running while a process writes its files; where the writer died on this machine it
+/// counts as waiting at once, on another one after `patience_s` seconds without a sign.
 [[nodiscard]] std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, double patience_s = 300);
 
 }  // namespace lbea::bake

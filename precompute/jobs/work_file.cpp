@@ -19,7 +19,6 @@
 #include <unistd.h>
 
 namespace lbea::bake {
-
 namespace {
 
 constexpr std::size_t buffer_size = std::size_t{1} << 20;
@@ -135,7 +134,9 @@ void WorkWriter::fail(const char* action, int error) const {
 }
 
 WorkReader::WorkReader(std::filesystem::path file, WorkName name)
-    : file_(std::move(file)), descriptor_(::open(file_.c_str(), O_RDONLY | O_CLOEXEC)), buffer_(buffer_size),
+    : file_(std::move(file)),
+      descriptor_(::open(file_.c_str(), O_RDONLY | O_CLOEXEC)),
+      buffer_(buffer_size),
       hash_(std::make_unique<Hash>()) {
   if (descriptor_ < 0) fail_to_read("cannot be opened");
   try {
@@ -184,9 +185,7 @@ void WorkReader::finish() {
   if (XXH3_64bits_digest(&hash_->state) != expected) fail("is damaged");
 }
 
-void WorkReader::fail(const char* what) const {
-  throw DamagedWorkFile(file_, file_.string() + " " + what);
-}
+void WorkReader::fail(const char* what) const { throw DamagedWorkFile(file_, file_.string() + " " + what); }
 
 void WorkReader::fail_to_read(const char* what) const {
   throw Error(Status::bad_input, file_.string() + " " + what + ": " + std::generic_category().message(errno));

@@ -51,7 +51,8 @@ class WorkWriter {
 
 /// A finished file whose bytes are not those that were written: to be removed and made again.
 struct DamagedWorkFile : Error {
-  DamagedWorkFile(std::filesystem::path path, const std::string& sentence) : Error(Status::bad_input, sentence), file(std::move(path)) {}
+  DamagedWorkFile(std::filesystem::path path, const std::string& sentence)
+      : Error(Status::bad_input, sentence), file(std::move(path)) {}
   std::filesystem::path file;
 };
 

@@ -17,7 +17,6 @@
 #include <unistd.h>
 
 namespace lbea::bake {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,7 +60,8 @@ void WorkFolder::sweep() const {
   for (const auto& entry : fs::recursive_directory_iterator(folder_, error)) {
     const std::string name = entry.path().filename().string();
     const auto end = name.find(".tmp-");
-    if (end != std::string::npos && fs::exists(entry.path().parent_path() / name.substr(0, end), error)) remains.push_back(entry.path());
+    if (end != std::string::npos && fs::exists(entry.path().parent_path() / name.substr(0, end), error))
+      remains.push_back(entry.path());
   }
   for (const fs::path& path : remains) fs::remove(path, error);
 }

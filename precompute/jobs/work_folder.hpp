@@ -40,7 +40,8 @@ class WorkFolder {
   bool is_durable_, is_passing_ = false;
 };
 
-/// For a bake in one process: beside the model, gone with this object; with the next bake of this model, when it is killed.
+/// For a bake in one process: beside the model, gone with this object; with the next bake of this model, when it is
+/// killed.
 class PassingWorkFolder {
  public:
   /// Throws Error{write_failed}.

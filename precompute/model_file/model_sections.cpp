@@ -11,7 +11,6 @@
 #include <limits>
 
 namespace lbea::bake {
-
 namespace {
 
 using format::ElementType;
@@ -19,8 +18,7 @@ using format::SectionId;
 
 std::uint32_t count32(std::size_t count, const std::string& what) {
   if (count >= std::numeric_limits<std::uint32_t>::max())
-    throw Error(Status::bad_config,
-                std::to_string(count) + " " + what + " are more than a model can hold; use fewer");
+    throw Error(Status::bad_config, std::to_string(count) + " " + what + " are more than a model can hold; use fewer");
   return static_cast<std::uint32_t>(count);
 }
 
@@ -38,8 +36,7 @@ void add_ensemble(SmallSections& sections, const format::Info& info, const Ensem
   std::vector<std::uint32_t> samples;
   for (std::uint32_t run = 0; run < info.simulations; ++run) {
     names.push_back(ensemble.runs[run].name);
-    parameters.insert(parameters.end(), ensemble.runs[run].parameters.begin(),
-                      ensemble.runs[run].parameters.end());
+    parameters.insert(parameters.end(), ensemble.runs[run].parameters.begin(), ensemble.runs[run].parameters.end());
     times.insert(times.end(), survey.runs[run].times_s.begin(), survey.runs[run].times_s.end());
     for (const std::uint32_t step : survey.runs[run].steps) samples.insert(samples.end(), {run, step});
   }
@@ -54,11 +51,9 @@ void add_ensemble(SmallSections& sections, const format::Info& info, const Ensem
 void add_component(SmallSections& sections, const format::Info& info, const Survey& survey) {
   const CommonMesh& mesh = survey.mesh;
   std::vector<std::uint32_t> element_nodes;
-  for (const Quad& element : mesh.elements)
-    element_nodes.insert(element_nodes.end(), element.begin(), element.end());
+  for (const Quad& element : mesh.elements) element_nodes.insert(element_nodes.end(), element.begin(), element.end());
   std::vector<std::string> field_names;
-  for (const SimulationField& field : survey.fields)
-    field_names.insert(field_names.end(), {field.name, field.unit});
+  for (const SimulationField& field : survey.fields) field_names.insert(field_names.end(), {field.name, field.unit});
   const std::vector<std::uint32_t> at_elements(info.fields, 0);
   sections.add<std::uint32_t>(SectionId::node_ids, 0, {info.nodes}, mesh.node_ids);
   sections.add<std::uint32_t>(SectionId::element_ids, 0, {info.elements}, mesh.element_ids);
@@ -74,8 +69,7 @@ std::vector<float> padded_rows(const Eigen::MatrixXd& matrix) {
   std::vector<float> rows(static_cast<std::size_t>(matrix.rows()) * stride, 0.0f);
   for (Eigen::Index i = 0; i < matrix.rows(); ++i)
     for (Eigen::Index j = 0; j < matrix.cols(); ++j)
-      rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)] =
-          static_cast<float>(matrix(i, j));
+      rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)] = static_cast<float>(matrix(i, j));
   return rows;
 }
 
@@ -109,13 +103,11 @@ void SmallSections::plan(std::vector<PlannedSection>& plan) const {
 }
 
 void SmallSections::write(ModelWriter& writer) const {
-  for (const Section& section : sections_)
-    writer.write_bytes(section.plan.id, section.plan.part, 0, section.bytes);
+  for (const Section& section : sections_) writer.write_bytes(section.plan.id, section.plan.part, 0, section.bytes);
 }
 
-format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble,
-                        const Survey& survey, const std::vector<ReferenceBasis>& references,
-                        const EnvelopeGrid& envelope) {
+format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
+                        const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
   format::Info info{};
   info.reference_mode = static_cast<std::uint32_t>(description.mode);
   info.vertices = count32(references.front().vertex_nodes.size(), "vertices");
@@ -131,9 +123,9 @@ format::Info model_info(const EnsembleDescription& description, const Ensemble& 
   return info;
 }
 
-SmallSections small_sections(const format::Info& info, const EnsembleDescription& description,
-                             const Ensemble& ensemble, const Survey& survey,
-                             const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
+SmallSections small_sections(const format::Info& info, const EnsembleDescription& description, const Ensemble& ensemble,
+                             const Survey& survey, const std::vector<ReferenceBasis>& references,
+                             const EnvelopeGrid& envelope) {
   SmallSections sections;
   std::array<std::uint32_t, sizeof(format::Info) / sizeof(std::uint32_t)> words{};
   std::memcpy(words.data(), &info, sizeof(info));
@@ -145,16 +137,15 @@ SmallSections small_sections(const format::Info& info, const EnsembleDescription
   std::vector<double> reference_times;
   for (const ReferenceBasis& reference : references) reference_times.push_back(reference.time_s);
   sections.add<double>(SectionId::reference_times, 0, {info.references}, reference_times);
-  for (std::uint32_t part = 0; part < info.references; ++part)
-    add_reference(sections, info, part, references[part]);
+  for (std::uint32_t part = 0; part < info.references; ++part) add_reference(sections, info, part, references[part]);
   return sections;
 }
 
-void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info, const EnsembleDescription& description,
-                         std::size_t provenance_size, const ViewCamera* camera) {
+void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
+                         const EnsembleDescription& description, std::size_t provenance_size,
+                         const ViewCamera* camera) {
   const std::uint64_t s = info.samples, n = info.vertices;
-  const std::uint64_t cells =
-      std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
+  const std::uint64_t cells = std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
   plan.push_back({SectionId::provenance, 0, ElementType::u8, {provenance_size}});
   plan.push_back({SectionId::node_positions, 0, ElementType::f32, {s, info.nodes, 3}});
   for (std::uint32_t field = 0; field < info.fields; ++field) plan_field(plan, info, field, description.compact_fields);
@@ -174,8 +165,14 @@ void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& 
 }
 
 void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntViews& learnt) {
-  format::ViewCameraWords words{{}, double{camera.focal}, double{camera.centre_column}, double{camera.centre_row},
-                                double{camera.depth_origin}, double{camera.depth_step}, double{learnt.limits.frame}, double{learnt.limits.test}};
+  format::ViewCameraWords words{{},
+                                double{camera.focal},
+                                double{camera.centre_column},
+                                double{camera.centre_row},
+                                double{camera.depth_origin},
+                                double{camera.depth_step},
+                                double{learnt.limits.frame},
+                                double{learnt.limits.test}};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});

@@ -1,13 +1,13 @@
 // The sections of a model that are known before the samples are read, and the sizes of those that are not.
 #pragma once
 
+#include "precompute/basis/reference_basis.hpp"
+#include "precompute/depth_images/view_learning.hpp"
 #include "precompute/ensemble.hpp"
 #include "precompute/ensemble_description.hpp"
-#include "precompute/survey/envelope.hpp"
 #include "precompute/model_file/model_writer.hpp"
-#include "precompute/basis/reference_basis.hpp"
+#include "precompute/survey/envelope.hpp"
 #include "precompute/survey/survey.hpp"
-#include "precompute/depth_images/view_learning.hpp"
 
 #include <cstddef>
 #include <span>
@@ -20,10 +20,10 @@ namespace lbea::bake {
 class SmallSections {
  public:
   template <typename T>
-  void add(format::SectionId id, std::uint32_t part, std::vector<std::uint64_t> shape,
-           std::span<const T> values) {
+  void add(format::SectionId id, std::uint32_t part, std::vector<std::uint64_t> shape, std::span<const T> values) {
     const auto bytes = std::as_bytes(values);
-    std::vector<std::byte> copy(bytes.begin(), bytes.end());  // first: GCC 12 frees `shape` twice when it throws within the braces
+    std::vector<std::byte> copy(bytes.begin(),
+                                bytes.end());  // first: GCC 12 frees `shape` twice when it throws within the braces
     sections_.push_back({{id, part, element_type<T>(), std::move(shape)}, std::move(copy)});
   }
   void add_text(format::SectionId id, const std::string& text);
@@ -59,13 +59,12 @@ class SmallSections {
 
 [[nodiscard]] SmallSections small_sections(const format::Info& info, const EnsembleDescription& description,
                                            const Ensemble& ensemble, const Survey& survey,
-                                           const std::vector<ReferenceBasis>& references,
-                                           const EnvelopeGrid& envelope);
+                                           const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope);
 
 /// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes,
 /// branches, leading axes and, unless `camera` is null, depth images.
-void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info, const EnsembleDescription& description,
-                         std::size_t provenance_size, const ViewCamera* camera);
+void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
+                         const EnsembleDescription& description, std::size_t provenance_size, const ViewCamera* camera);
 
 /// Sections 64, 65 and 67.
 void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntViews& learnt);

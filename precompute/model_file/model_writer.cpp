@@ -7,11 +7,11 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <fstream>
-#include <cstring>
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -20,25 +20,20 @@
 #include <unistd.h>
 
 namespace lbea::bake {
-
 namespace {
 
-constexpr std::size_t largest_transfer = std::size_t{1}
-                                         << 30;  // one pwrite() moves at most 2^31 - 4096 bytes
+constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // one pwrite() moves at most 2^31 - 4096 bytes
 constexpr int temporary_names = 1000;
 
 std::uint64_t product(std::uint64_t a, std::uint64_t b) {
-  constexpr std::uint64_t largest_file = std::uint64_t{1}
-                                         << 55;  // few enough that sums of some sections fit, too
+  constexpr std::uint64_t largest_file = std::uint64_t{1} << 55;  // few enough that sums of some sections fit, too
   if (b != 0 && a > largest_file / b)
-    throw Error(Status::bad_config,
-                "the model would be larger than any disk; use fewer samples or fewer references");
+    throw Error(Status::bad_config, "the model would be larger than any disk; use fewer samples or fewer references");
   return a * b;
 }
 
 format::SectionEntry entry_of(const PlannedSection& section) {
-  if (section.shape.empty() || section.shape.size() > 3)
-    throw std::logic_error("a section has 1 to 3 dimensions");
+  if (section.shape.empty() || section.shape.size() > 3) throw std::logic_error("a section has 1 to 3 dimensions");
   format::SectionEntry entry{};
   entry.id = static_cast<std::uint32_t>(section.id);
   entry.part = section.part;
@@ -54,8 +49,8 @@ format::SectionEntry entry_of(const PlannedSection& section) {
 auto key_of(const format::SectionEntry& entry) { return std::pair(entry.id, entry.part); }
 
 std::string name_of(const format::SectionEntry& entry) {
-  return "section " + std::to_string(entry.id) + " '" + title(static_cast<format::SectionId>(entry.id)) +
-         "' part " + std::to_string(entry.part);
+  return "section " + std::to_string(entry.id) + " '" + title(static_cast<format::SectionId>(entry.id)) + "' part " +
+         std::to_string(entry.part);
 }
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
@@ -75,10 +70,12 @@ std::filesystem::path replaceable(std::filesystem::path file) {
   file = fs::canonical(file);
   std::array<char, format::magic.size()> begin{};
   const bool is_empty = fs::is_regular_file(file) && fs::file_size(file) == 0;
-  const bool is_model = fs::is_regular_file(file) && std::ifstream(file, std::ios::binary).read(begin.data(), begin.size()) &&
+  const bool is_model = fs::is_regular_file(file) &&
+                        std::ifstream(file, std::ios::binary).read(begin.data(), begin.size()) &&
                         std::memcmp(begin.data(), format::magic.data(), begin.size()) == 0;
   if (!is_empty && !is_model)
-    throw Error(Status::write_failed, file.string() + ": exists and is not a model; nothing was overwritten, choose another name");
+    throw Error(Status::write_failed,
+                file.string() + ": exists and is not a model; nothing was overwritten, choose another name");
   return file;
 }
 
@@ -152,7 +149,8 @@ void ModelWriter::reserve() {
   if (::ftruncate(descriptor_, size) != 0) fail("reserve space for", where, errno);
 }
 
-std::size_t ModelWriter::place_of(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::size_t bytes) const {
+std::size_t ModelWriter::place_of(format::SectionId id, std::uint32_t part, std::uint64_t begin,
+                                  std::size_t bytes) const {
   const std::pair key(static_cast<std::uint32_t>(id), part);
   const auto entry = std::ranges::lower_bound(directory_, key, {}, key_of);
   if (entry == directory_.end() || key_of(*entry) != key)
@@ -177,8 +175,8 @@ void ModelWriter::read_bytes(format::SectionId id, std::uint32_t part, std::uint
 
 void ModelWriter::read_at(std::uint64_t offset, std::span<std::byte> bytes, const std::string& where) const {
   while (!bytes.empty()) {
-    const ssize_t n = ::pread(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer),
-                              static_cast<off_t>(offset));
+    const ssize_t n =
+        ::pread(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer), static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail("read back", where, n < 0 ? errno : EIO);
     offset += static_cast<std::uint64_t>(n);
@@ -188,8 +186,8 @@ void ModelWriter::read_at(std::uint64_t offset, std::span<std::byte> bytes, cons
 
 void ModelWriter::write_at(std::uint64_t offset, std::span<const std::byte> bytes, const std::string& where) {
   while (!bytes.empty()) {
-    const ssize_t n = ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer),
-                               static_cast<off_t>(offset));
+    const ssize_t n =
+        ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer), static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail("write", where, n < 0 ? errno : EIO);
     offset += static_cast<std::uint64_t>(n);
@@ -223,7 +221,8 @@ void ModelWriter::fill_checksums() {
   for (format::SectionEntry& entry : directory_) {
     XXH3_64bits_reset(&state);
     for (std::uint64_t done = 0; done < entry.length;) {
-      const auto piece = std::span(buffer).first(static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), entry.length - done)));
+      const auto piece = std::span(buffer).first(
+          static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), entry.length - done)));
       read_at(entry.offset + done, piece, name_of(entry));
       XXH3_64bits_update(&state, piece.data(), piece.size());
       done += piece.size();
@@ -235,15 +234,15 @@ void ModelWriter::fill_checksums() {
 void ModelWriter::publish() {
   if (::fsync(descriptor_) != 0) fail("flush", "all sections", errno);
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("close", "all sections", errno);
-  if (::rename(temporary_.c_str(), file_.c_str()) != 0)
-    fail("rename the finished file to", "all sections", errno);
+  if (::rename(temporary_.c_str(), file_.c_str()) != 0) fail("rename the finished file to", "all sections", errno);
   temporary_.clear();
   const int folder = ::open(folder_of(file_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;  // a folder may be writable without being readable: the file is whole in any case
   const int error = ::fsync(folder) == 0 ? 0 : errno;
   ::close(folder);
   if (error == 0 || error == EINVAL) return;
-  ::unlink(file_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
+  ::unlink(
+      file_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
   fail("flush the folder of", "all sections", error);
 }
 

@@ -44,8 +44,7 @@ class ModelWriter {
     write_bytes(id, part, first * sizeof(T), std::as_bytes(values));
   }
   /// The same in bytes from `begin`.
-  void write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin,
-                   std::span<const std::byte> bytes);
+  void write_bytes(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::span<const std::byte> bytes);
   /// Elements that were written before, from any thread.
   template <typename T>
   void read(format::SectionId id, std::uint32_t part, std::uint64_t first, std::span<T> values) const {
@@ -66,7 +65,8 @@ class ModelWriter {
   void create();
   void reserve();
 
-  [[nodiscard]] std::size_t place_of(format::SectionId id, std::uint32_t part, std::uint64_t begin, std::size_t bytes) const;
+  [[nodiscard]] std::size_t place_of(format::SectionId id, std::uint32_t part, std::uint64_t begin,
+                                     std::size_t bytes) const;
   void read_at(std::uint64_t offset, std::span<std::byte> bytes, const std::string& where) const;
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes, const std::string& where);
   void check_complete() const;

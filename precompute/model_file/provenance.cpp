@@ -7,7 +7,6 @@
 #include <cstdio>
 
 namespace lbea::bake {
-
 namespace {
 
 std::string hexadecimal(std::uint64_t hash) {
@@ -27,8 +26,7 @@ std::string region_json(const RegionDescription& region) {
   JsonObject json;
   if (!region.parts.empty()) json.add("parts", numbers(region.parts));
   if (region.box)
-    json.add("box",
-             JsonObject().add("min", numbers(region.box->min)).add("max", numbers(region.box->max)).text());
+    json.add("box", JsonObject().add("min", numbers(region.box->min)).add("max", numbers(region.box->max)).text());
   if (!region.node_ids.empty()) json.add("listed_nodes", std::to_string(region.node_ids.size()));
   if (!region.sensor.empty()) json.add("visible_to", json_string(region.sensor.filename().string()));
   return json.text();
@@ -37,8 +35,7 @@ std::string region_json(const RegionDescription& region) {
 std::string configuration_json(const EnsembleDescription& description, const Ensemble& ensemble) {
   JsonObject json;
   if (description.compact_fields) json.add("compact_fields", "true");
-  return json
-      .add("mode", json_string(description.mode == ReferenceMode::impact ? "impact" : "over-time"))
+  return json.add("mode", json_string(description.mode == ReferenceMode::impact ? "impact" : "over-time"))
       .add("modes", std::to_string(description.modes))
       .add("reference_run", json_string(ensemble.runs[ensemble.reference_run].name))
       .add("impact_step", std::to_string(description.impact_step))
@@ -58,10 +55,8 @@ std::string inputs_json(const Ensemble& ensemble, const Survey& survey) {
                           .add("size", std::to_string(file.size))
                           .add("xxh3_64", hexadecimal(file.hash))
                           .text());
-    runs.push_back(JsonObject()
-                       .add("name", json_string(ensemble.runs[run].name))
-                       .add("files", json_array(files))
-                       .text());
+    runs.push_back(
+        JsonObject().add("name", json_string(ensemble.runs[run].name)).add("files", json_array(files)).text());
   }
   return json_array(runs);
 }
@@ -82,16 +77,13 @@ std::string basis_json(const std::vector<ReferenceBasis>& references) {
 
 }  // namespace
 
-std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble,
-                            const Survey& survey, const std::vector<ReferenceBasis>& references,
-                            double kept_variance, const std::vector<std::string>& left_out) {
+std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
+                            const std::vector<ReferenceBasis>& references, double kept_variance,
+                            const std::vector<std::string>& left_out) {
   JsonObject json;
-  json
-      .add("made_by", json_string("lbea-bake " LBEA_VERSION_STRING))
-      .add("units", JsonObject()
-                        .add("length", json_string(description.length_unit))
-                        .add("time", json_string("s"))
-                        .text())
+  json.add("made_by", json_string("lbea-bake " LBEA_VERSION_STRING))
+      .add("units",
+           JsonObject().add("length", json_string(description.length_unit)).add("time", json_string("s")).text())
       .add("configuration", configuration_json(description, ensemble))
       .add("basis", basis_json(references))
       .add("kept_variance", json_number(kept_variance))

@@ -1,9 +1,9 @@
 // What a model says about its own making, as JSON.
 #pragma once
 
+#include "precompute/basis/reference_basis.hpp"
 #include "precompute/ensemble.hpp"
 #include "precompute/ensemble_description.hpp"
-#include "precompute/basis/reference_basis.hpp"
 #include "precompute/survey/survey.hpp"
 
 #include <string>

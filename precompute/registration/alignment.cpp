@@ -6,7 +6,6 @@
 #include <cmath>
 
 namespace lbea::bake {
-
 namespace {
 
 constexpr int most_steps = 30;
@@ -17,7 +16,8 @@ constexpr double counted_scales = 3, reach_scales = 20, edge_reach_scales = 5;
 /// Rows of the Jacobian, weighted and added up.
 class Sum {
  public:
-  Sum(AlignmentEquations& equations, std::span<const std::vector<float>> modes, double arm) : equations_(equations), modes_(modes), arm_(arm) {
+  Sum(AlignmentEquations& equations, std::span<const std::vector<float>> modes, double arm)
+      : equations_(equations), modes_(modes), arm_(arm) {
     const auto size = static_cast<Eigen::Index>(6 + modes.size());
     equations.normal = Eigen::MatrixXd::Zero(size, size);
     equations.right = Eigen::VectorXd::Zero(size);
@@ -26,15 +26,17 @@ class Sum {
 
   /// residual = direction . (point - foot); the foot moves with the shape as its nodes' shares say.
   template <std::size_t n>
-  void add(const Eigen::Vector3d& from_centre, const Eigen::Vector3d& direction, const std::array<std::uint32_t, n>& nodes,
-           const std::array<double, n>& shares, double residual, double scale) {
+  void add(const Eigen::Vector3d& from_centre, const Eigen::Vector3d& direction,
+           const std::array<std::uint32_t, n>& nodes, const std::array<double, n>& shares, double residual,
+           double scale) {
     row_.head<3>() = from_centre.cross(direction) / arm_;
     row_.segment<3>(3) = direction;
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       double along = 0;
       for (std::size_t k = 0; k < n; ++k)
         for (std::size_t axis = 0; axis < 3; ++axis)
-          along += shares[k] * double{modes_[m][3 * std::size_t{nodes[k]} + axis]} * direction(static_cast<Eigen::Index>(axis));
+          along += shares[k] * double{modes_[m][3 * std::size_t{nodes[k]} + axis]} *
+                   direction(static_cast<Eigen::Index>(axis));
       row_(static_cast<Eigen::Index>(6 + m)) = -along;
     }
     const double share = scale * scale / (scale * scale + residual * residual), weight = share * share;
@@ -52,12 +54,15 @@ class Sum {
 
 }  // namespace
 
-double AlignmentEquations::residual() const { return counted > 0 ? std::sqrt(squares / static_cast<double>(counted)) : 0; }
+double AlignmentEquations::residual() const {
+  return counted > 0 ? std::sqrt(squares / static_cast<double>(counted)) : 0;
+}
 
-// Points: r = distance from the surface; its gradient is the unit vector from the foot: the normal inside the surface, across
-// the edge beyond it. Edges: r = how far the cloud goes beyond the edge, half a spacing short of it on average.
-AlignmentEquations alignment_equations(const AlignmentTarget& target, const AlignmentCloud& cloud, const Eigen::Isometry3d& pose,
-                                       std::span<const std::vector<float>> modes, const AlignmentSettings& settings) {
+// Points: r = distance from the surface; its gradient is the unit vector from the foot: the normal inside the surface,
+// across the edge beyond it. Edges: r = how far the cloud goes beyond the edge, half a spacing short of it on average.
+AlignmentEquations alignment_equations(const AlignmentTarget& target, const AlignmentCloud& cloud,
+                                       const Eigen::Isometry3d& pose, std::span<const std::vector<float>> modes,
+                                       const AlignmentSettings& settings) {
   AlignmentEquations equations;
   Sum sum(equations, modes, cloud.arm());
   const double scale = settings.scale;
@@ -69,7 +74,8 @@ AlignmentEquations alignment_equations(const AlignmentTarget& target, const Alig
     const double r2 = place.distance * place.distance;
     equations.cost += place.found() ? scale * scale * r2 / (scale * scale + r2) : scale * scale;
     if (place.found() && place.distance > 0)
-      sum.add(p - centre, (p - Eigen::Vector3d(place.position.data())) / place.distance, place.nodes, place.shares, place.distance, scale);
+      sum.add(p - centre, (p - Eigen::Vector3d(place.position.data())) / place.distance, place.nodes, place.shares,
+              place.distance, scale);
     if (place.distance > counted_scales * scale) continue;
     ++equations.counted;
     equations.squares += r2;
@@ -80,7 +86,8 @@ AlignmentEquations alignment_equations(const AlignmentTarget& target, const Alig
   for (const auto& edge : target.edges()) {
     const Eigen::Vector3d p = pose * cloud.nearest(back * edge.position);
     if ((p - edge.position).norm() > edge_reach_scales * edge_scale) continue;
-    sum.add(p - centre, edge.outward, edge.nodes, edge.shares, (p - edge.position).dot(edge.outward) + 0.5 * settings.spacing, edge_scale);
+    sum.add(p - centre, edge.outward, edge.nodes, edge.shares,
+            (p - edge.position).dot(edge.outward) + 0.5 * settings.spacing, edge_scale);
   }
   return equations;
 }
@@ -92,7 +99,8 @@ Eigen::VectorXd solve_damped(const AlignmentEquations& equations, const Eigen::V
   return normal.ldlt().solve(equations.right);
 }
 
-Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& cloud, const Eigen::Isometry3d& start, const AlignmentSettings& settings) {
+Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& cloud, const Eigen::Isometry3d& start,
+                        const AlignmentSettings& settings) {
   Eigen::Isometry3d pose = start;
   for (int step = 0; step < most_steps; ++step) {
     const Vector6 motion = solve_damped(alignment_equations(target, cloud, pose, {}, settings), Vector6::Zero());

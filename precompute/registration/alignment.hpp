@@ -60,25 +60,27 @@ struct AlignmentEquations {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
   double weights = 0;
-  double cost = 0;      // mean robust squared distance, length unit squared
-  double squares = 0;   // of the counted distances
-  std::size_t asked = 0, counted = 0;  // points; those within three scales
+  double cost = 0;                        // mean robust squared distance, length unit squared
+  double squares = 0;                     // of the counted distances
+  std::size_t asked = 0, counted = 0;     // points; those within three scales
   [[nodiscard]] double residual() const;  // root mean square of the counted
 };
 
 struct AlignmentSettings {
-  double scale = 1;        // k in the weights of Geman and McClure, (k^2 / (k^2 + r^2))^2; length unit
-  double spacing = 0;      // between neighbouring points on the surface: the cloud ends half of it before an edge
-  std::size_t every = 1;   // one of so many chosen points counts
+  double scale = 1;       // k in the weights of Geman and McClure, (k^2 / (k^2 + r^2))^2; length unit
+  double spacing = 0;     // between neighbouring points on the surface: the cloud ends half of it before an edge
+  std::size_t every = 1;  // one of so many chosen points counts
 };
 
 /// modes: each nodes x 3; without any, the pose alone.
-[[nodiscard]] AlignmentEquations alignment_equations(const AlignmentTarget& target, const AlignmentCloud& cloud, const Eigen::Isometry3d& pose,
-                                                     std::span<const std::vector<float>> modes, const AlignmentSettings& settings);
+[[nodiscard]] AlignmentEquations alignment_equations(const AlignmentTarget& target, const AlignmentCloud& cloud,
+                                                     const Eigen::Isometry3d& pose,
+                                                     std::span<const std::vector<float>> modes,
+                                                     const AlignmentSettings& settings);
 
 /// Gauss-Newton steps of the pose until it stands still.
-[[nodiscard]] Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& cloud, const Eigen::Isometry3d& start,
-                                      const AlignmentSettings& settings);
+[[nodiscard]] Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& cloud,
+                                      const Eigen::Isometry3d& start, const AlignmentSettings& settings);
 
 /// The motion that solves the equations' first six; motions that nothing tells are zero.
 [[nodiscard]] Eigen::VectorXd solve_damped(const AlignmentEquations& equations, const Eigen::VectorXd& prior);

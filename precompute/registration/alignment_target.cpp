@@ -8,7 +8,6 @@
 #include <utility>
 
 namespace lbea::bake {
-
 namespace {
 
 Eigen::Vector3d node(std::span<const float> positions, std::uint32_t i) {
@@ -31,7 +30,9 @@ std::vector<std::uint32_t> first_at_place(std::span<const float> positions) {
 struct Points {
   const std::vector<Eigen::Vector3d>& all;
   [[nodiscard]] std::size_t kdtree_get_point_count() const { return all.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const { return all[i](static_cast<Eigen::Index>(axis)); }
+  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const {
+    return all[i](static_cast<Eigen::Index>(axis));
+  }
   template <class Box>
   bool kdtree_get_bbox(Box&) const {
     return false;
@@ -40,10 +41,12 @@ struct Points {
 
 }  // namespace
 
-AlignmentTarget::AlignmentTarget(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
+AlignmentTarget::AlignmentTarget(std::span<const float> positions,
+                                 std::span<const std::array<std::uint32_t, 4>> elements,
                                  std::span<const std::uint8_t> kept, double step)
     : surface_(positions, elements, kept) {
-  const std::vector<std::uint32_t> place = first_at_place(positions);  // parts that meet without sharing nodes do not end there
+  const std::vector<std::uint32_t> place =
+      first_at_place(positions);  // parts that meet without sharing nodes do not end there
   struct Owner {
     int elements = 0;
     std::size_t element = 0;
@@ -75,13 +78,16 @@ AlignmentTarget::AlignmentTarget(std::span<const float> positions, std::span<con
 }
 
 struct AlignmentCloud::Tree {
-  using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Points>, Points, 3, std::uint32_t>;
-  explicit Tree(const std::vector<Eigen::Vector3d>& all) : points{all}, index(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {}
+  using Index =
+      nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Points>, Points, 3, std::uint32_t>;
+  explicit Tree(const std::vector<Eigen::Vector3d>& all)
+      : points{all}, index(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {}
   Points points;
   Index index;
 };
 
-AlignmentCloud::AlignmentCloud(std::vector<Eigen::Vector3d> all, std::size_t chosen) : all_(std::move(all)), middle_(Eigen::Vector3d::Zero()) {
+AlignmentCloud::AlignmentCloud(std::vector<Eigen::Vector3d> all, std::size_t chosen)
+    : all_(std::move(all)), middle_(Eigen::Vector3d::Zero()) {
   const std::size_t count = std::min(chosen, all_.size());
   for (std::size_t i = 0; i < count; ++i) chosen_.push_back(all_[i * all_.size() / count]);
   for (const auto& p : chosen_) middle_ += p / static_cast<double>(count);

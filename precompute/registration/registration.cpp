@@ -11,13 +11,12 @@
 #include <numbers>
 
 namespace lbea::bake {
-
 namespace {
 
 constexpr std::size_t least_points = 100;
 constexpr double degrees = 180 / std::numbers::pi;
-// What is left after alignment is mostly no noise but shape, the same over whole faces: as telling as so many independent
-// measurements.
+// What is left after alignment is mostly no noise but shape, the same over whole faces: as telling as so many
+// independent measurements.
 constexpr double independent_residuals = 25;
 constexpr std::size_t finalists = 5;
 constexpr int shape_rounds = 20;
@@ -25,7 +24,8 @@ constexpr int shape_rounds = 20;
 std::vector<Eigen::Vector3d> finite(std::span<const Point> points) {
   std::vector<Eigen::Vector3d> kept;
   for (const Point& p : points)
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) kept.emplace_back(double{p.x}, double{p.y}, double{p.z});
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
+      kept.emplace_back(double{p.x}, double{p.y}, double{p.z});
   return kept;
 }
 
@@ -37,7 +37,8 @@ struct Candidate {
 };
 
 /// The rough pose, and the same turned and shifted both ways about and along each axis.
-std::vector<Candidate> starts(const Eigen::Isometry3d& rough, const Eigen::Vector3d& centre, std::size_t modes, const RegistrationSettings& settings) {
+std::vector<Candidate> starts(const Eigen::Isometry3d& rough, const Eigen::Vector3d& centre, std::size_t modes,
+                              const RegistrationSettings& settings) {
   const Eigen::VectorXd mean_shape = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(modes));
   std::vector<Candidate> all{{rough, mean_shape}};
   for (Eigen::Index axis = 0; axis < 6; ++axis)
@@ -58,10 +59,12 @@ std::string format(const char* pattern, Values... values) {
 
 class Registrar {
  public:
-  Registrar(const ReferenceSurface& surface, std::span<const Point> points, const RigidTransform& rough, const RegistrationSettings& settings)
+  Registrar(const ReferenceSurface& surface, std::span<const Point> points, const RigidTransform& rough,
+            const RegistrationSettings& settings)
       : surface_(surface), settings_(settings), rough_(to_isometry(rough)), cloud_(finite(points), settings.points) {
     if (cloud_.size() < least_points)
-      throw Error(Status::bad_input, "the clouds have " + std::to_string(cloud_.size()) + " points; registration needs at least " + std::to_string(least_points));
+      throw Error(Status::bad_input, "the clouds have " + std::to_string(cloud_.size()) +
+                                         " points; registration needs at least " + std::to_string(least_points));
   }
 
   Registration run() {
@@ -116,19 +119,25 @@ void Registrar::look_from(const std::vector<Candidate>& viewpoints) {
   }
   double area = 0;
   for (std::size_t e = 0; e < elements.size(); ++e) {
-    const auto corner = [&](std::size_t k) { return Eigen::Map<const Eigen::Vector3f>(&surface_.positions[3 * std::size_t{elements[e][k]}]); };
-    if (seen_.empty() || seen_[e] != 0) area += 0.5 * double{(corner(2) - corner(0)).cross(corner(3) - corner(1)).norm()};
+    const auto corner = [&](std::size_t k) {
+      return Eigen::Map<const Eigen::Vector3f>(&surface_.positions[3 * std::size_t{elements[e][k]}]);
+    };
+    if (seen_.empty() || seen_[e] != 0)
+      area += 0.5 * double{(corner(2) - corner(0)).cross(corner(3) - corner(1)).norm()};
   }
   if (!(area > 0))
-    throw Error(Status::bad_input, surface_.visible ? "from the rough pose the rig sees nothing of the reference mesh; check T_reference_sensor"
-                                                    : "the reference mesh has no surface");
+    throw Error(Status::bad_input,
+                surface_.visible
+                    ? "from the rough pose the rig sees nothing of the reference mesh; check T_reference_sensor"
+                    : "the reference mesh has no surface");
   spacing_ = std::sqrt(area / static_cast<double>(cloud_.size()));
 }
 
 AlignmentTarget Registrar::target(const Eigen::VectorXd& shape) const {
   std::vector<float> positions(surface_.positions.begin(), surface_.positions.end());
   for (std::size_t m = 0; m < surface_.modes.size(); ++m)
-    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += static_cast<float>(shape(static_cast<Eigen::Index>(m))) * surface_.modes[m][i];
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      positions[i] += static_cast<float>(shape(static_cast<Eigen::Index>(m))) * surface_.modes[m][i];
   const double step = std::sqrt(spacing_ * std::max(spacing_, 0.01 * cloud_.arm()));
   return {positions, surface_.elements, seen_, step};
 }
@@ -136,7 +145,8 @@ AlignmentTarget Registrar::target(const Eigen::VectorXd& shape) const {
 void Registrar::align_rigidly(Candidate& candidate, std::span<const double> scales, std::size_t every) const {
   const AlignmentTarget at = target(candidate.shape);
   for (const double scale : scales) candidate.pose = align(at, cloud_, candidate.pose, {scale, spacing_, every});
-  candidate.equations = alignment_equations(at, cloud_, candidate.pose, surface_.modes, {scales.back(), spacing_, every});
+  candidate.equations =
+      alignment_equations(at, cloud_, candidate.pose, surface_.modes, {scales.back(), spacing_, every});
 }
 
 // Shapes are normally distributed with standard deviation 1, beside residuals that are only partly independent.
@@ -151,7 +161,8 @@ void Registrar::align_with_shape(Candidate& candidate, std::span<const double> s
   const double arm = cloud_.arm();
   for (const double scale : scales)
     for (int round = 0; round < shape_rounds; ++round) {
-      candidate.equations = alignment_equations(target(candidate.shape), cloud_, candidate.pose, surface_.modes, {scale, spacing_, 1});
+      candidate.equations =
+          alignment_equations(target(candidate.shape), cloud_, candidate.pose, surface_.modes, {scale, spacing_, 1});
       const Eigen::VectorXd precision = prior(candidate.equations);
       AlignmentEquations pulled = candidate.equations;
       pulled.right.tail(candidate.shape.size()) -= precision.tail(candidate.shape.size()).cwiseProduct(candidate.shape);
@@ -161,7 +172,8 @@ void Registrar::align_with_shape(Candidate& candidate, std::span<const double> s
       candidate.shape += step.tail(candidate.shape.size());
       if (step.head<6>().norm() < 1e-3 * scale && step.tail(candidate.shape.size()).norm() < 1e-3) break;
     }
-  candidate.equations = alignment_equations(target(candidate.shape), cloud_, candidate.pose, surface_.modes, {scales.back(), spacing_, 1});
+  candidate.equations = alignment_equations(target(candidate.shape), cloud_, candidate.pose, surface_.modes,
+                                            {scales.back(), spacing_, 1});
 }
 
 double Registrar::apart(const Candidate& a, const Candidate& b) const {
@@ -173,7 +185,9 @@ double Registrar::apart(const Candidate& a, const Candidate& b) const {
 std::vector<Candidate> Registrar::distinct(const std::vector<Candidate>& ranked) const {
   std::vector<Candidate> chosen;
   for (const Candidate& candidate : ranked)
-    if (chosen.size() < finalists && std::ranges::all_of(chosen, [&](const Candidate& other) { return apart(candidate, other) > settings_.tolerance; }))
+    if (chosen.size() < finalists && std::ranges::all_of(chosen, [&](const Candidate& other) {
+          return apart(candidate, other) > settings_.tolerance;
+        }))
       chosen.push_back(candidate);
   return chosen;
 }
@@ -184,7 +198,8 @@ LeastCertain Registrar::least_certain(const Candidate& best) const {
   normal.diagonal() += prior(best.equations);
   Matrix6 pose = normal.topLeftCorner<6, 6>();
   if (const auto modes = normal.rows() - 6; modes > 0)
-    pose -= normal.topRightCorner(6, modes) * normal.bottomRightCorner(modes, modes).ldlt().solve(normal.bottomLeftCorner(modes, 6));
+    pose -= normal.topRightCorner(6, modes) *
+            normal.bottomRightCorner(modes, modes).ldlt().solve(normal.bottomLeftCorner(modes, 6));
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(pose / std::max(best.equations.weights, 1e-12));
   const Vector6 motion = solver.eigenvectors().col(0);
   LeastCertain least;
@@ -193,20 +208,26 @@ LeastCertain Registrar::least_certain(const Candidate& best) const {
     least.shift[i] = motion(static_cast<Eigen::Index>(i + 3));
   }
   least.sensitivity = std::sqrt(std::max(solver.eigenvalues()(0), 0.0));
-  least.deviation = std::max(best.equations.residual(), settings_.noise) / (std::sqrt(independent_residuals) * std::max(least.sensitivity, 1e-12));
+  least.deviation = std::max(best.equations.residual(), settings_.noise) /
+                    (std::sqrt(independent_residuals) * std::max(least.sensitivity, 1e-12));
   return least;
 }
 
 std::string Registrar::doubt(const std::vector<Candidate>& refined, const LeastCertain& least) const {
   if (least.deviation > settings_.tolerance)
-    return format("the clouds hardly tell a shift along (%.2f, %.2f, %.2f) with a turn about (%.4f, %.4f, %.4f) rad per unit: it changes the distances by a "
-                  "share of %.3f only, and stays uncertain by %.2g",
-                  least.shift[0], least.shift[1], least.shift[2], least.turn[0], least.turn[1], least.turn[2], least.sensitivity, least.deviation);
+    return format(
+        "the clouds hardly tell a shift along (%.2f, %.2f, %.2f) with a turn about (%.4f, %.4f, %.4f) rad per unit: it "
+        "changes the distances by a "
+        "share of %.3f only, and stays uncertain by %.2g",
+        least.shift[0], least.shift[1], least.shift[2], least.turn[0], least.turn[1], least.turn[2], least.sensitivity,
+        least.deviation);
   const Candidate& best = refined.front();
   for (std::size_t i = 1; i < refined.size(); ++i) {
     const double away = apart(refined[i], best);
-    if (away > settings_.tolerance && refined[i].equations.cost < 1.5 * best.equations.cost + settings_.noise * settings_.noise)
-      return format("another pose, %.2g away, explains the clouds as well (residuals %.3g and %.3g)", away, best.equations.residual(), refined[i].equations.residual());
+    if (away > settings_.tolerance &&
+        refined[i].equations.cost < 1.5 * best.equations.cost + settings_.noise * settings_.noise)
+      return format("another pose, %.2g away, explains the clouds as well (residuals %.3g and %.3g)", away,
+                    best.equations.residual(), refined[i].equations.residual());
   }
   return "";
 }
@@ -214,8 +235,10 @@ std::string Registrar::doubt(const std::vector<Candidate>& refined, const LeastC
 Registration Registrar::report(const std::vector<Candidate>& refined, const std::vector<Candidate>& coarse) const {
   const Candidate& best = refined.front();
   if (best.equations.counted < least_points)
-    throw Error(Status::bad_input, "after alignment only " + std::to_string(best.equations.counted) + " of " + std::to_string(best.equations.asked) +
-                                       " points lie near the reference mesh; is this a frame of the undeformed component, and the rough pose within " +
+    throw Error(Status::bad_input, "after alignment only " + std::to_string(best.equations.counted) + " of " +
+                                       std::to_string(best.equations.asked) +
+                                       " points lie near the reference mesh; is this a frame of the undeformed "
+                                       "component, and the rough pose within " +
                                        format("%g and %g degrees?", settings_.rough_shift, settings_.rough_turn_deg));
   Registration result;
   result.T_reference_sensor = to_transform(best.pose);
@@ -224,7 +247,8 @@ Registration Registrar::report(const std::vector<Candidate>& refined, const std:
   result.shift = (best.pose * cloud_.middle() - rough_ * cloud_.middle()).norm();
   result.turn_deg = Eigen::AngleAxisd(best.pose.linear() * rough_.linear().transpose()).angle() * degrees;
   result.shape.assign(best.shape.begin(), best.shape.end());
-  const auto same = std::ranges::count_if(coarse, [&](const Candidate& end) { return apart(end, coarse.front()) <= 2 * settings_.tolerance; });
+  const auto same = std::ranges::count_if(
+      coarse, [&](const Candidate& end) { return apart(end, coarse.front()) <= 2 * settings_.tolerance; });
   result.agreeing = static_cast<double>(same) / static_cast<double>(coarse.size());
   result.least_certain = least_certain(best);
   result.doubt = doubt(refined, result.least_certain);

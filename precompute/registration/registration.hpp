@@ -1,4 +1,5 @@
-// Refines a rough T_reference_sensor from a cloud of the undeformed component, and says when the cloud does not tell it.
+// Refines a rough T_reference_sensor from a cloud of the undeformed component, and says when the cloud does not tell
+// it.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -16,8 +17,8 @@ namespace lbea::bake {
 
 /// The undeformed component, views of the caller's memory.
 struct ReferenceSurface {
-  std::span<const float> positions;                             // nodes x 3, reference coordinates
-  std::span<const std::array<std::uint32_t, 4>> elements;       // a triangle repeats its last node
+  std::span<const float> positions;                        // nodes x 3, reference coordinates
+  std::span<const std::array<std::uint32_t, 4>> elements;  // a triangle repeats its last node
   /// How the shape may differ from that: each nodes x 3, one standard deviation large; found along with the pose.
   std::span<const std::vector<float>> modes{};
   /// One per element, 1 = the rig sees it from this pose. Not set: all are seen.
@@ -28,9 +29,9 @@ struct RegistrationSettings {
   double noise = 0.1;       // standard deviation of a point along the line of sight, length unit
   double rough_shift = 20;  // how far off the given pose may be, length unit
   double rough_turn_deg = 5;
-  double tolerance = 1;     // length unit: poses that move the component by more than this are different ones
-  std::uint32_t points = 4'000;         // of the cloud, in the last rounds
-  std::uint32_t coarse_points = 500;    // in the first
+  double tolerance = 1;               // length unit: poses that move the component by more than this are different ones
+  std::uint32_t points = 4'000;       // of the cloud, in the last rounds
+  std::uint32_t coarse_points = 500;  // in the first
 };
 
 /// What the cloud leaves open: moving the component along its least certain motion.
@@ -43,19 +44,19 @@ struct LeastCertain {
 
 struct Registration {
   RigidTransform T_reference_sensor = identity_transform;
-  double residual = 0;     // root mean square distance of the counted points from the surface, length unit
-  double counted = 0;      // share of the points that lie near the surface
-  double shift = 0;        // of the cloud's middle from where the rough pose put it, length unit
-  double turn_deg = 0;     // from the rough pose
+  double residual = 0;        // root mean square distance of the counted points from the surface, length unit
+  double counted = 0;         // share of the points that lie near the surface
+  double shift = 0;           // of the cloud's middle from where the rough pose put it, length unit
+  double turn_deg = 0;        // from the rough pose
   std::vector<double> shape;  // coefficients of the modes, in standard deviations
-  double agreeing = 0;     // share of the starts that end at this pose
+  double agreeing = 0;        // share of the starts that end at this pose
   LeastCertain least_certain;
-  std::string doubt;       // why the pose is ambiguous, a sentence; empty: it is not
+  std::string doubt;  // why the pose is ambiguous, a sentence; empty: it is not
   [[nodiscard]] bool ambiguous() const noexcept { return !doubt.empty(); }
 };
 
-/// Robust point-to-plane alignment, coarse to fine, from several starts around the rough pose. Free edges of the surface
-/// count too: the cloud ends where they do. points: sensor coordinates, of one or several undeformed frames.
+/// Robust point-to-plane alignment, coarse to fine, from several starts around the rough pose. Free edges of the
+/// surface count too: the cloud ends where they do. points: sensor coordinates, of one or several undeformed frames.
 /// Throws Error{bad_input} when the surface is empty or less than a hundred points are near it.
 [[nodiscard]] Registration register_cloud(const ReferenceSurface& surface, std::span<const Point> points,
                                           const RigidTransform& rough, const RegistrationSettings& settings = {});

@@ -19,7 +19,8 @@ ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double le
   const auto n = static_cast<Eigen::Index>(shapes.size());
   Eigen::MatrixXd off(static_cast<Eigen::Index>(values), n);
   for (Eigen::Index s = 0; s < n; ++s)
-    for (std::size_t i = 0; i < values; ++i) off(static_cast<Eigen::Index>(i), s) = double{shapes[static_cast<std::size_t>(s)][i]} - mean[i];
+    for (std::size_t i = 0; i < values; ++i)
+      off(static_cast<Eigen::Index>(i), s) = double{shapes[static_cast<std::size_t>(s)][i]} - mean[i];
   // The small side's eigenvectors: off' off v = lambda v; off v / sqrt(count) is the mode times its standard deviation.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(off.transpose() * off);
   const double nodes = static_cast<double>(values / 3);

@@ -12,8 +12,9 @@ struct ShapeModes {
   std::vector<std::vector<float>> modes;  // each nodes x 3, one standard deviation large; most varying first
 };
 
-/// Principal components of shapes with the same nodes. Modes that move the nodes by less than `least` (root mean square) are
-/// left out, and all beyond the first `most`. One shape alone has no modes.
-[[nodiscard]] ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double least, std::size_t most = 6);
+/// Principal components of shapes with the same nodes. Modes that move the nodes by less than `least` (root mean
+/// square) are left out, and all beyond the first `most`. One shape alone has no modes.
+[[nodiscard]] ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double least,
+                                     std::size_t most = 6);
 
 }  // namespace lbea::bake

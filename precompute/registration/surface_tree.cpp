@@ -6,7 +6,6 @@
 #include <cmath>
 
 namespace lbea::bake {
-
 namespace {
 
 using Vec = std::array<double, 3>;
@@ -60,11 +59,14 @@ SurfaceTree::SurfaceTree(std::span<const float> positions, std::span<const std::
     Triangle triangle{{}, {a, b, c}, static_cast<std::uint32_t>(element)};
     for (std::size_t k = 0; k < 3; ++k) {
       if (triangle.nodes[k] >= positions.size() / 3)
-        throw Error(Status::bad_input, "element " + std::to_string(element) + " names node " + std::to_string(triangle.nodes[k]) + ", but there are " +
+        throw Error(Status::bad_input, "element " + std::to_string(element) + " names node " +
+                                           std::to_string(triangle.nodes[k]) + ", but there are " +
                                            std::to_string(positions.size() / 3));
-      for (std::size_t i = 0; i < 3; ++i) triangle.corners[k][i] = double{positions[3 * std::size_t{triangle.nodes[k]} + i]};
+      for (std::size_t i = 0; i < 3; ++i)
+        triangle.corners[k][i] = double{positions[3 * std::size_t{triangle.nodes[k]} + i]};
     }
-    const Vec normal = cross(minus(triangle.corners[1], triangle.corners[0]), minus(triangle.corners[2], triangle.corners[0]));
+    const Vec normal =
+        cross(minus(triangle.corners[1], triangle.corners[0]), minus(triangle.corners[2], triangle.corners[0]));
     const double area = dot(normal, normal);
     if (area > 0 && std::isfinite(area)) triangles_.push_back(triangle);
   };
@@ -111,7 +113,8 @@ SurfacePlace SurfaceTree::nearest(const std::array<double, 3>& point, double rea
     if (squared_distance(point, branch.low, branch.high) > least) continue;
     if (branch.right != 0) {
       const Branch &left = branches_[at + 1], &right = branches_[branch.right];
-      const bool left_first = squared_distance(point, left.low, left.high) <= squared_distance(point, right.low, right.high);
+      const bool left_first =
+          squared_distance(point, left.low, left.high) <= squared_distance(point, right.low, right.high);
       open[size++] = left_first ? branch.right : at + 1;
       open[size++] = left_first ? at + 1 : branch.right;
       continue;

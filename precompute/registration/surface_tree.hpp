@@ -11,8 +11,8 @@ namespace lbea::bake {
 
 struct SurfacePlace {
   std::uint32_t element = std::numeric_limits<std::uint32_t>::max();  // none within reach: this
-  std::array<std::uint32_t, 3> nodes{};  // the triangle's corners
-  std::array<double, 3> shares{};        // barycentric: position = sum of shares times corners
+  std::array<std::uint32_t, 3> nodes{};                               // the triangle's corners
+  std::array<double, 3> shares{};  // barycentric: position = sum of shares times corners
   std::array<double, 3> position{};
   double distance = std::numeric_limits<double>::infinity();
 

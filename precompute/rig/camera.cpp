@@ -4,7 +4,6 @@
 #include <string>
 
 namespace lbea::bake {
-
 namespace {
 constexpr double rotation_tolerance = 1e-3;  // of each entry of R R' - I: leaves room for rounded calibrations
 constexpr std::uint64_t max_pixels = std::uint64_t{1} << 26;
@@ -13,8 +12,8 @@ bool is_rotation(const Pose& pose) {
   const auto& r = pose.rotation;
   const Vec3 x{r[0], r[1], r[2]}, y{r[3], r[4], r[5]}, z{r[6], r[7], r[8]};
   const auto near = [](double value, double wanted) { return std::abs(value - wanted) <= rotation_tolerance; };
-  return near(dot(x, x), 1) && near(dot(y, y), 1) && near(dot(z, z), 1) && near(dot(x, y), 0) &&
-         near(dot(y, z), 0) && near(dot(z, x), 0) && near(dot(cross(x, y), z), 1);
+  return near(dot(x, x), 1) && near(dot(y, y), 1) && near(dot(z, z), 1) && near(dot(x, y), 0) && near(dot(y, z), 0) &&
+         near(dot(z, x), 0) && near(dot(cross(x, y), z), 1);
 }
 }  // namespace
 
@@ -49,20 +48,19 @@ Pose operator*(const Pose& T_c_b, const Pose& T_b_a) {
 Pose to_pose(const RigidTransform& t, const char* what) {
   for (const float value : t)
     if (!std::isfinite(value))
-      throw Error{Status::bad_config,
-                  std::string(what) + " holds a number that is not finite; check the calibration"};
+      throw Error{Status::bad_config, std::string(what) + " holds a number that is not finite; check the calibration"};
   const Pose pose{{t[0], t[1], t[2], t[4], t[5], t[6], t[8], t[9], t[10]}, {t[3], t[7], t[11]}};
   if (!is_rotation(pose))
-    throw Error{Status::bad_config, std::string(what) + " does not begin with a rotation (orthonormal rows, "
-                                    "determinant 1); check the calibration's order of rows and columns"};
+    throw Error{Status::bad_config, std::string(what) +
+                                        " does not begin with a rotation (orthonormal rows, "
+                                        "determinant 1); check the calibration's order of rows and columns"};
   return pose;
 }
 
 PinholeImage::PinholeImage(const StereoSensor& sensor)
     : width_(sensor.width_px), height_(sensor.height_px), focal_(sensor.focal_px) {
   if (!std::isfinite(focal_) || focal_ <= 0)
-    throw Error{Status::bad_config,
-                "the sensor's focal length of " + std::to_string(focal_) + " px is not positive"};
+    throw Error{Status::bad_config, "the sensor's focal length of " + std::to_string(focal_) + " px is not positive"};
   if (width_ == 0 || height_ == 0 || std::uint64_t{width_} * height_ > max_pixels)
     throw Error{Status::bad_config, "the sensor's image of " + std::to_string(width_) + " x " +
                                         std::to_string(height_) + " px is empty or beyond " +

@@ -8,7 +8,6 @@
 #include <string>
 
 namespace lbea::bake::sensing {
-
 namespace {
 
 constexpr double outlier_reach = 0.03;  // share of the distance

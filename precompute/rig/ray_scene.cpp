@@ -8,7 +8,6 @@
 #include <string>
 
 namespace lbea::bake {
-
 namespace {
 
 void check(RTCDevice device) {
@@ -48,7 +47,9 @@ struct RayDevice::Handle {
   Handle() = default;
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
-  ~Handle() { if (device != nullptr) rtcReleaseDevice(device); }
+  ~Handle() {
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
 };
 
 RayDevice::RayDevice() : handle_(std::make_unique<Handle>()) {

@@ -26,9 +26,9 @@ class RayDevice {
 };
 
 struct RayHit {
-  double distance;         // in lengths of the direction
+  double distance;  // in lengths of the direction
   std::uint32_t triangle;
-  Vec3 normal;             // not normalized; its sign follows the triangle's node order
+  Vec3 normal;  // not normalized; its sign follows the triangle's node order
 };
 
 /// Immutable, so any number of threads may ask at once.

@@ -7,20 +7,22 @@
 
 namespace lbea::bake::sensing {
 
-Rig::Rig(const StereoSensor& description, std::size_t node_count,
-         std::span<const std::array<std::uint32_t, 4>> quads, unsigned wanted_threads)
-    : sensor(description), plane(description),
+Rig::Rig(const StereoSensor& description, std::size_t node_count, std::span<const std::array<std::uint32_t, 4>> quads,
+         unsigned wanted_threads)
+    : sensor(description),
+      plane(description),
       T_sensor_reference(to_pose(description.T_reference_sensor, "T_reference_sensor").inverse()),
       T_right_sensor(to_pose(description.T_reference_right, "T_reference_right").inverse() *
                      to_pose(description.T_reference_sensor, "T_reference_sensor")),
-      right_eye(T_right_sensor.inverse().translation), nodes(node_count), elements(quads.size()),
+      right_eye(T_right_sensor.inverse().translation),
+      nodes(node_count),
+      elements(quads.size()),
       threads(wanted_threads != 0 ? wanted_threads : std::max(1u, std::thread::hardware_concurrency())) {
   if (elements >= no_element)
     throw Error{Status::bad_input, "a mesh of " + std::to_string(elements) + " elements is too large"};
   triangles.reserve(2 * elements);
   triangle_element.reserve(2 * elements);
-  for (std::size_t element = 0; element < elements; ++element)
-    add(static_cast<std::uint32_t>(element), quads[element]);
+  for (std::size_t element = 0; element < elements; ++element) add(static_cast<std::uint32_t>(element), quads[element]);
 }
 
 void Rig::add(std::uint32_t element, const std::array<std::uint32_t, 4>& quad) {

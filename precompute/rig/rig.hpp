@@ -20,8 +20,8 @@ struct Rig {
   unsigned threads;
   RayDevice device;
 
-  Rig(const StereoSensor& description, std::size_t node_count,
-      std::span<const std::array<std::uint32_t, 4>> quads, unsigned wanted_threads);
+  Rig(const StereoSensor& description, std::size_t node_count, std::span<const std::array<std::uint32_t, 4>> quads,
+      unsigned wanted_threads);
 
   [[nodiscard]] bool in_left_image(const Vec3& point) const { return plane.sees(point); }
   [[nodiscard]] bool in_right_image(const Vec3& point) const { return plane.sees(T_right_sensor(point)); }

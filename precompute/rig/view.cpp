@@ -6,7 +6,6 @@
 #include <thread>
 
 namespace lbea::bake::sensing {
-
 namespace {
 
 /// Share of the way to a point on which nothing can hide it: rounding must not let a surface hide itself.
@@ -15,12 +14,11 @@ constexpr double self_occlusion_tolerance = 1e-4;
 void check_size(const Rig& rig, const SurfaceState& state) {
   const std::size_t coordinates = state.positions.size(), flags = state.alive.size();
   if (coordinates % 3 != 0 || coordinates / 3 != rig.nodes)
-    throw Error{Status::bad_input, "a state of " + std::to_string(coordinates) + " coordinates does not fit a mesh of " +
-                                       std::to_string(rig.nodes) + " nodes"};
+    throw Error{Status::bad_input, "a state of " + std::to_string(coordinates) +
+                                       " coordinates does not fit a mesh of " + std::to_string(rig.nodes) + " nodes"};
   if (flags != 0 && flags != rig.elements)
-    throw Error{Status::bad_input, "a state of " + std::to_string(flags) +
-                                       " deletion flags does not fit a mesh of " + std::to_string(rig.elements) +
-                                       " elements"};
+    throw Error{Status::bad_input, "a state of " + std::to_string(flags) + " deletion flags does not fit a mesh of " +
+                                       std::to_string(rig.elements) + " elements"};
 }
 
 std::vector<float> placed(const Rig& rig, const SurfaceState& state) {
@@ -60,7 +58,9 @@ View::Live View::live_triangles(const Rig& rig, const SurfaceState& state) {
 }
 
 View::View(const Rig& rig, const SurfaceState& state)
-    : rig_(rig), positions_(placed(rig, state)), live_(live_triangles(rig, state)),
+    : rig_(rig),
+      positions_(placed(rig, state)),
+      live_(live_triangles(rig, state)),
       scene_(rig.device, positions_, live_.triangles) {}
 
 Vec3 View::node(std::uint32_t index) const {
@@ -73,9 +73,7 @@ Vec3 View::normal(const Triangle& triangle) const {
   return cross(node(triangle[1]) - corner, node(triangle[2]) - corner);
 }
 
-bool View::hidden_from_left(const Vec3& point) const {
-  return scene_.blocked(Vec3{}, point, self_occlusion_tolerance);
-}
+bool View::hidden_from_left(const Vec3& point) const { return scene_.blocked(Vec3{}, point, self_occlusion_tolerance); }
 
 bool View::hidden_from_right(const Vec3& point) const {
   return scene_.blocked(rig_.right_eye, point, self_occlusion_tolerance);
@@ -87,8 +85,7 @@ SensorImage View::render(double min_cos_incidence) const {
   image.depth.assign(pixels, std::numeric_limits<float>::quiet_NaN());
   image.element.assign(pixels, no_element);
   image.measured.assign(pixels, 0);
-  for_each_row(image.height_px, rig_.threads,
-               [&](std::uint32_t row) { render_row(row, min_cos_incidence, image); });
+  for_each_row(image.height_px, rig_.threads, [&](std::uint32_t row) { render_row(row, min_cos_incidence, image); });
   return image;
 }
 

@@ -8,7 +8,6 @@
 #include <string>
 
 namespace lbea::bake {
-
 namespace {
 std::uint32_t scaled_size(std::uint32_t pixels, double factor) {
   const double size = std::round(pixels * factor);
@@ -63,8 +62,7 @@ std::vector<std::uint8_t> VirtualSensor::visible_nodes(const SurfaceState& state
   return visible;
 }
 
-std::vector<std::uint8_t> VirtualSensor::visible_elements(const SurfaceState& state,
-                                                          float min_cos_incidence) const {
+std::vector<std::uint8_t> VirtualSensor::visible_elements(const SurfaceState& state, float min_cos_incidence) const {
   const SensorImage seen = image(state, min_cos_incidence);
   std::vector<std::uint8_t> visible(rig_->elements, 0);
   for (std::size_t pixel = 0; pixel < seen.pixels(); ++pixel)

@@ -47,8 +47,8 @@ class VirtualSensor {
   /// `elements`: node indices, a triangle repeats its last node; quads are split along nodes 0-2. `threads`: how
   /// many share the rows of one image, 0 = all processors. Throws Error{bad_config} for a sensor that is none and
   /// Error{bad_input} for an element that names a node beyond `nodes`.
-  VirtualSensor(const StereoSensor& sensor, std::size_t nodes,
-                std::span<const std::array<std::uint32_t, 4>> elements, unsigned threads = 0);
+  VirtualSensor(const StereoSensor& sensor, std::size_t nodes, std::span<const std::array<std::uint32_t, 4>> elements,
+                unsigned threads = 0);
   ~VirtualSensor();
   VirtualSensor(VirtualSensor&&) noexcept;
   VirtualSensor& operator=(VirtualSensor&&) noexcept;

@@ -17,7 +17,8 @@ void plan_field(std::vector<PlannedSection>& plan, const format::Info& info, std
 class FieldSections {
  public:
   /// Keeps a reference to the writer.
-  FieldSections(ModelWriter& writer, std::size_t fields, bool is_compact) : writer_(writer), errors_(fields), is_compact_(is_compact) {}
+  FieldSections(ModelWriter& writer, std::size_t fields, bool is_compact)
+      : writer_(writer), errors_(fields), is_compact_(is_compact) {}
 
   /// One value per element of one sample. NaN and infinities are kept in either form.
   void write(std::uint32_t field, std::uint64_t sample, std::span<const float> values);

@@ -1,9 +1,9 @@
 // What matching needs of the samples' positions, apart from them: of models that memory may not hold.
 #pragma once
 
+#include "precompute/basis/reference_basis.hpp"
 #include "precompute/ensemble_description.hpp"
 #include "precompute/model_file/model_writer.hpp"
-#include "precompute/basis/reference_basis.hpp"
 
 #include <cstdint>
 #include <span>

@@ -7,7 +7,6 @@
 #include <algorithm>
 
 namespace lbea::bake {
-
 namespace {
 
 // Psi' M f, summed vertex by vertex: a library's product sums in an order that depends on the processor's caches, and
@@ -42,9 +41,12 @@ CellGrid grid_around(const std::array<std::array<float, 3>, 2>& box, std::size_t
 class RunProjector {
  public:
   RunProjector(const SampleProjection& shared, const std::array<std::array<float, 3>, 2>& box)
-      : shared_(shared), sample_(shared.plan_, shared.bases_), points_(sample_.positions.size() / 3),
+      : shared_(shared),
+        sample_(shared.plan_, shared.bases_),
+        points_(sample_.positions.size() / 3),
         index_(grid_around(box, points_.size()), static_cast<std::uint32_t>(points_.size())),
-        corresponding_(shared.bases_.front().vertex_nodes.size()), places_(shared.bases_.front().vertex_nodes.size()),
+        corresponding_(shared.bases_.front().vertex_nodes.size()),
+        places_(shared.bases_.front().vertex_nodes.size()),
         moments_(shared.bases_.size()) {}
 
   void project(SimulationReader& reader, std::size_t run, WorkWriter& record, Stage& stage) {
@@ -94,7 +96,8 @@ class RunProjector {
         f(v, axis) = double{corresponding_.planes[static_cast<std::size_t>(axis)][static_cast<std::size_t>(v)]};
     const Eigen::MatrixXd alpha = product(reference.projection, f);
     take_coefficients(part, alpha);
-    moments_[part].add(reference.mass, f - shared_.reference_positions_[part], alpha - shared_.reference_coefficients_[part]);
+    moments_[part].add(reference.mass, f - shared_.reference_positions_[part],
+                       alpha - shared_.reference_coefficients_[part]);
   }
 
   void take_coefficients(std::size_t part, const Eigen::MatrixXd& alpha) {

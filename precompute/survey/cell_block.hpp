@@ -21,7 +21,8 @@ struct CellBlock {
   /// Of a position less than four cells beyond the first one.
   [[nodiscard]] Planes planes(const std::array<double, 3>& position) const {
     const auto along = [&](std::size_t axis) { return static_cast<std::uint32_t>(position[axis]) - first[axis]; };
-    return {0x1111'1111'1111'1111u << along(0), 0x000f'000f'000f'000fu << (4 * along(1)), std::uint64_t{0xffff} << (16 * along(2))};
+    return {0x1111'1111'1111'1111u << along(0), 0x000f'000f'000f'000fu << (4 * along(1)),
+            std::uint64_t{0xffff} << (16 * along(2))};
   }
   /// Their bounding box, when that is not larger than a cell: then no cell lies between two that hold a corner.
   [[nodiscard]] static std::uint64_t box(const Planes& a, const Planes& b, const Planes& c) {

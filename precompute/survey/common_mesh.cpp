@@ -8,7 +8,6 @@
 #include <unordered_map>
 
 namespace lbea::bake {
-
 namespace {
 
 constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
@@ -21,15 +20,14 @@ using ElementIndex = std::map<ElementKey, std::uint32_t>;
 
 void check_sizes(const SimulationMesh& mesh, const std::string& run) {
   const bool consistent = mesh.element_ids.size() == mesh.elements.size() &&
-                          mesh.element_parts.size() == mesh.elements.size() &&
-                          mesh.node_ids.size() < nowhere && mesh.elements.size() < nowhere;
+                          mesh.element_parts.size() == mesh.elements.size() && mesh.node_ids.size() < nowhere &&
+                          mesh.elements.size() < nowhere;
   if (!consistent) throw Error(Status::bad_input, "run " + run + ": its mesh is not complete or too large");
   for (const Quad& element : mesh.elements)
     for (const std::uint32_t node : element)
       if (node >= mesh.node_ids.size())
-        throw Error(Status::bad_input, "run " + run + ": an element names node index " +
-                                           std::to_string(node) + ", but there are " +
-                                           std::to_string(mesh.node_ids.size()) + " nodes");
+        throw Error(Status::bad_input, "run " + run + ": an element names node index " + std::to_string(node) +
+                                           ", but there are " + std::to_string(mesh.node_ids.size()) + " nodes");
 }
 
 NodeIndex index_nodes(const std::vector<std::uint32_t>& ids, const std::string& run) {
@@ -37,8 +35,7 @@ NodeIndex index_nodes(const std::vector<std::uint32_t>& ids, const std::string& 
   index.reserve(ids.size());
   for (std::uint32_t i = 0; i < ids.size(); ++i)
     if (!index.emplace(ids[i], i).second)
-      throw Error(Status::bad_input,
-                  "run " + run + ": node id " + std::to_string(ids[i]) + " is given twice");
+      throw Error(Status::bad_input, "run " + run + ": node id " + std::to_string(ids[i]) + " is given twice");
   return index;
 }
 

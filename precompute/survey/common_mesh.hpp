@@ -1,8 +1,8 @@
 // Method step 2: the nodes and elements common to all samples, by the solver's numbering.
 #pragma once
 
-#include "precompute/survey/quad.hpp"
 #include "precompute/simulation.hpp"
+#include "precompute/survey/quad.hpp"
 
 #include <span>
 #include <string>
@@ -49,7 +49,6 @@ class CommonMeshBuilder {
 };
 
 /// Throws Error{bad_input} when the mesh lacks a node or an element of `common`.
-[[nodiscard]] MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh,
-                                     const std::string& run);
+[[nodiscard]] MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh, const std::string& run);
 
 }  // namespace lbea::bake

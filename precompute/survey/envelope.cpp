@@ -11,7 +11,6 @@
 #include <functional>
 
 namespace lbea::bake {
-
 namespace {
 
 constexpr double most_cells = 1 << 17;   // about; 16 KiB stay in the cache of whoever culls points
@@ -24,13 +23,13 @@ std::size_t index_of(const EnvelopeGrid& grid, std::size_t x, std::size_t y, std
   return x + grid.cells[0] * (y + std::size_t{grid.cells[1]} * z);
 }
 
-bool test(const EnvelopeGrid& grid, std::size_t cell) {
-  return (grid.bits[cell / 64] >> (cell % 64) & 1) != 0;
-}
+bool test(const EnvelopeGrid& grid, std::size_t cell) { return (grid.bits[cell / 64] >> (cell % 64) & 1) != 0; }
 
 /// How many cells along x come within `margin` of a cell this far away in y and z; -1: none. All in cells.
 std::int64_t reach_along_x(std::int64_t y, std::int64_t z, double margin) {
-  const auto gap = [](std::int64_t offset) { return static_cast<double>(std::max<std::int64_t>(std::abs(offset) - 1, 0)); };
+  const auto gap = [](std::int64_t offset) {
+    return static_cast<double>(std::max<std::int64_t>(std::abs(offset) - 1, 0));
+  };
   std::int64_t x = -1;
   while (std::hypot(gap(x + 1), gap(y), gap(z)) <= margin) ++x;
   return x;
@@ -47,7 +46,8 @@ std::vector<Neighbour> neighbours(double margin) {
   std::vector<Neighbour> rows;
   for (std::int64_t z = -reach; z <= reach; ++z)
     for (std::int64_t y = -reach; y <= reach; ++y)
-      if (const std::int64_t x = reach_along_x(y, z, margin); x >= 0) rows.push_back({y, z, static_cast<std::size_t>(x)});
+      if (const std::int64_t x = reach_along_x(y, z, margin); x >= 0)
+        rows.push_back({y, z, static_cast<std::size_t>(x)});
   return rows;
 }
 
@@ -88,14 +88,12 @@ bool EnvelopeGrid::contains(const std::array<float, 3>& point) const noexcept {
   return test(*this, index_of(*this, at[0], at[1], at[2]));
 }
 
-EnvelopeBuilder::EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max,
-                                 double margin) {
+EnvelopeBuilder::EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max, double margin) {
   double volume = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) volume *= double{max[axis]} - double{min[axis]} + 2 * margin;
   if (!(margin > 0 && volume > 0 && std::isfinite(volume)))
-    throw Error(Status::bad_config,
-                "the envelope margin must be positive and the positions finite; the margin is " +
-                    std::to_string(margin));
+    throw Error(Status::bad_config, "the envelope margin must be positive and the positions finite; the margin is " +
+                                        std::to_string(margin));
   surface_.edge = static_cast<float>(std::max(margin / margin_per_edge, std::cbrt(volume / most_cells)));
   const double edge = double{surface_.edge};
   margin_cells_ = margin / edge + rounding_slack;
@@ -147,8 +145,8 @@ void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corne
   const CellBlock::Planes at_a = block.planes(a), at_b = block.planes(b), at_c = block.planes(c);
   if (largest <= 1) return mark(block, CellBlock::box(at_a, at_b, at_c));
   const CellBlock::Planes at_ab = block.planes(ab), at_bc = block.planes(bc), at_ca = block.planes(ca);
-  mark(block, CellBlock::box(at_a, at_ab, at_ca) | CellBlock::box(at_ab, at_b, at_bc) | CellBlock::box(at_ca, at_bc, at_c) |
-                  CellBlock::box(at_ab, at_bc, at_ca));
+  mark(block, CellBlock::box(at_a, at_ab, at_ca) | CellBlock::box(at_ab, at_b, at_bc) |
+                  CellBlock::box(at_ca, at_bc, at_c) | CellBlock::box(at_ab, at_bc, at_ca));
 }
 
 // Four cells along x at a time. Most of them are marked already.
@@ -161,7 +159,8 @@ void EnvelopeBuilder::mark(const CellBlock& block, std::uint64_t cells) {
     const auto row = static_cast<std::size_t>(std::countr_zero(cells)) / 4;
     const std::uint64_t four = cells >> (4 * row) & 15;
     cells &= ~(std::uint64_t{15} << (4 * row));
-    const std::size_t cell = index_of(surface_, block.first[0], block.first[1] + row % 4, block.first[2] + row / 4), at = cell % 64;
+    const std::size_t cell = index_of(surface_, block.first[0], block.first[1] + row % 4, block.first[2] + row / 4),
+                      at = cell % 64;
     mark_in(cell / 64, four << at);
     if (at > 60 && four >> (64 - at) != 0) mark_in(cell / 64 + 1, four >> (64 - at));
   }

@@ -25,8 +25,7 @@ FileHash hash_file(const std::filesystem::path& path) {
     XXH3_64bits_update(state.get(), buffer.data(), got);
     result.size += got;
   }
-  if (!file.eof())
-    throw Error(Status::bad_input, "cannot read " + path.string() + "; check the file and its rights");
+  if (!file.eof()) throw Error(Status::bad_input, "cannot read " + path.string() + "; check the file and its rights");
   result.hash = XXH3_64bits_digest(state.get());
   return result;
 }

@@ -1,5 +1,5 @@
-// What stands in a folder. The standard library's directory iterators end the program when memory runs out (GCC 12), and a
-// program that ends so leaves its work behind.
+// What stands in a folder. The standard library's directory iterators end the program when memory runs out (GCC 12),
+// and a program that ends so leaves its work behind.
 #pragma once
 
 #include <cerrno>

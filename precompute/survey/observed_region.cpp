@@ -8,7 +8,6 @@
 #include <unordered_set>
 
 namespace lbea::bake {
-
 namespace {
 
 using Mask = std::vector<std::uint8_t>;
@@ -42,13 +41,11 @@ Mask chosen_nodes(const CommonMesh& mesh, std::span<const float> positions, cons
   return chosen;
 }
 
-std::vector<Quad> chosen_elements(const CommonMesh& mesh, const std::vector<std::uint32_t>& parts,
-                                  const Mask& nodes) {
+std::vector<Quad> chosen_elements(const CommonMesh& mesh, const std::vector<std::uint32_t>& parts, const Mask& nodes) {
   std::vector<Quad> chosen;
   for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
     const Quad& q = mesh.elements[e];
-    const bool of_part =
-        parts.empty() || std::find(parts.begin(), parts.end(), mesh.element_parts[e]) != parts.end();
+    const bool of_part = parts.empty() || std::find(parts.begin(), parts.end(), mesh.element_parts[e]) != parts.end();
     if (of_part && std::all_of(q.begin(), q.end(), [&](std::uint32_t node) { return nodes[node] != 0; }))
       chosen.push_back(q);
   }
@@ -57,8 +54,8 @@ std::vector<Quad> chosen_elements(const CommonMesh& mesh, const std::vector<std:
 
 }  // namespace
 
-ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> positions,
-                               const RegionCriteria& criteria, std::span<const std::uint32_t> all_node_ids) {
+ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> positions, const RegionCriteria& criteria,
+                               std::span<const std::uint32_t> all_node_ids) {
   check_exist(criteria.node_ids, all_node_ids, "node");
   check_exist(criteria.parts, mesh.element_parts, "part");
   if (!criteria.visible.empty() && criteria.visible.size() != mesh.node_ids.size())

@@ -1,8 +1,8 @@
 // Method step 2: the part of the reference mesh that the rig can see, whose vertices the basis lives on.
 #pragma once
 
-#include "precompute/survey/common_mesh.hpp"
 #include "precompute/ensemble_description.hpp"
+#include "precompute/survey/common_mesh.hpp"
 
 #include <optional>
 #include <span>
@@ -19,9 +19,8 @@ struct RegionCriteria {
 };
 
 struct ObservedRegion {
-  std::vector<std::uint32_t>
-      nodes;                   // n, ascending node indices of the common mesh; only those that elements use
-  std::vector<Quad> elements;  // indices into `nodes`
+  std::vector<std::uint32_t> nodes;  // n, ascending node indices of the common mesh; only those that elements use
+  std::vector<Quad> elements;        // indices into `nodes`
 };
 
 /// positions: N x 3 of the common mesh at impact. `all_node_ids`: of the reference run, also those not common.

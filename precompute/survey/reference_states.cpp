@@ -1,15 +1,14 @@
 #include "precompute/survey/reference_states.hpp"
 
-#include "precompute/survey/observed_region.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/stage.hpp"
+#include "precompute/survey/observed_region.hpp"
 
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
 
 namespace lbea::bake {
-
 namespace {
 
 /// The reference run at one of its states, on the common mesh.
@@ -24,7 +23,8 @@ class ReferenceRun {
   ReferenceRun(const Ensemble& ensemble, const EnsembleDescription& description, const CommonMesh& mesh)
       : name_(ensemble.runs[ensemble.reference_run].name),
         reader_(ensemble.runs[ensemble.reference_run].open()),
-        mapping_(map_common(mesh, reader_->mesh(), name_)), time_factor_(description.time_factor) {
+        mapping_(map_common(mesh, reader_->mesh(), name_)),
+        time_factor_(description.time_factor) {
     if (description.impact_step >= reader_->states())
       throw Error(Status::bad_config, "the impact is at state " + std::to_string(description.impact_step) +
                                           ", but run " + name_ + " has " + std::to_string(reader_->states()) +
@@ -52,16 +52,15 @@ class ReferenceRun {
   SimulationState state_;
 };
 
-ObservedRegion choose_region(const RegionDescription& region, const BakeOptions& options,
-                             const Survey& survey, const ReferenceState& impact) {
+ObservedRegion choose_region(const RegionDescription& region, const BakeOptions& options, const Survey& survey,
+                             const ReferenceState& impact) {
   RegionCriteria criteria{region.parts, region.box, region.node_ids, {}};
   if (options.visible_nodes) criteria.visible = options.visible_nodes(survey.mesh, impact.positions);
   return observed_region(survey.mesh, impact.positions, criteria, survey.reference_node_ids);
 }
 
 /// (a) at impact: one mesh; (b) over time: the reference run at each of its used states.
-std::vector<ReferenceState> reference_states(ReferenceMode mode, ReferenceRun& run,
-                                             const ReferenceState& impact,
+std::vector<ReferenceState> reference_states(ReferenceMode mode, ReferenceRun& run, const ReferenceState& impact,
                                              const std::vector<std::uint32_t>& steps) {
   if (mode == ReferenceMode::impact) return {impact};
   std::vector<ReferenceState> states;
@@ -87,7 +86,9 @@ std::vector<std::uint64_t> make_bases(const WorkFolder& work, const Ensemble& en
       stage.check();
       keys[i] = basis_key(region, survey.mesh, states[i].positions, description.modes, states[i].time_s);
       if (!work.has({WorkKind::basis, keys[i]}))
-        write_basis(work, keys[i], reference_basis(region, states[i].positions, survey.mesh.node_ids, description.modes, states[i].time_s));
+        write_basis(
+            work, keys[i],
+            reference_basis(region, states[i].positions, survey.mesh.node_ids, description.modes, states[i].time_s));
       stage.step();
     }
   });

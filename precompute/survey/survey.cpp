@@ -8,11 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
 #include <unordered_map>
+#include <utility>
 
 namespace lbea::bake {
-
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -65,7 +64,8 @@ std::vector<double> step_times(std::vector<double> times, const std::vector<std:
   for (std::size_t i = 0; i < times.size(); ++i) {
     times[i] *= factor;
     if (!std::isfinite(times[i]))
-      throw Error(Status::bad_input, "run " + run + ": the time of state " + std::to_string(steps[i]) + " is not finite");
+      throw Error(Status::bad_input,
+                  "run " + run + ": the time of state " + std::to_string(steps[i]) + " is not finite");
   }
   return times;
 }
@@ -91,21 +91,19 @@ std::vector<std::uint32_t> find_fields(const std::vector<SimulationField>& chose
   for (const SimulationField& field : chosen) {
     const auto found = std::ranges::find(present, field.name, &SimulationField::name);
     if (found == present.end())
-      throw Error(Status::bad_config, "run " + run + " has no field '" + field.name + "'; it has: " +
-                                          listed(present) + "; choose the fields that all runs have");
+      throw Error(Status::bad_config, "run " + run + " has no field '" + field.name + "'; it has: " + listed(present) +
+                                          "; choose the fields that all runs have");
     places.push_back(static_cast<std::uint32_t>(found - present.begin()));
   }
   return places;
 }
 
 std::vector<SimulationField> chosen_fields(const std::vector<std::string>& names,
-                                           const std::vector<SimulationField>& present,
-                                           const std::string& run) {
+                                           const std::vector<SimulationField>& present, const std::string& run) {
   if (std::ranges::find(names, "all") != names.end()) return present;
   std::vector<SimulationField> chosen;
   for (const std::string& name : names) chosen.push_back({name, ""});
-  for (std::size_t i = 0; const std::uint32_t place : find_fields(chosen, present, run))
-    chosen[i++] = present[place];
+  for (std::size_t i = 0; const std::uint32_t place : find_fields(chosen, present, run)) chosen[i++] = present[place];
   return chosen;
 }
 
@@ -118,11 +116,9 @@ void check_state(const SimulationReader& reader, const SimulationState& state, c
   const bool fits =
       state.positions.size() == 3 * mesh.nodes() && state.alive.size() == mesh.elements.size() &&
       state.fields.size() == reader.fields().size() &&
-      std::ranges::all_of(state.fields,
-                          [&](const auto& field) { return field.size() == mesh.elements.size(); });
+      std::ranges::all_of(state.fields, [&](const auto& field) { return field.size() == mesh.elements.size(); });
   if (!fits)
-    throw Error(Status::bad_input,
-                where + ": the state does not fit the mesh; is the file still being written?");
+    throw Error(Status::bad_input, where + ": the state does not fit the mesh; is the file still being written?");
   const auto bad = std::ranges::find_if(state.positions, [](float x) { return !std::isfinite(x); });
   if (bad == state.positions.end()) return;
   const auto node = static_cast<std::size_t>(bad - state.positions.begin()) / 3;
@@ -135,19 +131,16 @@ std::size_t Survey::samples() const noexcept {
                          [](std::size_t sum, const RunSurvey& run) { return sum + run.steps.size(); });
 }
 
-std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
-                                      const std::string& run) {
+std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states, const std::string& run) {
   std::vector<std::uint32_t> steps = selection.list;
   std::ranges::sort(steps);
   steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
   if (!steps.empty() && steps.back() >= states)
-    throw Error(Status::bad_config, "run " + run + " has no state " + std::to_string(steps.back()) +
-                                        ", only " + std::to_string(states) + "; correct the list of steps");
-  if (selection.stride == 0)
-    throw Error(Status::bad_config, "the stride of the steps is 0; it must be 1 or more");
+    throw Error(Status::bad_config, "run " + run + " has no state " + std::to_string(steps.back()) + ", only " +
+                                        std::to_string(states) + "; correct the list of steps");
+  if (selection.stride == 0) throw Error(Status::bad_config, "the stride of the steps is 0; it must be 1 or more");
   if (selection.list.empty())
-    for (std::uint64_t step = selection.first; step < states && step <= selection.last;
-         step += selection.stride)
+    for (std::uint64_t step = selection.first; step < states && step <= selection.last; step += selection.stride)
       steps.push_back(static_cast<std::uint32_t>(step));
   if (steps.empty())
     throw Error(Status::bad_config, "no state of run " + run + " is used: it has " + std::to_string(states) +

@@ -1,10 +1,10 @@
 // First pass over the runs: what they have in common, where they are, what they consist of.
 #pragma once
 
-#include "precompute/survey/common_mesh.hpp"
 #include "precompute/ensemble.hpp"
 #include "precompute/ensemble_description.hpp"
 #include "precompute/stage.hpp"
+#include "precompute/survey/common_mesh.hpp"
 
 #include <array>
 #include <cstdint>

@@ -81,15 +81,17 @@ TEST_CASE("from the camera to the result, when there is somebody to give one") {
   CHECK(contains(alone.err, "start lbea-serve"));
   CHECK(bench(model + " " + frames + pose + " --through ipc:///frames").exit_code == 1);
   const auto comma = endpoints.find(',');
-  Process server({LBEA_SERVE, model, "--frames", endpoints.substr(0, comma), "--results", endpoints.substr(comma + 1), "--pose", pose_file}, (folder / "out").string(),
-                 (folder / "err").string());
+  Process server({LBEA_SERVE, model, "--frames", endpoints.substr(0, comma), "--results", endpoints.substr(comma + 1),
+                  "--pose", pose_file},
+                 (folder / "out").string(), (folder / "err").string());
   const Outcome timed = bench(model + " " + frames + pose + " --frames 20 --warm-up 2 --json --through " + endpoints);
   CHECK(timed.exit_code == 0);
   const auto report = nlohmann::json::parse(timed.out);
   CHECK(report["frames"] == 20);
   CHECK(report["p50_us"] > 0);
   CHECK(report["p50_us"] <= report["max_us"]);
-  const Outcome at_rate = bench(model + " " + frames + pose + " --frames 60 --warm-up 5 --rate 20 --json --through " + endpoints);
+  const Outcome at_rate =
+      bench(model + " " + frames + pose + " --frames 60 --warm-up 5 --rate 20 --json --through " + endpoints);
   CHECK(at_rate.exit_code == 0);
   const auto run = nlohmann::json::parse(at_rate.out);
   CHECK(run["sent"] == 60);

@@ -30,8 +30,7 @@ TEST_CASE("answers of one cloud do not pass for another") {
   Plates plates;
   const std::vector<Point> other = plates.measured(20, 4'000);
   Judge judge(plates.question(), other);
-  for (const auto& pipeline : plates.pipelines())
-    CHECK(judge.disagreement(pipeline->answer(plates.frame)).has_value());
+  for (const auto& pipeline : plates.pipelines()) CHECK(judge.disagreement(pipeline->answer(plates.frame)).has_value());
 }
 
 TEST_CASE("every pipeline is timed on every cloud in turn, and no stage is longer than the whole") {

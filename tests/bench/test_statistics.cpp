@@ -106,7 +106,8 @@ TEST_CASE("a histogram has every value once, in the bucket that holds it, withou
   std::size_t counted = 0;
   for (std::size_t i = 0; i < buckets.size(); ++i) {
     const double above = i == 0 ? 0 : buckets[i - 1].up_to;
-    CHECK(buckets[i].count == static_cast<std::size_t>(std::ranges::count_if(values, [&](double v) { return v > above && v <= buckets[i].up_to; })));
+    CHECK(buckets[i].count == static_cast<std::size_t>(std::ranges::count_if(
+                                  values, [&](double v) { return v > above && v <= buckets[i].up_to; })));
     if (i > 0) CHECK(buckets[i].up_to == doctest::Approx(above * 1.41421356).epsilon(1e-6));
     counted += buckets[i].count;
   }

@@ -35,9 +35,18 @@ static void library_introduces_itself(void) {
 }
 
 static void every_status_has_a_name_of_its_own(void) {
-  const lbea_status all[] = {LBEA_OK, LBEA_EMPTY_FRAME, LBEA_TOO_MANY_POINTS, LBEA_LOW_COVERAGE,
-                             LBEA_FILE_NOT_FOUND, LBEA_NOT_A_MODEL, LBEA_UNSUPPORTED_VERSION, LBEA_CORRUPT_MODEL,
-                             LBEA_BAD_CONFIG, LBEA_BAD_ARGUMENT, LBEA_OUT_OF_MEMORY, LBEA_INTERNAL_ERROR};
+  const lbea_status all[] = {LBEA_OK,
+                             LBEA_EMPTY_FRAME,
+                             LBEA_TOO_MANY_POINTS,
+                             LBEA_LOW_COVERAGE,
+                             LBEA_FILE_NOT_FOUND,
+                             LBEA_NOT_A_MODEL,
+                             LBEA_UNSUPPORTED_VERSION,
+                             LBEA_CORRUPT_MODEL,
+                             LBEA_BAD_CONFIG,
+                             LBEA_BAD_ARGUMENT,
+                             LBEA_OUT_OF_MEMORY,
+                             LBEA_INTERNAL_ERROR};
   const size_t count = sizeof all / sizeof *all;
   for (size_t i = 0; i < count; ++i) {
     CHECK(strcmp(lbea_status_string(all[i]), "unknown_status") != 0);
@@ -170,7 +179,9 @@ static void bad_configurations_are_refused(const lbea_model* model) {
 }
 
 static lbea_frame frame_of(const lbea_model* model, uint32_t sample) {
-  return (lbea_frame){.struct_size = sizeof(lbea_frame), .id = sample, .stamp_ns = 7,
+  return (lbea_frame){.struct_size = sizeof(lbea_frame),
+                      .id = sample,
+                      .stamp_ns = 7,
                       .points = (const lbea_point*)lbea_model_node_positions(model, sample),
                       .point_count = info_of(model).nodes};
 }

@@ -24,8 +24,7 @@ static void read_pose(const char* sensor_json, float pose[12]) {
 /* sensor = R' (reference - t) */
 static lbea_point in_sensor(const float T[12], const float p[3]) {
   float out[3];
-  for (int k = 0; k < 3; ++k)
-    out[k] = T[k] * (p[0] - T[3]) + T[4 + k] * (p[1] - T[7]) + T[8 + k] * (p[2] - T[11]);
+  for (int k = 0; k < 3; ++k) out[k] = T[k] * (p[0] - T[3]) + T[4 + k] * (p[1] - T[7]) + T[8 + k] * (p[2] - T[11]);
   return (lbea_point){out[0], out[1], out[2]};
 }
 

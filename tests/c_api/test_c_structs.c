@@ -8,10 +8,22 @@
 #include <string.h>
 
 /* As a later version might look. */
-struct newer_info { lbea_model_info known; uint64_t later; };
-struct newer_config { lbea_config known; float later; };
-struct newer_frame { lbea_frame known; const float* later; };
-struct newer_result { lbea_result known; double later; };
+struct newer_info {
+  lbea_model_info known;
+  uint64_t later;
+};
+struct newer_config {
+  lbea_config known;
+  float later;
+};
+struct newer_frame {
+  lbea_frame known;
+  const float* later;
+};
+struct newer_result {
+  lbea_result known;
+  double later;
+};
 
 static void sizes_are_judged(const lbea_model* model) {
   const uint32_t wrong[] = {0, 4, (uint32_t)sizeof(lbea_field_info) - 1, 5000, 0xcccccccc};

@@ -1,4 +1,5 @@
-// write_plates FILE: a small model for tests that must not link our own libraries, and FILE.compact with fields in 16 bits.
+// write_plates FILE: a small model for tests that must not link our own libraries, and FILE.compact with fields in 16
+// bits.
 #include "tests/support/synthetic_model.hpp"
 
 int main(int argc, char** argv) {

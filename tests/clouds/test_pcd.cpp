@@ -26,9 +26,11 @@ struct Row {
 };
 
 std::string header(std::size_t points, const std::string& data, std::size_t height = 1) {
-  return "# .PCD v0.7 - Point Cloud Data file format\n# stamp_ns 77\nVERSION 0.7\nFIELDS ring y x z\nSIZE 2 8 4 4\nTYPE U F F F\n"
-         "COUNT 1 1 1 1\nWIDTH " + std::to_string(points / height) + "\nHEIGHT " + std::to_string(height) +
-         "\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + std::to_string(points) + "\nDATA " + data + "\n";
+  return "# .PCD v0.7 - Point Cloud Data file format\n# stamp_ns 77\nVERSION 0.7\nFIELDS ring y x z\nSIZE 2 8 4 "
+         "4\nTYPE U F F F\n"
+         "COUNT 1 1 1 1\nWIDTH " +
+         std::to_string(points / height) + "\nHEIGHT " + std::to_string(height) + "\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
+         std::to_string(points) + "\nDATA " + data + "\n";
 }
 
 template <class T>
@@ -40,7 +42,8 @@ std::vector<Row> rows(std::size_t count) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> any(-500, 500);
   std::vector<Row> result;
-  for (std::size_t i = 0; i < count; ++i) result.push_back({static_cast<std::uint16_t>(i), any(random), any(random), any(random)});
+  for (std::size_t i = 0; i < count; ++i)
+    result.push_back({static_cast<std::uint16_t>(i), any(random), any(random), any(random)});
   return result;
 }
 
@@ -64,14 +67,17 @@ std::string packed(const std::vector<Row>& rows) {
   for (const Row& row : rows) append(fields, row.x);
   for (const Row& row : rows) append(fields, row.z);
   std::string small(fields.size() * 2 + 64, '\0');
-  const unsigned size = lzf_compress(fields.data(), static_cast<unsigned>(fields.size()), small.data(), static_cast<unsigned>(small.size()));
+  const unsigned size = lzf_compress(fields.data(), static_cast<unsigned>(fields.size()), small.data(),
+                                     static_cast<unsigned>(small.size()));
   append(bytes, std::uint32_t{size});
   append(bytes, static_cast<std::uint32_t>(fields.size()));
   return bytes + small.substr(0, size);
 }
 
 PointCloud parse(const std::string& bytes) { return parse_point_cloud(bytes_of(bytes), "a.pcd"); }
-Error refusal(const std::string& bytes) { return error_of([&] { (void)parse(bytes); }); }
+Error refusal(const std::string& bytes) {
+  return error_of([&] { (void)parse(bytes); });
+}
 
 }  // namespace
 
@@ -87,18 +93,23 @@ TEST_CASE("PCD in every storage gives the points") {
 }
 
 TEST_CASE("pixels of an organised cloud that hold no point become NaN, in an unorganised one the origin is a point") {
-  const std::vector<Row> written{{0, 0, 0, 0}, {1, 2, 1, 3}, {2, 0, 0, 4}, {3, none, none, none}, {4, 5, 0, 0}, {5, 0, 6, 0}};
-  CHECK(same(parse(binary(written, 2)).points, {{none, none, none}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
-  CHECK(same(parse(binary(written, 1)).points, {{0, 0, 0}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
+  const std::vector<Row> written{{0, 0, 0, 0},          {1, 2, 1, 3}, {2, 0, 0, 4},
+                                 {3, none, none, none}, {4, 5, 0, 0}, {5, 0, 6, 0}};
+  CHECK(same(parse(binary(written, 2)).points,
+             {{none, none, none}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
+  CHECK(same(parse(binary(written, 1)).points,
+             {{0, 0, 0}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
 }
 
 TEST_CASE("coordinates of every type, headers that begin with the version, blank lines, one stamp") {
   const std::vector<Point> point{{1, 2, 3}};
   for (const char* type : {"I", "U"})
     for (const std::size_t size : {1u, 2u, 4u}) {
-      std::string text = std::string(size == 1 ? "VERSION 0.7" : "VERSION .7") + "\n\n# stamp_ns 5\n# stamp_ns 6\nFIELDS x y z\nSIZE";
+      std::string text =
+          std::string(size == 1 ? "VERSION 0.7" : "VERSION .7") + "\n\n# stamp_ns 5\n# stamp_ns 6\nFIELDS x y z\nSIZE";
       for (int i = 0; i < 3; ++i) text += " " + std::to_string(size);
-      text += std::string("\nTYPE ") + type + " " + type + " " + type + "\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA binary\n";
+      text += std::string("\nTYPE ") + type + " " + type + " " + type +
+              "\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA binary\n";
       for (const std::uint32_t value : {1u, 2u, 3u}) text.append(reinterpret_cast<const char*>(&value), size);
       const PointCloud cloud = parse_point_cloud(bytes_of(text), "a.pcd");
       CHECK(same(cloud.points, point));
@@ -134,9 +145,12 @@ TEST_CASE("what a PCD header must not say is refused with the line") {
   check_error(refusal(changed("COUNT 1 1 1 1", "COUNT 1 1 2 1")), Status::bad_input, {"x, y and z", "once"});
   check_error(refusal(changed("COUNT 1 1 1 1", "COUNT 99999999999 1 1 1")), Status::bad_input, {"not a count"});
   check_error(refusal(changed("VERSION 0.7", "VERSIONS 0.7")), Status::bad_input, {"unknown keyword"});
-  for (const char* size : {"3", "8"}) check_error(refusal(changed("SIZE 2 8 4 4\nTYPE U F F F", std::string("SIZE 2 8 4 ") + size + "\nTYPE U F F I")), Status::unsupported_input, {"type"});
+  for (const char* size : {"3", "8"})
+    check_error(refusal(changed("SIZE 2 8 4 4\nTYPE U F F F", std::string("SIZE 2 8 4 ") + size + "\nTYPE U F F I")),
+                Status::unsupported_input, {"type"});
   std::string forged = packed(rows(5));
-  forged.replace(forged.find("WIDTH 5"), 7, "WIDTH 4000000000").replace(forged.find("POINTS 5"), 8, "POINTS 4000000000");
+  forged.replace(forged.find("WIDTH 5"), 7, "WIDTH 4000000000")
+      .replace(forged.find("POINTS 5"), 8, "POINTS 4000000000");
   check_error(refusal(forged), Status::bad_input, {"4 GB"});
   forged = packed(rows(5));
   forged.replace(forged.find("WIDTH 5"), 7, "WIDTH 6").replace(forged.find("POINTS 5"), 8, "POINTS 6");

@@ -16,8 +16,7 @@ using namespace lbea::test;
 
 namespace {
 
-const std::vector<Point> three{
-    {1, 2, 3}, {-4, 5, -6}, {7, -8, 9}};  // whole numbers: every scalar type holds them
+const std::vector<Point> three{{1, 2, 3}, {-4, 5, -6}, {7, -8, 9}};  // whole numbers: every scalar type holds them
 constexpr float quiet_nan = std::numeric_limits<float>::quiet_NaN();
 
 /// The bytes of `value` in the order asked for.
@@ -42,8 +41,8 @@ std::string header(const std::string& format, const std::string& body) {
 }
 
 std::string vertex(const std::string& type, std::size_t count = 3) {
-  return "element vertex " + std::to_string(count) + "\nproperty " + type + " x\nproperty " + type +
-         " y\nproperty " + type + " z\n";
+  return "element vertex " + std::to_string(count) + "\nproperty " + type + " x\nproperty " + type + " y\nproperty " +
+         type + " z\n";
 }
 
 template <class T>
@@ -74,10 +73,10 @@ TEST_CASE("every scalar type of a signed kind, in both byte orders") {
 }
 
 TEST_CASE("unsigned types keep their top bit") {
-  const std::string text = header("binary_little_endian",
-                                  "element vertex 1\nproperty uchar x\nproperty ushort y\nproperty uint z\n") +
-                           packed(std::uint8_t{200}, false) + packed(std::uint16_t{60000}, false) +
-                           packed(std::uint32_t{4'000'000'000u}, false);
+  const std::string text =
+      header("binary_little_endian", "element vertex 1\nproperty uchar x\nproperty ushort y\nproperty uint z\n") +
+      packed(std::uint8_t{200}, false) + packed(std::uint16_t{60000}, false) +
+      packed(std::uint32_t{4'000'000'000u}, false);
   CHECK(same(parse(text).points, {{200, 60000, 4e9f}}));
 }
 
@@ -85,11 +84,20 @@ TEST_CASE("axes in another order, and lists whose counts have a sign") {
   for (const bool big_endian : {false, true}) {
     const auto p = [&](auto value) { return packed(value, big_endian); };
     const std::string format = big_endian ? "binary_big_endian" : "binary_little_endian";
-    CHECK(same(parse(header(format, "element vertex 1\nproperty float z\nproperty float y\nproperty float x\n") + p(3.f) + p(2.f) + p(1.f)).points, {{1, 2, 3}}));
+    CHECK(same(parse(header(format, "element vertex 1\nproperty float z\nproperty float y\nproperty float x\n") +
+                     p(3.f) + p(2.f) + p(1.f))
+                   .points,
+               {{1, 2, 3}}));
     const std::string lists = "property list int8 uchar a\nproperty list int16 uchar b\nproperty float w\n";
-    CHECK(same(parse(header(format, vertex("float", 1) + lists) + p(1.f) + p(2.f) + p(3.f) + p(std::int8_t{1}) + "a" + p(std::int16_t{2}) + "bb" + p(0.f)).points, {{1, 2, 3}}));
+    CHECK(same(parse(header(format, vertex("float", 1) + lists) + p(1.f) + p(2.f) + p(3.f) + p(std::int8_t{1}) + "a" +
+                     p(std::int16_t{2}) + "bb" + p(0.f))
+                   .points,
+               {{1, 2, 3}}));
     for (const std::string& count : {p(std::int8_t{-1}), p(std::int8_t{0}) + p(std::int16_t{-1})})
-      check_error(error_of([&] { static_cast<void>(parse(header(format, vertex("float", 1) + lists) + p(1.f) + p(2.f) + p(3.f) + count + std::string(300, 'x'))); }),
+      check_error(error_of([&] {
+                    static_cast<void>(parse(header(format, vertex("float", 1) + lists) + p(1.f) + p(2.f) + p(3.f) +
+                                            count + std::string(300, 'x')));
+                  }),
                   Status::bad_input, {"t.ply, byte", "negative count"});
   }
 }
@@ -129,21 +137,19 @@ TEST_CASE("other properties, lists and elements around the points are skipped") 
     const auto p = [&](auto value) { return packed(value, big_endian); };
     std::string text = header(big_endian ? "binary_big_endian" : "binary_little_endian", body);
     text += p(60.f) + p(std::uint8_t{2}) + p(7) + p(8);
-    text += p(std::uint8_t{9}) + p(3.0) + p(std::uint16_t{1}) + p(0.5) + p(1.f) + p(2u) + "ab" +
-            p(std::int16_t{2}) + p(0.f);
+    text += p(std::uint8_t{9}) + p(3.0) + p(std::uint16_t{1}) + p(0.5) + p(1.f) + p(2u) + "ab" + p(std::int16_t{2}) +
+            p(0.f);
     text += p(std::uint8_t{9}) + p(-6.0) + p(std::uint16_t{0}) + p(-4.f) + p(0u) + p(std::int16_t{5}) + p(0.f);
     text += p(std::uint8_t{3}) + p(0) + p(1) + p(0);
     CHECK(same(parse(text).points, {{1, 2, 3}, {-4, 5, -6}}));
   }
-  const std::string ascii =
-      header("ascii", body) + "60 2 7 8\n9 3 1 0.5 1 2 97 98 2 0\n9 -6 0 -4 0 5 0\n3 0 1 0\n";
+  const std::string ascii = header("ascii", body) + "60 2 7 8\n9 3 1 0.5 1 2 97 98 2 0\n9 -6 0 -4 0 5 0\n3 0 1 0\n";
   CHECK(same(parse(ascii).points, {{1, 2, 3}, {-4, 5, -6}}));
 }
 
 TEST_CASE("line ends, blanks, signs, NaN and the stamp") {
-  std::string text =
-      header("ascii", "comment a stamp_ns: 1000050 b\nobj_info x stamp_ns 7\n" + vertex("double")) +
-      "  1\t2  3 \n\n+4e0 -.5 NaN\nnan inf 1e-60";
+  std::string text = header("ascii", "comment a stamp_ns: 1000050 b\nobj_info x stamp_ns 7\n" + vertex("double")) +
+                     "  1\t2  3 \n\n+4e0 -.5 NaN\nnan inf 1e-60";
   const std::vector<Point> expected{
       {1, 2, 3}, {4, -0.5f, quiet_nan}, {quiet_nan, std::numeric_limits<float>::infinity(), 0}};
   CHECK(same(parse(text).points, expected));

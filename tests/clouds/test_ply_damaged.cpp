@@ -46,23 +46,20 @@ TEST_CASE("an ASCII file cut before its last value is refused, with the line") {
 }
 
 TEST_CASE("declared counts are held against the file before memory is asked for") {
-  for (const std::string count :
-       {"4", "4294967295", "4294967296", "1537228672809129302", "18446744073709551615"}) {
+  for (const std::string count : {"4", "4294967295", "4294967296", "1537228672809129302", "18446744073709551615"}) {
     check_refused(file("binary_little_endian", "element vertex " + count + "\n" + xyz, std::string(36, 'x')),
                   "declares " + count + " rows");
-    check_refused(file("ascii", "element vertex " + count + "\n" + xyz, "1 2 3\n4 5 6\n7 8 9\n"),
-                  "3 of " + count);
-    check_refused(file("binary_little_endian",
-                       "element face " + count + "\nproperty list uchar int i\nelement vertex 1\n" + xyz,
-                       std::string(3, '\0')),
-                  "declares " + count);
+    check_refused(file("ascii", "element vertex " + count + "\n" + xyz, "1 2 3\n4 5 6\n7 8 9\n"), "3 of " + count);
+    check_refused(
+        file("binary_little_endian", "element face " + count + "\nproperty list uchar int i\nelement vertex 1\n" + xyz,
+             std::string(3, '\0')),
+        "declares " + count);
   }
   check_refused(file("ascii", "element vertex 18446744073709551616\n" + xyz), "line 3");
   check_refused(file("ascii", "element vertex -1\n" + xyz), "line 3");
   // rows of no bytes cost nothing, however many
   const std::string hollow = "element a 18446744073709551615\nelement vertex 1\n" + xyz;
-  CHECK(parse_ply(bytes_of(file("binary_little_endian", hollow, std::string(12, 'x'))), "t").points.size() ==
-        1);
+  CHECK(parse_ply(bytes_of(file("binary_little_endian", hollow, std::string(12, 'x'))), "t").points.size() == 1);
   CHECK(parse_ply(bytes_of(file("ascii", hollow, "1 2 3")), "t").points.size() == 1);
 }
 
@@ -73,8 +70,7 @@ TEST_CASE("lists that reach past the end or have a negative count") {
   check_refused(file("binary_little_endian", body, std::string("\xff\xff\xff\xff", 4) + std::string(40, 'x')),
                 "negative");
   check_refused(file("ascii", "element vertex 1\nproperty list int int i\n" + xyz, "-1 1 2 3\n"), "negative");
-  check_refused(file("ascii", "element vertex 1\nproperty list int int i\n" + xyz, "1e30 1 2 3\n"),
-                "too few values");
+  check_refused(file("ascii", "element vertex 1\nproperty list int int i\n" + xyz, "1e30 1 2 3\n"), "too few values");
 }
 
 TEST_CASE("headers that say nothing usable are refused with the line") {

@@ -23,8 +23,8 @@ TEST_CASE("stamps in names, exact to the nanosecond") {
 }
 
 TEST_CASE("other numbers in names are no stamps") {
-  for (const char* name : {"frame_000123", "scan12", "run_013_step02", "v1.5", "left", "", "t", "shot3", "12start", "20221121_143000", "v1.2.3",
-                           "99999999999999999999s"}) {
+  for (const char* name : {"frame_000123", "scan12", "run_013_step02", "v1.5", "left", "", "t", "shot3", "12start",
+                           "20221121_143000", "v1.2.3", "99999999999999999999s"}) {
     CAPTURE(name);
     CHECK_FALSE(stamp_in_name(name).has_value());
   }
@@ -40,7 +40,8 @@ TEST_CASE("a table's stamps go before the file's, and these before the name's") 
   CHECK_FALSE(CloudStamps().of("c.pcd", std::nullopt).has_value());
   CHECK(CloudStamps(put(folder / "t.txt", "# filename stamp_ns\na.pcd 123\n")).of("a.pcd", {}) == 123);
   CHECK(CloudStamps(put(folder / "t.csv", "timestamp_us,name\r\n1.5,a\r\n")).of("a.pcd", {}) == 1500);
-  const CloudStamps remarked(put(folder / "r.csv", "# file,t_ns\n# the first test\na.pcd,9223372036854775807\n\n#a.pcd,1\n"));
+  const CloudStamps remarked(
+      put(folder / "r.csv", "# file,t_ns\n# the first test\na.pcd,9223372036854775807\n\n#a.pcd,1\n"));
   CHECK(remarked.of("a.pcd", {}) == 9'223'372'036'854'775'807);
 }
 
@@ -48,7 +49,8 @@ TEST_CASE("a table's stamps go before the file's, and these before the name's") 
 TEST_CASE("a cloud that the table lacks is refused, and so are two times for one") {
   const TemporaryFolder folder;
   const CloudStamps table(put(folder / "stamps.csv", "file,stamp_ns\na.ply,1\na.ply,1\n"));
-  check_error(error_of([&] { static_cast<void>(table.of("x/c_9ns.pcd", 7)); }), Status::bad_input, {"c_9ns.pcd", "table of stamps"});
+  check_error(error_of([&] { static_cast<void>(table.of("x/c_9ns.pcd", 7)); }), Status::bad_input,
+              {"c_9ns.pcd", "table of stamps"});
   const auto twice = put(folder / "twice.csv", "file,stamp_ns\na.ply,1\na.ply,2\n");
   check_error(error_of([&] { CloudStamps{twice}; }), Status::bad_input, {"line 3", "a.ply"});
 }

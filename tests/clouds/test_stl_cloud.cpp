@@ -9,8 +9,10 @@ using namespace lbea::test;
 namespace {
 
 const std::string text =
-    "solid part\n facet normal 0 0 1\n  outer loop\n   vertex 5 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\n"
-    " facet normal 0 0 1\n  outer loop\n   vertex 1 0 0\n   vertex 1 1 2.5e-1\n   vertex 0 1 0\n  endloop\n endfacet\nendsolid part\n";
+    "solid part\n facet normal 0 0 1\n  outer loop\n   vertex 5 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n "
+    "endfacet\n"
+    " facet normal 0 0 1\n  outer loop\n   vertex 1 0 0\n   vertex 1 1 2.5e-1\n   vertex 0 1 0\n  endloop\n "
+    "endfacet\nendsolid part\n";
 
 PointCloud parse(const std::string& bytes) { return parse_point_cloud(bytes_of(bytes), "a.stl"); }
 
@@ -32,7 +34,9 @@ TEST_CASE("the corners of STL triangles are points, each once, in the order of t
 }
 
 TEST_CASE("broken STL text is refused with the line") {
-  check_error(error_of([&] { (void)parse(text.substr(0, text.find("   vertex 1 1"))); }), Status::bad_input, {"a.stl", "cut short"});
-  check_error(error_of([&] { (void)parse("solid\nfacet\nvertex 1 2\n"); }), Status::bad_input, {"line 3", "three numbers"});
+  check_error(error_of([&] { (void)parse(text.substr(0, text.find("   vertex 1 1"))); }), Status::bad_input,
+              {"a.stl", "cut short"});
+  check_error(error_of([&] { (void)parse("solid\nfacet\nvertex 1 2\n"); }), Status::bad_input,
+              {"line 3", "three numbers"});
   check_error(error_of([&] { (void)parse("solid\nfacet\nvertex 1 2 3\nendfacet\n"); }), Status::bad_input, {"line 4"});
 }

@@ -77,14 +77,14 @@ TEST_CASE("without names: the first three columns with numbers") {
 // A folder of sensed frames holds a table of their truth as well. Its first three columns with numbers were once
 // taken for points, and the test got a frame that nobody had captured.
 TEST_CASE("a table about something else is not a cloud") {
-  check_refused("frame,file,stamp_ns,run,state,time_s\n0,f.ply,0,run_1,0,0\n", "line 2: the header names columns, but not x, y and z");
+  check_refused("frame,file,stamp_ns,run,state,time_s\n0,f.ply,0,run_1,0,0\n",
+                "line 2: the header names columns, but not x, y and z");
 }
 
 TEST_CASE("comments, the stamp, missing values") {
-  const PointCloud cloud =
-      parse_xyz(bytes_of("# rig A\n% stamp_ns=1000050\n1,2,3\n// pause\nnan,NaN,-nan\n,,\n1,,3,x\n"
-                         "1.#QNAN,-1.#IND,4\n"),
-                "t.csv");
+  const PointCloud cloud = parse_xyz(bytes_of("# rig A\n% stamp_ns=1000050\n1,2,3\n// pause\nnan,NaN,-nan\n,,\n1,,3,x\n"
+                                              "1.#QNAN,-1.#IND,4\n"),
+                                     "t.csv");
   const Point missing{quiet_nan, quiet_nan, quiet_nan};
   CHECK(same(cloud.points, {{1, 2, 3}, missing, missing, {1, quiet_nan, 3}, {quiet_nan, quiet_nan, 4}}));
   CHECK(cloud.stamp_ns == 1000050);
@@ -128,17 +128,17 @@ TEST_CASE("the kind of a file is told from its content") {
   const TemporaryFolder folder;
   const auto put = [&](const std::string& name, const std::string& text) { return test::put(folder / name, text); };
   CHECK(same(read_point_cloud(put("a.ply", "1 2 3\n")).points, {{1, 2, 3}}));
-  const auto ply =
-      put("b.csv",
-          "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
-          "end_header\n1 2 3\n");
+  const auto ply = put("b.csv",
+                       "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
+                       "end_header\n1 2 3\n");
   CHECK(same(read_point_cloud(ply).points, {{1, 2, 3}}));
   for (const std::string end : {"\r\n", " \n"}) {  // after its first word
     std::string text = text_of(ply);
     CHECK(same(read_point_cloud(put("b.txt", text.replace(3, 1, end))).points, {{1, 2, 3}}));
   }
   CHECK(same(read_point_cloud(put("f.csv", "plywood,1,2,3\n")).points, {{1, 2, 3}}));
-  check_error(error_of([&] { (void)read_point_cloud(put("g.txt", "ply")); }), Status::bad_input, {"g.txt", "no \"end_header\"", "cut short"});
+  check_error(error_of([&] { (void)read_point_cloud(put("g.txt", "ply")); }), Status::bad_input,
+              {"g.txt", "no \"end_header\"", "cut short"});
   CHECK(error_of([&] { (void)read_point_cloud(put("c.pcd", "# .PCD v0.7\n")); }).status == Status::bad_input);
   CHECK(error_of([&] { (void)read_point_cloud(put("d.bin", std::string("\1\0\2", 3))); }).status ==
         Status::unsupported_input);

@@ -12,7 +12,8 @@ int main(int argc, char** argv) {
     const std::uint32_t last = model.samples() - 1;
     const auto positions = model.node_positions(last);
     std::vector<lbea::Point> points;
-    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) points.push_back({positions[i], positions[i + 1], positions[i + 2]});
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3)
+      points.push_back({positions[i], positions[i + 1], positions[i + 2]});
     if (argc > 2 && std::string_view(argv[2]) == "--points") {
       for (const auto& [x, y, z] : points)
         std::printf("%.9g %.9g %.9g\n", static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));

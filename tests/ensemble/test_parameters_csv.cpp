@@ -59,8 +59,7 @@ TEST_CASE("other separators, the decimal comma, quotes, blanks, comments, line e
   CHECK(read("run;a\nx;1,5\n").values == std::vector<double>{1.5});
   CHECK(read("run\ta\nx\t1,5\n").values == std::vector<double>{1.5});
   CHECK(read("run;a\nx;1.5\n").values == std::vector<double>{1.5});
-  CHECK(read("\xef\xbb\xbf# made today\r\nrun , a [m/s] \r\n\r\n x , 1.5 \r\n").values ==
-        std::vector<double>{1.5});
+  CHECK(read("\xef\xbb\xbf# made today\r\nrun , a [m/s] \r\n\r\n x , 1.5 \r\n").values == std::vector<double>{1.5});
   const ParameterTable quoted = read("\"run\",\"a, b [mm]\"\n\"run, one\",\"1.5\"\n");
   CHECK(quoted.names == Words{"a, b"});
   CHECK(quoted.units == Words{"mm"});

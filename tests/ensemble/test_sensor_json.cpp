@@ -18,8 +18,7 @@ const std::string unit_pose = "[[1,0,0,0],[0,1,0,0],[0,0,1,0]]";
 
 /// A whole description; `more` begins with a comma.
 std::string with_pose(const std::string& pose, const std::string& more = "") {
-  return "{\"T_reference_sensor\":" + pose +
-         ",\"sensor\":{\"focal_px\":1000,\"width_px\":64,\"height_px\":32," +
+  return "{\"T_reference_sensor\":" + pose + ",\"sensor\":{\"focal_px\":1000,\"width_px\":64,\"height_px\":32," +
          "\"T_reference_right\":" + unit_pose + "}" + more + "}";
 }
 
@@ -133,7 +132,8 @@ TEST_CASE("what is missing, misspelt or out of range is refused by its key") {
     check_refused(with_pose(unit_pose, ",\"" + share + "\":-0.5"), share);
   }
   check_refused(with_pose(unit_pose, ",\"noise\":-1"), "noise");
-  for (const char* unit : {"1", "\"\""}) check_refused(with_pose(unit_pose, std::string(",\"length_unit\":") + unit), "length_unit");
+  for (const char* unit : {"1", "\"\""})
+    check_refused(with_pose(unit_pose, std::string(",\"length_unit\":") + unit), "length_unit");
 }
 
 TEST_CASE("files that are no description") {

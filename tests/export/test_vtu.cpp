@@ -83,8 +83,7 @@ TEST_CASE("blocks stand where the offsets say, for 0, 1, 2 and many cells") {
 TEST_CASE("what does not fit together is refused and leaves no file") {
   const std::vector<float> one{1}, two{1, 2};
   const auto grid = [&] {
-    return VtuGrid{
-        .positions = square, .element_nodes = quad, .point_arrays = {}, .cell_arrays = {}, .time_s = {}};
+    return VtuGrid{.positions = square, .element_nodes = quad, .point_arrays = {}, .cell_arrays = {}, .time_s = {}};
   };
   CHECK(status_of(grid()) == Status::ok);
   VtuGrid bad = grid();
@@ -95,8 +94,8 @@ TEST_CASE("what does not fit together is refused and leaves no file") {
   bad = grid();
   bad.element_nodes = bad.element_nodes.first(3);
   CHECK(status_of(bad) == Status::bad_config);
-  for (const VtuArray& array : {VtuArray{"a", two}, VtuArray{"a", one, 0}, VtuArray{"a", one, 2},
-                                VtuArray{"", one}, VtuArray{"a\nb", one}}) {
+  for (const VtuArray& array :
+       {VtuArray{"a", two}, VtuArray{"a", one, 0}, VtuArray{"a", one, 2}, VtuArray{"", one}, VtuArray{"a\nb", one}}) {
     bad = grid();
     bad.cell_arrays = {array};
     CHECK(status_of(bad) == Status::bad_config);
@@ -108,8 +107,7 @@ TEST_CASE("what does not fit together is refused and leaves no file") {
 
 TEST_CASE("a collection names its files relative to itself, with times that read back exactly") {
   const TemporaryFolder folder;
-  const std::vector<PvdEntry> entries{{0.1, folder.path() / "states" / "a<1>.vtu"},
-                                      {1.0 / 3, folder / "b.vtu"}};
+  const std::vector<PvdEntry> entries{{0.1, folder.path() / "states" / "a<1>.vtu"}, {1.0 / 3, folder / "b.vtu"}};
   write_pvd(folder / "all.pvd", entries);
   const std::string text = text_of(folder / "all.pvd");
   CHECK(text.find("timestep=\"0.1\" part=\"0\" file=\"states/a&lt;1&gt;.vtu\"") != std::string::npos);
@@ -118,8 +116,7 @@ TEST_CASE("a collection names its files relative to itself, with times that read
 
   write_pvd(folder / "none.pvd", {});
   CHECK(text_of(folder / "none.pvd").find("DataSet") == std::string::npos);
-  const std::vector<PvdEntry> endless{{std::numeric_limits<double>::infinity(), folder / "b.vtu"}},
-      nameless{{0, ""}};
+  const std::vector<PvdEntry> endless{{std::numeric_limits<double>::infinity(), folder / "b.vtu"}}, nameless{{0, ""}};
   CHECK_THROWS_AS(write_pvd(folder / "bad.pvd", endless), Error);
   CHECK_THROWS_AS(write_pvd(folder / "bad.pvd", nameless), Error);
   CHECK_FALSE(std::filesystem::exists(folder / "bad.pvd"));

@@ -14,10 +14,10 @@ int main(int argc, char** argv) {
     const double time_s = 0.0005 * state;
     positions[12] = 2 - static_cast<float>(state);
     lbea::io::write_vtu(file, {.positions = positions,
-                           .element_nodes = nodes,
-                           .point_arrays = {{"node_id", ids}, {"where <mm>", positions, 3}},
-                           .cell_arrays = {{"plastic_strain", strain}, {"part", parts}},
-                           .time_s = time_s});
+                               .element_nodes = nodes,
+                               .point_arrays = {{"node_id", ids}, {"where <mm>", positions, 3}},
+                               .cell_arrays = {{"plastic_strain", strain}, {"part", parts}},
+                               .time_s = time_s});
     entries.push_back({time_s, file});
   }
   lbea::io::write_pvd(folder / "series.pvd", entries);

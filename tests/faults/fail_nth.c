@@ -3,7 +3,8 @@
 //   LBEA_FAULT_NTH    from 1; 0 or nothing: all succeed
 //   LBEA_FAULT_PATH   only calls on files whose path begins so (not for thread and allocate)
 //   LBEA_FAULT_COUNT  a file that is told at the program's end how often the call was made
-//   LBEA_FAULT_ASKERS a file that is told, when a thread or an allocation fails, which libraries asked for it, a line each
+//   LBEA_FAULT_ASKERS a file that is told, when a thread or an allocation fails, which libraries asked for it, a line
+//   each
 // What happens before main() does not count: no program can answer for that.
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -29,9 +30,7 @@ static const char* count_file = NULL;
 static const char* askers_file = NULL;
 static atomic_ulong count = 0;
 
-static int is_due(enum Call call) {
-  return call == watched && atomic_fetch_add(&count, 1) + 1 == nth;
-}
+static int is_due(enum Call call) { return call == watched && atomic_fetch_add(&count, 1) + 1 == nth; }
 
 static int is_path_due(enum Call call, const char* path) {
   char folder[4096];
@@ -72,7 +71,9 @@ ssize_t pwritev(int descriptor, const struct iovec* pieces, int n, off_t offset)
 }
 int fsync(int descriptor) { return is_file_due(call_sync, descriptor) ? fail(EIO) : NEXT(fsync)(descriptor); }
 int fdatasync(int descriptor) { return is_file_due(call_sync, descriptor) ? fail(EIO) : NEXT(fdatasync)(descriptor); }
-int rename(const char* from, const char* to) { return is_path_due(call_rename, to) ? fail(EIO) : NEXT(rename)(from, to); }
+int rename(const char* from, const char* to) {
+  return is_path_due(call_rename, to) ? fail(EIO) : NEXT(rename)(from, to);
+}
 int link(const char* from, const char* to) { return is_path_due(call_rename, to) ? fail(EIO) : NEXT(link)(from, to); }
 int ftruncate(int descriptor, off_t size) {
   return is_file_due(call_truncate, descriptor) ? fail(ENOSPC) : NEXT(ftruncate)(descriptor, size);
@@ -120,7 +121,9 @@ static void* no_memory(void) {
 void* malloc(size_t size) { return is_due(call_allocate) ? no_memory() : __libc_malloc(size); }
 void* calloc(size_t n, size_t size) { return is_due(call_allocate) ? no_memory() : __libc_calloc(n, size); }
 void* realloc(void* block, size_t size) { return is_due(call_allocate) ? no_memory() : __libc_realloc(block, size); }
-void* memalign(size_t alignment, size_t size) { return is_due(call_allocate) ? no_memory() : __libc_memalign(alignment, size); }
+void* memalign(size_t alignment, size_t size) {
+  return is_due(call_allocate) ? no_memory() : __libc_memalign(alignment, size);
+}
 void* aligned_alloc(size_t alignment, size_t size) { return memalign(alignment, size); }
 int posix_memalign(void** block, size_t alignment, size_t size) {
   *block = memalign(alignment, size);

@@ -13,8 +13,6 @@
 
 namespace lbea::test {
 
-
-
 inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 
 inline constexpr std::chrono::seconds longest_run{60};  // of a program: it takes less than one; so long, it hangs
@@ -24,14 +22,22 @@ struct Fault {
   unsigned long nth = 0;  // 0: none
 };
 
-/// Words before a command: it runs with the fault, in whatever it does with files below `folder`; how often the call was
-/// made stands in `count` afterwards, which libraries asked for a failed allocation beside it.
-inline std::vector<std::string> with(const Fault& fault, const std::filesystem::path& folder, const std::filesystem::path& count) {
-  return {"/usr/bin/env", "LD_PRELOAD=" LBEA_FAIL_NTH, "LBEA_FAULT_CALL=" + fault.call, "LBEA_FAULT_NTH=" + std::to_string(fault.nth),
-          "LBEA_FAULT_PATH=" + folder.string(), "LBEA_FAULT_COUNT=" + count.string(), "LBEA_FAULT_ASKERS=" + count.string() + ".askers"};
+/// Words before a command: it runs with the fault, in whatever it does with files below `folder`; how often the call
+/// was made stands in `count` afterwards, which libraries asked for a failed allocation beside it.
+inline std::vector<std::string> with(const Fault& fault, const std::filesystem::path& folder,
+                                     const std::filesystem::path& count) {
+  return {"/usr/bin/env",
+          "LD_PRELOAD=" LBEA_FAIL_NTH,
+          "LBEA_FAULT_CALL=" + fault.call,
+          "LBEA_FAULT_NTH=" + std::to_string(fault.nth),
+          "LBEA_FAULT_PATH=" + folder.string(),
+          "LBEA_FAULT_COUNT=" + count.string(),
+          "LBEA_FAULT_ASKERS=" + count.string() + ".askers"};
 }
 
-inline unsigned long counted(const std::filesystem::path& count) { return std::strtoul(text_of(count).c_str(), nullptr, 10); }
+inline unsigned long counted(const std::filesystem::path& count) {
+  return std::strtoul(text_of(count).c_str(), nullptr, 10);
+}
 
 inline bool was_asked_by(const std::string& library, const std::filesystem::path& count) {
   const std::string askers = count.string() + ".askers";
@@ -73,7 +79,8 @@ inline void OneFile::check(const std::string& call, unsigned long most, unsigned
   const std::vector<unsigned long> numbers = chosen(counted(elsewhere / "count"), most, most_of_long);
   CHECK((!numbers.empty() || call == "truncate"));  // what makes none cannot fail; not every program reserves room
   for (const unsigned long nth : numbers) check_one({call, nth}, undisturbed);
-  MESSAGE(output << ": " << numbers.size() << " of " << counted(elsewhere / "count") << " calls of " << call << " failed");
+  MESSAGE(output << ": " << numbers.size() << " of " << counted(elsewhere / "count") << " calls of " << call
+                 << " failed");
 }
 
 /// The file is whole, or it is not there and words say why; nothing else is left in any case.
@@ -85,7 +92,8 @@ inline void OneFile::check_one(const Fault& fault, const std::string& undisturbe
   CAPTURE(outcome.err);
   const bool is_there = std::filesystem::exists(folder / output);
   if (outcome.exit_code == 0) CHECK(is_there);
-  // TBB, which the ray caster's library works with, ends the program when it gets no thread; the next bake clears away what is left.
+  // TBB, which the ray caster's library works with, ends the program when it gets no thread; the next bake clears away
+  // what is left.
   if (was_asked_by("libtbb", elsewhere / "count") && outcome.exit_code == 128 + SIGABRT) {
     CHECK_FALSE(is_there);
     return;

@@ -19,7 +19,8 @@ using namespace lbea::wire;
 inline constexpr std::uint64_t stream_frames = 6;
 
 /// Runs a program that records frames sent to ipc://FOLDER/frames, sends it some, lets it end in good order.
-inline Outcome record_stream(std::vector<std::string> words, const std::vector<std::string>& program, const TemporaryFolder& folder) {
+inline Outcome record_stream(std::vector<std::string> words, const std::vector<std::string>& program,
+                             const TemporaryFolder& folder) {
   const TemporaryFolder said;
   const std::string endpoint = "ipc://" + (folder / "frames").string();
   words.insert(words.end(), program.begin(), program.end());
@@ -47,8 +48,9 @@ inline Outcome record_stream(std::vector<std::string> words, const std::vector<s
 
 inline std::uint64_t frames_in(const mcap::ByteSource& source) {
   std::uint64_t frames = 0;
-  CHECK(mcap::audit(source, [&](const mcap::Message&, const mcap::Channel* channel) { frames += channel != nullptr && channel->topic == "/frames" ? 1u : 0u; })
-            .complaints.empty());
+  CHECK(mcap::audit(source, [&](const mcap::Message&, const mcap::Channel* channel) {
+          frames += channel != nullptr && channel->topic == "/frames" ? 1u : 0u;
+        }).complaints.empty());
   return frames;
 }
 

@@ -1,5 +1,5 @@
-// Every write, fsync, rename, reservation and allocation of a bake, a recovery and a replay fails once. A failed program has
-// said why and left nothing; a successful one has left what it always leaves.
+// Every write, fsync, rename, reservation and allocation of a bake, a recovery and a replay fails once. A failed
+// program has said why and left nothing; a successful one has left what it always leaves.
 #include "tests/faults/faults.hpp"
 #include "tests/faults/recordings.hpp"
 
@@ -15,13 +15,15 @@ const std::vector<std::string> calls{"write", "sync", "rename", "truncate", "all
 constexpr unsigned long most = 15;
 
 std::string bake_command(const std::string& output) {
-  return LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo + "/region-nodes.txt --modes 5 --steps 0,10 --threads 1 -o " + output;
+  return LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo +
+         "/region-nodes.txt --modes 5 --steps 0,10 --threads 1 -o " + output;
 }
 
 }  // namespace
 
 TEST_CASE("any call of a bake fails") {
-  for (const std::string& call : calls) OneFile{bake_command("m.lbea"), "m.lbea"}.check(call, most, call == "allocate" ? 1000 : all);
+  for (const std::string& call : calls)
+    OneFile{bake_command("m.lbea"), "m.lbea"}.check(call, most, call == "allocate" ? 1000 : all);
 }
 
 TEST_CASE("any allocation of a small bake fails: all of them, in a long run") {
@@ -32,14 +34,16 @@ TEST_CASE("any allocation of a small bake fails: all of them, in a long run") {
 TEST_CASE("any call of a recovery fails") {
   const TemporaryFolder folder;
   const auto damaged = put_damaged_recording(folder / "run.mcap.partial");
-  for (const std::string& call : calls) OneFile{LBEA_INSPECT " --recover " + damaged.string() + " -o fixed.mcap", "fixed.mcap"}.check(call, most);
+  for (const std::string& call : calls)
+    OneFile{LBEA_INSPECT " --recover " + damaged.string() + " -o fixed.mcap", "fixed.mcap"}.check(call, most);
 }
 
 TEST_CASE("any call of a replay into a model fails") {
   const TemporaryFolder folder;
   REQUIRE(run_program(bake_command("m.lbea"), folder.path()).exit_code == 0);
   const auto recording = put_recording(folder / "run.mcap");
-  const std::string command = LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() + " -o results.mcap";
+  const std::string command =
+      LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() + " -o results.mcap";
   for (const std::string& call : calls) OneFile{command, "results.mcap"}.check(call, most);
 }
 
@@ -55,7 +59,10 @@ TEST_CASE("any thread of a bake and of a replay cannot be started") {
   REQUIRE(run_program(bake_command("m.lbea"), folder.path()).exit_code == 0);
   const auto recording = put_recording(folder / "run.mcap");
   OneFile{LBEA_BAKE " " + demo + "/ensemble.toml --modes 5 --threads 3 -o m.lbea", "m.lbea"}.check("thread", all);
-  OneFile{LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() + " --threads 4 -o results.mcap", "results.mcap"}.check("thread", all);
+  OneFile{LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() +
+              " --threads 4 -o results.mcap",
+          "results.mcap"}
+      .check("thread", all);
 }
 
 TEST_CASE("files that cannot be mapped are named") {
@@ -81,18 +88,21 @@ TEST_CASE("what a killed bake left is cleared away by the next one; what lives o
   const TemporaryFolder folder;
   pid_t gone = 0;
   {
-    Process killed({"/bin/sh", "-c", "echo $$ >" + (folder / "pid").string() + "; kill -9 $$"}, folder / "out", folder / "err");
+    Process killed({"/bin/sh", "-c", "echo $$ >" + (folder / "pid").string() + "; kill -9 $$"}, folder / "out",
+                   folder / "err");
     CHECK(killed.wait() == 128 + SIGKILL);
     gone = std::stoi(text_of(folder / "pid"));
   }
   const std::string dead = std::to_string(gone), living = std::to_string(::getpid());
-  for (const std::string& stays : {"m.lbea.tmp-" + living + "-0", "m.lbea.tmp-" + dead + "-0x", "m.lbea.tmp-" + dead, "other.lbea.tmp-" + dead + "-0",
-                                   std::string("m.lbea.tmp-notes"), "m.lbea.tmp-work-" + living + "-0/plan/plan", std::string("elsewhere/file")})
+  for (const std::string& stays : {"m.lbea.tmp-" + living + "-0", "m.lbea.tmp-" + dead + "-0x", "m.lbea.tmp-" + dead,
+                                   "other.lbea.tmp-" + dead + "-0", std::string("m.lbea.tmp-notes"),
+                                   "m.lbea.tmp-work-" + living + "-0/plan/plan", std::string("elsewhere/file")})
     put(folder / stays, "mine");
   const std::size_t before = files_in(folder.path());
   put(folder / ("m.lbea.tmp-" + dead + "-0"), "half a model");
   put(folder / ("m.lbea.tmp-work-" + dead + "-1/plan/plan"), "half a plan");
-  for (int i = 0; i < 300; ++i) put(folder / ("m.lbea.tmp-work-" + dead + "-1/record/a-record-with-a-long-name-" + std::to_string(i)), "");
+  for (int i = 0; i < 300; ++i)
+    put(folder / ("m.lbea.tmp-work-" + dead + "-1/record/a-record-with-a-long-name-" + std::to_string(i)), "");
   std::filesystem::create_directory_symlink(folder / "elsewhere", folder / ("m.lbea.tmp-work-" + dead + "-1/link"));
   const Outcome outcome = run_program(bake_command("m.lbea"), folder.path());
   CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
@@ -107,12 +117,14 @@ TEST_CASE("killed at any moment and started again: the bake's bytes, and nothing
   const int kills = is_long_run() ? 300 : 8;
   int remains = 0;
   for (int i = 0; i < kills; ++i) {
-    Process bake({"/bin/sh", "-c", "cd '" + folder.path().string() + "' && exec " + bake_command("m.lbea")}, undisturbed / "out", undisturbed / "err");
+    Process bake({"/bin/sh", "-c", "cd '" + folder.path().string() + "' && exec " + bake_command("m.lbea")},
+                 undisturbed / "out", undisturbed / "err");
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 60'000));
     bake.signal(SIGKILL);
     static_cast<void>(bake.wait());
     remains += files_in(folder.path()) > (std::filesystem::exists(folder / "m.lbea") ? 1u : 0u) ? 1 : 0;
-    if (std::filesystem::exists(folder / "m.lbea")) CHECK((text_of(folder / "m.lbea") == text_of(undisturbed / "m.lbea")));
+    if (std::filesystem::exists(folder / "m.lbea"))
+      CHECK((text_of(folder / "m.lbea") == text_of(undisturbed / "m.lbea")));
   }
   MESSAGE(kills << " bakes killed, " << remains << " times something was left");
   REQUIRE(run_program(bake_command("m.lbea"), folder.path()).exit_code == 0);

@@ -1,4 +1,5 @@
-// While a recording is made, any of its calls fails: nothing is lost without a word, and what was said to be recorded is there.
+// While a recording is made, any of its calls fails: nothing is lost without a word, and what was said to be recorded
+// is there.
 #include "tests/faults/recordings.hpp"
 #include "tests/mcap/mcap_support.hpp"
 
@@ -19,16 +20,18 @@ std::uint64_t frames_left(const TemporaryFolder& folder) {
     CHECK(mcap::audit(mcap::FileSource(file)).is_intact());
     return frames_in(mcap::FileSource(file));
   }
-  if (!std::filesystem::exists(mcap::partial_name(file)) || std::filesystem::file_size(mcap::partial_name(file)) == 0) return 0;
+  if (!std::filesystem::exists(mcap::partial_name(file)) || std::filesystem::file_size(mcap::partial_name(file)) == 0)
+    return 0;
   MemorySink sink;
   mcap::recover(mcap::FileSource(mcap::partial_name(file)), sink);
   return frames_in(mcap::MemorySource(sink.bytes, "recovered"));
 }
 
-/// ZeroMQ without memory ends the program, or the connection and whatever it had read of it: then nobody here knows of the
-/// frames in it. What was said to be recorded is there all the same.
+/// ZeroMQ without memory ends the program, or the connection and whatever it had read of it: then nobody here knows of
+/// the frames in it. What was said to be recorded is there all the same.
 void check_left_by_zeromq(const Outcome& outcome, std::uint64_t left) {
-  CHECK((outcome.exit_code == 0 || outcome.exit_code == 1 || outcome.exit_code == 128 + SIGABRT || outcome.exit_code == 128 + SIGSEGV));
+  CHECK((outcome.exit_code == 0 || outcome.exit_code == 1 || outcome.exit_code == 128 + SIGABRT ||
+         outcome.exit_code == 128 + SIGSEGV));
   const Json tally = Json::parse(outcome.out, nullptr, false);
   if (tally.is_object()) CHECK(left >= tally["recorded"].get<std::uint64_t>());
 }
@@ -80,8 +83,8 @@ void check(const std::vector<std::string>& program, const std::string& call, uns
       check_left(outcome, frames_left(folder), folder);
     }
   }
-  MESSAGE(program[0].substr(program[0].rfind('/') + 1) << ": " << numbers.size() << " of " << count << " calls of " << call << " failed, "
-                                                       << by_zeromq << " of them ZeroMQ's own");
+  MESSAGE(program[0].substr(program[0].rfind('/') + 1) << ": " << numbers.size() << " of " << count << " calls of "
+                                                       << call << " failed, " << by_zeromq << " of them ZeroMQ's own");
 }
 
 }  // namespace
@@ -94,11 +97,15 @@ TEST_CASE("any call of lbea-record fails") {
 TEST_CASE("any call of lbea-serve --record fails") {
   const TemporaryFolder folder;
   const std::string demo = (data() / "rail-demo").string(), model = (folder / "m.lbea").string();
-  REQUIRE(run_program(LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo + "/region-nodes.txt --modes 5 --steps 0,10 -o " + model, folder.path())
+  REQUIRE(run_program(LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo +
+                          "/region-nodes.txt --modes 5 --steps 0,10 -o " + model,
+                      folder.path())
               .exit_code == 0);
-  const std::vector<std::string> serve{LBEA_SERVE, model, "--results", "ipc://" + (folder / "results").string(), "--record", "FOLDER/run.mcap"};
+  const std::vector<std::string> serve{
+      LBEA_SERVE, model, "--results", "ipc://" + (folder / "results").string(), "--record", "FOLDER/run.mcap"};
   for (const std::string call : {"write", "sync", "allocate"}) check(serve, call, 5);
   std::vector<std::string> with_everything = serve;
-  with_everything.insert(with_everything.end(), {"--preview", "ipc://" + (folder / "preview").string(), "--metrics", "127.0.0.1:0"});
+  with_everything.insert(with_everything.end(),
+                         {"--preview", "ipc://" + (folder / "preview").string(), "--metrics", "127.0.0.1:0"});
   check(with_everything, "thread", all);
 }

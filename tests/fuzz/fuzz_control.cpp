@@ -39,7 +39,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto message = std::as_bytes(std::span{data, size});
   if (lbea::wire::Control control, again; lbea::wire::decode_control(message, control) == lbea::wire::WireStatus::ok) {
     lbea::wire::Encoder encoder;
-    require(lbea::wire::decode_control(encoder.control(control), again) == lbea::wire::WireStatus::ok && again == control);
+    require(lbea::wire::decode_control(encoder.control(control), again) == lbea::wire::WireStatus::ok &&
+            again == control);
     require(control.withheld <= control.next_id);
   }
   check_account(message.first(std::min<std::size_t>(message.size(), 4096)));

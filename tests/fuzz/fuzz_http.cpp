@@ -1,6 +1,6 @@
-// Any bytes as what a browser or a viewer says to the monitor. The first byte chooses: an HTTP request's head, a message over
-// a viewer's WebSocket, or an address on the command line. Whoever does not ask under our name and from our own page with our
-// token gets nothing.
+// Any bytes as what a browser or a viewer says to the monitor. The first byte chooses: an HTTP request's head, a
+// message over a viewer's WebSocket, or an address on the command line. Whoever does not ask under our name and from
+// our own page with our token gets nothing.
 #include "tools/monitor/web/web_session.hpp"
 
 #include <lbea/lbea.hpp>
@@ -37,7 +37,19 @@ bool is_ours(std::string host) {
 
 void take_request(std::string_view text) {
   static EmptyFeed feed;
-  static web::Shared shared{AccessRules({"127.0.0.1", 8080, true}, {"rig.lab"}, token, {"https://viewer.example"}), Assets(), feed, {}, true, "1", 0, 0, 0, 0, {}, {}, nullptr};
+  static web::Shared shared{AccessRules({"127.0.0.1", 8080, true}, {"rig.lab"}, token, {"https://viewer.example"}),
+                            Assets(),
+                            feed,
+                            {},
+                            true,
+                            "1",
+                            0,
+                            0,
+                            0,
+                            0,
+                            {},
+                            {},
+                            nullptr};
   web::http::request_parser<web::http::empty_body> parser;
   parser.header_limit(16 * 1024);
   parser.body_limit(0);
@@ -50,10 +62,13 @@ void take_request(std::string_view text) {
   const std::string host(head.host);
   const unsigned status = web::respond(shared, request).result_int();
   const bool knows_token = text.find(token) != std::string_view::npos;
-  if (status == 200 || status == 404) require(is_ours(host) && knows_token && (head.method == "GET" || head.method == "HEAD"));
+  if (status == 200 || status == 404)
+    require(is_ours(host) && knows_token && (head.method == "GET" || head.method == "HEAD"));
   const bool is_watcher = !web::refuse_watcher(shared, request), is_viewer = !web::refuse_viewer(shared, request);
-  require(!(is_watcher || is_viewer) || (is_ours(host) && knows_token && head.method == "GET") || (is_watcher && head.method == "HEAD"));
-  static_cast<void>(viewer_subprotocol(std::string_view(request[web::http::field::sec_websocket_protocol].data(), request[web::http::field::sec_websocket_protocol].size())));
+  require(!(is_watcher || is_viewer) || (is_ours(host) && knows_token && head.method == "GET") ||
+          (is_watcher && head.method == "HEAD"));
+  static_cast<void>(viewer_subprotocol(std::string_view(request[web::http::field::sec_websocket_protocol].data(),
+                                                        request[web::http::field::sec_websocket_protocol].size())));
 }
 
 /// Several messages, each on a line.
@@ -78,9 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
       const HttpAddress address = parse_http_address(std::string(text));
       require(is_numeric_address(address.host));
-    } catch (const Error& error) {
-      require(error.what()[0] != '\0');
-    }
+    } catch (const Error& error) { require(error.what()[0] != '\0'); }
   } else {
     take_request(text);
   }

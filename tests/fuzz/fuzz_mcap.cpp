@@ -32,9 +32,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Recovery recovery;
   try {
     recovery = recover(source, sink);
-  } catch (const lbea::Error&) {
-    return 0;
-  }
+  } catch (const lbea::Error&) { return 0; }
   const Audit again = audit(MemorySource(sink.bytes));
   if (!again.is_closed || !again.gaps.empty() || again.counted.messages != recovery.messages) std::abort();
   if (recovery.messages + recovery.undefined_messages != found.counted.messages) std::abort();

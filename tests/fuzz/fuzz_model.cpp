@@ -29,7 +29,8 @@ void mend(std::span<std::byte> image) {
   std::memcpy(&header, image.data(), sizeof header);
   header.file_size = image.size();
   const std::uint64_t room = (image.size() - sizeof header) / sizeof(format::SectionEntry);
-  const std::size_t directory_bytes = std::min<std::uint64_t>(header.section_count, room) * sizeof(format::SectionEntry);
+  const std::size_t directory_bytes =
+      std::min<std::uint64_t>(header.section_count, room) * sizeof(format::SectionEntry);
   const auto directory = image.subspan(sizeof header, directory_bytes);
   for (std::size_t at = 0; at < directory.size(); at += sizeof(format::SectionEntry)) {
     format::SectionEntry entry;
@@ -38,7 +39,8 @@ void mend(std::span<std::byte> image) {
     std::memcpy(&directory[at], &entry, sizeof entry);
   }
   header.directory_checksum = checksum(directory);
-  header.header_checksum = checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(format::Header, header_checksum)));
+  header.header_checksum =
+      checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(format::Header, header_checksum)));
   std::memcpy(image.data(), &header, sizeof header);
 }
 
@@ -72,7 +74,8 @@ double read_all(const Model& model) {
   }
   for (std::uint32_t reference = 0; reference < model.references(); ++reference) {
     for (const std::uint32_t node : model.vertex_nodes(reference)) require(node < model.nodes());
-    total += sum(model.vertex_positions(reference)) + sum(model.eigenvalues(reference)) + model.reference_time_s(reference);
+    total +=
+        sum(model.vertex_positions(reference)) + sum(model.eigenvalues(reference)) + model.reference_time_s(reference);
   }
   return total + static_cast<double>(model.provenance().size() + model.length_unit().size());
 }
@@ -97,9 +100,7 @@ void read(std::span<const std::byte> image, unsigned choice) {
     if (choice == 0) match_a_frame(model, Method::lbea);
     if (choice == 1) match_a_frame(model, Method::vtp);
     if (choice == 2) match_a_frame(model, Method::fit);
-  } catch (const Error& error) {
-    require(error.what()[0] != '\0');
-  }
+  } catch (const Error& error) { require(error.what()[0] != '\0'); }
 }
 
 }  // namespace

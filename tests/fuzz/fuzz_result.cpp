@@ -22,7 +22,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(lbea::wire::decode_state(encoder.state(state), again) == lbea::wire::WireStatus::ok);
     require(again.model.simulations == state.model.simulations && again.version == state.version);
   }
-  if (lbea::wire::WireInference inference, again; lbea::wire::decode_inference(message, inference) == lbea::wire::WireStatus::ok) {
+  if (lbea::wire::WireInference inference, again;
+      lbea::wire::decode_inference(message, inference) == lbea::wire::WireStatus::ok) {
     require(lbea::wire::decode_inference(encoder.inference(inference), again) == lbea::wire::WireStatus::ok);
     require(again.values.size() == inference.values.size() && again.field == inference.field);
   }

@@ -1,5 +1,5 @@
-// Any bytes as a simulation's file, called LBEA_FUZZ_FILE: an lbea::Error, or a run whose mesh and states are consistent in
-// themselves.
+// Any bytes as a simulation's file, called LBEA_FUZZ_FILE: an lbea::Error, or a run whose mesh and states are
+// consistent in themselves.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>

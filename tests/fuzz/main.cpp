@@ -26,10 +26,18 @@ Bytes mutate(Bytes bytes, std::mt19937& random) {
   for (std::size_t edits = 1 + below(4); edits > 0 && !bytes.empty(); --edits) {
     const std::size_t at = below(bytes.size());
     switch (below(5)) {
-      case 0: bytes[at] = static_cast<std::uint8_t>(bytes[at] ^ (1u << below(8))); break;
-      case 1: bytes[at] = static_cast<std::uint8_t>(below(256)); break;
-      case 2: bytes.resize(at); break;
-      case 3: bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes[below(bytes.size())]); break;
+      case 0:
+        bytes[at] = static_cast<std::uint8_t>(bytes[at] ^ (1u << below(8)));
+        break;
+      case 1:
+        bytes[at] = static_cast<std::uint8_t>(below(256));
+        break;
+      case 2:
+        bytes.resize(at);
+        break;
+      case 3:
+        bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes[below(bytes.size())]);
+        break;
       default:  // a whole 32-bit word set to a value that likes to overflow
         for (std::size_t i = at & ~std::size_t{3}, end = std::min(bytes.size(), i + 4); i < end; ++i)
           bytes[i] = below(2) ? 0xff : 0x7f;

@@ -24,7 +24,8 @@ class MemoryFile {
 
   void put(std::span<const std::uint8_t> bytes) const {
     const auto size = static_cast<::off_t>(bytes.size());
-    if (::ftruncate(descriptor_, size) != 0 || ::pwrite(descriptor_, bytes.data(), bytes.size(), 0) != size) std::abort();
+    if (::ftruncate(descriptor_, size) != 0 || ::pwrite(descriptor_, bytes.data(), bytes.size(), 0) != size)
+      std::abort();
   }
   [[nodiscard]] std::filesystem::path path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
 

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/intake/id_tracker.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -21,14 +21,16 @@ using Json = nlohmann::json;
 
 class Bench {
  public:
-  std::unique_ptr<Process> start(std::vector<std::string> arguments, const std::string& name, const std::string& ready) {
+  std::unique_ptr<Process> start(std::vector<std::string> arguments, const std::string& name,
+                                 const std::string& ready) {
     std::filesystem::remove(file(name + ".err"));  // or the last one's would tell that this one is ready
     auto process = std::make_unique<Process>(arguments, file(name + ".out"), file(name + ".err"));
     REQUIRE(eventually([&] { return contains(text_of(file(name + ".err")), ready); }));
     return process;
   }
   std::unique_ptr<Process> serve(std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{LBEA_SERVE, LBEA_MODEL, "--frames", frames(), "--results", results(), "--json", "--record-memory", "16", "--queue", "128"};
+    std::vector<std::string> arguments{LBEA_SERVE, LBEA_MODEL,        "--frames", frames(),  "--results", results(),
+                                       "--json",   "--record-memory", "16",       "--queue", "128"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return start(arguments, "serve", "ready: frames on " + frames());
   }
@@ -48,7 +50,9 @@ class Bench {
 /// Sends the model's own samples as frames: all nodes, in reference coordinates.
 class Camera {
  public:
-  Camera(WireContext& context, const std::string& endpoint) : sink_(context, endpoint) { REQUIRE(sink_.wait_ready(30s)); }
+  Camera(WireContext& context, const std::string& endpoint) : sink_(context, endpoint) {
+    REQUIRE(sink_.wait_ready(30s));
+  }
   /// From now on in the sensor's coordinates.
   void look_from(const std::string& sensor_json) {
     const Json pose = Json::parse(text_of(sensor_json));
@@ -58,7 +62,8 @@ class Camera {
   void send(std::uint64_t id, std::uint64_t session = 1) {
     const auto positions = model_.node_positions(static_cast<std::uint32_t>(id % model_.samples()));
     points_.clear();
-    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) points_.push_back(seen({positions[i], positions[i + 1], positions[i + 2]}));
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3)
+      points_.push_back(seen({positions[i], positions[i + 1], positions[i + 2]}));
     send_bytes(encoder_.frame({id, static_cast<std::int64_t>(1000 + id), points_}, session));
   }
   void send_bytes(std::span<const std::byte> bytes) { REQUIRE(sink_.send(bytes, 30s)); }
@@ -70,7 +75,9 @@ class Camera {
     const auto& T = T_reference_sensor_;
     if (T.empty()) return reference;
     const double x = reference.x - T[3], y = reference.y - T[7], z = reference.z - T[11];
-    const auto along = [&](std::size_t axis) { return static_cast<float>(T[axis] * x + T[axis + 4] * y + T[axis + 8] * z); };
+    const auto along = [&](std::size_t axis) {
+      return static_cast<float>(T[axis] * x + T[axis + 4] * y + T[axis + 8] * z);
+    };
     return {along(0), along(1), along(2)};
   }
   Model model_ = Model::open(LBEA_MODEL);
@@ -81,12 +88,15 @@ class Camera {
 };
 
 /// What lbea-serve says of its recording, once it says that it is in this phase.
-inline std::optional<WireRecording> recording_in(RecordingPhase phase, WireContext& context, const std::string& results) {
+inline std::optional<WireRecording> recording_in(RecordingPhase phase, WireContext& context,
+                                                 const std::string& results) {
   ResultSource source(context, results);
   WireState state;
   for (const auto begin = std::chrono::steady_clock::now(); std::chrono::steady_clock::now() - begin < 30s;) {
     const auto message = source.receive(100ms);
-    if (message && decode_state(*message, state) == WireStatus::ok && (!state.recording || state.recording->phase == phase)) return state.recording;
+    if (message && decode_state(*message, state) == WireStatus::ok &&
+        (!state.recording || state.recording->phase == phase))
+      return state.recording;
   }
   return {};
 }

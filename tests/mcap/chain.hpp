@@ -1,4 +1,5 @@
-// A rig's programs in a row: sender, recorder, matcher, and the monitor where it is built. Real processes, sockets and files.
+// A rig's programs in a row: sender, recorder, matcher, and the monitor where it is built. Real processes, sockets and
+// files.
 #pragma once
 
 #include "tests/support/program.hpp"
@@ -16,8 +17,6 @@
 
 namespace lbea::test {
 
-
-
 class Chain {
  public:
   using Json = nlohmann::json;
@@ -27,10 +26,13 @@ class Chain {
     const Model model = Model::open(LBEA_MODEL);
     const auto positions = model.node_positions(0);
     std::ofstream cloud(file("cloud.xyz"));
-    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) cloud << positions[i] << ' ' << positions[i + 1] << ' ' << positions[i + 2] << '\n';
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3)
+      cloud << positions[i] << ' ' << positions[i + 1] << ' ' << positions[i + 2] << '\n';
     cloud.close();
     for (const std::string& name : names()) {
-      if (name == "send") std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until the way from the recorder to the matcher stands
+      if (name == "send")
+        std::this_thread::sleep_for(
+            std::chrono::milliseconds(300));  // until the way from the recorder to the matcher stands
       start(name);
     }
   }
@@ -47,7 +49,10 @@ class Chain {
     if (name == "record") ++recordings_;
     std::filesystem::remove(file(name + ".err"));
     processes_[name] = std::make_unique<Process>(words_of(name), file(name + ".out"), file(name + ".err"));
-    const bool is_ready = eventually([&] { return name == "send" || contains(text_of(file(name + ".err")) + text_of(file(name + ".out")), name == "monitor" ? "http://" : "ready: "); });
+    const bool is_ready = eventually([&] {
+      return name == "send" || contains(text_of(file(name + ".err")) + text_of(file(name + ".out")),
+                                        name == "monitor" ? "http://" : "ready: ");
+    });
     REQUIRE_MESSAGE(is_ready, text_of(file(name + ".err")));
   }
   Process& of(const std::string& name) { return *processes_.at(name); }
@@ -77,12 +82,16 @@ class Chain {
  private:
   [[nodiscard]] std::string at(const std::string& name) const { return "ipc://" + file(name); }
   [[nodiscard]] std::vector<std::string> words_of(const std::string& name) const {
-    if (name == "serve") return {LBEA_SERVE, LBEA_MODEL, "--frames", at("frames"), "--results", at("results"), "--json", "--queue", "64"};
-    if (name == "record") return {LBEA_RECORD, file(recording()), "--frames", at("rig"), "--forward", at("frames"), "--results", at("results"), "--record-memory", "64", "--json"};
+    if (name == "serve")
+      return {LBEA_SERVE, LBEA_MODEL, "--frames", at("frames"), "--results", at("results"), "--json", "--queue", "64"};
+    if (name == "record")
+      return {LBEA_RECORD, file(recording()), "--frames",        at("rig"), "--forward", at("frames"),
+              "--results", at("results"),     "--record-memory", "64",      "--json"};
 #ifdef LBEA_MONITOR_PROGRAM
     if (name == "monitor") return {LBEA_MONITOR_PROGRAM, "--results", at("results"), "--http", "127.0.0.1:0"};
 #endif
-    return {LBEA_SEND, file("cloud.xyz"), "--to", at("rig"), "--results", at("results"), "--rate", "400", "--loop", std::to_string(frames_), "--json"};
+    return {LBEA_SEND, file("cloud.xyz"),       "--to",  at("rig"), "--results", at("results"), "--rate", "400",
+            "--loop",  std::to_string(frames_), "--json"};
   }
   int frames_, recordings_ = 0;
   std::map<std::string, std::unique_ptr<Process>> processes_;

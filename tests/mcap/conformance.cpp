@@ -106,7 +106,8 @@ Json small_record(const Record& r) {
     }
     case Opcode::schema: {
       const auto s = *parse<Schema>(r.content);
-      return record("Schema", {{"data", numbers(s.data)}, {"encoding", s.encoding}, {"id", text(s.id)}, {"name", s.name}});
+      return record("Schema",
+                    {{"data", numbers(s.data)}, {"encoding", s.encoding}, {"id", text(s.id)}, {"name", s.name}});
     }
     case Opcode::metadata: {
       const auto m = *parse<Metadata>(r.content);
@@ -129,13 +130,20 @@ Json small_record(const Record& r) {
 
 Json to_json(const Record& r) {
   switch (r.opcode) {
-    case Opcode::channel: return channel(*parse<Channel>(r.content));
-    case Opcode::message: return message(*parse<Message>(r.content));
-    case Opcode::chunk_index: return chunk_index(*parse<ChunkIndex>(r.content));
-    case Opcode::statistics: return statistics(*parse<Statistics>(r.content));
-    case Opcode::attachment: return attachment(*parse<Attachment>(r.content));
-    case Opcode::attachment_index: return attachment_index(*parse<AttachmentIndex>(r.content));
-    default: return small_record(r);
+    case Opcode::channel:
+      return channel(*parse<Channel>(r.content));
+    case Opcode::message:
+      return message(*parse<Message>(r.content));
+    case Opcode::chunk_index:
+      return chunk_index(*parse<ChunkIndex>(r.content));
+    case Opcode::statistics:
+      return statistics(*parse<Statistics>(r.content));
+    case Opcode::attachment:
+      return attachment(*parse<Attachment>(r.content));
+    case Opcode::attachment_index:
+      return attachment_index(*parse<AttachmentIndex>(r.content));
+    default:
+      return small_record(r);
   }
 }
 
@@ -185,7 +193,8 @@ std::size_t check_conformance(const std::filesystem::path& folder) {
     const Audit found = audit(source);
     for (const std::string& complaint : found.complaints) CHECK_MESSAGE(false, complaint);
     CHECK(found.is_intact());
-    const auto messages = std::ranges::count(expected, "Message", [](const Json& r) { return r["type"].get<std::string>(); });
+    const auto messages =
+        std::ranges::count(expected, "Message", [](const Json& r) { return r["type"].get<std::string>(); });
     CHECK(found.counted.messages == static_cast<std::uint64_t>(messages));
   }
   return files;

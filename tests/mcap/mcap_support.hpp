@@ -60,7 +60,9 @@ inline mcap::Message to_message(const Said& said) {
 }
 
 inline constexpr std::array<std::uint16_t, 2> both_channels{1, 2};
-inline mcap::Schema a_schema(std::uint16_t id) { return {id, "schema " + std::to_string(id), "flatbuffer", mcap::Buffer(id, std::byte{7})}; }
+inline mcap::Schema a_schema(std::uint16_t id) {
+  return {id, "schema " + std::to_string(id), "flatbuffer", mcap::Buffer(id, std::byte{7})};
+}
 inline mcap::Channel a_channel(std::uint16_t id, std::uint16_t schema) {
   return {id, schema, "/topic" + std::to_string(id), "flatbuffer", {{"session", "00ff"}, {"", "empty key"}}};
 }
@@ -69,7 +71,8 @@ inline mcap::Channel a_channel(std::uint16_t id, std::uint16_t schema) {
 inline std::vector<Said> some_messages(std::size_t count) {
   std::vector<Said> messages;
   for (std::size_t i = 0; i < count; ++i)
-    messages.push_back({static_cast<std::uint16_t>(1 + i % 2), static_cast<std::uint32_t>(i), 1'000 + 10 * i - 15 * (i % 3), 7 * i,
+    messages.push_back({static_cast<std::uint16_t>(1 + i % 2), static_cast<std::uint32_t>(i),
+                        1'000 + 10 * i - 15 * (i % 3), 7 * i,
                         std::string(i * 13 % 101, static_cast<char>('a' + i % 26))});
   return messages;
 }
@@ -109,7 +112,8 @@ struct Heard {
 inline Heard hear(mcap::Bytes file) {
   Heard heard;
   const mcap::MemorySource source(file);
-  heard.audit = mcap::audit(source, [&](const mcap::Message& message, const mcap::Channel*) { heard.messages.push_back(said(message)); });
+  heard.audit = mcap::audit(
+      source, [&](const mcap::Message& message, const mcap::Channel*) { heard.messages.push_back(said(message)); });
   return heard;
 }
 

@@ -32,7 +32,8 @@ void send_frames(Camera& camera, std::uint64_t session, std::uint64_t first, std
 }  // namespace
 
 // Once losses before the first and after the last frame were nobody's: lbea-inspect said "complete", missing 0.
-TEST_CASE("captures that never came, or that the sender found no room for, are missing from the test, whatever the file") {
+TEST_CASE(
+    "captures that never came, or that the sender found no room for, are missing from the test, whatever the file") {
   Bench bench;
   const auto server = bench.serve({"--record", bench.file("run.mcap")});
   WireContext context;
@@ -74,7 +75,9 @@ TEST_CASE("captures that never came, or that the sender found no room for, are m
     CHECK(session_of(report, session)["first_id"] == 0);
     CHECK(session_of(report, session)["ended"] == true);
   }
-  CHECK(contains(flaws_of(report), "20 captures of the test are missing; the matcher says: 16 never arrived (missed), 4 found no room at the sender (withheld)"));
+  CHECK(contains(flaws_of(report),
+                 "20 captures of the test are missing; the matcher says: 16 never arrived (missed), 4 found no room at "
+                 "the sender (withheld)"));
   const Outcome text = run_program(LBEA_INSPECT " run.mcap", bench.folder.path());
   CHECK(contains(text.out, "run.mcap: NOT COMPLETE"));
   CHECK(contains(text.out, "the file is sound and holds all that came"));
@@ -106,16 +109,20 @@ TEST_CASE("a trigger that never comes is a failure, said at the end and by the f
 // Once the documented trigger killed programs that had not been given a window.
 TEST_CASE("SIGUSR1 without a window changes nothing and is answered") {
   Bench bench;
-  const auto recorder = bench.start({LBEA_RECORD, bench.file("alone.mcap"), "--frames", "ipc://" + bench.file("rig"), "--record-memory", "16"}, "record", "ready: frames on");
+  const auto recorder = bench.start(
+      {LBEA_RECORD, bench.file("alone.mcap"), "--frames", "ipc://" + bench.file("rig"), "--record-memory", "16"},
+      "record", "ready: frames on");
   const auto recording = bench.serve({"--record", bench.file("run.mcap")});
   for (const auto* process : {&recorder, &recording}) (*process)->signal(SIGUSR1);
   for (const char* name : {"record.err", "serve.err"})
-    CHECK(eventually([&] { return contains(text_of(bench.file(name)), "SIGUSR1: there is no --record-window to trigger"); }));
+    CHECK(eventually(
+        [&] { return contains(text_of(bench.file(name)), "SIGUSR1: there is no --record-window to trigger"); }));
   CHECK(stop(*recorder) == 0);
   CHECK(stop(*recording) == 0);
   const auto server = bench.serve();
   server->signal(SIGUSR1);
-  CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "SIGUSR1: there is no --record-window to trigger"); }));
+  CHECK(eventually(
+      [&] { return contains(text_of(bench.file("serve.err")), "SIGUSR1: there is no --record-window to trigger"); }));
   CHECK(stop(*server) == 0);
 }
 
@@ -135,12 +142,14 @@ TEST_CASE("with the time in its name a recording is begun again with the same wo
     const auto server = bench.serve(words);
     REQUIRE(names().size() == round + 1);
     const std::string name = names().back();
-    CHECK(contains(text_of(bench.file("serve.err")), "recording to " + bench.file(name.substr(0, name.rfind(".partial")))));
+    CHECK(contains(text_of(bench.file("serve.err")),
+                   "recording to " + bench.file(name.substr(0, name.rfind(".partial")))));
     std::tm time{};
     const char* const rest = ::strptime(name.c_str(), ("run-100%%-" + clock_name).c_str(), &time);
     REQUIRE(rest != nullptr);
     CHECK(std::string(rest) == ".mcap.partial");
-    CHECK(std::abs(std::difftime(std::time(nullptr), std::mktime(&time))) < 60 + 3600);  // an hour where clocks are changed
+    CHECK(std::abs(std::difftime(std::time(nullptr), std::mktime(&time))) <
+          60 + 3600);  // an hour where clocks are changed
     server->signal(round == 0 ? SIGKILL : SIGINT);
     CHECK(server->wait() == (round == 0 ? 128 + SIGKILL : 0));
     std::this_thread::sleep_until(begin + 1100ms);  // another second
@@ -151,20 +160,24 @@ TEST_CASE("names that are no names for a recording are wrong usage") {
   Bench bench;
   const std::string endpoints = " --frames " + bench.frames() + " --results " + bench.results();
   for (const std::string name : {"", "%", "50%", "%D.mcap", "%q"})
-    for (const std::string& program : {std::string(LBEA_SERVE " " LBEA_MODEL) + endpoints + " --record ", std::string(LBEA_SERVE " " LBEA_MODEL) + endpoints + " --check --record ",
-                                      std::string(LBEA_RECORD " --frames ") + bench.frames() + " "}) {
+    for (const std::string& program : {std::string(LBEA_SERVE " " LBEA_MODEL) + endpoints + " --record ",
+                                       std::string(LBEA_SERVE " " LBEA_MODEL) + endpoints + " --check --record ",
+                                       std::string(LBEA_RECORD " --frames ") + bench.frames() + " "}) {
       const Outcome outcome = run_program(program + "'" + name + "'", bench.folder.path());
       CAPTURE(program + name);
       CHECK(outcome.exit_code == 2);
-      CHECK(contains(outcome.err, name.empty() ? "is empty" : "write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for a percent sign"));
+      CHECK(contains(outcome.err,
+                     name.empty() ? "is empty" : "write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for a percent sign"));
     }
   CHECK(std::filesystem::is_empty(bench.folder.path()));
 }
 
-// Once results whose frame lies before the window, and frames whose result came after it, made every other window incomplete.
+// Once results whose frame lies before the window, and frames whose result came after it, made every other window
+// incomplete.
 TEST_CASE("a window cuts frames and their results apart at its edges: expected there, and nowhere else") {
   Bench bench;
-  const auto server = bench.serve({"--record", bench.file("run.mcap"), "--record-window", "0.02:0.02", "--trigger-ns", "1100"});
+  const auto server =
+      bench.serve({"--record", bench.file("run.mcap"), "--record-window", "0.02:0.02", "--trigger-ns", "1100"});
   WireContext context;
   Camera camera(context, bench.frames());
   for (std::uint64_t id = 0; id < 200; ++id) camera.send(id);

@@ -1,5 +1,5 @@
-// Recordings that contradict themselves where no checksum tells: summaries, definitions, records within chunks, files that
-// change while they are read.
+// Recordings that contradict themselves where no checksum tells: summaries, definitions, records within chunks, files
+// that change while they are read.
 #include "tests/mcap/mcap_support.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
@@ -88,7 +88,8 @@ TEST_CASE("a summary without its checksum is held against the data: any byte tha
     }
   }
   CHECK(records == 2 + 2 + 1 + 2 + 2 + 2);  // schemas, channels, statistics, and an index entry for each of the rest
-  for (std::size_t at = ending.checksum_at - 16; at < ending.checksum_at; ++at) {  // where it begins, where its offsets do
+  for (std::size_t at = ending.checksum_at - 16; at < ending.checksum_at;
+       ++at) {                                   // where it begins, where its offsets do
     if (at == ending.checksum_at - 8) continue;  // still within the summary
     file[at] ^= std::byte{0x80};
     CHECK(contains(complaints_of(file), "footer points to the wrong place"));
@@ -102,14 +103,17 @@ TEST_CASE("an index that leaves something out is noticed, whatever it leaves out
   const Ending ending = ending_of(sink.bytes);
   const auto without = [&](Opcode left_out) {  // the first record of this kind
     Buffer file(sink.bytes.begin(), sink.bytes.begin() + static_cast<std::ptrdiff_t>(ending.footer.summary_start));
-    Bytes rest = Bytes(sink.bytes).subspan(ending.footer.summary_start, ending.footer.summary_offset_start - ending.footer.summary_start);
+    Bytes rest =
+        Bytes(sink.bytes)
+            .subspan(ending.footer.summary_start, ending.footer.summary_offset_start - ending.footer.summary_start);
     std::uint64_t offset = 0;
     bool is_gone = false;
     while (true) {
       const Bytes before = rest;
       const auto record = next_record(rest, offset);
       if (!record) break;
-      if (std::exchange(is_gone, is_gone || record->opcode == left_out) == is_gone) file.insert(file.end(), before.begin(), before.end() - static_cast<std::ptrdiff_t>(rest.size()));
+      if (std::exchange(is_gone, is_gone || record->opcode == left_out) == is_gone)
+        file.insert(file.end(), before.begin(), before.end() - static_cast<std::ptrdiff_t>(rest.size()));
     }
     append(file, Footer{ending.footer.summary_start, 0, 0});
     const Bytes end = std::as_bytes(std::span(magic));
@@ -141,7 +145,8 @@ TEST_CASE("definitions that differ under one number, and records that end within
     CAPTURE(size);
     if (!are_whole(cut)) CHECK_FALSE(audit(MemorySource(file_with_chunk(cut))).gaps.empty());
   }
-  const Buffer short_message{std::byte{0x05}, std::byte{4}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};  // four bytes are no message
+  const Buffer short_message{
+      std::byte{0x05}, std::byte{4}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};  // four bytes are no message
   CHECK_FALSE(are_whole(short_message));
   CHECK_FALSE(audit(MemorySource(file_with_chunk(short_message))).gaps.empty());
 }
@@ -191,9 +196,11 @@ TEST_CASE("compressed data of another size than was claimed, and data behind the
     Buffer packed, out;
     REQUIRE(compress(compression, {&piece, 1}, packed));
     CHECK(decompress(compression, packed, text.size(), out));
-    for (const std::uint64_t wrong : {std::uint64_t{0}, std::uint64_t{4999}, std::uint64_t{5001}, std::uint64_t{1} << 40})
+    for (const std::uint64_t wrong :
+         {std::uint64_t{0}, std::uint64_t{4999}, std::uint64_t{5001}, std::uint64_t{1} << 40})
       CHECK_FALSE(decompress(compression, packed, wrong, out));
-    for (std::size_t size = 0; size < packed.size(); ++size) CHECK_FALSE(decompress(compression, Bytes(packed).first(size), text.size(), out));
+    for (std::size_t size = 0; size < packed.size(); ++size)
+      CHECK_FALSE(decompress(compression, Bytes(packed).first(size), text.size(), out));
     packed.push_back(std::byte{});
     CHECK_FALSE(decompress(compression, packed, text.size(), out));
   }

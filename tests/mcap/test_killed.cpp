@@ -1,5 +1,5 @@
-// SIGKILL: any program of the chain, at any moment, while frames go on. The others stay, what was killed starts again at once
-// at the same endpoints, and what it had recorded is there.
+// SIGKILL: any program of the chain, at any moment, while frames go on. The others stay, what was killed starts again
+// at once at the same endpoints, and what it had recorded is there.
 #include "tests/mcap/chain.hpp"
 
 #include <cstdlib>
@@ -14,7 +14,8 @@ namespace {
 
 /// Frames in what is left of a recording.
 std::uint64_t recovered(const Chain& chain, const std::string& recording) {
-  const Outcome recovery = run_program(LBEA_INSPECT " --recover " + recording + ".partial -o fixed-" + recording, chain.folder.path());
+  const Outcome recovery =
+      run_program(LBEA_INSPECT " --recover " + recording + ".partial -o fixed-" + recording, chain.folder.path());
   CHECK_MESSAGE(recovery.exit_code == 0, recovery.err);
   const Json report = Json::parse(run_program(LBEA_INSPECT " fixed-" + recording + " --json", chain.folder.path()).out);
   CHECK(report["intact"] == true);
@@ -23,7 +24,8 @@ std::uint64_t recovered(const Chain& chain, const std::string& recording) {
 
 }  // namespace
 
-TEST_CASE("each process is killed and started again, over and over: the others stay, accounts add up, recordings are there") {
+TEST_CASE(
+    "each process is killed and started again, over and over: the others stay, accounts add up, recordings are there") {
   const int rounds = std::getenv("LBEA_LONG_TESTS") != nullptr ? 100 : 3;
   Chain chain(1'000'000);
   std::mt19937 random(6);
@@ -47,7 +49,8 @@ TEST_CASE("each process is killed and started again, over and over: the others s
   CHECK(served["adds_up"] == true);
   CHECK(served["matched"].get<std::uint64_t>() > 0);
   CHECK(recorded["recorded"] == recorded["received"]);
-  CHECK(Json::parse(run_program(LBEA_INSPECT " " + chain.recording() + " --json", chain.folder.path()).out)["frames"] == recorded["recorded"]);
+  CHECK(Json::parse(run_program(LBEA_INSPECT " " + chain.recording() + " --json", chain.folder.path()).out)["frames"] ==
+        recorded["recorded"]);
   std::uint64_t frames = 0;
   for (const std::string& recording : cut) frames += recovered(chain, recording);
   MESSAGE(cut.size() << " recordings cut off, " << frames << " frames recovered");

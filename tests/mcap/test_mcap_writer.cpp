@@ -44,7 +44,8 @@ TEST_CASE("compressible and incompressible data of any size come back; wrong siz
         CAPTURE(bytes);
         Buffer data(bytes);
         std::uint32_t state = 1;
-        for (std::byte& byte : data) byte = static_cast<std::byte>(random ? (state = state * 1664525u + 1013904223u) >> 24 : 3);
+        for (std::byte& byte : data)
+          byte = static_cast<std::byte>(random ? (state = state * 1664525u + 1013904223u) >> 24 : 3);
         const std::array<Bytes, 2> pieces{Bytes(data).first(bytes / 3), Bytes(data).subspan(bytes / 3)};
         Buffer packed, unpacked;
         REQUIRE(compress(compression, pieces, packed));
@@ -100,7 +101,8 @@ TEST_CASE("any bit that flips is noticed") {
 TEST_CASE("a file cut at any byte is not taken for a whole one") {
   MemorySink sink;
   REQUIRE(write_file(sink, some_messages(20), 4) == 0);
-  for (std::size_t size = 0; size < sink.bytes.size(); ++size) CHECK_FALSE(hear(Bytes(sink.bytes).first(size)).audit.is_intact());
+  for (std::size_t size = 0; size < sink.bytes.size(); ++size)
+    CHECK_FALSE(hear(Bytes(sink.bytes).first(size)).audit.is_intact());
 }
 
 TEST_CASE("whichever write fails, once: the file goes on soundly without it") {

@@ -59,7 +59,8 @@ TEST_CASE("a replay gives the recorded results to the bit, on any number of thre
     std::string first;
     for (const int threads : {1, 1, 2, 3}) {
       const std::string output = "results" + std::to_string(std::rand()) + ".mcap";
-      const test::Outcome replay = bench.replay("run.mcap --model " LBEA_MODEL " --threads " + std::to_string(threads) + " -o " + output);
+      const test::Outcome replay =
+          bench.replay("run.mcap --model " LBEA_MODEL " --threads " + std::to_string(threads) + " -o " + output);
       CAPTURE(replay.err);
       REQUIRE(replay.exit_code == 0);
       const std::string bytes = text_of(bench.file(output));
@@ -86,7 +87,8 @@ TEST_CASE("another model is told from the recorded one") {
   CHECK(contains(against.err, "is not the model it was recorded with"));
   CHECK(contains(against.out, "frame 0: then "));
   CHECK(contains(against.out, "0 results the same, 10 different"));
-  const test::Outcome loose = bench.replay("run.mcap --model " LBEA_MODEL " --against --tolerance 0.001 --range 0:0.0001");
+  const test::Outcome loose =
+      bench.replay("run.mcap --model " LBEA_MODEL " --against --tolerance 0.001 --range 0:0.0001");
   CHECK(loose.exit_code == 0);
 }
 
@@ -96,7 +98,7 @@ TEST_CASE("frames that are refused, repeated or missing are recorded as what the
   WireContext context;
   Camera camera(context, bench.frames());
   camera.send(0);
-  camera.send(0);                                             // comes twice
+  camera.send(0);  // comes twice
   const std::vector<Point> many(20'001), none;
   camera.send_bytes(camera.encoder().frame({1, 5, many}, 1));  // too many points
   camera.send_bytes(camera.encoder().frame({2, 5, none}, 1));  // empty
@@ -119,7 +121,8 @@ TEST_CASE("frames that are refused, repeated or missing are recorded as what the
   CHECK(against.exit_code == 0);
 }
 
-TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in part and again" * doctest::skip(test::is_instrumented)) {
+TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in part and again" *
+          doctest::skip(test::is_instrumented)) {
   Bench bench;
   {
     const auto server = bench.serve({"--record", bench.file("run.mcap")});
@@ -147,7 +150,8 @@ TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in
   CHECK(paced["seconds"].get<double>() >= 0.38);
   const Json first = bench.inspect("run.mcap", 0), second = bench.inspect("again.mcap", 0);
   CHECK(second["sessions"] == first["sessions"]);
-  if (has_oracle()) CHECK(ask_oracle(bench.file("again.mcap"))["points"] == ask_oracle(bench.file("run.mcap"))["points"]);
+  if (has_oracle())
+    CHECK(ask_oracle(bench.file("again.mcap"))["points"] == ask_oracle(bench.file("run.mcap"))["points"]);
   CHECK(again("--speed 10")["seconds"].get<double>() < paced["seconds"].get<double>());
   CHECK(again("--fast --loop 3")["sent"] == 60);
   CHECK(bench.inspect("again.mcap", 0)["sessions"].size() == 3);
@@ -155,7 +159,9 @@ TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in
   CHECK(part >= 5);
   CHECK(part <= 15);
   const auto server = bench.serve();
-  const test::Outcome stepped = run_program("sh -c 'printf \"\\n\\n\\n\" | " LBEA_REPLAY " run.mcap --json --step --to " + bench.frames() + "'", bench.folder.path());
+  const test::Outcome stepped =
+      run_program("sh -c 'printf \"\\n\\n\\n\" | " LBEA_REPLAY " run.mcap --json --step --to " + bench.frames() + "'",
+                  bench.folder.path());
   CHECK(Json::parse(stepped.out)["sent"] == 3);
   CHECK(stop(*server) == 0);
 }
@@ -186,7 +192,8 @@ TEST_CASE("killed at any moment: all but the last moment is recovered, and indep
     CHECK_FALSE(std::filesystem::exists(bench.file("run.mcap")));
     CHECK(bench.inspect("run.mcap.partial", 1)["closed"] == false);
     CHECK(contains(bench.replay("run.mcap.partial --model " LBEA_MODEL).err, "lbea-inspect --recover"));
-    const test::Outcome recovery = run_program(LBEA_INSPECT " --recover run.mcap.partial -o fixed.mcap --json", bench.folder.path());
+    const test::Outcome recovery =
+        run_program(LBEA_INSPECT " --recover run.mcap.partial -o fixed.mcap --json", bench.folder.path());
     CAPTURE(recovery.err);
     REQUIRE(recovery.exit_code == 0);
     // Once the documented line failed, because the new file's own name until it is whole was that of the old one.
@@ -206,9 +213,11 @@ TEST_CASE("killed at any moment: all but the last moment is recovered, and indep
 
 TEST_CASE("a full disk: said at once and at the end, counted in every result, and the exit code is 1") {
   Bench bench;
-  const std::string command = "echo $$ >pid; exec " LBEA_SERVE " " LBEA_MODEL " --frames " + bench.frames() + " --results " + bench.results() +
-                              " --json --queue 64 --record-memory 16 --record " + bench.file("run.mcap");
-  const auto server = bench.start({"/bin/sh", "-c", "cd " + bench.folder.path().string() + " && " + command}, "serve", "ready: frames on");
+  const std::string command = "echo $$ >pid; exec " LBEA_SERVE " " LBEA_MODEL " --frames " + bench.frames() +
+                              " --results " + bench.results() + " --json --queue 64 --record-memory 16 --record " +
+                              bench.file("run.mcap");
+  const auto server = bench.start({"/bin/sh", "-c", "cd " + bench.folder.path().string() + " && " + command}, "serve",
+                                  "ready: frames on");
   REQUIRE(run_program("prlimit --pid $(cat pid) --fsize=100000:", bench.folder.path()).exit_code == 0);
   WireContext context;
   ResultSource results(context, bench.results());
@@ -224,7 +233,8 @@ TEST_CASE("a full disk: said at once and at the end, counted in every result, an
   CHECK(result.counters.unrecorded > 0);
   // Once the state went on saying "recording", and the log at the end "is complete".
   CHECK(recording_in(RecordingPhase::failed, context, bench.results()).has_value());
-  REQUIRE(run_program("prlimit --pid $(cat pid) --fsize=unlimited:", bench.folder.path()).exit_code == 0);  // room for the end
+  REQUIRE(run_program("prlimit --pid $(cat pid) --fsize=unlimited:", bench.folder.path()).exit_code ==
+          0);  // room for the end
   CHECK(stop(*server) == 1);
   CHECK(contains(text_of(bench.file("serve.err")), "run.mcap is closed, and NOT complete: "));
   CHECK_FALSE(contains(text_of(bench.file("serve.err")), "is complete"));
@@ -275,7 +285,9 @@ TEST_CASE("lbea-record alone, and between a rig and its matcher") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig");
   {
-    const auto recorder = bench.start({LBEA_RECORD, bench.file("alone.mcap"), "--frames", rig, "--record-memory", "16", "--json"}, "record", "ready: frames on");
+    const auto recorder =
+        bench.start({LBEA_RECORD, bench.file("alone.mcap"), "--frames", rig, "--record-memory", "16", "--json"},
+                    "record", "ready: frames on");
     WireContext context;
     Camera camera(context, rig);
     for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
@@ -286,8 +298,8 @@ TEST_CASE("lbea-record alone, and between a rig and its matcher") {
     CHECK(bench.inspect("alone.mcap", 0)["results"] == 0);
   }
   const auto server = bench.serve();
-  const auto recorder = bench.start({LBEA_RECORD, bench.file("between.mcap"), "--frames", rig, "--forward", bench.frames(), "--results",
-                                     bench.results(), "--record-memory", "16", "--json"},
+  const auto recorder = bench.start({LBEA_RECORD, bench.file("between.mcap"), "--frames", rig, "--forward",
+                                     bench.frames(), "--results", bench.results(), "--record-memory", "16", "--json"},
                                     "record", "ready: frames on");
   WireContext context;
   Camera camera(context, rig);
@@ -309,7 +321,9 @@ TEST_CASE("lbea-record alone, and between a rig and its matcher") {
 TEST_CASE("lbea-record says which sender went without goodbye, and calls the run incomplete") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig");
-  const auto recorder = bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--record-memory", "16", "--json"}, "record", "ready: frames on");
+  const auto recorder =
+      bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--record-memory", "16", "--json"}, "record",
+                  "ready: frames on");
   {
     WireContext context;
     Camera camera(context, rig);
@@ -318,7 +332,8 @@ TEST_CASE("lbea-record says which sender went without goodbye, and calls the run
   }
   std::this_thread::sleep_for(IdTracker::usual_patience + 300ms);
   CHECK(stop(*recorder) == 1);
-  CHECK(contains(text_of(bench.file("record.err")), "session 0000000000000001 did not say goodbye: its captures are accounted for up to id"));
+  CHECK(contains(text_of(bench.file("record.err")),
+                 "session 0000000000000001 did not say goodbye: its captures are accounted for up to id"));
   CHECK(Json::parse(text_of(bench.file("record.out")))["silent"] == 1);
 }
 

@@ -1,10 +1,10 @@
 // lbea-record by itself: the test is the sender on one side and the matcher on the other.
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/intake/id_tracker.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/program.hpp"
 #include "tests/wire/wire_support.hpp"
 #include "tools/record/waiting_words.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -30,7 +30,8 @@ constexpr std::uint64_t session = 7;
 class Rig {
  public:
   explicit Rig(const test::TemporaryFolder& folder, std::vector<std::string> more = {}) : folder_(folder) {
-    std::vector<std::string> words{LBEA_RECORD, file("run.mcap"), "--frames", at("rig"), "--record-memory", "16", "--json"};
+    std::vector<std::string> words{LBEA_RECORD, file("run.mcap"), "--frames", at("rig"), "--record-memory",
+                                   "16",        "--json"};
     words.insert(words.end(), more.begin(), more.end());
     recorder_ = std::make_unique<test::Process>(words, file("out"), file("err"));
     REQUIRE_MESSAGE(eventually([&] { return contains(log(), "ready: frames on"); }), log());
@@ -75,7 +76,8 @@ class Rig {
 
 /// In the matcher's place: takes what comes until a sender has ended.
 struct StandIn {
-  StandIn(WireContext& context, const std::string& endpoint, const ServerAccess& access = {}) : source(context, endpoint, {}, access) {}
+  StandIn(WireContext& context, const std::string& endpoint, const ServerAccess& access = {})
+      : source(context, endpoint, {}, access) {}
   bool hears_the_end() {
     return eventually([&] {
       if (const auto message = source.receive(10ms)) take(*message);
@@ -88,7 +90,8 @@ struct StandIn {
     const WireStatus status = decoder.open(message);
     if (decode_control(message, control) == WireStatus::ok) ids.told(control);
     if (status == WireStatus::ok) ids.saw(decoder.header().session, decoder.header().id);
-    if (status == WireStatus::end_of_stream) ids.told({decoder.header().session, ControlKind::goodbye, decoder.header().id, 0});
+    if (status == WireStatus::end_of_stream)
+      ids.told({decoder.header().session, ControlKind::goodbye, decoder.header().id, 0});
   }
   FrameSource source;
   FrameDecoder decoder;
@@ -97,7 +100,8 @@ struct StandIn {
 
 }  // namespace
 
-// The receiving thread waited two seconds for the matcher with each word of the sender, and the sender found no room meanwhile.
+// The receiving thread waited two seconds for the matcher with each word of the sender, and the sender found no room
+// meanwhile.
 TEST_CASE("recording does not wait for a matcher that is not there; when it comes it hears of all captures") {
   const test::TemporaryFolder folder;
   Rig rig(folder, {"--forward", "ipc://" + (folder / "frames").string()});
@@ -177,14 +181,17 @@ TEST_CASE("a lost or refused frame is in the log by its number, and at the end i
   rig.say(ControlKind::goodbye, 12, 3);
   rig.send_bytes(std::as_bytes(std::span("no frame at all")));
   CHECK(rig.stop() == 1);
-  for (const char* line : {"frames 2 to 3: missed:", "frames 9 to 11: withheld:", "a message: wrong_kind:", "frame 0: from session 0000000000000007",
-                           "6 captures that never arrived (missed), 3 captures that found no room at their sender (withheld), 1 messages without"})
+  for (const char* line : {"frames 2 to 3: missed:", "frames 9 to 11: withheld:", "a message: wrong_kind:",
+                           "frame 0: from session 0000000000000007",
+                           "6 captures that never arrived (missed), 3 captures that found no room at their sender "
+                           "(withheld), 1 messages without"})
     CHECK_MESSAGE(contains(rig.log(), line), rig.log());
   const Json tally = rig.tally();
   CHECK(tally["missed"] == 9);
   CHECK(tally["withheld"] == 3);
   CHECK(tally["damaged"] == 1);
-  const Json report = rig.inspect();  // the recording itself tells of what came neither between its frames nor after them
+  const Json report =
+      rig.inspect();  // the recording itself tells of what came neither between its frames nor after them
   CHECK(report["complete"] == false);
   CHECK(report["missing"] == 9);
   CHECK(report["sessions"][0]["ended"] == true);
@@ -216,7 +223,9 @@ TEST_CASE("a matcher with keys gets its frames, and its results are recorded") {
     StandIn matcher(context, "tcp://127.0.0.1:*", access);
     ResultSink results(context, "tcp://127.0.0.1:*", results_held, access);
     std::vector<std::string> words{"--forward", matcher.source.endpoint(), "--results", results.endpoint()};
-    if (knows_keys) words.insert(words.end(), {"--server-key", (folder / "matcher.pub").string(), "--client-key", (folder / "recorder.key").string()});
+    if (knows_keys)
+      words.insert(words.end(), {"--server-key", (folder / "matcher.pub").string(), "--client-key",
+                                 (folder / "recorder.key").string()});
     Rig rig(run, words);
     if (knows_keys) REQUIRE(eventually([&] { return matcher.source.peers().peers == 1 && results.has_newcomer(); }));
     rig.send(0);

@@ -73,7 +73,8 @@ RecorderConfig small_config() {
 }
 
 std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
 }
 
 /// A message whose data can be told from all others.
@@ -105,7 +106,8 @@ void check_sound(const mcap::Audit& audit) {
 }  // namespace
 
 TEST_CASE("two threads, messages of all sizes, rings that wrap often: all is there, in order") {
-  for (const mcap::Compression compression : {mcap::Compression::none, mcap::Compression::lz4, mcap::Compression::zstd}) {
+  for (const mcap::Compression compression :
+       {mcap::Compression::none, mcap::Compression::lz4, mcap::Compression::zstd}) {
     const auto disk = std::make_shared<SharedSink::State>();
     RecorderConfig config = small_config();
     config.compression = compression;
@@ -113,7 +115,8 @@ TEST_CASE("two threads, messages of all sizes, rings that wrap often: all is the
     std::vector<Said> frames, notes;
     {
       Recorder recorder(std::make_unique<SharedSink>(disk), config, a_start());
-      const auto produce = [&](Recorder::Lane lane, std::uint16_t channel, std::vector<Said>& kept, std::uint32_t count) {
+      const auto produce = [&](Recorder::Lane lane, std::uint16_t channel, std::vector<Said>& kept,
+                               std::uint32_t count) {
         for (std::uint32_t i = 0; i < count; ++i) {
           const Said message = numbered(channel, i, i * 7919 % 30'000);
           while (!recorder.put(lane, to_message(message))) std::this_thread::sleep_for(1ms);
@@ -249,10 +252,12 @@ TEST_CASE("whichever write fails, once or from then on: counted, and what is the
 
 TEST_CASE("an account that the disk did not take is written again, though nothing has changed") {
   const auto disk = std::make_shared<SharedSink::State>();
-  disk->memory.fail_at = 3;  // the first two are the start of the file, the third is a chunk with definitions and the account
+  disk->memory.fail_at =
+      3;  // the first two are the start of the file, the third is a chunk with definitions and the account
   Recorder recorder(std::make_unique<SharedSink>(disk), small_config(), a_start());
   const auto deadline = std::chrono::steady_clock::now() + 20s;
-  while (recorder.status().last_error == 0 && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
+  while (recorder.status().last_error == 0 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(1ms);
   const RecorderStatus status = recorder.finish();
   CHECK(status.last_error != 0);
   CHECK(status.state == RecorderState::finished);
@@ -268,7 +273,8 @@ TEST_CASE("a start that cannot be written is an error") {
   }
   RecorderConfig huge = small_config();
   huge.frame_ring_bytes = ~std::size_t{0};
-  CHECK_THROWS_AS(Recorder(std::make_unique<SharedSink>(std::make_shared<SharedSink::State>()), huge, a_start()), Error);
+  CHECK_THROWS_AS(Recorder(std::make_unique<SharedSink>(std::make_shared<SharedSink::State>()), huge, a_start()),
+                  Error);
 }
 
 TEST_CASE("a window keeps what happened around the trigger, to the message") {
@@ -371,7 +377,8 @@ TEST_CASE("a file is called .partial until it is whole; nothing is ever overwrit
 TEST_CASE("a program that does not come to recording leaves nothing that would stand in the way of its next start") {
   const TemporaryFolder folder;
   const auto file = folder / "run.mcap";
-  for (int start = 0; start < 2; ++start) Recorder recorder(std::make_unique<mcap::PartialFile>(file), small_config(), a_start());
+  for (int start = 0; start < 2; ++start)
+    Recorder recorder(std::make_unique<mcap::PartialFile>(file), small_config(), a_start());
   RecorderConfig too_much = small_config();
   too_much.frame_ring_bytes = std::size_t{1} << 60;
   CHECK_THROWS_AS(Recorder(std::make_unique<mcap::PartialFile>(file), too_much, a_start()), Error);

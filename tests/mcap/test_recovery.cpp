@@ -116,7 +116,8 @@ TEST_CASE("zeroes over any stretch: the chunks outside it come back") {
     CAPTURE(begin);
     Buffer damaged = sink.bytes;
     const std::size_t end = std::min(damaged.size(), begin + 200);
-    std::fill(damaged.begin() + static_cast<std::ptrdiff_t>(begin), damaged.begin() + static_cast<std::ptrdiff_t>(end), std::byte{});
+    std::fill(damaged.begin() + static_cast<std::ptrdiff_t>(begin), damaged.begin() + static_cast<std::ptrdiff_t>(end),
+              std::byte{});
     const Heard heard = recovered(damaged);
     CHECK(is_within(heard.messages, messages));
     CHECK(is_within(outside(sink, messages, begin, end), heard.messages));
@@ -187,9 +188,7 @@ TEST_CASE("whichever write of the new file fails, it is said and nothing is comm
     bool failed = false;
     try {
       recover(source, failing);
-    } catch (const Error& error) {
-      failed = error.status == Status::write_failed;
-    }
+    } catch (const Error& error) { failed = error.status == Status::write_failed; }
     if (!failed) break;
     CHECK_FALSE(failing.committed);
   }

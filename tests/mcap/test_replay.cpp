@@ -25,7 +25,8 @@ TEST_CASE("a part of a test has the history of the whole; comparing nothing is n
     REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
     CHECK(stop(*server) == 0);
   }
-  const test::Outcome all = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 0: --json"), late = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 0.15: --json --threads 2");
+  const test::Outcome all = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 0: --json"),
+                      late = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 0.15: --json --threads 2");
   CAPTURE(late.out);
   CHECK(all.exit_code == 0);
   CHECK(late.exit_code == 0);
@@ -37,7 +38,8 @@ TEST_CASE("a part of a test has the history of the whole; comparing nothing is n
   const test::Outcome reversed = bench.replay("run.mcap --model " LBEA_MODEL " --against --range 2:1");
   CHECK(reversed.exit_code == 2);
   CHECK(contains(reversed.err, "it ends before it begins"));
-  for (const std::string to : {"--model " LBEA_MODEL " --against", "--model " LBEA_MODEL " -o new.mcap", "--to ipc:///tmp/nobody"}) {
+  for (const std::string to :
+       {"--model " LBEA_MODEL " --against", "--model " LBEA_MODEL " -o new.mcap", "--to ipc:///tmp/nobody"}) {
     const test::Outcome none = bench.replay("run.mcap --range 900: " + to);
     CAPTURE(none.err);
     CHECK(none.exit_code == 1);
@@ -54,7 +56,8 @@ TEST_CASE("a window amid a test is compared but for what the test adds up, and s
   Bench bench;
   {
     const std::string pose = (test::data() / "rail-demo/sensor.json").string();
-    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--record-window", "0:60", "--method", "fit", "--pose", pose});
+    const auto server =
+        bench.serve({"--record", bench.file("run.mcap"), "--record-window", "0:60", "--method", "fit", "--pose", pose});
     WireContext context;
     Camera camera(context, bench.frames());
     camera.look_from(pose);
@@ -84,8 +87,9 @@ TEST_CASE("recorded on the way to a matcher: method and model are its own, the p
   const std::string rig = "ipc://" + bench.file("rig"), pose = (test::data() / "rail-demo/sensor.json").string();
   {
     const auto server = bench.serve({"--method", "vtp", "--pose", pose});
-    const auto recorder = bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--forward", bench.frames(), "--results", bench.results(),
-                                       "--record-memory", "16"}, "record", "ready: frames on");
+    const auto recorder = bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--forward",
+                                       bench.frames(), "--results", bench.results(), "--record-memory", "16"},
+                                      "record", "ready: frames on");
     WireContext context;
     Camera camera(context, rig);
     camera.look_from(pose);
@@ -97,7 +101,9 @@ TEST_CASE("recorded on the way to a matcher: method and model are its own, the p
     CHECK(stop(*recorder) == 0);
     CHECK(stop(*server) == 0);
   }
-  const auto against = [&](const std::string& more) { return bench.replay("run.mcap --model " LBEA_MODEL " --against --json " + more); };
+  const auto against = [&](const std::string& more) {
+    return bench.replay("run.mcap --model " LBEA_MODEL " --against --json " + more);
+  };
   const test::Outcome unknown = against("");
   CHECK(unknown.exit_code == 1);
   CHECK(contains(unknown.err, "does not know the sensor's pose"));
@@ -127,7 +133,8 @@ TEST_CASE("a replay asks the matcher what it has received, and stopped as asked 
     static_cast<void>(stop(*server));
   }
   {
-    const auto server = bench.start({LBEA_SERVE, LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results(), "--json", "--queue", "1", "--method", "vtp"},
+    const auto server = bench.start({LBEA_SERVE, LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results(),
+                                     "--json", "--queue", "1", "--method", "vtp"},
                                     "serve", "ready: frames on " + bench.frames());
     const test::Outcome outcome = bench.replay(to);
     static_cast<void>(stop(*server));
@@ -139,5 +146,6 @@ TEST_CASE("a replay asks the matcher what it has received, and stopped as asked 
     CHECK(outcome.exit_code == (receipt["dropped"] == 0 ? 0 : 1));
   }
   const auto server = bench.serve();
-  CHECK(run_program(LBEA_REPLAY " run.mcap --fast --loop 0 --to " + bench.frames(), bench.folder.path(), 700ms).exit_code == 0);
+  CHECK(run_program(LBEA_REPLAY " run.mcap --fast --loop 0 --to " + bench.frames(), bench.folder.path(), 700ms)
+            .exit_code == 0);
 }

@@ -1,5 +1,5 @@
-// SIGSTOP: the matcher, the recorder before it, the sender and the monitor stand still in turn while frames go on. The others
-// wait or count; nobody's account is off by a frame afterwards.
+// SIGSTOP: the matcher, the recorder before it, the sender and the monitor stand still in turn while frames go on. The
+// others wait or count; nobody's account is off by a frame afterwards.
 #include "tests/mcap/chain.hpp"
 
 #include <cstdlib>
@@ -30,11 +30,14 @@ TEST_CASE("each process stands still for a while: every frame is in its account 
   CHECK(sent["captured"] == frames);
   CHECK(sent["sent"].get<std::uint64_t>() + sent["refused"].get<std::uint64_t>() == frames);
   const Json& receipt = sent["receipt"];
-  CHECK(receipt["received"].get<std::uint64_t>() + receipt["withheld"].get<std::uint64_t>() + receipt["missed"].get<std::uint64_t>() == frames);
+  CHECK(receipt["received"].get<std::uint64_t>() + receipt["withheld"].get<std::uint64_t>() +
+            receipt["missed"].get<std::uint64_t>() ==
+        frames);
   CHECK(receipt["withheld"] == sent["refused"]);
   CHECK(recorded["received"] == sent["sent"]);
   CHECK(recorded["recorded"] == recorded["received"]);
-  CHECK(recorded["forwarded"].get<std::uint64_t>() + recorded["refused"].get<std::uint64_t>() == recorded["received"].get<std::uint64_t>());
+  CHECK(recorded["forwarded"].get<std::uint64_t>() + recorded["refused"].get<std::uint64_t>() ==
+        recorded["received"].get<std::uint64_t>());
   CHECK(served["adds_up"] == true);
   CHECK(served["captured"] == frames);
   CHECK(served["received"] == recorded["forwarded"]);

@@ -16,11 +16,10 @@
 
 namespace lbea::test {
 
-
-
 class RawClient {
  public:
-  explicit RawClient(std::uint16_t port, int receive_buffer = 0) : port_(port), socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit RawClient(std::uint16_t port, int receive_buffer = 0)
+      : port_(port), socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
     if (receive_buffer > 0) ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
     const timeval patience{20, 0};
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
@@ -34,7 +33,9 @@ class RawClient {
   RawClient(const RawClient&) = delete;
   RawClient& operator=(const RawClient&) = delete;
 
-  void say(const std::string& text) const { static_cast<void>(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL)); }
+  void say(const std::string& text) const {
+    static_cast<void>(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL));
+  }
   /// At least `least` bytes, or what came until the connection was closed.
   [[nodiscard]] std::string hear(std::size_t least) {
     std::string heard = std::exchange(ahead_, {});
@@ -56,8 +57,10 @@ class RawClient {
   /// Becomes a WebSocket; the answer's head.
   [[nodiscard]] std::string upgrade(const std::string& headers = "", std::string host = "") {
     if (host.empty()) host = this->host();
-    say("GET /live HTTP/1.1\r\nHost: " + host + "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n" + headers + "\r\n");
+    say("GET /live HTTP/1.1\r\nHost: " + host +
+        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n" +
+        headers + "\r\n");
     std::string heard;
     while (heard.find("\r\n\r\n") == std::string::npos) {
       const std::string more = hear(1);
@@ -87,7 +90,9 @@ class RawClient {
   }
 
  private:
-  std::string hear_more(const std::string& have, std::size_t wanted) { return have.size() >= wanted ? "" : hear(wanted - have.size()); }
+  std::string hear_more(const std::string& have, std::size_t wanted) {
+    return have.size() >= wanted ? "" : hear(wanted - have.size());
+  }
   std::uint16_t port_;
   int socket_;
   std::string ahead_;

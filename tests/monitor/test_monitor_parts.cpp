@@ -1,11 +1,11 @@
 // The monitor's parts, each against what it should be.
 #include "tests/support/synthetic_model.hpp"
 #include "tests/wire/wire_support.hpp"
-#include "tools/monitor/web/access.hpp"
 #include "tools/monitor/feeds/health.hpp"
+#include "tools/monitor/feeds/test_log.hpp"
 #include "tools/monitor/scene/packet.hpp"
 #include "tools/monitor/scene/scene.hpp"
-#include "tools/monitor/feeds/test_log.hpp"
+#include "tools/monitor/web/access.hpp"
 #include "tools/shared/matching/preview.hpp"
 
 #include <doctest/doctest.h>
@@ -46,7 +46,8 @@ struct ReadPacket {
   std::vector<T> section(const std::string& name) const {
     const auto& place = head["sections"][name];
     std::vector<T> values(place["count"].get<std::size_t>());
-    if (!values.empty()) std::memcpy(values.data(), bytes.data() + begin + place["offset"].get<std::size_t>(), values.size() * sizeof(T));
+    if (!values.empty())
+      std::memcpy(values.data(), bytes.data() + begin + place["offset"].get<std::size_t>(), values.size() * sizeof(T));
     return values;
   }
 };
@@ -69,7 +70,8 @@ float to_surface_by_sampling(const Point& p, const Model& model, std::span<const
         const std::uint32_t* n = &model.element_nodes()[std::size_t{e} * 4];
         float squared = 0;
         for (std::size_t k = 0; k < 3; ++k) {
-          const float x = (1 - u) * ((1 - v) * at(n[0], k) + v * at(n[3], k)) + u * ((1 - v) * at(n[1], k) + v * at(n[2], k));
+          const float x =
+              (1 - u) * ((1 - v) * at(n[0], k) + v * at(n[3], k)) + u * ((1 - v) * at(n[1], k) + v * at(n[2], k));
           const float d = x - (k == 0 ? p.x : k == 1 ? p.y : p.z);
           squared += d * d;
         }
@@ -87,7 +89,9 @@ TEST_CASE("addresses to serve on") {
   CHECK(!parse_http_address("0.0.0.0:8080").is_loopback);
   CHECK(!parse_http_address("[::]:8080").is_loopback);
   CHECK(!parse_http_address("192.168.1.4:65535").is_loopback);
-  for (const std::string& text : std::vector<std::string>{"", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "127.0.0.1:80x", "rig:8080", "::1:80", "[::1]", "127.evil.example:80", "[127.0.0.1]:80"})
+  for (const std::string& text : std::vector<std::string>{"", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536",
+                                                          "127.0.0.1:-1", "127.0.0.1:80x", "rig:8080", "::1:80",
+                                                          "[::1]", "127.evil.example:80", "[127.0.0.1]:80"})
     CHECK_MESSAGE(error_of([&] { static_cast<void>(parse_http_address(text)); }).status == Status::bad_config, text);
 }
 
@@ -201,7 +205,9 @@ TEST_CASE("shapes travel as text; anything else is refused") {
   REQUIRE(shape);
   CHECK((*shape)[0].sample == Sample{3, 17});
   CHECK((*shape)[1].weight == 0.25f);
-  for (const std::string& text : std::vector<std::string>{"", ",", "1", "1:2", "1:2:", "1:2:x", "-1:2:1", "1:2:1;", "1:2:nan", "1:2:1:1", "99999999999:0:1", "1:2:inf"}) CHECK_MESSAGE(!parse_shape(text), text);
+  for (const std::string& text : std::vector<std::string>{"", ",", "1", "1:2", "1:2:", "1:2:x", "-1:2:1", "1:2:1;",
+                                                          "1:2:nan", "1:2:1:1", "99999999999:0:1", "1:2:inf"})
+    CHECK_MESSAGE(!parse_shape(text), text);
   std::string many;
   for (int i = 0; i < 1000; ++i) many += "0:0:0.1,";
   CHECK(!parse_shape(many));
@@ -217,14 +223,17 @@ TEST_CASE("scenes of a model: meshes blend, distances are those from the surface
   CHECK(!is_shape_of(model, {{{0, 5}, std::nanf("")}}));
   const auto between = positions_of(model, half);
   for (std::size_t i = 0; i < between.size(); ++i)
-    CHECK(between[i] == doctest::Approx((model.node_positions(model.sample_index({0, 5}))[i] + model.node_positions(model.sample_index({1, 5}))[i]) / 2));
+    CHECK(between[i] == doctest::Approx((model.node_positions(model.sample_index({0, 5}))[i] +
+                                         model.node_positions(model.sample_index({1, 5}))[i]) /
+                                        2));
 
   const auto surface = model.node_positions(model.sample_index({1, 5}));
   SurfaceDistance distance(model.element_nodes(), model.nodes());
   distance.set_shape(surface, 10);
   float longest = 0;  // diagonal of an element
   for (std::uint32_t e = 0; e < model.elements(); ++e) {
-    const float *a = &surface[model.element_nodes()[e * std::size_t{4}] * std::size_t{3}], *c = &surface[model.element_nodes()[e * std::size_t{4} + 2] * std::size_t{3}];
+    const float *a = &surface[model.element_nodes()[e * std::size_t{4}] * std::size_t{3}],
+                *c = &surface[model.element_nodes()[e * std::size_t{4} + 2] * std::size_t{3}];
     longest = std::max(longest, std::hypot(a[0] - c[0], a[1] - c[1], a[2] - c[2]));
   }
   const float apart = longest / 20 / 2;
@@ -232,7 +241,8 @@ TEST_CASE("scenes of a model: meshes blend, distances are those from the surface
   std::uniform_real_distribution<float> offset(-8, 8);
   for (std::size_t i = 0; i < 60; ++i) {
     const std::size_t node = i * 3 % model.nodes();
-    const Point p{surface[node * 3] + offset(random), surface[node * 3 + 1] + offset(random), surface[node * 3 + 2] + offset(random)};
+    const Point p{surface[node * 3] + offset(random), surface[node * 3 + 1] + offset(random),
+                  surface[node * 3 + 2] + offset(random)};
     // The oracle looks at points `apart` at most from the nearest one: it says too much, at most by the hypotenuse.
     const float found = distance.at(p), sampled = std::min(10.0f, to_surface_by_sampling(p, model, surface));
     CHECK(found <= sampled + 1e-3f);
@@ -300,7 +310,8 @@ TEST_CASE("how long the disk of a recording lasts at the present rate") {
   // What was written longer than ten seconds ago does not count any more.
   CHECK(after(20s, WireRecording{RecordingPhase::recording, 400'001'000, 4'600'000'000})["seconds_left"].is_null());
   CHECK(after(22s, WireRecording{RecordingPhase::recording, 600'001'000, 4'400'000'000})["seconds_left"] == 44);
-  CHECK(after(23s, WireRecording{RecordingPhase::recording, 700'001'000, WireRecording::unknown})["free_bytes"].is_null());
+  CHECK(after(23s, WireRecording{RecordingPhase::recording, 700'001'000, WireRecording::unknown})["free_bytes"]
+            .is_null());
   // Another file: its rate begins anew.
   CHECK(after(24s, WireRecording{RecordingPhase::recording, 5, 4'400'000'000})["bytes_per_s"] == 0);
   CHECK(after(25s, {}).is_null());

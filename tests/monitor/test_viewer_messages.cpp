@@ -16,7 +16,9 @@ namespace {
 const AccessRules rules({"127.0.0.1", 8080, true}, {"Rig.Lab"}, "", {"https://Viewer.example"});
 const AccessRules guarded({"192.168.0.7", 80, false}, {}, "0123", {});
 
-RequestHead from(std::string_view host, std::string_view origin = {}, std::string_view method = "GET") { return {method, "/", host, origin, {}, {}}; }
+RequestHead from(std::string_view host, std::string_view origin = {}, std::string_view method = "GET") {
+  return {method, "/", host, origin, {}, {}};
+}
 
 }  // namespace
 
@@ -64,8 +66,10 @@ TEST_CASE("the greeting lists what there is, notices are JSON, heads are little-
 }
 
 TEST_CASE("hosts and origins: ours, whatever their letters, and nobody else's") {
-  for (const char* ours : {"127.0.0.1:8080", "localhost:8080", "LOCALHOST:8080", "[::1]:8080", "rig.lab:8080"}) CHECK(rules.check(from(ours)) == Access::granted);
-  for (const char* other : {"", "127.0.0.1", "127.0.0.1:80", "rig.lab.evil:8080", "127.0.0.2:8080", "[::2]:8080", "[]:8080", ":8080"})
+  for (const char* ours : {"127.0.0.1:8080", "localhost:8080", "LOCALHOST:8080", "[::1]:8080", "rig.lab:8080"})
+    CHECK(rules.check(from(ours)) == Access::granted);
+  for (const char* other :
+       {"", "127.0.0.1", "127.0.0.1:80", "rig.lab.evil:8080", "127.0.0.2:8080", "[::2]:8080", "[]:8080", ":8080"})
     CHECK(rules.check(from(other)) == Access::wrong_host);
   CHECK(rules.check(from("localhost:8080", "http://LocalHost:8080")) == Access::granted);
   CHECK(rules.check(from("localhost:8080", "https://viewer.example")) == Access::wrong_origin);
@@ -76,16 +80,19 @@ TEST_CASE("hosts and origins: ours, whatever their letters, and nobody else's") 
   CHECK(rules.check_viewer(from("localhost:8080", "https://evil.example")) == Access::wrong_origin);
   CHECK(rules.check_viewer(from("evil:8080")) == Access::wrong_host);
   CHECK(rules.check_viewer(from("localhost:8080", "", "HEAD")) == Access::wrong_method);
-  for (const Access access : {Access::wrong_method, Access::wrong_host, Access::wrong_origin, Access::wrong_token}) CHECK(!explain(access).empty());
+  for (const Access access : {Access::wrong_method, Access::wrong_host, Access::wrong_origin, Access::wrong_token})
+    CHECK(!explain(access).empty());
   CHECK(explain(Access::granted).empty());
 }
 
 TEST_CASE("tokens: in the address, in a cookie or as a bearer's; port 80 goes without saying") {
-  const auto with = [](std::string_view host, std::string_view target, std::string_view cookie, std::string_view authorization) {
+  const auto with = [](std::string_view host, std::string_view target, std::string_view cookie,
+                       std::string_view authorization) {
     return guarded.check({"GET", target, host, {}, cookie, authorization});
   };
   CHECK(with("192.168.0.7", "/", "", "") == Access::wrong_token);
-  CHECK(with("10.0.0.1", "/?token=0123", "", "") == Access::token_in_address);  // an address in numbers cannot be rebound
+  CHECK(with("10.0.0.1", "/?token=0123", "", "") ==
+        Access::token_in_address);  // an address in numbers cannot be rebound
   CHECK(with("[fe80::1]", "/?a&token=&b=c&token=0123", "", "") == Access::wrong_token);
   CHECK(with("rig", "/?token=0123", "", "") == Access::wrong_host);
   CHECK(with("192.168.0.7:80", "/", "a; b=c; lbea_monitor_80=0123", "") == Access::granted);

@@ -36,7 +36,9 @@ struct Bench {
   RawClient client() const { return RawClient(server.port()); }
 };
 
-std::string status_of(const std::string& answer) { return answer.substr(0, std::min(answer.find("\r\n"), answer.size())); }
+std::string status_of(const std::string& answer) {
+  return answer.substr(0, std::min(answer.find("\r\n"), answer.size()));
+}
 
 std::size_t resident_kb() {
   std::ifstream status("/proc/self/status");
@@ -78,7 +80,9 @@ TEST_CASE("the page is whole: it names nothing that is not embedded, and no othe
 
 TEST_CASE("names that are not files, and ways out of the folder, are not found") {
   Bench bench;
-  for (const std::string& path : std::vector<std::string>{"/nothing.js", "/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.hidden.js", "/index.html/", "/INDEX.HTML", "/app.js%00"})
+  for (const std::string& path :
+       std::vector<std::string>{"/nothing.js", "/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.hidden.js",
+                                "/index.html/", "/INDEX.HTML", "/app.js%00"})
     CHECK_MESSAGE(status_of(bench.client().ask("GET " + path)) == "HTTP/1.1 404 Not Found", path);
 }
 
@@ -91,15 +95,20 @@ TEST_CASE("only looking is possible") {
 TEST_CASE("a foreign host name or origin is refused, also for the WebSocket") {
   Bench bench;
   const std::string port = std::to_string(bench.server.port());
-  for (const std::string& host : std::vector<std::string>{"evil.example:" + port, "127.0.0.1.evil.example:" + port, std::string("127.0.0.1:1"), std::string("127.0.0.1"), "10.0.0.7:" + port}) {
+  for (const std::string& host :
+       std::vector<std::string>{"evil.example:" + port, "127.0.0.1.evil.example:" + port, std::string("127.0.0.1:1"),
+                                std::string("127.0.0.1"), "10.0.0.7:" + port}) {
     CHECK_MESSAGE(status_of(bench.client().ask("GET /", "", host)) == "HTTP/1.1 403 Forbidden", host);
     CHECK_MESSAGE(status_of(bench.client().upgrade("", host)) == "HTTP/1.1 403 Forbidden", host);
   }
-  for (const std::string& host : std::vector<std::string>{"localhost:" + port, "LOCALHOST:" + port, "[::1]:" + port, "rig.lab:" + port})
+  for (const std::string& host :
+       std::vector<std::string>{"localhost:" + port, "LOCALHOST:" + port, "[::1]:" + port, "rig.lab:" + port})
     CHECK_MESSAGE(status_of(bench.client().ask("GET /", "", host)) == "HTTP/1.1 200 OK", host);
-  for (const std::string& origin : std::vector<std::string>{"http://evil.example", "null", "https://127.0.0.1:" + port, "http://127.0.0.1:1", "http://localhost:" + port})
+  for (const std::string& origin : std::vector<std::string>{"http://evil.example", "null", "https://127.0.0.1:" + port,
+                                                            "http://127.0.0.1:1", "http://localhost:" + port})
     CHECK_MESSAGE(status_of(bench.client().upgrade("Origin: " + origin + "\r\n")) == "HTTP/1.1 403 Forbidden", origin);
-  CHECK(status_of(bench.client().upgrade("Origin: http://127.0.0.1:" + port + "\r\n")) == "HTTP/1.1 101 Switching Protocols");
+  CHECK(status_of(bench.client().upgrade("Origin: http://127.0.0.1:" + port + "\r\n")) ==
+        "HTTP/1.1 101 Switching Protocols");
 }
 
 TEST_CASE("other addresses want a token, which moves from the address to a cookie") {
@@ -113,18 +122,24 @@ TEST_CASE("other addresses want a token, which moves from the address to a cooki
   const std::string moved = bench.client().ask("GET /?token=0123456789abcdef");
   CHECK(status_of(moved) == "HTTP/1.1 303 See Other");
   CHECK(contains(moved, "Set-Cookie: " + cookie + "0123456789abcdef; Path=/; HttpOnly; SameSite=Strict"));
-  CHECK(status_of(bench.client().ask("GET /", "Cookie: other=1; " + cookie + "0123456789abcdef\r\n")) == "HTTP/1.1 200 OK");
-  CHECK(status_of(bench.client().ask("GET /", "Cookie: " + cookie + "0123456789abcdeg\r\n")) == "HTTP/1.1 401 Unauthorized");
+  CHECK(status_of(bench.client().ask("GET /", "Cookie: other=1; " + cookie + "0123456789abcdef\r\n")) ==
+        "HTTP/1.1 200 OK");
+  CHECK(status_of(bench.client().ask("GET /", "Cookie: " + cookie + "0123456789abcdeg\r\n")) ==
+        "HTTP/1.1 401 Unauthorized");
   CHECK(status_of(bench.client().ask("GET /", "Authorization: Bearer 0123456789abcdef\r\n")) == "HTTP/1.1 200 OK");
   CHECK(status_of(bench.client().upgrade()) == "HTTP/1.1 401 Unauthorized");
-  CHECK(status_of(bench.client().upgrade("Cookie: " + cookie + "0123456789abcdef\r\n")) == "HTTP/1.1 101 Switching Protocols");
-  CHECK(status_of(bench.client().ask("GET /", "", "rebound.example:" + std::to_string(bench.server.port()))) == "HTTP/1.1 403 Forbidden");
+  CHECK(status_of(bench.client().upgrade("Cookie: " + cookie + "0123456789abcdef\r\n")) ==
+        "HTTP/1.1 101 Switching Protocols");
+  CHECK(status_of(bench.client().ask("GET /", "", "rebound.example:" + std::to_string(bench.server.port()))) ==
+        "HTTP/1.1 403 Forbidden");
 }
 
 TEST_CASE("a second one on the same port is told so") {
   Bench bench;
   FakeFeed feed;
-  const Error error = error_of([&] { WebServer({{"127.0.0.1", bench.server.port(), true}, {}, "", {}}, Assets(), feed); });
+  const Error error = error_of([&] {
+    WebServer({{"127.0.0.1", bench.server.port(), true}, {}, "", {}}, Assets(), feed);
+  });
   check_error(error, Status::endpoint_unavailable, {std::to_string(bench.server.port())});
 }
 

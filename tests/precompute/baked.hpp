@@ -15,16 +15,13 @@ using namespace lbea::bake;
 /// Baked and mapped; the folder goes with it.
 struct Baked {
   Baked(const Ensemble& ensemble, const EnsembleDescription& description, const BakeOptions& options = {})
-      : summary(bake_model(ensemble, description, folder / "m.lbea", options)),
-        model(Model::open(folder / "m.lbea")) {}
+      : summary(bake_model(ensemble, description, folder / "m.lbea", options)), model(Model::open(folder / "m.lbea")) {}
 
   TemporaryFolder folder;
   BakeSummary summary;
   Model model;
 
-  [[nodiscard]] const ReferenceView& reference(std::uint32_t r = 0) const {
-    return model.view().references[r];
-  }
+  [[nodiscard]] const ReferenceView& reference(std::uint32_t r = 0) const { return model.view().references[r]; }
   [[nodiscard]] std::vector<std::byte> bytes() const {
     const AlignedBytes image(folder / "m.lbea");
     return {image.span().begin(), image.span().end()};
@@ -33,14 +30,12 @@ struct Baked {
 
 /// Psi' M as stored, p x n.
 inline Eigen::MatrixXd projection(const Baked& baked, std::uint32_t r) {
-  const auto n = static_cast<Eigen::Index>(baked.model.vertices()),
-             p = static_cast<Eigen::Index>(baked.model.modes());
+  const auto n = static_cast<Eigen::Index>(baked.model.vertices()), p = static_cast<Eigen::Index>(baked.model.modes());
   const auto stride = static_cast<Eigen::Index>(format::padded(static_cast<std::size_t>(n)));
   Eigen::MatrixXd result(p, n);
   for (Eigen::Index j = 0; j < p; ++j)
     for (Eigen::Index v = 0; v < n; ++v)
-      result(j, v) =
-          static_cast<double>(baked.reference(r).projection[static_cast<std::size_t>(j * stride + v)]);
+      result(j, v) = static_cast<double>(baked.reference(r).projection[static_cast<std::size_t>(j * stride + v)]);
   return result;
 }
 

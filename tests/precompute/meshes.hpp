@@ -26,8 +26,7 @@ struct Surface {
 };
 
 /// cells x cells quads over width x height; inner vertices moved at random by up to `jitter` of a cell, in the plane.
-inline Surface rectangle(std::uint32_t cells, double width, double height, double jitter = 0,
-                         std::uint32_t seed = 1) {
+inline Surface rectangle(std::uint32_t cells, double width, double height, double jitter = 0, std::uint32_t seed = 1) {
   Surface surface;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> shift(-jitter, jitter);

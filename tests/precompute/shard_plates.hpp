@@ -31,7 +31,8 @@ inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 /// A plate whose states are computed when they are read: any number of runs takes no memory.
 class FormulaPlate : public SimulationReader {
  public:
-  FormulaPlate(double final_angle, std::uint32_t steps, const PlateShape& shape, std::shared_ptr<std::atomic<int>> reads)
+  FormulaPlate(double final_angle, std::uint32_t steps, const PlateShape& shape,
+               std::shared_ptr<std::atomic<int>> reads)
       : shape_(shape), mesh_(plate_mesh(shape)), final_angle_(final_angle), steps_(steps), reads_(std::move(reads)) {}
 
   const SimulationMesh& mesh() const noexcept override { return mesh_; }
@@ -58,7 +59,8 @@ struct CountedPlates {
   std::vector<std::shared_ptr<std::atomic<int>>> reads;  // per run: states read
 };
 
-inline CountedPlates counted_plates(std::uint32_t runs, std::uint32_t steps = 3, const PlateShape& shape = {8, 5, 70, 40}) {
+inline CountedPlates counted_plates(std::uint32_t runs, std::uint32_t steps = 3,
+                                    const PlateShape& shape = {8, 5, 70, 40}) {
   CountedPlates plates;
   plates.ensemble.parameter_names = {"final_angle [rad]"};
   for (std::uint32_t run = 0; run < runs; ++run) {
@@ -151,9 +153,7 @@ inline Usage in_a_process(const Death& death, const std::function<void(BakeOptio
     if (death.after_us > 0) ::setitimer(ITIMER_REAL, &timer, nullptr);
     try {
       body(options);
-    } catch (const std::exception&) {
-      ::_exit(1);
-    }
+    } catch (const std::exception&) { ::_exit(1); }
     ::_exit(0);
   }
   int status = 0;
@@ -162,7 +162,9 @@ inline Usage in_a_process(const Death& death, const std::function<void(BakeOptio
   const bool failed = WIFEXITED(status) && WEXITSTATUS(status) != 0;
   CHECK_FALSE(failed);
   if (!WIFEXITED(status) || failed) return {};
-  const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
   return {usage.ru_maxrss, seconds(usage.ru_utime) + seconds(usage.ru_stime)};
 }
 

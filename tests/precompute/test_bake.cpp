@@ -89,8 +89,7 @@ TEST_CASE("a field in the span of the basis comes back as its coefficients") {
   }
   Ensemble ensemble = bent_plates({2, 6, {}});
   ensemble.runs[1].open = [&] {
-    return std::make_unique<SyntheticSimulation>(mesh, states,
-                                                 std::vector<SimulationField>{{"plastic_strain", "1"}});
+    return std::make_unique<SyntheticSimulation>(mesh, states, std::vector<SimulationField>{{"plastic_strain", "1"}});
   };
   const Baked baked(ensemble, bent_plates_description());
   for (std::uint32_t k = 0; k < modes.size(); ++k) {
@@ -163,10 +162,10 @@ TEST_CASE("the smallest model: one run, one state, one triangle, as many modes a
   mesh.element_ids = {1};
   mesh.element_parts = {1};
   Ensemble ensemble;
-  ensemble.runs.push_back({"only", {}, [mesh] {
-                             return std::make_unique<SyntheticSimulation>(
-                                 mesh, std::vector{SimulationState{0, mesh.positions, {1}, {}}});
-                           }});
+  ensemble.runs.push_back(
+      {"only", {}, [mesh] {
+         return std::make_unique<SyntheticSimulation>(mesh, std::vector{SimulationState{0, mesh.positions, {1}, {}}});
+       }});
   EnsembleDescription description;
   description.modes = 3;
   description.fields.clear();
@@ -184,8 +183,7 @@ TEST_CASE("a matcher finds each sample by its own nodes") {
   for (std::uint32_t s = 0; s < 24; ++s) {
     std::vector<Point> points;
     const auto nodes = baked.model.node_positions(s);
-    for (std::size_t i = 0; i < 200; ++i)
-      points.push_back({nodes[3 * i], nodes[3 * i + 1], nodes[3 * i + 2]});
+    for (std::size_t i = 0; i < 200; ++i) points.push_back({nodes[3 * i], nodes[3 * i + 1], nodes[3 * i + 2]});
     const MatchResult result = matcher.match({s, 0, points});
     REQUIRE_FALSE(result.matches.empty());
     const std::uint32_t flat = s % 6 == 0 ? 0 : s;  // all runs begin flat: the first one stands for them

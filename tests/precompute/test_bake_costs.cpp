@@ -7,9 +7,10 @@ using namespace lbea;
 using namespace lbea::bake;
 using namespace lbea::test;
 
-// What stays in memory per run is its name, steps, times and keys: less than 2 kB. The branches are grouped from at most
-// 256 runs: 256 rows of 6 kB, and twice 256 x 256 distances, 2.6 MB.
-TEST_CASE("memory, and time per run, of a shard and of the merge do not grow with the ensemble" * doctest::skip(is_instrumented)) {
+// What stays in memory per run is its name, steps, times and keys: less than 2 kB. The branches are grouped from at
+// most 256 runs: 256 rows of 6 kB, and twice 256 x 256 distances, 2.6 MB.
+TEST_CASE("memory, and time per run, of a shard and of the merge do not grow with the ensemble" *
+          doctest::skip(is_instrumented)) {
   const std::uint32_t few = is_long_run() ? 100 : 20, many = 10 * few;
   const PlateShape shape{40, 25, 390, 240};
   struct Cost {
@@ -23,13 +24,18 @@ TEST_CASE("memory, and time per run, of a shard and of the merge do not grow wit
     const auto opener = [&](const std::string& source) { return plates.ensemble.runs.at(std::stoul(source)).open(); };
     Ensemble ensemble = plates.ensemble;
     for (std::uint32_t run = 0; run < runs; ++run) ensemble.runs[run].source = std::to_string(run);
-    in_a_process({}, [&](const BakeOptions& options) { (void)plan_bake(work, ensemble, shard_description(), options); });
+    in_a_process({},
+                 [&](const BakeOptions& options) { (void)plan_bake(work, ensemble, shard_description(), options); });
     Cost result;
-    result.shard = in_a_process({}, [&](const BakeOptions& options) { bake_shard(work, read_plan(work, opener), {}, options); });
-    result.merge = in_a_process({}, [&](const BakeOptions& options) { merge_shards(work, read_plan(work, opener), folder / "m.lbea", options); });
+    result.shard =
+        in_a_process({}, [&](const BakeOptions& options) { bake_shard(work, read_plan(work, opener), {}, options); });
+    result.merge = in_a_process({}, [&](const BakeOptions& options) {
+      merge_shards(work, read_plan(work, opener), folder / "m.lbea", options);
+    });
     result.model_kb = std::filesystem::file_size(folder / "m.lbea") / 1024;
-    MESSAGE(runs << " runs: shard " << result.shard.peak_kb << " kB, " << 1e3 * result.shard.cpu_s / runs << " ms a run; merge "
-                 << result.merge.peak_kb << " kB, " << 1e3 * result.merge.cpu_s / runs << " ms a run; model " << result.model_kb << " kB");
+    MESSAGE(runs << " runs: shard " << result.shard.peak_kb << " kB, " << 1e3 * result.shard.cpu_s / runs
+                 << " ms a run; merge " << result.merge.peak_kb << " kB, " << 1e3 * result.merge.cpu_s / runs
+                 << " ms a run; model " << result.model_kb << " kB");
     return result;
   };
   const Cost small = cost(few), large = cost(many);
@@ -42,7 +48,8 @@ TEST_CASE("memory, and time per run, of a shard and of the merge do not grow wit
 }
 
 // What BENCHMARK.md extrapolates from. The estimate that plan prints is held against it.
-TEST_CASE("a state of a hundred thousand nodes: shard and merge, and the estimate of them" * doctest::skip(is_instrumented)) {
+TEST_CASE("a state of a hundred thousand nodes: shard and merge, and the estimate of them" *
+          doctest::skip(is_instrumented)) {
   if (!is_long_run()) return;
   constexpr std::uint32_t runs = 2, steps = 20;
   const TemporaryFolder folder;
@@ -59,12 +66,15 @@ TEST_CASE("a state of a hundred thousand nodes: shard and merge, and the estimat
   };
   const BakeEstimate expected = estimate(work, plan, options);
   const Usage shard = in_a_process({}, [&](const BakeOptions& all) { bake_shard(work, plan, {}, without_views(all)); });
-  const Usage merge = in_a_process({}, [&](const BakeOptions& all) { merge_shards(work, plan, folder / "m.lbea", without_views(all)); });
+  const Usage merge = in_a_process(
+      {}, [&](const BakeOptions& all) { merge_shards(work, plan, folder / "m.lbea", without_views(all)); });
   const double states = runs * steps;
-  MESSAGE(plates.ensemble.runs.size() << " x " << steps << " states: shard " << 1e3 * shard.cpu_s / states << " ms a state, " << shard.peak_kb / 1000
-          << " MB; merge " << 1e3 * merge.cpu_s / states << " ms, " << merge.peak_kb / 1000 << " MB; record "
-          << static_cast<double>(std::filesystem::file_size(work.file(plan.runs[1].record_name()))) / 1e6 / steps << " MB a state; expected "
-          << 1e3 * expected.seconds_per_sample << " ms");
+  MESSAGE(plates.ensemble.runs.size()
+          << " x " << steps << " states: shard " << 1e3 * shard.cpu_s / states << " ms a state, "
+          << shard.peak_kb / 1000 << " MB; merge " << 1e3 * merge.cpu_s / states << " ms, " << merge.peak_kb / 1000
+          << " MB; record "
+          << static_cast<double>(std::filesystem::file_size(work.file(plan.runs[1].record_name()))) / 1e6 / steps
+          << " MB a state; expected " << 1e3 * expected.seconds_per_sample << " ms");
   CHECK(expected.model_bytes == std::filesystem::file_size(folder / "m.lbea"));
   CHECK(expected.seconds_per_sample * states > shard.cpu_s / 2);
   CHECK(expected.seconds_per_sample * states < shard.cpu_s * 2);

@@ -18,8 +18,7 @@ SyntheticSimulation simple(const SimulationMesh& mesh, double angle, std::uint32
   std::vector<SimulationState> states;
   for (std::uint32_t step = 0; step < 4; ++step) {
     SimulationState state = bent_state(mesh, 0.0005 * step, angle * step / 3, 70);
-    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
-      state.fields[0][e] = static_cast<float>(mesh.element_ids[e]);
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) state.fields[0][e] = static_cast<float>(mesh.element_ids[e]);
     if (step >= eroded_from && eroded_element < mesh.elements.size()) state.alive[eroded_element] = 0;
     states.push_back(std::move(state));
   }
@@ -83,8 +82,7 @@ TEST_CASE("runs with other numbering orders and other elements share what is com
   other.node_ids.push_back(5);
   other.positions.insert(other.positions.end(), {-500, -500, -500});  // far away and used by nothing
   const TemporaryFolder folder;
-  const Model model =
-      baked(folder, two_runs(simple(mesh, 0.5, none, 0), simple(other, 0.5, none, 0)), ten_modes());
+  const Model model = baked(folder, two_runs(simple(mesh, 0.5, none, 0), simple(other, 0.5, none, 0)), ten_modes());
   CHECK(model.elements() == 27);
   CHECK(model.nodes() == 39);  // the missing element was the corner's only one
   check_fields_follow_ids(model);
@@ -144,14 +142,12 @@ TEST_CASE("fields: all, none, some, in whatever order the runs have them") {
   const auto with_fields = [&](std::vector<SimulationField> fields) {
     SimulationState state = bent_state(mesh, 0, 0, 70);
     state.fields.clear();
-    for (const SimulationField& field : fields)
-      state.fields.emplace_back(28, field.name == "stress" ? 7.f : 3.f);
+    for (const SimulationField& field : fields) state.fields.emplace_back(28, field.name == "stress" ? 7.f : 3.f);
     return SyntheticSimulation(mesh, {state}, fields);
   };
-  const Ensemble ensemble = two_runs(with_fields({{"strain", "1"}, {"stress", "MPa"}}),
-                                     with_fields({{"stress", "MPa"}, {"strain", "1"}}));
-  const std::vector<std::pair<std::vector<std::string>, std::uint32_t>> choices{
-      {{"all"}, 2}, {{}, 0}, {{"stress"}, 1}};
+  const Ensemble ensemble =
+      two_runs(with_fields({{"strain", "1"}, {"stress", "MPa"}}), with_fields({{"stress", "MPa"}, {"strain", "1"}}));
+  const std::vector<std::pair<std::vector<std::string>, std::uint32_t>> choices{{{"all"}, 2}, {{}, 0}, {{"stress"}, 1}};
   for (const auto& [fields, count] : choices) {
     EnsembleDescription description = ten_modes();
     description.fields = fields;

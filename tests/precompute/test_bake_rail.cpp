@@ -52,8 +52,7 @@ TEST_CASE("the rail's basis and S_proj agree with an independent implementation"
     CHECK(model.eigenvalues(0)[j] == doctest::Approx(eigenvalues[j]).epsilon(1e-9));
 
   const ReferenceView& view = model.view().references[0];
-  const std::size_t n = model.vertices(), p = model.modes(), stride = format::padded(n),
-                    plane = format::padded(p);
+  const std::size_t n = model.vertices(), p = model.modes(), stride = format::padded(n), plane = format::padded(p);
   for (std::size_t i = 0; i < p; ++i)  // psi' M psi = I
     for (std::size_t j = 0; j <= i; ++j) {
       double product = 0;
@@ -68,8 +67,7 @@ TEST_CASE("the rail's basis and S_proj agree with an independent implementation"
         double alpha = 0, magnitude = 0;
         for (std::size_t v = 0; v < n; ++v) {
           const float x = model.node_positions(s)[3 * std::size_t{view.correspondence[s * n + v]} + axis];
-          const double term =
-              static_cast<double>(view.projection[mode * stride + v]) * static_cast<double>(x);
+          const double term = static_cast<double>(view.projection[mode * stride + v]) * static_cast<double>(x);
           alpha += term;
           magnitude += std::abs(term);
         }
@@ -101,8 +99,7 @@ TEST_CASE("the rail's correspondences are the nearest of all nodes, by brute for
       };
       double least = INFINITY;
       for (std::size_t node = 0; node < model.nodes(); ++node) least = std::min(least, distance(node));
-      REQUIRE(distance(view.correspondence[s * model.vertices() + v]) <=
-              least + 1e-4);  // single precision at 400 mm
+      REQUIRE(distance(view.correspondence[s * model.vertices() + v]) <= least + 1e-4);  // single precision at 400 mm
     }
   }
 }

@@ -15,22 +15,18 @@ using namespace lbea::test;
 
 namespace {
 
-void check_refused(const Ensemble& ensemble, const EnsembleDescription& description, Status status,
-                   const char* words) {
+void check_refused(const Ensemble& ensemble, const EnsembleDescription& description, Status status, const char* words) {
   const TemporaryFolder folder;
   check_error(error_of([&] { bake_model(ensemble, description, folder / "m.lbea"); }), status, {words});
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
-void replace_state(EnsembleRun& run, std::uint32_t step,
-                   const std::function<void(SimulationState&)>& change) {
+void replace_state(EnsembleRun& run, std::uint32_t step, const std::function<void(SimulationState&)>& change) {
   SyntheticSimulation plate = bending_plate(0.8, 6);
   std::vector<SimulationState> states(6);
   for (std::uint32_t i = 0; i < 6; ++i) plate.read(i, states[i]);
   change(states[step]);
-  run.open = [plate, states] {
-    return std::make_unique<SyntheticSimulation>(plate.mesh(), states, plate.fields());
-  };
+  run.open = [plate, states] { return std::make_unique<SyntheticSimulation>(plate.mesh(), states, plate.fields()); };
 }
 
 }  // namespace
@@ -59,8 +55,7 @@ TEST_CASE("descriptions that do not fit") {
   check_refused(ensemble, description, Status::bad_config, "has no field 'stress'; it has: plastic_strain");
   description = bent_plates_description();
   description.impact_step = 6;
-  check_refused(ensemble, description, Status::bad_config,
-                "the impact is at state 6, but run plate_0 has 6 states");
+  check_refused(ensemble, description, Status::bad_config, "the impact is at state 6, but run plate_0 has 6 states");
   description = bent_plates_description();
   description.envelope_margin = 0;
   check_refused(ensemble, description, Status::bad_config, "margin");
@@ -75,24 +70,19 @@ TEST_CASE("descriptions that do not fit") {
 TEST_CASE("states that are damaged name run, state and node") {
   for (const std::size_t damaged_run : {0u, 3u}) {
     Ensemble ensemble = bent_plates();
-    replace_state(ensemble.runs[damaged_run], 4,
-                  [](SimulationState& state) { state.positions[3 * 17 + 1] = NAN; });
-    const std::string words =
-        "run plate_" + std::to_string(damaged_run) + ", state 4: the position of node 1018";
+    replace_state(ensemble.runs[damaged_run], 4, [](SimulationState& state) { state.positions[3 * 17 + 1] = NAN; });
+    const std::string words = "run plate_" + std::to_string(damaged_run) + ", state 4: the position of node 1018";
     check_refused(ensemble, bent_plates_description(), Status::bad_input, words.c_str());
     replace_state(ensemble.runs[damaged_run], 2, [](SimulationState& state) { state.positions.pop_back(); });
-    check_refused(ensemble, bent_plates_description(), Status::bad_input,
-                  "state 2: the state does not fit the mesh");
+    check_refused(ensemble, bent_plates_description(), Status::bad_input, "state 2: the state does not fit the mesh");
     replace_state(ensemble.runs[damaged_run], 2, [](SimulationState& state) { state.fields[0].pop_back(); });
-    check_refused(ensemble, bent_plates_description(), Status::bad_input,
-                  "state 2: the state does not fit the mesh");
+    check_refused(ensemble, bent_plates_description(), Status::bad_input, "state 2: the state does not fit the mesh");
   }
 }
 
 TEST_CASE("a reference mesh that collapses names the node") {
   Ensemble ensemble = bent_plates();
-  replace_state(ensemble.runs[0], 5,
-                [](SimulationState& state) { std::ranges::fill(state.positions, 1.0f); });
+  replace_state(ensemble.runs[0], 5, [](SimulationState& state) { std::ranges::fill(state.positions, 1.0f); });
   EnsembleDescription description = bent_plates_description(ReferenceMode::over_time);
   check_refused(ensemble, description, Status::bad_input, "the elements around node 1001 have no area");
 }
@@ -104,8 +94,7 @@ TEST_CASE("a run that changes between the two readings is noticed") {
     const float width = ++*opened == 1 ? 90.f : 180.f;
     return std::make_unique<SyntheticSimulation>(bending_plate(0.5, 6, {20, 10, 190, width}));
   };
-  check_refused(ensemble, bent_plates_description(), Status::bad_input,
-                "run plate_1 changed while it was read");
+  check_refused(ensemble, bent_plates_description(), Status::bad_input, "run plate_1 changed while it was read");
 }
 
 TEST_CASE("a bake can be cancelled at every step and leaves nothing") {
@@ -147,6 +136,5 @@ TEST_CASE("progress counts every stage to its end") {
 
 TEST_CASE("a folder that is not there is a write that failed") {
   const TemporaryFolder folder;
-  CHECK_THROWS_WITH_AS(bake_bent_plates(folder.path() / "none" / "m.lbea"),
-                       doctest::Contains("cannot create"), Error);
+  CHECK_THROWS_WITH_AS(bake_bent_plates(folder.path() / "none" / "m.lbea"), doctest::Contains("cannot create"), Error);
 }

@@ -34,10 +34,13 @@ class Schedule {
   Death death() {
     switch (below(5)) {
       case 0:
-      case 1: return {1 + below(8), 0};
+      case 1:
+        return {1 + below(8), 0};
       case 2:
-      case 3: return {0, 50L + below(2500)};
-      default: return {};
+      case 3:
+        return {0, 50L + below(2500)};
+      default:
+        return {};
     }
   }
 
@@ -46,7 +49,8 @@ class Schedule {
 };
 
 /// Some tries to plan, of which most die, each anywhere.
-void plan_through(Schedule& schedule, const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description) {
+void plan_through(Schedule& schedule, const WorkFolder& work, const Ensemble& ensemble,
+                  const EnsembleDescription& description) {
   for (int tries = schedule.below(3); tries > 0; --tries)
     schedule.run([&](const BakeOptions& options) {
       schedule.below(2) == 0 ? survey_shard(work, ensemble, description, schedule.shard(), options)
@@ -127,7 +131,8 @@ TEST_CASE("runs are added and withdrawn without reading the others, whether the 
     for (std::size_t i = 0; i < runs.size(); ++i) *plates.reads[runs[i]] = 0;
     return reads;
   };
-  CHECK(bake_some({0, 3, 4}) == std::vector<int>{7, 6, 6});  // the reference mesh is one of run 0's states, read once more
+  CHECK(bake_some({0, 3, 4}) ==
+        std::vector<int>{7, 6, 6});  // the reference mesh is one of run 0's states, read once more
   CHECK(bake_some({0, 3, 4, 5}) == std::vector<int>{1, 0, 0, 6});
   CHECK(bake_some({0, 1, 2, 3, 4, 5}) == std::vector<int>{1, 6, 6, 0, 0, 0});  // runs 1 and 2 bend the farthest
   CHECK(bake_some({0, 2, 5}) == std::vector<int>{1, 0, 0});
@@ -145,7 +150,9 @@ TEST_CASE("one broken run does not stop the rest, and is named") {
   std::ofstream(folder / "without.lbea", std::ios::binary) << without;
   const Model expected = Model::open(folder / "without.lbea");
   const auto healthy = plates.ensemble.runs[2].open;
-  const auto broken = [] () -> std::unique_ptr<SimulationReader> { throw Error(Status::bad_input, "d3plot ends at byte 17"); };
+  const auto broken = []() -> std::unique_ptr<SimulationReader> {
+    throw Error(Status::bad_input, "d3plot ends at byte 17");
+  };
   for (const bool breaks_early : {true, false}) {
     CAPTURE(breaks_early);
     const WorkFolder work(folder / (breaks_early ? "early" : "late"), false);
@@ -177,14 +184,19 @@ TEST_CASE("one broken run does not stop the rest, and is named") {
 TEST_CASE("a broken reference run ends the plan, and without leave to go on every broken run does") {
   CountedPlates plates = counted_plates(3);
   const TemporaryFolder folder;
-  const auto broken = [] () -> std::unique_ptr<SimulationReader> { throw Error(Status::bad_input, "d3plot ends at byte 17"); };
+  const auto broken = []() -> std::unique_ptr<SimulationReader> {
+    throw Error(Status::bad_input, "d3plot ends at byte 17");
+  };
   plates.ensemble.runs[1].open = broken;
   BakeOptions strict = shard_options();
   strict.leaves_out_broken = false;
-  check_error(error_of([&] { (void)plan_bake(WorkFolder(folder / "a"), plates.ensemble, shard_description(), strict); }),
-              Status::bad_input, {"byte 17"});
+  check_error(
+      error_of([&] { (void)plan_bake(WorkFolder(folder / "a"), plates.ensemble, shard_description(), strict); }),
+      Status::bad_input, {"byte 17"});
   plates.ensemble.reference_run = 1;
-  check_error(error_of([&] { (void)plan_bake(WorkFolder(folder / "b"), plates.ensemble, shard_description(), shard_options()); }),
+  check_error(error_of([&] {
+                (void)plan_bake(WorkFolder(folder / "b"), plates.ensemble, shard_description(), shard_options());
+              }),
               Status::bad_input, {"byte 17"});
 }
 
@@ -202,7 +214,8 @@ TEST_CASE("merge names what is missing and what is damaged, and leaves no model"
   check_error(refused(), Status::bad_input, {"1 of 3 runs are not baked yet: plate_1"});
   bake_shard(work, plan, {1, 2}, shard_options());
 
-  for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].footprint_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
+  for (const WorkName name :
+       {plan.runs[1].record_name(), plan.runs[1].footprint_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
     const std::string whole = text_of(work.file(name));
     for (std::size_t byte = 40; byte < whole.size(); byte += whole.size() / 17) {
       std::string bytes = whole;
@@ -219,7 +232,9 @@ TEST_CASE("merge names what is missing and what is damaged, and leaves no model"
   CHECK(merged(work, plan) == baked_alone(plates.ensemble, shard_description()));
 }
 
-TEST_CASE("damaged files are made again: by plan and shard once merge met them, by a shard that verifies, by one that needs them") {
+TEST_CASE(
+    "damaged files are made again: by plan and shard once merge met them, by a shard that verifies, by one that needs "
+    "them") {
   const CountedPlates plates = counted_plates(3);
   const std::string alone = baked_alone(plates.ensemble, shard_description());
   const TemporaryFolder folder;
@@ -231,13 +246,16 @@ TEST_CASE("damaged files are made again: by plan and shard once merge met them, 
     bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
     put(work.file(name), bytes);
   };
-  for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].footprint_name(), plan.runs[1].survey_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
+  for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].footprint_name(), plan.runs[1].survey_name(),
+                              WorkName{WorkKind::basis, plan.bases[0]}}) {
     damage(name);
     if (name.kind == WorkKind::survey) {  // only who makes a record needs it
       std::filesystem::remove(work.file(plan.runs[1].record_name()));
-      check_error(error_of([&] { bake_shard(work, plan, {}, shard_options()); }), Status::bad_input, {"it was removed, plan again"});
+      check_error(error_of([&] { bake_shard(work, plan, {}, shard_options()); }), Status::bad_input,
+                  {"it was removed, plan again"});
     } else {
-      check_error(error_of([&] { merge_shards(work, plan, folder / "m.lbea", shard_options()); }), Status::bad_input, {"it was removed"});
+      check_error(error_of([&] { merge_shards(work, plan, folder / "m.lbea", shard_options()); }), Status::bad_input,
+                  {"it was removed"});
     }
     plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
     CHECK(bake_shard(work, plan, {}, shard_options()).failed == 0);
@@ -283,7 +301,8 @@ TEST_CASE("status tells who is at work from who has died, here at once and elsew
   const auto elsewhere = work.file(plan.runs[1].record_name()).string() + ".tmp-1-0@another-node.example";
   put(elsewhere, "some of it");
   CHECK(progress() == RunProgress::running);
-  std::filesystem::last_write_time(elsewhere, std::filesystem::file_time_type::clock::now() - std::chrono::seconds(400));
+  std::filesystem::last_write_time(elsewhere,
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::seconds(400));
   CHECK(progress() == RunProgress::waiting);
   CHECK(progress(500) == RunProgress::running);
 }
@@ -298,7 +317,10 @@ TEST_CASE("another sensor than the planned one, and shards that do not exist, ar
     return std::make_unique<FormulaRenderer>(low, std::array{low[0], low[1], low[2] + 1});
   };
   check_error(error_of([&] { bake_shard(work, plan, {}, other); }), Status::bad_config, {"sensor", "plan again"});
-  check_error(error_of([&] { bake_shard(work, plan, {2, 2}, shard_options()); }), Status::bad_config, {"no shard 2 of 2"});
+  check_error(error_of([&] {
+                bake_shard(work, plan, {2, 2}, shard_options());
+              }),
+              Status::bad_config, {"no shard 2 of 2"});
 }
 
 TEST_CASE("the plan comes back from its file as it was") {

@@ -34,8 +34,7 @@ SimulationMesh shuffled(const SimulationMesh& mesh, std::uint32_t seed) {
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
     place[nodes[i]] = i;
     other.node_ids.push_back(mesh.node_ids[nodes[i]]);
-    other.positions.insert(other.positions.end(), &mesh.positions[3 * nodes[i]],
-                           &mesh.positions[3 * nodes[i]] + 3);
+    other.positions.insert(other.positions.end(), &mesh.positions[3 * nodes[i]], &mesh.positions[3 * nodes[i]] + 3);
   }
   for (const std::uint32_t e : elements) {
     const Quad& q = mesh.elements[e];
@@ -78,8 +77,7 @@ TEST_CASE("an element eroded anywhere is dropped, and nodes that only it used") 
   CHECK(common.node_ids.size() == 19);
   CHECK(std::ranges::find(common.node_ids, 1001u) == common.node_ids.end());
   const auto used = [&](std::uint32_t node) {
-    return std::ranges::any_of(common.elements,
-                               [&](const Quad& q) { return std::ranges::find(q, node) != q.end(); });
+    return std::ranges::any_of(common.elements, [&](const Quad& q) { return std::ranges::find(q, node) != q.end(); });
   };
   for (std::uint32_t node = 0; node < common.node_ids.size(); ++node) CHECK(used(node));
 }
@@ -146,15 +144,13 @@ TEST_CASE("the faces of one solid share an id and stay apart") {
 TEST_CASE("refusals name the run and the id") {
   SimulationMesh twice = plate();
   twice.node_ids[3] = twice.node_ids[2];
-  CHECK_THROWS_WITH_AS(CommonMeshBuilder(twice, "x"), doctest::Contains("run x: node id 1003 is given twice"),
-                       Error);
+  CHECK_THROWS_WITH_AS(CommonMeshBuilder(twice, "x"), doctest::Contains("run x: node id 1003 is given twice"), Error);
   SimulationMesh beyond = plate();
   beyond.elements[0][1] = 20;
   CHECK_THROWS_WITH_AS(CommonMeshBuilder(beyond, "x"), doctest::Contains("names node index 20"), Error);
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
-  CHECK_THROWS_WITH_AS(builder.keep_common(mesh, {}, "b"), doctest::Contains("deletion flags for 0 elements"),
-                       Error);
+  CHECK_THROWS_WITH_AS(builder.keep_common(mesh, {}, "b"), doctest::Contains("deletion flags for 0 elements"), Error);
   builder.keep_common(mesh, std::vector<std::uint8_t>(12, 0), "b");
   CHECK_THROWS_WITH_AS((void)builder.finish(), doctest::Contains("no element is common"), Error);
 }
@@ -164,10 +160,8 @@ TEST_CASE("mapping a mesh that lacks something is refused") {
   const CommonMesh common = CommonMeshBuilder(mesh, "a").finish();
   SimulationMesh other = mesh;
   other.node_ids[4] = 77;
-  CHECK_THROWS_WITH_AS((void)map_common(common, other, "b"), doctest::Contains("run b: node 1005 is missing"),
-                       Error);
+  CHECK_THROWS_WITH_AS((void)map_common(common, other, "b"), doctest::Contains("run b: node 1005 is missing"), Error);
   other = mesh;
   remove_element(other, 2);
-  CHECK_THROWS_WITH_AS((void)map_common(common, other, "b"),
-                       doctest::Contains("run b: element 503 is missing"), Error);
+  CHECK_THROWS_WITH_AS((void)map_common(common, other, "b"), doctest::Contains("run b: element 503 is missing"), Error);
 }

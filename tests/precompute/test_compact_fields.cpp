@@ -134,7 +134,8 @@ TEST_CASE("a model in 16 bits gives what the runs had, within the error it state
     infer_field(small, 0, estimate, estimate, mean);
     infer_field(whole, 0, estimate, estimate, mean_whole);
     for (std::size_t e = 0; e < read.size(); ++e)  // a convex combination keeps the bound; rounding adds an epsilon
-      CHECK(std::abs(mean.mean[e] - mean_whole.mean[e]) <= small.field(0).largest_error + 2 * FLT_EPSILON * std::abs(mean_whole.mean[e]));
+      CHECK(std::abs(mean.mean[e] - mean_whole.mean[e]) <=
+            small.field(0).largest_error + 2 * FLT_EPSILON * std::abs(mean_whole.mean[e]));
   }
 }
 

@@ -116,11 +116,10 @@ TEST_CASE("Sylvester counts what the dense solver lists") {
 
 TEST_CASE("what cannot be is refused in words") {
   const MeshLaplacian laplacian = laplacian_of(rectangle(2, 1, 1));
-  CHECK_THROWS_WITH_AS((void)eigenbasis(laplacian, 10),
-                       doctest::Contains("10 modes asked of a region with 9 vertices"), Error);
+  CHECK_THROWS_WITH_AS((void)eigenbasis(laplacian, 10), doctest::Contains("10 modes asked of a region with 9 vertices"),
+                       Error);
   CHECK_THROWS_WITH_AS((void)eigenbasis(laplacian, 0), doctest::Contains("ask for 1 to 9"), Error);
   Surface lonely = rectangle(2, 1, 1);
   lonely.add(9, 9, 9);
-  CHECK_THROWS_WITH_AS((void)eigenbasis(laplacian_of(lonely), 2), doctest::Contains("no surface around it"),
-                       Error);
+  CHECK_THROWS_WITH_AS((void)eigenbasis(laplacian_of(lonely), 2), doctest::Contains("no surface around it"), Error);
 }

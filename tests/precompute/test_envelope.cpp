@@ -50,8 +50,7 @@ EnvelopeGrid envelope_of(const Sheet& sheet, double margin) {
 /// A random point of a random element: of the triangle 0-1-2 or 0-2-3.
 std::array<double, 3> point_on(const Sheet& sheet, std::mt19937& random) {
   std::uniform_real_distribution<double> share(0, 1);
-  const Quad& q =
-      sheet.elements[std::uniform_int_distribution<std::size_t>(0, sheet.elements.size() - 1)(random)];
+  const Quad& q = sheet.elements[std::uniform_int_distribution<std::size_t>(0, sheet.elements.size() - 1)(random)];
   double u = share(random), v = share(random);
   if (u + v > 1) u = 1 - u, v = 1 - v;
   const std::size_t second = share(random) < 0.5 ? 1 : 2, third = second + 1;
@@ -109,11 +108,11 @@ TEST_CASE("a point far from all elements' boxes is outside") {
     const bool is_far = std::ranges::all_of(sheet.elements, [&](const Quad& q) {
       double squared = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto [low, high] = std::ranges::minmax(
-            q, {}, [&](std::uint32_t v) { return sheet.positions[3 * std::size_t{v} + axis]; });
-        const double inside = std::clamp(static_cast<double>(at[axis]),
-                                         static_cast<double>(sheet.positions[3 * std::size_t{low} + axis]),
-                                         static_cast<double>(sheet.positions[3 * std::size_t{high} + axis]));
+        const auto [low, high] =
+            std::ranges::minmax(q, {}, [&](std::uint32_t v) { return sheet.positions[3 * std::size_t{v} + axis]; });
+        const double inside =
+            std::clamp(static_cast<double>(at[axis]), static_cast<double>(sheet.positions[3 * std::size_t{low} + axis]),
+                       static_cast<double>(sheet.positions[3 * std::size_t{high} + axis]));
         squared += (static_cast<double>(at[axis]) - inside) * (static_cast<double>(at[axis]) - inside);
       }
       return squared > reach * reach;
@@ -155,8 +154,7 @@ TEST_CASE("a flat sample has an envelope") {
 TEST_CASE("a large slanting element does not fill its box") {
   const std::array<float, 3> min{0, 0, 0}, max{200, 200, 10};
   EnvelopeBuilder builder(min, max, 10);
-  builder.add(std::vector<float>{0, 0, 0, 200, 200, 0, 200, 200, 10, 0, 0, 10},
-              std::vector<Quad>{{0, 1, 2, 3}});
+  builder.add(std::vector<float>{0, 0, 0, 200, 200, 0, 200, 200, 10, 0, 0, 10}, std::vector<Quad>{{0, 1, 2, 3}});
   const EnvelopeGrid grid = builder.finish();
   const double reach = 10 + 3.1 * std::sqrt(3.0) * static_cast<double>(grid.edge);
   for (float x = 0; x <= 200; x += 5)

@@ -44,8 +44,7 @@ TEST_CASE("a rectangle with free edges: pi^2 (i^2 / a^2 + j^2 / b^2)") {
   for (int i = 0; i < 10; ++i)
     for (int j = 0; j < 10; ++j) exact.push_back(pi * pi * (i * i / (a * a) + j * j / (b * b)));
   const auto expected = lowest(exact, 15);
-  check_second_order(largest_error(rectangle(20, a, b), expected),
-                     largest_error(rectangle(40, a, b), expected), 0.02);
+  check_second_order(largest_error(rectangle(20, a, b), expected), largest_error(rectangle(40, a, b), expected), 0.02);
 }
 
 TEST_CASE("the open side of a cylinder: (k / r)^2 + (pi m / h)^2, twice for k > 0") {
@@ -64,7 +63,6 @@ TEST_CASE("the open side of a cylinder: (k / r)^2 + (pi m / h)^2, twice for k > 
 
 TEST_CASE("the unit sphere: l (l + 1), 2 l + 1 times") {
   std::vector<double> expected;
-  for (int l = 0; l < 4; ++l)
-    expected.insert(expected.end(), static_cast<std::size_t>(2 * l + 1), l * (l + 1.0));
+  for (int l = 0; l < 4; ++l) expected.insert(expected.end(), static_cast<std::size_t>(2 * l + 1), l * (l + 1.0));
   check_second_order(largest_error(sphere(3), expected), largest_error(sphere(4), expected), 0.02);
 }

@@ -1,4 +1,5 @@
-// Models larger than memory: what frames need is in RAM and stays there, the rest comes from the file when it is asked for.
+// Models larger than memory: what frames need is in RAM and stays there, the rest comes from the file when it is asked
+// for.
 #include "runtime/src/model/model_view.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/instrumented.hpp"
@@ -34,7 +35,8 @@ std::vector<Point> frame_of(const LargeModel& large, std::uint32_t run, std::uin
   SimulationState state;
   counted_plates(run + 1, large.steps, large.shape).ensemble.runs[run].open()->read(step, state);
   std::vector<Point> points;
-  for (std::size_t i = 0; i < state.positions.size(); i += 3) points.push_back({state.positions[i], state.positions[i + 1], state.positions[i + 2]});
+  for (std::size_t i = 0; i < state.positions.size(); i += 3)
+    points.push_back({state.positions[i], state.positions[i + 1], state.positions[i + 2]});
   return points;
 }
 
@@ -48,11 +50,15 @@ void forget_file(const std::filesystem::path& file) {
 /// Share of the pages wholly inside `bytes` that the machine holds.
 double share_in_memory(std::span<const std::byte> bytes) {
   constexpr std::uintptr_t page = 4096;
-  const auto begin = (reinterpret_cast<std::uintptr_t>(bytes.data()) + page - 1) / page, end = (reinterpret_cast<std::uintptr_t>(bytes.data()) + bytes.size()) / page;
+  const auto begin = (reinterpret_cast<std::uintptr_t>(bytes.data()) + page - 1) / page,
+             end = (reinterpret_cast<std::uintptr_t>(bytes.data()) + bytes.size()) / page;
   if (end <= begin) return 0;
   std::vector<unsigned char> pages(end - begin);
-  REQUIRE(::mincore(const_cast<std::byte*>(bytes.data()) + (begin * page - reinterpret_cast<std::uintptr_t>(bytes.data())), pages.size() * page, pages.data()) == 0);
-  return static_cast<double>(std::ranges::count_if(pages, [](unsigned char p) { return (p & 1) != 0; })) / static_cast<double>(pages.size());
+  REQUIRE(
+      ::mincore(const_cast<std::byte*>(bytes.data()) + (begin * page - reinterpret_cast<std::uintptr_t>(bytes.data())),
+                pages.size() * page, pages.data()) == 0);
+  return static_cast<double>(std::ranges::count_if(pages, [](unsigned char p) { return (p & 1) != 0; })) /
+         static_cast<double>(pages.size());
 }
 
 /// False for file systems in memory.
@@ -127,9 +133,11 @@ TEST_CASE("landmarks are the file's business alone: shards and threads make the 
   CHECK(merged(work, plan) == baked_alone(plates.ensemble, description));
 }
 
-TEST_CASE("a model larger than the memory it may take: opened, locked and matched without reading from the disk" * doctest::skip(is_instrumented)) {
+TEST_CASE("a model larger than the memory it may take: opened, locked and matched without reading from the disk" *
+          doctest::skip(is_instrumented)) {
   const bool is_long = is_long_run();  // 1.2 GB of positions: landmarks by themselves; else 20 MB
-  const LargeModel large = is_long ? LargeModel{100, 100, {100, 100, 400, 400}} : LargeModel{8, 20, {100, 100, 400, 400}};
+  const LargeModel large =
+      is_long ? LargeModel{100, 100, {100, 100, 400, 400}} : LargeModel{8, 20, {100, 100, 400, 400}};
   const TemporaryFolder folder;
   const auto file = folder / "large.lbea";
   bake_large(file, large, is_long ? std::nullopt : std::optional(true));
@@ -150,8 +158,9 @@ TEST_CASE("a model larger than the memory it may take: opened, locked and matche
     const Model model = Model::open(file);
     const std::uint64_t hot = model.hot_bytes();
     const long peak_kb = status_kb("VmHWM") - before_kb, kept_kb = status_kb("VmRSS") - before_kb;
-    std::fprintf(stderr, "model %.0f MB, hot %.0f MB; opening it: peak %.0f MB, kept %.0f MB\n", 1e-6 * static_cast<double>(bytes),
-                 1e-6 * static_cast<double>(hot), 1e-3 * static_cast<double>(peak_kb), 1e-3 * static_cast<double>(kept_kb));
+    std::fprintf(stderr, "model %.0f MB, hot %.0f MB; opening it: peak %.0f MB, kept %.0f MB\n",
+                 1e-6 * static_cast<double>(bytes), 1e-6 * static_cast<double>(hot),
+                 1e-3 * static_cast<double>(peak_kb), 1e-3 * static_cast<double>(kept_kb));
     require(hot < bytes / 4, "more than a quarter is hot");
     require(peak_kb < static_cast<long>(hot / 1000) + 16'000, "opening takes more memory than what is hot");
 
@@ -162,7 +171,8 @@ TEST_CASE("a model larger than the memory it may take: opened, locked and matche
     const bool is_locked = model.lock();
     if (!may_lock || !is_locked) std::perror("the system lets this user lock too little memory");
     require(!may_lock || is_locked, "not locked, although everything may be");
-    require(!may_lock || all_kb - status_kb("VmLck") > static_cast<long>((bytes - hot) / 1024 * 9 / 10), "the cold sections are still locked");
+    require(!may_lock || all_kb - status_kb("VmLck") > static_cast<long>((bytes - hot) / 1024 * 9 / 10),
+            "the cold sections are still locked");
     std::vector<std::vector<Point>> frames;
     for (std::uint32_t run = 0; run < large.runs; ++run) frames.push_back(frame_of(large, run, run % large.steps));
     (void)matcher.match({0, 0, frames[0]});
@@ -183,8 +193,10 @@ TEST_CASE("a model larger than the memory it may take: opened, locked and matche
     const std::uint32_t sample = model.sample_index({large.runs - 1, 1});
     const std::vector<Point> expected = frame_of(large, large.runs - 1, 1);
     const auto positions = model.node_positions(sample);
-    for (std::size_t i = 0; i < expected.size(); ++i) require(positions[3 * i] == expected[i].x, "positions from the disk are others");
-    std::fprintf(stderr, "%u frames: %ld major faults; then one sample's positions: %ld\n", large.runs, of_matching, major_faults() - faults - of_matching);
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      require(positions[3 * i] == expected[i].x, "positions from the disk are others");
+    std::fprintf(stderr, "%u frames: %ld major faults; then one sample's positions: %ld\n", large.runs, of_matching,
+                 major_faults() - faults - of_matching);
     require(of_matching == 0, "matching read from the disk");
     require(major_faults() > faults, "the cold part was in memory all along");
   });

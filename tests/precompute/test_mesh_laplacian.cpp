@@ -2,8 +2,8 @@
 
 #include <lbea/lbea.hpp>
 
-#include <Eigen/Dense>
 #include <doctest/doctest.h>
+#include <Eigen/Dense>
 
 using namespace lbea;
 using namespace lbea::bake;
@@ -14,9 +14,7 @@ namespace {
 // Positions are single precision: lengths carry a relative error of up to 2^-24, areas about twice that.
 constexpr double float_epsilon = 6e-8;
 
-double energy(const MeshLaplacian& laplacian, const Eigen::VectorXd& f) {
-  return f.dot(laplacian.stiffness * f);
-}
+double energy(const MeshLaplacian& laplacian, const Eigen::VectorXd& f) { return f.dot(laplacian.stiffness * f); }
 
 Eigen::VectorXd coordinate(const Surface& surface, std::size_t axis) {
   Eigen::VectorXd f(static_cast<Eigen::Index>(surface.vertices()));
@@ -49,14 +47,12 @@ TEST_CASE("L is symmetric and positive semi-definite, its rows sum to zero, M su
     CHECK(laplacian.mass.minCoeff() > 0);
   }
   CHECK(laplacian_of(rectangle(8, 3, 2, 0.3)).mass.sum() == doctest::Approx(6).epsilon(4 * float_epsilon));
-  const double side =
-      2 * 2 * std::sin(std::numbers::pi / 12);  // chord of a twelfth of the circle of radius 2
+  const double side = 2 * 2 * std::sin(std::numbers::pi / 12);  // chord of a twelfth of the circle of radius 2
   CHECK(laplacian_of(open_cylinder(12, 5, 2, 7)).mass.sum() ==
         doctest::Approx(12 * side * 7).epsilon(4 * float_epsilon));
 }
 
-TEST_CASE(
-    "a linear function on a flat mesh has the Dirichlet energy slope^2 x area, whatever the triangles") {
+TEST_CASE("a linear function on a flat mesh has the Dirichlet energy slope^2 x area, whatever the triangles") {
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
     const Surface surface = rectangle(7, 3, 2, 0.35, seed);
     const MeshLaplacian laplacian = laplacian_of(surface);
@@ -78,8 +74,7 @@ TEST_CASE("three sheets at one edge add up") {
   left.elements = {joint.elements[10]};
   const MeshLaplacian whole = laplacian_of(joint), a = laplacian_of(sheet), b = laplacian_of(up),
                       c = laplacian_of(left);
-  CHECK(Eigen::MatrixXd(whole.stiffness - a.stiffness - b.stiffness - c.stiffness).cwiseAbs().maxCoeff() <
-        1e-14);
+  CHECK(Eigen::MatrixXd(whole.stiffness - a.stiffness - b.stiffness - c.stiffness).cwiseAbs().maxCoeff() < 1e-14);
   CHECK((whole.mass - a.mass - b.mass - c.mass).cwiseAbs().maxCoeff() < 1e-15);
   CHECK(whole.mass.sum() == doctest::Approx(3).epsilon(4 * float_epsilon));
 }

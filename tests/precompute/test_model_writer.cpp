@@ -67,8 +67,7 @@ TEST_CASE("the runtime reads what was written") {
   const AlignedBytes bytes(folder / "m.lbea");
   const SectionReader reader(bytes.span(), "m.lbea");
   CHECK(reader.entries().size() == 5);
-  CHECK(
-      std::ranges::equal(reader.required<std::uint32_t>(SectionId::info, {3, 1, 1}), std::array{1u, 2u, 3u}));
+  CHECK(std::ranges::equal(reader.required<std::uint32_t>(SectionId::info, {3, 1, 1}), std::array{1u, 2u, 3u}));
   CHECK(reader.required<double>(SectionId::mass, {1, 1, 1}, 1)[0] == 2.5);
   CHECK(reader.required<double>(SectionId::mass, {1, 1, 1}, 0)[0] == 1.5);
   CHECK(reader.text(SectionId::parameter_names).empty());
@@ -118,8 +117,7 @@ TEST_CASE("what is not a model is never overwritten; a link leads to its file") 
 TEST_CASE("a disk without room is noticed before the work, named, and left clean") {
   const TemporaryFolder folder;
   const FullDisk disk(4096);
-  CHECK_THROWS_WITH_AS(write_small(folder / "m.lbea", 1, 1), doctest::Contains("cannot reserve space for"),
-                       Error);
+  CHECK_THROWS_WITH_AS(write_small(folder / "m.lbea", 1, 1), doctest::Contains("cannot reserve space for"), Error);
   CHECK(files_in(folder.path()) == 0);
 }
 
@@ -129,9 +127,7 @@ TEST_CASE("a write that fails names file, section and reason, and leaves nothing
     ModelWriter writer(folder / "m.lbea", small_plan());
     const FullDisk disk(1024);
     writer.write<std::uint32_t>(SectionId::info, 0, 0, std::array{1u, 2u, 3u});  // still fits
-    check_error(error_of([&] {
-                  writer.write<float>(SectionId::node_positions, 0, rows * columns - columns, row(0));
-                }),
+    check_error(error_of([&] { writer.write<float>(SectionId::node_positions, 0, rows * columns - columns, row(0)); }),
                 Status::write_failed, {"m.lbea", "section 13 'node_positions'", "File too large"});
   }
   CHECK(files_in(folder.path()) == 0);
@@ -139,11 +135,9 @@ TEST_CASE("a write that fails names file, section and reason, and leaves nothing
 
 TEST_CASE("a folder that is none, and a folder in the file's place, are refused") {
   const TemporaryFolder folder;
-  CHECK_THROWS_WITH_AS(write_small(folder.path() / "none" / "m.lbea", 1, 1),
-                       doctest::Contains("cannot create"), Error);
+  CHECK_THROWS_WITH_AS(write_small(folder.path() / "none" / "m.lbea", 1, 1), doctest::Contains("cannot create"), Error);
   std::filesystem::create_directory(folder / "taken");
-  CHECK_THROWS_WITH_AS(write_small(folder / "taken", 1, 1),
-                       doctest::Contains("is not a model"), Error);
+  CHECK_THROWS_WITH_AS(write_small(folder / "taken", 1, 1), doctest::Contains("is not a model"), Error);
   CHECK(files_in(folder.path()) == 1);
 }
 
@@ -152,10 +146,8 @@ TEST_CASE("what the plan does not hold is a mistake of the program") {
   ModelWriter writer(folder / "m.lbea", small_plan());
   CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 2, 0, std::array{1.0}), std::logic_error);
   CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 0, 1, std::array{1.0}), std::logic_error);
-  CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 0, ~std::uint64_t{0} / 8, std::array{1.0}),
-                  std::logic_error);
-  CHECK_THROWS_WITH_AS(writer.commit(), doctest::Contains("section 1 'info' part 0: 0 of 12 bytes"),
-                       std::logic_error);
+  CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 0, ~std::uint64_t{0} / 8, std::array{1.0}), std::logic_error);
+  CHECK_THROWS_WITH_AS(writer.commit(), doctest::Contains("section 1 'info' part 0: 0 of 12 bytes"), std::logic_error);
   auto twice = small_plan();
   twice.push_back(twice.front());
   CHECK_THROWS_AS(ModelWriter(folder / "n.lbea", twice), std::logic_error);
@@ -164,8 +156,7 @@ TEST_CASE("what the plan does not hold is a mistake of the program") {
 TEST_CASE("a size beyond any disk is refused before it overflows") {
   const TemporaryFolder folder;
   const std::uint64_t huge = std::uint64_t{1} << 32;
-  CHECK_THROWS_WITH_AS(
-      ModelWriter(folder / "m.lbea", {{SectionId::correspondence, 0, ElementType::u32, {huge, huge}}}),
-      doctest::Contains("larger than any disk"), Error);
+  CHECK_THROWS_WITH_AS(ModelWriter(folder / "m.lbea", {{SectionId::correspondence, 0, ElementType::u32, {huge, huge}}}),
+                       doctest::Contains("larger than any disk"), Error);
   CHECK(files_in(folder.path()) == 0);
 }

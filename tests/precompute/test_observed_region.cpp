@@ -29,8 +29,7 @@ void check_definition(const Plate& plate, const RegionCriteria& criteria, const 
   for (std::size_t e = 0; e < plate.mesh.elements.size(); ++e) {
     bool in = criteria.parts.empty() || std::ranges::count(criteria.parts, plate.mesh.element_parts[e]) > 0;
     for (const std::uint32_t node : plate.mesh.elements[e]) {
-      in = in && (criteria.node_ids.empty() ||
-                  std::ranges::count(criteria.node_ids, plate.mesh.node_ids[node]) > 0);
+      in = in && (criteria.node_ids.empty() || std::ranges::count(criteria.node_ids, plate.mesh.node_ids[node]) > 0);
       in = in && (criteria.visible.empty() || criteria.visible[node] != 0);
       for (std::size_t axis = 0; criteria.box && axis < 3; ++axis) {
         const double x = static_cast<double>(plate.simulation.positions[3 * node + axis]);

@@ -156,7 +156,8 @@ TEST_CASE("a tube turns about its axis without a trace, and says so") {
   // Whatever its turn, the tube lies where it is: the axis' ends differ by less than the edges' half pixel.
   for (const double x : {-100.0, 100.0}) {
     const Eigen::Vector3d end(x, 0, 0);
-    const Eigen::Vector3d moved = to_isometry(result.T_reference_sensor) * (to_isometry(sensor.T_reference_sensor).inverse() * end);
+    const Eigen::Vector3d moved =
+        to_isometry(result.T_reference_sensor) * (to_isometry(sensor.T_reference_sensor).inverse() * end);
     CHECK((moved - end).norm() < noise + 0.5 * 700 / 900);
   }
 }
@@ -165,8 +166,10 @@ TEST_CASE("shape and pose are told apart when the ways to differ are known") {
   // The plate of the box at z = 60 bulges by 2 mm; two shapes, bulging and not, have one mode of 1 mm.
   Component flat = corner_box(), bulging = flat;
   for (std::size_t i = 0; i < 121; ++i) {
-    const double u = static_cast<double>(bulging.positions[3 * i]) / 100, v = static_cast<double>(bulging.positions[3 * i + 1]) / 80;
-    bulging.positions[3 * i + 2] += static_cast<float>(2 * std::sin(std::numbers::pi * u) * std::sin(std::numbers::pi * v));
+    const double u = static_cast<double>(bulging.positions[3 * i]) / 100,
+                 v = static_cast<double>(bulging.positions[3 * i + 1]) / 80;
+    bulging.positions[3 * i + 2] +=
+        static_cast<float>(2 * std::sin(std::numbers::pi * u) * std::sin(std::numbers::pi * v));
   }
   const std::array<std::span<const float>, 2> shapes{flat.positions, bulging.positions};
   const ShapeModes known = shape_modes(shapes, 0.01);
@@ -195,7 +198,8 @@ TEST_CASE("what cannot be registered is refused with a reason") {
   away[3] += 5000;
   CHECK_THROWS_AS(register_cloud(surface, points, away), Error);
   const auto nothing_seen = [&](const RigidTransform&) { return std::vector<std::uint8_t>(box.elements.size(), 0); };
-  CHECK_THROWS_AS(register_cloud({box.positions, box.elements, {}, nothing_seen}, points, sensor.T_reference_sensor), Error);
+  CHECK_THROWS_AS(register_cloud({box.positions, box.elements, {}, nothing_seen}, points, sensor.T_reference_sensor),
+                  Error);
 }
 
 TEST_CASE("units that disagree are told by powers of ten") {
@@ -233,10 +237,12 @@ TEST_CASE("the nearest place on a surface is the brute-force one") {
     // Place, shares and distance agree with each other.
     Vec rebuilt{};
     for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t axis = 0; axis < 3; ++axis) rebuilt[axis] += place.shares[k] * double{positions[3 * place.nodes[k] + axis]};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        rebuilt[axis] += place.shares[k] * double{positions[3 * place.nodes[k] + axis]};
     CHECK(std::hypot(rebuilt[0] - p[0], rebuilt[1] - p[1], rebuilt[2] - p[2]) == doctest::Approx(place.distance));
     for (const double share : place.shares) CHECK(share >= -1e-12);
-    // No place of a fine grid of barycentric shares on any triangle is nearer; the grid's nearest is at most a cell away.
+    // No place of a fine grid of barycentric shares on any triangle is nearer; the grid's nearest is at most a cell
+    // away.
     double least = 1e9;
     for (const auto& q : elements)
       for (const auto& t : {std::array{q[0], q[1], q[2]}, std::array{q[0], q[2], q[3]}})

@@ -21,8 +21,8 @@ TEST_CASE("steps: all, a range with stride, a list") {
 }
 
 TEST_CASE("steps that are not there are refused by name") {
-  CHECK_THROWS_WITH_AS((void)used_steps({0, end, 1, {1, 5}}, 5, "a"),
-                       doctest::Contains("run a has no state 5, only 5"), Error);
+  CHECK_THROWS_WITH_AS((void)used_steps({0, end, 1, {1, 5}}, 5, "a"), doctest::Contains("run a has no state 5, only 5"),
+                       Error);
   CHECK_THROWS_WITH_AS((void)used_steps({5, end, 1, {}}, 5, "a"),
                        doctest::Contains("no state of run a is used: it has 5"), Error);
   CHECK_THROWS_WITH_AS((void)used_steps({}, 0, "a"), doctest::Contains("it has 0"), Error);

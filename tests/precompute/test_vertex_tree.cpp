@@ -99,8 +99,7 @@ TEST_CASE("the runtime finds the nearest vertex in it") {
   for (int query = 0; query < 500; ++query) {
     const std::array<float, 3> at{coordinate(random), coordinate(random), coordinate(random)};
     const auto squared = [&](const std::array<float, 3>& v) {
-      return (v[0] - at[0]) * (v[0] - at[0]) + (v[1] - at[1]) * (v[1] - at[1]) +
-             (v[2] - at[2]) * (v[2] - at[2]);
+      return (v[0] - at[0]) * (v[0] - at[0]) + (v[1] - at[1]) * (v[1] - at[1]) + (v[2] - at[2]) * (v[2] - at[2]);
     };
     const auto nearest = std::ranges::min_element(vertices, {}, squared);
     CHECK(nearest_vertex(view, at).vertex == static_cast<std::uint32_t>(nearest - vertices.begin()));

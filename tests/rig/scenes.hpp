@@ -39,8 +39,7 @@ inline StereoSensor parallel_sensor() {
   return sensor;
 }
 
-inline VirtualSensor look_at(const Scene& scene, const StereoSensor& sensor = parallel_sensor(),
-                             unsigned threads = 2) {
+inline VirtualSensor look_at(const Scene& scene, const StereoSensor& sensor = parallel_sensor(), unsigned threads = 2) {
   return VirtualSensor(sensor, scene.nodes(), scene.elements, threads);
 }
 

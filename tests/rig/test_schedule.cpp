@@ -86,5 +86,5 @@ TEST_CASE("between stored states positions are linear in time, and what has erod
   CHECK(source.at(1.75).positions[0] == doctest::Approx(17.5));
   CHECK(source.at(2).alive[0] == 0);
   CHECK(source.at(3).positions[0] == 30);  // the last state needs none after it
-  CHECK(run.reads == 3);  // each state once
+  CHECK(run.reads == 3);                   // each state once
 }

@@ -79,8 +79,8 @@ bool same(const std::vector<Point>& a, const std::vector<Point>& b) {
 TEST_CASE("a recording is complete: frames, stamps, truth, sensor") {
   const Sensing sense;
   REQUIRE(sense("--steps 2:10:4") == 0);
-  CHECK(sense.files() == std::vector<std::string>{"frame_00000.ply", "frame_00001.ply", "frame_00002.ply",
-                                                  "sensor.json", "truth.csv"});
+  CHECK(sense.files() ==
+        std::vector<std::string>{"frame_00000.ply", "frame_00001.ply", "frame_00002.ply", "sensor.json", "truth.csv"});
   CHECK(sense.printed().starts_with("3 frames, "));
   CHECK(text_of(sense.out / "truth.csv").starts_with("frame,file,stamp_ns,run,state,time_s\n"));
   const auto rows = sense.truth();

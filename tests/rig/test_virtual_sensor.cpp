@@ -47,7 +47,7 @@ TEST_CASE("a plate that hides part of another from the right camera alone remove
   std::size_t hidden = 0;
   for (std::uint32_t column = 0; column < 120; ++column) {
     const std::size_t pixel = 40 * 120 + column;
-    const double x = (column + 0.5 - 60) / 100 * 1000;  // on the far plate
+    const double x = (column + 0.5 - 60) / 100 * 1000;                // on the far plate
     const double crossing = baseline + (x - baseline) * near / 1000;  // of the right camera's line of sight, at `near`
     if (image.element[pixel] != 0) continue;
     const bool free = crossing < from || crossing > to;

@@ -9,8 +9,6 @@
 
 namespace lbea::test {
 
-
-
 using Position = std::array<float, 3>;
 
 struct BruteForce {

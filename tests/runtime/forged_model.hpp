@@ -11,8 +11,6 @@
 
 namespace lbea::test {
 
-
-
 inline Status status_of(std::span<const std::byte> image) {
   const Error error = error_of([&] { const Model model = Model::view(image); });
   if (error.status != Status::ok) CHECK(std::string(error.what()).size() > 20);
@@ -31,7 +29,8 @@ inline format::Header header_of(std::span<const std::byte> image) {
 
 // Writes a header back with a checksum that fits: what follows the checksum test is then tested itself.
 inline void put_header(std::span<std::byte> image, format::Header header) {
-  header.header_checksum = checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(format::Header, header_checksum)));
+  header.header_checksum =
+      checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(format::Header, header_checksum)));
   std::memcpy(image.data(), &header, sizeof(header));
 }
 

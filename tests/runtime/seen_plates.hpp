@@ -45,7 +45,8 @@ inline AlignedBytes seen_plates_model(std::uint32_t runs = 6, std::uint32_t step
 }
 
 /// What the rig sees of a plate bent by `angle`, or of any other state of its mesh.
-inline std::vector<Point> seen(const std::vector<float>& positions, const SensingNoise& noise = {}, std::uint64_t seed = 1) {
+inline std::vector<Point> seen(const std::vector<float>& positions, const SensingNoise& noise = {},
+                               std::uint64_t seed = 1) {
   const SimulationMesh mesh = plate_mesh();
   return VirtualSensor(rig_above(), mesh.nodes(), mesh.elements).sense({positions}, noise, seed);
 }

@@ -72,7 +72,8 @@ TEST_CASE("equal distances go to the lower place in the frame") {
   for (int copy = 0; copy < 2; ++copy)
     for (int x = 7; x >= 0; --x)
       for (int y = 0; y < 8; ++y)
-        for (int z = 7; z >= 0; --z) lattice.push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+        for (int z = 7; z >= 0; --z)
+          lattice.push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
   CloudIndex index(bounding_grid(lattice, 512), static_cast<std::uint32_t>(lattice.size()));
   index.build(as_points(lattice), identity_transform);
   for (float x = 0; x <= 7; x += 0.5f)
@@ -101,7 +102,8 @@ TEST_CASE("a bound prunes, but never an equally near point of lower place") {
 TEST_CASE("points are counted once: used, culled outside the grid, invalid when not finite") {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   const std::vector<Position> corners{{0, 0, 0}, {10, 10, 10}};
-  const std::vector<Point> points{{1, 1, 1}, {nan, 0, 0}, {0, inf, 0}, {5, 5, 5}, {500, 5, 5}, {0, 0, -inf}, {5, -1e30f, 5}};
+  const std::vector<Point> points{{1, 1, 1},   {nan, 0, 0},  {0, inf, 0},   {5, 5, 5},
+                                  {500, 5, 5}, {0, 0, -inf}, {5, -1e30f, 5}};
   CloudIndex index(bounding_grid(corners, 100), 16);
   const PointTally tally = index.build(points, identity_transform);
   CHECK(tally.received == 7);
@@ -136,7 +138,8 @@ TEST_CASE("the envelope culls by its bits") {
   const std::vector<std::uint64_t> bits{0b1011};  // 2 x 2 x 1 cells, bit x + 2 y; (0, 1) is outside
   const EnvelopeView envelope{{0, 0, 0}, 1, {2, 2, 1}, bits};
   CloudIndex index(envelope_grid(envelope), 8);
-  const std::vector<Point> points{{0.5f, 0.5f, 0.5f}, {1.5f, 0.5f, 0.5f}, {0.5f, 1.5f, 0.5f}, {1.5f, 1.5f, 0.5f}, {0.5f, 0.5f, 1.0f}};
+  const std::vector<Point> points{
+      {0.5f, 0.5f, 0.5f}, {1.5f, 0.5f, 0.5f}, {0.5f, 1.5f, 0.5f}, {1.5f, 1.5f, 0.5f}, {0.5f, 0.5f, 1.0f}};
   const PointTally tally = index.build(points, identity_transform);
   CHECK(tally.used == 3);
   CHECK(tally.culled == 2);

@@ -63,7 +63,8 @@ TEST_CASE("coverage counts exactly the vertices that brute force finds near a po
         const auto near = std::ranges::count_if(surface, [&](const Position& vertex) {
           return std::sqrt(test::brute_force(cloud, vertex).squared) <= double{distance};
         });
-        CHECK(coverage(index, surface, std::vector<double>(n, 1.0), distance) == doctest::Approx(static_cast<double>(near) / static_cast<double>(n)));
+        CHECK(coverage(index, surface, std::vector<double>(n, 1.0), distance) ==
+              doctest::Approx(static_cast<double>(near) / static_cast<double>(n)));
       }
     }
   }

@@ -19,7 +19,8 @@ namespace {
 double mean_distance(std::span<const float> a, std::span<const float> b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); i += 3)
-    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]}, double{a[i + 2]} - double{b[i + 2]});
+    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]},
+                      double{a[i + 2]} - double{b[i + 2]});
   return sum / static_cast<double>(a.size() / 3);
 }
 
@@ -34,7 +35,8 @@ std::vector<float> mesh_of(const Model& model, std::span<const WeightedSample> e
 
 double nearest_sample(const Model& model, std::span<const float> mesh) {
   double least = 1e9;
-  for (std::uint32_t s = 0; s < model.samples(); ++s) least = std::min(least, mean_distance(mesh, model.node_positions(s)));
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    least = std::min(least, mean_distance(mesh, model.node_positions(s)));
   return least;
 }
 
@@ -91,7 +93,8 @@ TEST_CASE("a plate that bends the other way, or folds, fits no simulation") {
   auto folded = bent(0.6);
   for (std::size_t i = 0; i < folded.size(); i += 3) folded[i + 2] += 12.0f * std::sin(folded[i] * 0.1f);
   auto sideways = plate_mesh().positions;
-  for (std::size_t i = 0; i < sideways.size(); i += 3) sideways[i + 2] = 0.004f * (sideways[i] - 95) * (sideways[i] - 95);
+  for (std::size_t i = 0; i < sideways.size(); i += 3)
+    sideways[i + 2] = 0.004f * (sideways[i] - 95) * (sideways[i] - 95);
   for (const auto& stranger : {folded, sideways}) {
     const MatchResult result = matcher.match({.points = seen(stranger)});
     CHECK(result.fit.misfit > SensorViews::baked_into(model).misfit_limit());
@@ -105,7 +108,8 @@ TEST_CASE("points that belong to nothing, and half of them gone, change no match
   Matcher matcher(model, fit_config());
   const std::uint32_t s = 8 * 3 + 5;
   const auto positions = model.node_positions(s);
-  const MatchResult result = matcher.match({.points = seen({positions.begin(), positions.end()}, {.outliers = 0.02f, .dropout = 0.6f, .background = 0.3f})});
+  const MatchResult result = matcher.match(
+      {.points = seen({positions.begin(), positions.end()}, {.outliers = 0.02f, .dropout = 0.6f, .background = 0.3f})});
   CHECK(result.points.culled > 0);
   CHECK(result.matches[0].sample == model.sample(s));
 }
@@ -130,7 +134,8 @@ TEST_CASE("a hidden third of the surface changes neither the match nor the verdi
   CHECK(part.fit.misfit < 1.1f * misfit);
 }
 
-TEST_CASE("cells that all of the best fill and the sensor does not count for nothing; those that some leave empty count") {
+TEST_CASE(
+    "cells that all of the best fill and the sensor does not count for nothing; those that some leave empty count") {
   constexpr std::size_t cells = 32;
   ViewCamera camera;
   camera.columns = cells;
@@ -167,7 +172,8 @@ TEST_CASE("images rendered from the model are those that the bake rendered, on a
       high[i % 3] = std::max(high[i % 3], model.node_positions(s)[i]);
     }
   const SimulationMesh mesh = plate_mesh();
-  const SensorViews rendered = render_views(model, *depth_views(rig_above(), mesh.nodes(), mesh.elements, low, high), 2);
+  const SensorViews rendered =
+      render_views(model, *depth_views(rig_above(), mesh.nodes(), mesh.elements, low, high), 2);
   CHECK(std::ranges::equal(rendered.data()->depths, baked.data()->depths));
   CHECK(std::ranges::equal(rendered.data()->expected, baked.data()->expected));
   CHECK(rendered.misfit_limit() == baked.misfit_limit());

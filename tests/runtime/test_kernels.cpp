@@ -24,7 +24,8 @@ std::vector<const Kernels*> all_kernels() {
 }
 
 bool same_bits(const NearestPoint& a, const NearestPoint& b) {
-  return a.point == b.point && std::memcmp(&a.squared, &b.squared, sizeof(float)) == 0 && a.x == b.x && a.y == b.y && a.z == b.z;
+  return a.point == b.point && std::memcmp(&a.squared, &b.squared, sizeof(float)) == 0 && a.x == b.x && a.y == b.y &&
+         a.z == b.z;
 }
 
 }  // namespace
@@ -52,13 +53,15 @@ TEST_CASE("indexes built and searched by any kernels give the same bits") {
     CHECK(tally.culled >= 1);
   }
   for (const Position& query : test::random_positions(500, 200, 33))
-    for (std::size_t k = 1; k < found.size(); ++k) CHECK(same_bits(indexes[k].nearest(query, {}), indexes[0].nearest(query, {})));
+    for (std::size_t k = 1; k < found.size(); ++k)
+      CHECK(same_bits(indexes[k].nearest(query, {}), indexes[0].nearest(query, {})));
 }
 
 TEST_CASE("sixteen queries at once find what each finds alone, whatever the hints, the bound and the ties") {
   std::mt19937 random(35);
   std::vector<std::vector<Position>> clouds;
-  for (const std::size_t size : {1u, 2u, 16u, 17u, 300u, 5'000u}) clouds.push_back(test::random_positions(size, 60, static_cast<std::uint32_t>(size)));
+  for (const std::size_t size : {1u, 2u, 16u, 17u, 300u, 5'000u})
+    clouds.push_back(test::random_positions(size, 60, static_cast<std::uint32_t>(size)));
   clouds.emplace_back(40, Position{1, 2, 3});  // a heap: whichever leaf is looked at, the distance is the same
   auto& lattice = clouds.emplace_back();       // every point twice, far from each other in the frame
   for (int copy = 0; copy < 2; ++copy)
@@ -115,7 +118,8 @@ TEST_CASE("projections and mode distances have the same bits everywhere") {
     kernels().project(rows.data(), 5, stride, f.data(), expected.data());
     for (const Kernels* k : all_kernels()) {
       CHECK(k->mode_distance(e, sample.data(), stride, 1e30f) == whole);
-      CHECK(k->mode_distance(e, sample.data(), stride, whole / 4) >= whole / 4);  // cut short, but never below the bound
+      CHECK(k->mode_distance(e, sample.data(), stride, whole / 4) >=
+            whole / 4);  // cut short, but never below the bound
       std::vector<float> coefficients(5);
       k->project(rows.data(), 5, stride, f.data(), coefficients.data());
       CHECK(coefficients == expected);

@@ -19,7 +19,9 @@ namespace {
 constexpr auto both_modes = {ReferenceMode::impact, ReferenceMode::over_time};
 constexpr auto both_methods = {Method::lbea, Method::vtp};
 
-std::int64_t stamp_of(const Model& model, std::uint32_t sample) { return static_cast<std::int64_t>(model.sample_time_s(sample) * 1e9 + 0.5); }
+std::int64_t stamp_of(const Model& model, std::uint32_t sample) {
+  return static_cast<std::int64_t>(model.sample_time_s(sample) * 1e9 + 0.5);
+}
 
 // Plates of different runs bend through the same shapes at different times: all that equal the frame are right.
 bool same_shape(const Model& model, Sample a, std::uint32_t b) {
@@ -67,7 +69,8 @@ TEST_CASE("coefficients of a baked sample are its row of S_proj") {
     REQUIRE(result.coefficients.size() == std::size_t{3} * model.modes());
     for (std::size_t j = 0; j < model.modes(); ++j)
       for (std::size_t axis = 0; axis < 3; ++axis)
-        CHECK(result.coefficients[3 * j + axis] == doctest::Approx(reference.coefficients[(3 * s + axis) * stride + j]).epsilon(1e-5).scale(1e4));
+        CHECK(result.coefficients[3 * j + axis] ==
+              doctest::Approx(reference.coefficients[(3 * s + axis) * stride + j]).epsilon(1e-5).scale(1e4));
   }
 }
 
@@ -176,7 +179,8 @@ TEST_CASE("sensor coordinates: the pose is applied") {
   auto points = points_of(model, 22);
   for (Point& p : points) {  // to sensor coordinates: R' (p - t)
     const Point d{p.x - T[3], p.y - T[7], p.z - T[11]};
-    p = {T[0] * d.x + T[4] * d.y + T[8] * d.z, T[1] * d.x + T[5] * d.y + T[9] * d.z, T[2] * d.x + T[6] * d.y + T[10] * d.z};
+    p = {T[0] * d.x + T[4] * d.y + T[8] * d.z, T[1] * d.x + T[5] * d.y + T[9] * d.z,
+         T[2] * d.x + T[6] * d.y + T[10] * d.z};
   }
   const MatchResult result = matcher.match({.points = points});
   CHECK(result.status == Status::ok);
@@ -192,7 +196,9 @@ TEST_CASE("over time, the reference is the one stored nearest to the time since 
   Matcher matcher(model, {.trigger_ns = trigger_ns});
   const auto points = points_of(model, 3);
   const auto reference_for = [&](double steps_after_trigger) {
-    return matcher.match({.stamp_ns = trigger_ns + static_cast<std::int64_t>(steps_after_trigger * step * 1e9), .points = points}).reference;
+    return matcher
+        .match({.stamp_ns = trigger_ns + static_cast<std::int64_t>(steps_after_trigger * step * 1e9), .points = points})
+        .reference;
   };
   CHECK(reference_for(-3) == 0);
   CHECK(reference_for(0) == 0);
@@ -201,7 +207,8 @@ TEST_CASE("over time, the reference is the one stored nearest to the time since 
   CHECK(reference_for(3.4) == 3);
   CHECK(reference_for(4.6) == 5);
   CHECK(reference_for(400) == 5);
-  for (const std::int64_t hostile : {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()})
+  for (const std::int64_t hostile :
+       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()})
     CHECK(matcher.match({.stamp_ns = hostile, .points = points}).reference == (hostile < 0 ? 0 : 5));
 }
 

@@ -121,7 +121,8 @@ TEST_CASE("directories and sections with fitting checksums are still not believe
   for (std::size_t word = 0; word < sizeof(format::Info) / 4; ++word) {
     CAPTURE(word);
     if (word != 13) CHECK(content(SectionId::info, word, huge) == Status::corrupt_model);
-    if (word != 0 && word != 8 && word != 9 && word != 13) CHECK(content(SectionId::info, word, 0u) == Status::corrupt_model);
+    if (word != 0 && word != 8 && word != 9 && word != 13)
+      CHECK(content(SectionId::info, word, 0u) == Status::corrupt_model);
   }
   CHECK(content(SectionId::samples, 6, 0u) == Status::corrupt_model);  // not ascending any more
   CHECK(content(SectionId::samples, 6, 5u) == Status::corrupt_model);  // a simulation that does not exist
@@ -131,12 +132,15 @@ TEST_CASE("directories and sections with fitting checksums are still not believe
   CHECK(content(SectionId::node_positions, 4, infinity) == Status::corrupt_model);
   CHECK(content(SectionId::coefficients, 0, std::nanf("")) == Status::corrupt_model);
   CHECK(content(SectionId::projection, 0, infinity) == Status::corrupt_model);
-  for (const SectionId id : {SectionId::node_positions, SectionId::coefficients, SectionId::projection, SectionId::vertex_positions, SectionId::envelope_grid})
+  for (const SectionId id : {SectionId::node_positions, SectionId::coefficients, SectionId::projection,
+                             SectionId::vertex_positions, SectionId::envelope_grid})
     CHECK(content(id, 0, 1e13f) == Status::corrupt_model);  // its square's sum would be no number any more
   CHECK(content(SectionId::envelope_grid, 3, 0.0f) == Status::corrupt_model);
   CHECK(content(SectionId::envelope_grid, 3, -1.0f) == Status::corrupt_model);
-  CHECK(content(SectionId::simulation_names, 7, 'x') == Status::corrupt_model);  // one string becomes longer, one is missing
-  for (std::size_t word = 0; word < 3; ++word) CHECK(content(SectionId::tree_ranges, word, huge) == Status::corrupt_model);
+  CHECK(content(SectionId::simulation_names, 7, 'x') ==
+        Status::corrupt_model);  // one string becomes longer, one is missing
+  for (std::size_t word = 0; word < 3; ++word)
+    CHECK(content(SectionId::tree_ranges, word, huge) == Status::corrupt_model);
   CHECK(content(SectionId::tree_ranges, 2, 0u) == Status::corrupt_model);
   CHECK(content(SectionId::tree_ranges, 1, 1u) == Status::corrupt_model);
   CHECK(content(SectionId::tree_boxes, 0, 1e30f) == Status::corrupt_model);
@@ -155,7 +159,8 @@ TEST_CASE("fields in 16 bits: damaged in any bit, or forged with fitting checksu
     return status_of(bytes.span());
   };
   const auto range = [&](std::size_t word, float value) {
-    return forged(SectionId::field_ranges, [&](format::SectionEntry&, std::span<std::byte> section) { set(section, word, value); });
+    return forged(SectionId::field_ranges,
+                  [&](format::SectionEntry&, std::span<std::byte> section) { set(section, word, value); });
   };
   REQUIRE(forged(SectionId::field_ranges, [](auto&, auto) {}) == Status::ok);
   const float infinity = std::numeric_limits<float>::infinity();
@@ -166,10 +171,13 @@ TEST_CASE("fields in 16 bits: damaged in any bit, or forged with fitting checksu
       CHECK(range(word, value) == Status::corrupt_model);
     }
   // Every code means something.
-  CHECK(forged(SectionId::field_codes, [](auto&, std::span<std::byte> section) { std::ranges::fill(section, std::byte{0xff}); }) == Status::ok);
+  CHECK(forged(SectionId::field_codes,
+               [](auto&, std::span<std::byte> section) { std::ranges::fill(section, std::byte{0xff}); }) == Status::ok);
   CHECK(forged(SectionId::field_codes, [](auto& e, auto) { e.part = 1; }) == Status::corrupt_model);
   CHECK(forged(SectionId::field_ranges, [](auto& e, auto) { e.part = 1; }) == Status::corrupt_model);
-  CHECK(forged(SectionId::field_codes, [](auto& e, auto) { e.shape = {1, e.shape[0] * e.shape[1], 1}; }) == Status::corrupt_model);
+  CHECK(forged(SectionId::field_codes, [](auto& e, auto) {
+          e.shape = {1, e.shape[0] * e.shape[1], 1};
+        }) == Status::corrupt_model);
   AlignedBytes bytes = original;
   const std::size_t bits = bytes.span().size() * 8;
   for (std::size_t bit = 0; bit < bits; bit += std::getenv("LBEA_LONG_TESTS") != nullptr ? 1u : 101u) {

@@ -38,27 +38,33 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
   const AlignedBytes views(data() / "fuzz" / "model" / "views.lbea");
   REQUIRE(status_of(views.span()) == Status::ok);
   for (const std::uint32_t cells : {0u, 16'385u, 0xffff'ffffu})
-    for (const std::size_t axis : {0u, 1u}) CHECK(status_with(views, SectionId::view_size, axis, cells) == Status::corrupt_model);
-  for (const float expected : {-1.0f, infinity, -infinity, std::nanf("")}) CHECK(status_with(views, SectionId::view_expected, 1, expected) == Status::corrupt_model);
+    for (const std::size_t axis : {0u, 1u})
+      CHECK(status_with(views, SectionId::view_size, axis, cells) == Status::corrupt_model);
+  for (const float expected : {-1.0f, infinity, -infinity, std::nanf("")})
+    CHECK(status_with(views, SectionId::view_expected, 1, expected) == Status::corrupt_model);
   for (std::size_t word = 0; word < sizeof(format::ViewCameraWords) / sizeof(double); ++word) {
     CAPTURE(word);
     CHECK(status_with(views, SectionId::view_camera, word, double{infinity}) == Status::corrupt_model);
   }
   AlignedBytes blind = views;
-  forge(blind.span(), SectionId::view_camera, [](auto&, std::span<std::byte> section) { std::ranges::fill(section, std::byte{0}); });
+  forge(blind.span(), SectionId::view_camera,
+        [](auto&, std::span<std::byte> section) { std::ranges::fill(section, std::byte{0}); });
   CHECK(status_of(blind.span()) == Status::corrupt_model);
 }
 
 TEST_CASE("landmarks that are not finite are refused") {
   const AlignedBytes model = baked([](EnsembleDescription& description) { description.landmarks = true; });
   REQUIRE(status_of(model.span()) == Status::ok);
-  for (const float value : {infinity, std::nanf(""), 1e13f}) CHECK(status_with(model, SectionId::landmark_positions, 2, value) == Status::corrupt_model);
+  for (const float value : {infinity, std::nanf(""), 1e13f})
+    CHECK(status_with(model, SectionId::landmark_positions, 2, value) == Status::corrupt_model);
 }
 
 TEST_CASE("fields come back, exact or within what the model promises") {
   const SimulationMesh mesh = plate_mesh(small.shape);
   for (const bool is_compact : {false, true}) {
-    const AlignedBytes bytes = is_compact ? baked([](EnsembleDescription& description) { description.compact_fields = true; }) : baked([](EnsembleDescription&) {});
+    const AlignedBytes bytes = is_compact
+                                   ? baked([](EnsembleDescription& description) { description.compact_fields = true; })
+                                   : baked([](EnsembleDescription&) {});
     const Model model = Model::view(bytes.span());
     REQUIRE(model.fields() == 1);
     REQUIRE(model.field_size(0) == mesh.elements.size());
@@ -66,13 +72,16 @@ TEST_CASE("fields come back, exact or within what the model promises") {
     for (std::uint32_t run = 0; run < small.runs; ++run)
       for (std::uint32_t step = 0; step < small.steps; ++step) {
         const std::uint32_t sample = model.sample_index({run, step});
-        const auto truth = bent_state(mesh, 0, final_angle(run) * step / (small.steps - 1), double{small.shape.length}).fields[0];
+        const auto truth =
+            bent_state(mesh, 0, final_angle(run) * step / (small.steps - 1), double{small.shape.length}).fields[0];
         model.read_field(0, sample, read);
-        for (std::size_t e = 0; e < read.size(); ++e) CHECK(std::abs(read[e] - truth[e]) <= model.field(0).largest_error);
+        for (std::size_t e = 0; e < read.size(); ++e)
+          CHECK(std::abs(read[e] - truth[e]) <= model.field(0).largest_error);
         CHECK(model.field_values(0, sample).size() == (is_compact ? 0 : read.size()));
       }
     CHECK((model.field(0).largest_error > 0) == is_compact);
-    CHECK(status_with(bytes, SectionId::field_locations, 0, 1u) == Status::corrupt_model);  // there are more nodes than elements
+    CHECK(status_with(bytes, SectionId::field_locations, 0, 1u) ==
+          Status::corrupt_model);  // there are more nodes than elements
     CHECK(status_with(bytes, SectionId::field_locations, 0, 2u) == Status::corrupt_model);
   }
 }
@@ -101,7 +110,13 @@ TEST_CASE("a section's values are of its own type, and an image in memory is ali
   REQUIRE(std::align(64, size + 8, aligned, room) != nullptr);
   std::byte* const unaligned = static_cast<std::byte*>(aligned) + 8;
   std::memcpy(unaligned, bytes.span().data(), size);
-  check_error(error_of([&] { static_cast<void>(Model::view({unaligned, size})); }), Status::bad_config, {"multiple of 64"});
-  forge(bytes.span(), SectionId::node_positions, [](format::SectionEntry& entry, auto) { entry.element_type = static_cast<std::uint32_t>(format::ElementType::u32); });
-  check_error(error_of([&] { static_cast<void>(Model::view(bytes.span())); }), Status::corrupt_model, {"unexpected element type"});
+  check_error(error_of([&] {
+                static_cast<void>(Model::view({unaligned, size}));
+              }),
+              Status::bad_config, {"multiple of 64"});
+  forge(bytes.span(), SectionId::node_positions, [](format::SectionEntry& entry, auto) {
+    entry.element_type = static_cast<std::uint32_t>(format::ElementType::u32);
+  });
+  check_error(error_of([&] { static_cast<void>(Model::view(bytes.span())); }), Status::corrupt_model,
+              {"unexpected element type"});
 }

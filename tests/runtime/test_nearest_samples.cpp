@@ -24,7 +24,9 @@ std::vector<Ranked> naive_lbea(std::span<const float> table, const Positions& e)
   for (std::uint32_t s = 0; s < table.size() / (3 * stride); ++s) {
     double distance = 0;
     for (std::size_t j = 0; j < e.count; ++j) {
-      const auto d = [&](std::size_t axis) { return double{e.planes[axis][j]} - double{table[(3 * s + axis) * stride + j]}; };
+      const auto d = [&](std::size_t axis) {
+        return double{e.planes[axis][j]} - double{table[(3 * s + axis) * stride + j]};
+      };
       distance += std::hypot(d(0), d(1), d(2));
     }
     ranked.push_back({distance, s});
@@ -74,7 +76,9 @@ std::vector<float> curves(std::size_t samples, std::size_t modes, std::size_t st
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::size_t j = 0; j < modes; ++j) {
         const float decay = 1.0f / static_cast<float>(1 + j), noise = 0.02f * value(random);
-        table[(3 * s + axis) * stride + j] = like == s ? decay * (static_cast<float>(s % 31) * way[axis * stride + j] + noise) : table[(3 * like + axis) * stride + j];
+        table[(3 * s + axis) * stride + j] = like == s
+                                                 ? decay * (static_cast<float>(s % 31) * way[axis * stride + j] + noise)
+                                                 : table[(3 * like + axis) * stride + j];
       }
   }
   return table;
@@ -93,12 +97,16 @@ TEST_CASE("the tree finds what a look at every sample finds, to the bit, whateve
       std::mt19937 random(5);
       std::normal_distribution<float> value(0, 0.05f);
       for (const std::uint32_t k : {1u, 5u}) {
-        BestSamples found(std::min(k, static_cast<std::uint32_t>(samples))), expected(static_cast<std::uint32_t>(found.capacity()));
+        BestSamples found(std::min(k, static_cast<std::uint32_t>(samples))),
+            expected(static_cast<std::uint32_t>(found.capacity()));
         for (std::size_t query = 0; query < 40; ++query) {
           const std::size_t near = random() % samples;
           for (std::size_t axis = 0; axis < 3; ++axis)
             for (std::size_t j = 0; j < modes; ++j)
-              e.planes[axis][j] = table[(3 * near + axis) * e.planes[0].size() + j] + (query % 4 == 0 ? 0.0f : query % 4 == 3 ? 40.0f : 1.0f) * value(random);
+              e.planes[axis][j] = table[(3 * near + axis) * e.planes[0].size() + j] + (query % 4 == 0   ? 0.0f
+                                                                                       : query % 4 == 3 ? 40.0f
+                                                                                                        : 1.0f) *
+                                                                                          value(random);
           search_lbea(reference, e, expected);
           tree.search(e, found);
           REQUIRE(found.ranked().size() == expected.ranked().size());

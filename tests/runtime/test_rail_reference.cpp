@@ -53,7 +53,8 @@ TEST_CASE("coefficients, LBEA and VtP matches of the rail's frames agree with th
   const Model model = rail.baked();
   CHECK(model.vertices() == rail.expected["n"].get<std::uint32_t>());
   CHECK(model.samples() == rail.expected["s"].get<std::uint32_t>());
-  Matcher lbea(model, {.T_reference_sensor = rail.pose}), vtp(model, {.method = Method::vtp, .T_reference_sensor = rail.pose});
+  Matcher lbea(model, {.T_reference_sensor = rail.pose}),
+      vtp(model, {.method = Method::vtp, .T_reference_sensor = rail.pose});
   std::size_t frames = 0, same_lbea = 0, same_vtp = 0, to_rounding = 0;
   for (const json& expected : rail.expected["frames"]) {
     const std::string name = expected["frame"];
@@ -86,7 +87,8 @@ TEST_CASE("coefficients, LBEA and VtP matches of the rail's frames agree with th
     CHECK(static_cast<double>(by_positions.matches[0].distance) * model.vertices() ==
           doctest::Approx(expected["vtp"][0]["distance"].get<double>()).epsilon(1e-3));
   }
-  MESSAGE("same sample: LBEA " << same_lbea << ", VtP " << same_vtp << " of " << frames << " frames, coefficients to rounding: " << to_rounding);
+  MESSAGE("same sample: LBEA " << same_lbea << ", VtP " << same_vtp << " of " << frames
+                               << " frames, coefficients to rounding: " << to_rounding);
   CHECK(to_rounding >= frames * 3 / 4);
   CHECK(static_cast<double>(same_lbea) >= 0.99 * static_cast<double>(frames));
   CHECK(static_cast<double>(same_vtp) >= 0.99 * static_cast<double>(frames));

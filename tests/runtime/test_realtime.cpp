@@ -26,7 +26,9 @@ void* __libc_realloc(void*, std::size_t);
 
 void* malloc(std::size_t size) { return ++heap_calls, heap_bytes += size, __libc_malloc(size); }
 void free(void* memory) { ++heap_calls, __libc_free(memory); }
-void* calloc(std::size_t count, std::size_t size) { return ++heap_calls, heap_bytes += count * size, __libc_calloc(count, size); }
+void* calloc(std::size_t count, std::size_t size) {
+  return ++heap_calls, heap_bytes += count * size, __libc_calloc(count, size);
+}
 void* realloc(void* memory, std::size_t size) { return ++heap_calls, heap_bytes += size, __libc_realloc(memory, size); }
 }
 
@@ -40,8 +42,11 @@ TEST_CASE("10,000 frames, malformed ones included, without one call to the heap"
   const AlignedBytes bytes(folder / "plates.lbea");
   const Model model = Model::view(bytes.span());
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  std::vector<std::vector<Point>> frames{{}, std::vector<Point>(100, Point{nan, 0, 0}), std::vector<Point>(5'000, Point{1, 1, 1}),
-                                         std::vector<Point>(300, Point{1e30f, 0, 0}), {{5, 5, 5}}};
+  std::vector<std::vector<Point>> frames{{},
+                                         std::vector<Point>(100, Point{nan, 0, 0}),
+                                         std::vector<Point>(5'000, Point{1, 1, 1}),
+                                         std::vector<Point>(300, Point{1e30f, 0, 0}),
+                                         {{5, 5, 5}}};
   for (const std::uint32_t s : {0u, 5u, 11u, 23u}) frames.push_back(points_of(model, s));
   for (const Method method : {Method::lbea, Method::vtp, Method::fit}) {
     MatcherConfig config = fit_config();  // the plates' frames are in reference coordinates

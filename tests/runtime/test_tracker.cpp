@@ -23,7 +23,8 @@ struct Evidence {
   MatchResult result;
 
   Evidence(const Model& model, const std::function<float(Sample)>& residual) {
-    for (std::uint32_t s = 0; s < model.samples(); ++s) candidates.push_back({model.sample(s), residual(model.sample(s))});
+    for (std::uint32_t s = 0; s < model.samples(); ++s)
+      candidates.push_back({model.sample(s), residual(model.sample(s))});
     std::ranges::sort(candidates, {}, &Match::distance);
     result.fit.candidates = candidates;
     result.matches = candidates;
@@ -42,7 +43,9 @@ TEST_CASE("probabilities add up to 1, by simulations and by branches, before and
     const auto sum = [](std::span<const float> p) { return std::accumulate(p.begin(), p.end(), 0.0f); };
     CHECK(sum(tracker.state().simulation_probabilities) == doctest::Approx(1).epsilon(1e-4));
     CHECK(sum(tracker.state().branch_probabilities) == doctest::Approx(1).epsilon(1e-4));
-    tracker.update(Evidence(model, [&](Sample s) { return 1 + apart(static_cast<float>(s.time_step), static_cast<float>(frame) / 2); }).result);
+    tracker.update(Evidence(model, [&](Sample s) {
+                     return 1 + apart(static_cast<float>(s.time_step), static_cast<float>(frame) / 2);
+                   }).result);
   }
   CHECK(tracker.state().frames == 10);
 }
@@ -69,7 +72,9 @@ TEST_CASE("time does not run backwards: a frame that looks like an earlier step 
   const Model model = Model::view(bytes.span());
   Tracker tracker(model, {.change = 0});
   const auto frame_at = [&](float step) {
-    return Evidence(model, [&](Sample s) { return (s.simulation == 0 ? 0.5f : 60.0f) + 3 * apart(static_cast<float>(s.time_step), step); });
+    return Evidence(model, [&](Sample s) {
+      return (s.simulation == 0 ? 0.5f : 60.0f) + 3 * apart(static_cast<float>(s.time_step), step);
+    });
   };
   for (const float step : {0.0f, 1.0f, 2.0f, 4.0f}) tracker.update(frame_at(step).result);
   REQUIRE(tracker.state().sample == Sample{0, 4});
@@ -85,7 +90,10 @@ TEST_CASE("clocks at any rate and offset end at the same sample") {
     Tracker tracker(model);
     float last = 0;
     for (float step = 1; step <= 5; last = step, step += steps_per_frame)
-      tracker.update(Evidence(model, [&](Sample s) { return 0.2f + (s.simulation == 3 ? 0.0f : 3.0f) + 2 * apart(static_cast<float>(s.time_step), step); }).result);
+      tracker.update(Evidence(model, [&](Sample s) {
+                       return 0.2f + (s.simulation == 3 ? 0.0f : 3.0f) +
+                              2 * apart(static_cast<float>(s.time_step), step);
+                     }).result);
     CHECK(tracker.state().simulation == 3);
     CHECK(apart(static_cast<float>(tracker.state().sample.time_step), last) <= 0.51f);
   }
@@ -109,7 +117,8 @@ TEST_CASE("refused frames say nothing, and a reset forgets") {
 TEST_CASE("nonsense in the configuration is refused by name") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());
-  for (const TrackerConfig& config : {TrackerConfig{.sharpness = 0}, TrackerConfig{.noise = -1}, TrackerConfig{.persistence = 1}, TrackerConfig{.change = 1.5f}})
+  for (const TrackerConfig& config : {TrackerConfig{.sharpness = 0}, TrackerConfig{.noise = -1},
+                                      TrackerConfig{.persistence = 1}, TrackerConfig{.change = 1.5f}})
     CHECK_THROWS_AS(Tracker(model, config), Error);
 }
 
@@ -121,7 +130,8 @@ TEST_CASE("the path after the test is the best of all paths: as brute force find
   std::uniform_real_distribution<float> residual(0.5f, 3);
   for (int trial = 0; trial < 20; ++trial) {
     std::vector<std::vector<Match>> evidence;
-    for (int frame = 0; frame < 4; ++frame) evidence.push_back(Evidence(model, [&](Sample) { return residual(random); }).candidates);
+    for (int frame = 0; frame < 4; ++frame)
+      evidence.push_back(Evidence(model, [&](Sample) { return residual(random); }).candidates);
     const auto path = likeliest_path(model, evidence, config);
     REQUIRE(path.size() == evidence.size());
     // Every pure path, one that stays in its simulation and never goes back, is no likelier.
@@ -131,11 +141,16 @@ TEST_CASE("the path after the test is the best of all paths: as brute force find
         const double best = double{evidence[f][0].distance} * double{evidence[f][0].distance};
         for (const Match& m : evidence[f])
           if (m.sample == samples[f])
-            sum += std::max(-0.5 * (double{m.distance} * double{m.distance} - best) / (best + double{config.noise} * double{config.noise}), std::log(1e-9));
+            sum += std::max(-0.5 * (double{m.distance} * double{m.distance} - best) /
+                                (best + double{config.noise} * double{config.noise}),
+                            std::log(1e-9));
         if (f == 0) continue;
         const Sample a = samples[f - 1], b = samples[f];
         const bool forward = a.simulation == b.simulation && b.time_step >= a.time_step;
-        const double within = forward ? std::log(1 - double{config.change}) + (b.time_step - a.time_step) * std::log(double{config.persistence}) + std::log(1 - double{config.persistence}) : -1e9;
+        const double within = forward ? std::log(1 - double{config.change}) +
+                                            (b.time_step - a.time_step) * std::log(double{config.persistence}) +
+                                            std::log(1 - double{config.persistence})
+                                      : -1e9;
         const double change = b.time_step >= a.time_step ? std::log(double{config.change} / model.samples()) : -1e9;
         sum += std::max(within, change);
       }
@@ -147,7 +162,8 @@ TEST_CASE("the path after the test is the best of all paths: as brute force find
         for (std::uint32_t b = a; b < 3; ++b)
           for (std::uint32_t c = b; c < 3; ++c)
             for (std::uint32_t d = c; d < 3; ++d)
-              CHECK(found >= log_likelihood({{simulation, a}, {simulation, b}, {simulation, c}, {simulation, d}}) - 1e-5);
+              CHECK(found >=
+                    log_likelihood({{simulation, a}, {simulation, b}, {simulation, c}, {simulation, d}}) - 1e-5);
     for (std::size_t f = 1; f < path.size(); ++f) CHECK(path[f].time_step >= path[f - 1].time_step);
   }
   CHECK(likeliest_path(model, {}, config).empty());

@@ -1,6 +1,6 @@
 // The depth images' inner loops against plain ones in double precision, and against each other bit by bit.
-#include "runtime/src/match/frame_view.hpp"
 #include "runtime/src/kernels/kernels.hpp"
+#include "runtime/src/match/frame_view.hpp"
 #include "tests/runtime/brute_force.hpp"
 
 #include <doctest/doctest.h>
@@ -32,7 +32,9 @@ Images random_images(std::size_t cells, unsigned seed) {
   Images images;
   for (std::size_t i = 0; i < cells; ++i) {
     const int kind = coin(random), hidden = coin(random);
-    images.observed.push_back(kind > 0 ? static_cast<float>(depth(random)) + 0.25f : hidden > 0 ? nothing_seen : not_observed);
+    images.observed.push_back(kind > 0     ? static_cast<float>(depth(random)) + 0.25f
+                              : hidden > 0 ? nothing_seen
+                                           : not_observed);
     images.sample.push_back(coin(random) == 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(depth(random)));
   }
   return images;
@@ -47,14 +49,19 @@ TEST_CASE("cells cost their capped difference, or the price of the silhouette, o
     double squares = 0, filled = 0;
     std::vector<double> residuals;
     for (std::size_t i = 0; i < cells; ++i) {
-      const bool in_frame = images.observed[i] >= 0, in_sample = images.sample[i] > 0 && images.observed[i] != not_observed;
+      const bool in_frame = images.observed[i] >= 0,
+                 in_sample = images.sample[i] > 0 && images.observed[i] != not_observed;
       const double difference = static_cast<double>(images.sample[i]) - static_cast<double>(images.observed[i]);
-      const double residual = in_frame && in_sample ? std::clamp(difference, -4'000.0, 4'000.0) : in_frame ? -2'500.0 : in_sample ? 2'500.0 : 0.0;
+      const double residual = in_frame && in_sample ? std::clamp(difference, -4'000.0, 4'000.0)
+                              : in_frame            ? -2'500.0
+                              : in_sample           ? 2'500.0
+                                                    : 0.0;
       residuals.push_back(residual);
       squares += residual * residual;
       filled += in_frame || in_sample ? 1 : 0;
     }
-    const CellSums first = all_kernels().front()->compare_views(images.observed.data(), images.sample.data(), cells, prices);
+    const CellSums first =
+        all_kernels().front()->compare_views(images.observed.data(), images.sample.data(), cells, prices);
     for (const Kernels* code : all_kernels()) {
       const CellSums sums = code->compare_views(images.observed.data(), images.sample.data(), cells, prices);
       CHECK(std::memcmp(&sums, &first, sizeof(sums)) == 0);
@@ -67,14 +74,23 @@ TEST_CASE("cells cost their capped difference, or the price of the silhouette, o
   }
 }
 
-TEST_CASE("a frame's image is the mean depth of the points in each cell; single points and those beside it count for nothing") {
+TEST_CASE(
+    "a frame's image is the mean depth of the points in each cell; single points and those beside it count for "
+    "nothing") {
   // A camera at the origin that looks along z; the plane z = 500 in cells of 5 mm.
-  ViewCamera camera{.focal = 100, .centre_column = 16, .centre_row = 16, .depth_origin = 400, .depth_step = 0.01f, .columns = 32, .rows = 32};
+  ViewCamera camera{.focal = 100,
+                    .centre_column = 16,
+                    .centre_row = 16,
+                    .depth_origin = 400,
+                    .depth_step = 0.01f,
+                    .columns = 32,
+                    .rows = 32};
   std::vector<Point> points;
   for (int row = 4; row < 20; ++row)
     for (int column = 4; column < 20; ++column)
       for (int i = 0; i < 8; ++i)
-        points.push_back({5.0f * (static_cast<float>(column - 16) + 0.5f), 5.0f * (static_cast<float>(row - 16) + 0.5f), 500 + 0.1f * static_cast<float>(i - 4)});
+        points.push_back({5.0f * (static_cast<float>(column - 16) + 0.5f), 5.0f * (static_cast<float>(row - 16) + 0.5f),
+                          500 + 0.1f * static_cast<float>(i - 4)});
   points.push_back({5.0f * 10.5f, 5.0f * 10.5f, 500});  // alone in its cell: an outlier
   points.push_back({200, 0, 500});                      // beside the image
   points.push_back({0, 0, -500});                       // behind the camera

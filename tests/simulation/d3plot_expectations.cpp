@@ -15,8 +15,8 @@ using namespace lbea::bake;
 namespace {
 
 double equivalent(const std::array<double, 6>& t, double factor) {
-  const double differences = (t[0] - t[1]) * (t[0] - t[1]) + (t[1] - t[2]) * (t[1] - t[2]) +
-                             (t[2] - t[0]) * (t[2] - t[0]);
+  const double differences =
+      (t[0] - t[1]) * (t[0] - t[1]) + (t[1] - t[2]) * (t[1] - t[2]) + (t[2] - t[0]) * (t[2] - t[0]);
   // s:s of the deviator, from the differences of the diagonal
   return std::sqrt(factor * (differences / 3 + 2 * (t[3] * t[3] + t[4] * t[4] + t[5] * t[5])));
 }
@@ -63,7 +63,8 @@ Expected expected_solid(const D3plot& d, std::size_t state, std::size_t solid) {
     for (const D3plotPoint& point : points) {
       std::array<double, 6> strain{};
       std::copy_n(point.history.end() - 6, 6, strain.begin());
-      expected.fields["effective_strain"] = std::max(expected.fields["effective_strain"], equivalent(strain, 2.0 / 3.0));
+      expected.fields["effective_strain"] =
+          std::max(expected.fields["effective_strain"], equivalent(strain, 2.0 / 3.0));
     }
   return expected;
 }
@@ -100,7 +101,8 @@ void check_mesh(const D3plot& d, const lbea::bake::SimulationMesh& mesh) {
   }
 }
 
-void check_state(const D3plot& d, lbea::bake::SimulationReader& run, std::uint32_t s, lbea::bake::SimulationState& state) {
+void check_state(const D3plot& d, lbea::bake::SimulationReader& run, std::uint32_t s,
+                 lbea::bake::SimulationState& state) {
   CAPTURE(s);
   run.read(s, state);
   const auto& mesh = run.mesh();
@@ -116,9 +118,9 @@ void check_state(const D3plot& d, lbea::bake::SimulationReader& run, std::uint32
   REQUIRE(state.fields.size() == run.fields().size());
   for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
     CAPTURE(e);
-    const Expected expected =
-        e < d.shells.size() ? expected_shell(d, s, e)
-                            : expected_solid(d, s, index_of(d.solid_ids, d.has_numbering, mesh.element_ids[e]));
+    const Expected expected = e < d.shells.size()
+                                  ? expected_shell(d, s, e)
+                                  : expected_solid(d, s, index_of(d.solid_ids, d.has_numbering, mesh.element_ids[e]));
     CHECK(static_cast<int>(state.alive[e]) == expected.alive);
     for (std::size_t f = 0; f < state.fields.size(); ++f) {
       const auto found = expected.fields.find(run.fields()[f].name);

@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "adapters/simulation/d3plot/d3plot_database.hpp"
 #include <lbea/lbea.hpp>
+#include "adapters/simulation/d3plot/d3plot_database.hpp"
 
 #include "adapters/simulation/open.hpp"
 #include "tests/support/refusals.hpp"
@@ -36,8 +36,8 @@ void check(const json& expected, const std::vector<double>& values) {
   REQUIRE(values.size() == size);
   if (values.empty()) return;
   // the oracle's sum may have been taken in another order: n rounding errors of the largest partial sum at most
-  const double magnitude = std::accumulate(values.begin(), values.end(), 0.0,
-                                           [](double sum, double v) { return sum + std::abs(v); });
+  const double magnitude =
+      std::accumulate(values.begin(), values.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
   const double tolerance = 2 * static_cast<double>(values.size()) * 1.2e-16 * magnitude;
   CHECK(std::abs(std::accumulate(values.begin(), values.end(), 0.0) - expected["sum"].get<double>()) <= tolerance);
   CHECK(*std::min_element(values.begin(), values.end()) == expected["min"].get<double>());
@@ -46,8 +46,8 @@ void check(const json& expected, const std::vector<double>& values) {
     for (std::size_t i = 0; i < expected["first_row"].size(); ++i)
       CHECK(values[i] == expected["first_row"][i].get<double>());
   if (expected.contains("last_state_first_row")) {
-    const std::size_t last = values.size() / expected["shape"][0].get<std::size_t>() *
-                             (expected["shape"][0].get<std::size_t>() - 1);
+    const std::size_t last =
+        values.size() / expected["shape"][0].get<std::size_t>() * (expected["shape"][0].get<std::size_t>() - 1);
     for (std::size_t i = 0; i < expected["last_state_first_row"].size(); ++i)
       CHECK(values[last + i] == expected["last_state_first_row"][i].get<double>());
   }

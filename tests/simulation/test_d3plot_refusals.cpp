@@ -97,8 +97,11 @@ TEST_CASE("rigid shells that the material types do not confirm") {
 }
 
 TEST_CASE("every shell degenerate") {
-  check_written([](D3plot& d) { d.solids.clear(), d.shells = {{0, 0, 1, 1}, {2, 3, 2, 3}}, fill_states(d, 2); },
-                Status::bad_input, "degenerate");
+  check_written(
+      [](D3plot& d) {
+        d.solids.clear(), d.shells = {{0, 0, 1, 1}, {2, 3, 2, 3}}, fill_states(d, 2);
+      },
+      Status::bad_input, "degenerate");
 }
 
 TEST_CASE("times that run backwards: files of two runs in one folder") {

@@ -76,7 +76,8 @@ TEST_CASE("a brick cut out of a 3 x 3 x 3 block leaves 54 outer and 6 inner face
       for (std::uint32_t x = 0; x < 3; ++x)
         if (x != 1 || y != 1 || z != 1)
           solids.push_back({node(x, y, z), node(x + 1, y, z), node(x + 1, y + 1, z), node(x, y + 1, z),
-                            node(x, y, z + 1), node(x + 1, y, z + 1), node(x + 1, y + 1, z + 1), node(x, y + 1, z + 1)});
+                            node(x, y, z + 1), node(x + 1, y, z + 1), node(x + 1, y + 1, z + 1),
+                            node(x, y + 1, z + 1)});
   const auto faces = outer_faces(solids);
   CHECK(faces.size() == 60);
   CHECK(is_closed(faces));
@@ -101,8 +102,11 @@ TEST_CASE("tetrahedra, pyramids and both ways to write a wedge") {
 }
 
 TEST_CASE("five tetrahedra that fill the cube leave its twelve triangles") {
-  const std::vector<Hexahedron> solids{{0, 1, 3, 4, 4, 4, 4, 4}, {1, 2, 3, 6, 6, 6, 6, 6}, {1, 6, 4, 5, 5, 5, 5, 5},
-                                       {3, 4, 6, 7, 7, 7, 7, 7}, {1, 3, 4, 6, 6, 6, 6, 6}};
+  const std::vector<Hexahedron> solids{{0, 1, 3, 4, 4, 4, 4, 4},
+                                       {1, 2, 3, 6, 6, 6, 6, 6},
+                                       {1, 6, 4, 5, 5, 5, 5, 5},
+                                       {3, 4, 6, 7, 7, 7, 7, 7},
+                                       {1, 3, 4, 6, 6, 6, 6, 6}};
   const auto faces = outer_faces(solids);
   CHECK(faces.size() == 12);
   for (const auto& face : faces) CHECK(face.nodes[2] == face.nodes[3]);
@@ -117,8 +121,8 @@ TEST_CASE("brick, wedge and tetrahedron side by side") {
 }
 
 TEST_CASE("shells keep their order; triangles repeat the last node; degenerate ones are left out") {
-  const std::vector<Quad> shells{{0, 1, 2, 3}, {0, 1, 2, 2}, {0, 0, 1, 2}, {0, 1, 1, 2}, {2, 1, 0, 2},
-                                 {0, 1, 0, 1}, {0, 1, 0, 2}, {5, 5, 5, 5}};
+  const std::vector<Quad> shells{{0, 1, 2, 3}, {0, 1, 2, 2}, {0, 0, 1, 2}, {0, 1, 1, 2},
+                                 {2, 1, 0, 2}, {0, 1, 0, 1}, {0, 1, 0, 2}, {5, 5, 5, 5}};
   const auto faces = shell_faces(shells);
   REQUIRE(faces.size() == 5);
   CHECK(faces[0].nodes == Quad{0, 1, 2, 3});

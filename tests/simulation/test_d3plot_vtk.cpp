@@ -62,7 +62,8 @@ std::map<std::uint32_t, std::size_t> by_id(const std::vector<double>& ids) {
 /// The text has six significant digits; plastic strain and positions were single precision before.
 bool agrees(float value, double text) { return std::abs(value - text) <= 5.1e-6 * std::abs(text) + 1e-30; }
 
-void check_positions(const lbea::bake::SimulationMesh& mesh, const std::vector<float>& positions, const TextState& text) {
+void check_positions(const lbea::bake::SimulationMesh& mesh, const std::vector<float>& positions,
+                     const TextState& text) {
   const auto rows = by_id(text.scalars.at("NODE_ID"));
   std::size_t differing = 0;
   for (std::size_t n = 0; n < mesh.nodes(); ++n)
@@ -71,7 +72,8 @@ void check_positions(const lbea::bake::SimulationMesh& mesh, const std::vector<f
   CHECK(differing == 0);
 }
 
-void check_elements(const lbea::bake::SimulationMesh& mesh, const std::vector<float>& plastic_strain, const TextState& text) {
+void check_elements(const lbea::bake::SimulationMesh& mesh, const std::vector<float>& plastic_strain,
+                    const TextState& text) {
   const auto rows = by_id(text.scalars.at("ELEMENT_ID"));
   const auto& node_ids = text.scalars.at("NODE_ID");
   std::size_t differing = 0;

@@ -43,20 +43,21 @@ std::string stl(float z, bool is_torn = false) {
 
 TEST_CASE("a keyword file's shells and solids are a mesh") {
   const TemporaryFolder folder;
-  const fs::path file = put(folder / "mesh.txt",
-                            "$ made by hand\n*KEYWORD\n*PART\nhood\n        12         3\n*NODE\n"
-                            "$    id               x               y               z\n"
-                            "      11             0.0             0.0             0.0       0       0\n"
-                            "      13             1.0             0.0           1.5e0\n"
-                            "      12             1.0             1.0             0.0\n"
-                            "14,0,1,0\n"
-                            "*ELEMENT_SHELL_THICKNESS\n"
-                            "       5      12      11      13      12      14\n"
-                            "             0.8             0.8             0.8             0.8\n"
-                            "       4       7      11      13      12      12\n"
-                            "             0.8             0.8             0.8             0.8\n"
-                            "*NODE+\n                  21                 0.0                 0.0                 5.0\n"
-                            "*ELEMENT_SOLID\n       9       1\n      11      13      12      21      21      21      21      21\n*END\n");
+  const fs::path file =
+      put(folder / "mesh.txt",
+          "$ made by hand\n*KEYWORD\n*PART\nhood\n        12         3\n*NODE\n"
+          "$    id               x               y               z\n"
+          "      11             0.0             0.0             0.0       0       0\n"
+          "      13             1.0             0.0           1.5e0\n"
+          "      12             1.0             1.0             0.0\n"
+          "14,0,1,0\n"
+          "*ELEMENT_SHELL_THICKNESS\n"
+          "       5      12      11      13      12      14\n"
+          "             0.8             0.8             0.8             0.8\n"
+          "       4       7      11      13      12      12\n"
+          "             0.8             0.8             0.8             0.8\n"
+          "*NODE+\n                  21                 0.0                 0.0                 5.0\n"
+          "*ELEMENT_SOLID\n       9       1\n      11      13      12      21      21      21      21      21\n*END\n");
   const auto run = open_simulation(file);
   const SimulationMesh& mesh = run->mesh();
   CHECK(mesh.node_ids == std::vector<std::uint32_t>{11, 12, 13, 14, 21});
@@ -82,7 +83,8 @@ TEST_CASE("what a keyword file lacks is said with the line") {
 TEST_CASE("numbered OBJ files are a run") {
   const TemporaryFolder folder;
   const auto obj = [](const std::string& z) {
-    return "# comment\no plate\nv 0 0 " + z + "\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1 -1//1\nf 1 2 3\n";
+    return "# comment\no plate\nv 0 0 " + z +
+           "\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1 -1//1\nf 1 2 3\n";
   };
   put(folder / "s_1.obj", obj("0"));
   put(folder / "s_2.obj", obj("-2"));
@@ -96,16 +98,20 @@ TEST_CASE("numbered OBJ files are a run") {
   put(folder / "s_2.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n");
   check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input,
               {"s_2.obj", "3 points and 1 cells", "s_1.obj", "4 points and 2 cells"});
-  check_error(refusal(put(folder / "t.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n")), Status::bad_input, {"t.obj", "point 8"});
-  check_error(refusal(put(folder / "n.obj", "v nan 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")), Status::bad_input, {"n.obj", "node 1"});
+  check_error(refusal(put(folder / "t.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n")), Status::bad_input,
+              {"t.obj", "point 8"});
+  check_error(refusal(put(folder / "n.obj", "v nan 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")), Status::bad_input,
+              {"n.obj", "node 1"});
   check_error(refusal(put(folder / "u.obj", "v 0 0 0\nf 1 0 1\n")), Status::bad_input, {"u.obj, line 2"});
 }
 
 TEST_CASE("PLY meshes, in text and binary") {
   const TemporaryFolder folder;
-  const std::string tail = "element vertex 3\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\n"
-                           "element face 1\nproperty list uchar int vertex_indices\nproperty int group\nend_header\n";
-  const fs::path text = put(folder / "a.ply", "ply\nformat ascii 1.0\n" + tail + "0 0 0.5 9\n1 0 0 9\n0 1 0 9\n3 0 1 2 77\n");
+  const std::string tail =
+      "element vertex 3\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\n"
+      "element face 1\nproperty list uchar int vertex_indices\nproperty int group\nend_header\n";
+  const fs::path text =
+      put(folder / "a.ply", "ply\nformat ascii 1.0\n" + tail + "0 0 0.5 9\n1 0 0 9\n0 1 0 9\n3 0 1 2 77\n");
   std::string bytes = "ply\nformat binary_little_endian 1.0\n" + tail;
   const auto add = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
   for (const auto& [x, y, z] : {std::array{0.0f, 0.0f, 0.5f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}})
@@ -122,8 +128,10 @@ TEST_CASE("PLY meshes, in text and binary") {
     CAPTURE(length);
     CHECK(refusal(put(folder / "c.ply", bytes.substr(0, length))).status != Status::ok);
   }
-  check_error(refusal(put(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                                                "property float z\nend_header\n1 2 3\n")), Status::unsupported_input, {"no surface"});
+  check_error(refusal(put(folder / "cloud.ply",
+                          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                          "property float z\nend_header\n1 2 3\n")),
+              Status::unsupported_input, {"no surface"});
 }
 
 TEST_CASE("STL triangles are joined where coordinates are equal, and stay joined") {
@@ -136,14 +144,19 @@ TEST_CASE("STL triangles are joined where coordinates are equal, and stay joined
   SimulationState state;
   run->read(1, state);
   CHECK(state.positions[2] == 3);
-  put(folder / "a2.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n");
-  check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input, {"a2.stl", "3 points and 1 cells", "a1.stl"});
+  put(folder / "a2.stl",
+      "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n");
+  check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input,
+              {"a2.stl", "3 points and 1 cells", "a1.stl"});
   put(folder / "a2.stl", stl(3, true));
-  check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input, {"a2.stl, triangle 1", "a1.stl"});
-  const fs::path text = put(folder / "b.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
-                                              "endloop\nendfacet\nendsolid\n");
+  check_error(error_of([&] { open_simulation(folder.path())->read(1, state); }), Status::bad_input,
+              {"a2.stl, triangle 1", "a1.stl"});
+  const fs::path text = put(folder / "b.stl",
+                            "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+                            "endloop\nendfacet\nendsolid\n");
   CHECK(open_simulation(text)->mesh().nodes() == 3);
-  check_error(refusal(put(folder / "c.stl", "solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\n")), Status::bad_input, {"cut short"});
+  check_error(refusal(put(folder / "c.stl", "solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\n")), Status::bad_input,
+              {"cut short"});
 }
 
 TEST_CASE("files that are nothing of this are refused with the formats that are read") {

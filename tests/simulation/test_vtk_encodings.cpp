@@ -3,8 +3,8 @@
 
 #include <set>
 
-#include "adapters/simulation/vtk/grid.hpp"
 #include "adapters/simulation/open.hpp"
+#include "adapters/simulation/vtk/grid.hpp"
 #include "adapters/simulation/vtk/vtk_legacy.hpp"
 #include "adapters/simulation/vtk/vtk_xml.hpp"
 #include "tests/support/files.hpp"
@@ -92,11 +92,13 @@ TEST_CASE("what VTK XML files may also be is refused in words") {
   };
   refused("<VTKFile type=\"ImageData\"><ImageData/></VTKFile>", Status::unsupported_input, {"a.vtu", "ImageData"});
   refused("<VTKFile type=\"PUnstructuredGrid\"></VTKFile>", Status::unsupported_input, {"pieces"});
-  refused("<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkLZMADataCompressor\"></VTKFile>", Status::unsupported_input,
-          {"vtkLZMADataCompressor", "ZLib"});
+  refused("<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkLZMADataCompressor\"></VTKFile>",
+          Status::unsupported_input, {"vtkLZMADataCompressor", "ZLib"});
   refused("<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>", Status::bad_input, {"a.vtu", "byte"});
-  refused("<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4000000000\"><Points><DataArray "
-          "type=\"Float32\" format=\"ascii\">1 2</DataArray></Points></Piece></UnstructuredGrid></VTKFile>",
-          Status::bad_input, {"fewer than"});
-  refused("<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid/></VTKFile>", Status::unsupported_input, {"no surface"});
+  refused(
+      "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4000000000\"><Points><DataArray "
+      "type=\"Float32\" format=\"ascii\">1 2</DataArray></Points></Piece></UnstructuredGrid></VTKFile>",
+      Status::bad_input, {"fewer than"});
+  refused("<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid/></VTKFile>", Status::unsupported_input,
+          {"no surface"});
 }

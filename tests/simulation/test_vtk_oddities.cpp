@@ -1,4 +1,5 @@
-// VTK files that are right and yet unlike those that VTK writes: line ends, names, arrays that are there twice or hold nothing.
+// VTK files that are right and yet unlike those that VTK writes: line ends, names, arrays that are there twice or hold
+// nothing.
 #include <doctest/doctest.h>
 
 #include "adapters/simulation/open.hpp"
@@ -53,21 +54,29 @@ std::string stored(T value) {
 TEST_CASE("line ends of Windows and tabs") {
   const TemporaryFolder folder;
   std::string windows;
-  for (const char c : triangle + "CELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\n5\n") windows += c == '\n' ? "\r\n" : std::string(1, c);
+  for (const char c : triangle + "CELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\n5\n")
+    windows += c == '\n' ? "\r\n" : std::string(1, c);
   windows.replace(windows.find("0 0 0 1"), 7, "0\t0\t 0\t\t1");
   const auto run = open_simulation(put(folder / "a.vtk", windows));
   CHECK(run->mesh().positions == positions);
   CHECK(only_field(folder / "a.vtk") == std::vector<float>{5});
-  const auto xml = grid::parse_vtk_xml("<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"3\"><Points><DataArray type=\"Float32\" format=\"ascii\">\r\n"
-                                       "\t0\t0 0\r\n1 0 0&#13;&#10;0 1 0\r\n</DataArray></Points></Piece></PolyData></VTKFile>", "a.vtp");
+  const auto xml = grid::parse_vtk_xml(
+      "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"3\"><Points><DataArray type=\"Float32\" "
+      "format=\"ascii\">\r\n"
+      "\t0\t0 0\r\n1 0 0&#13;&#10;0 1 0\r\n</DataArray></Points></Piece></PolyData></VTKFile>",
+      "a.vtp");
   CHECK(xml.positions == positions);
 }
 
 TEST_CASE("names of the time, names that only look encoded, arrays of nothing, kinds of polygons") {
   for (const std::string name : {"TIME", "TimeValue", "Time"})
-    CHECK(grid::parse_vtk_legacy(head + "POLYDATA\nFIELD FieldData 1\n" + name + " 1 1 double\n0.5\n", "t").time == 0.5);
-  const auto read = grid::parse_vtk_legacy(head + "POLYDATA\nFIELD FieldData 2\nmixed 1 2 variant\nx\ny\nhollow 0 3 float\n" + three_points +
-                                               "POLYGONS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\nPOINT_DATA 3\nSCALARS n%zz float\n1 2 3\nFIELD more 1\nhollow 0 3 float\n", "t");
+    CHECK(grid::parse_vtk_legacy(head + "POLYDATA\nFIELD FieldData 1\n" + name + " 1 1 double\n0.5\n", "t").time ==
+          0.5);
+  const auto read = grid::parse_vtk_legacy(
+      head + "POLYDATA\nFIELD FieldData 2\nmixed 1 2 variant\nx\ny\nhollow 0 3 float\n" + three_points +
+          "POLYGONS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\nPOINT_DATA 3\nSCALARS n%zz float\n1 2 3\nFIELD more 1\nhollow 0 3 "
+          "float\n",
+      "t");
   CHECK(array(read.point_arrays, "n%zz").values == std::vector<double>{1, 2, 3});
   CHECK(read.point_arrays.size() == 1);
   REQUIRE(read.cells.size() == 1);
@@ -79,7 +88,8 @@ TEST_CASE("binary legacy files: colours and their tables are bytes") {
   for (const float value : positions) text += stored(value);
   text += "\nPOLYGONS 1 4\n";
   for (const std::uint32_t value : {3u, 0u, 1u, 2u}) text += stored(value);
-  text += "\nCELL_DATA 1\nCOLOR_SCALARS c 3\n\xff" + std::string(1, '\0') + "\x80\nLOOKUP_TABLE l 2\nabcdefgh\nSCALARS stress float\nLOOKUP_TABLE l\n" + stored(2.5f) + "\n";
+  text += "\nCELL_DATA 1\nCOLOR_SCALARS c 3\n\xff" + std::string(1, '\0') +
+          "\x80\nLOOKUP_TABLE l 2\nabcdefgh\nSCALARS stress float\nLOOKUP_TABLE l\n" + stored(2.5f) + "\n";
   const auto read = grid::parse_vtk_legacy(text, "b");
   CHECK(read.positions == positions);
   CHECK(array(read.cell_arrays, "c").values == std::vector<double>{255, 0, 128});
@@ -89,19 +99,24 @@ TEST_CASE("binary legacy files: colours and their tables are bytes") {
 TEST_CASE("a field at cells goes before one of the same name at points; solids have their own") {
   const TemporaryFolder folder;
   const std::string at_points = "SCALARS stress float\nLOOKUP_TABLE default\n1 2 3";
-  CHECK(only_field(put(folder / "a.vtk", triangle + "POINT_DATA 3\n" + at_points + "\nCELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\n5\n")) ==
+  CHECK(only_field(put(folder / "a.vtk", triangle + "POINT_DATA 3\n" + at_points +
+                                             "\nCELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\n5\n")) ==
         std::vector<float>{5});
-  CHECK(only_field(put(folder / "b.vtk", triangle + "POINT_DATA 3\n" + at_points + "\n")) == std::vector<float>{2});  // their mean
-  const std::string solid = head + "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\n" + at_points +
-                            " 4\nCELL_DATA 1\nSCALARS 3DELEM_stress float\nLOOKUP_TABLE default\n7\n";
+  CHECK(only_field(put(folder / "b.vtk", triangle + "POINT_DATA 3\n" + at_points + "\n")) ==
+        std::vector<float>{2});  // their mean
+  const std::string solid = head +
+                            "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 "
+                            "3\nCELL_TYPES 1\n10\nPOINT_DATA 4\n" +
+                            at_points + " 4\nCELL_DATA 1\nSCALARS 3DELEM_stress float\nLOOKUP_TABLE default\n7\n";
   CHECK(only_field(put(folder / "c.vtk", solid)) == std::vector<float>{7, 7, 7, 7});
 }
 
 TEST_CASE("vectors are neither ids nor displacements, unless they say so") {
   const TemporaryFolder folder;
   const std::string vector = " float\n0 0 9 0 0 9 0 0 9\n";
-  const auto run = open_simulation(put(folder / "a.vtk", triangle + "POINT_DATA 3\nVECTORS velocity" + vector + "VECTORS NODE_ID" + vector + "VECTORS displacement_t1s" + vector +
-                                                             "VECTORS displacement_tinf" + vector));
+  const auto run = open_simulation(put(folder / "a.vtk", triangle + "POINT_DATA 3\nVECTORS velocity" + vector +
+                                                             "VECTORS NODE_ID" + vector + "VECTORS displacement_t1s" +
+                                                             vector + "VECTORS displacement_tinf" + vector));
   CHECK(run->states() == 1);
   CHECK(run->mesh().node_ids == std::vector<std::uint32_t>{1, 2, 3});
   CHECK(run->mesh().positions == positions);
@@ -115,7 +130,9 @@ TEST_CASE("states of a series keep their points and their arrays' width") {
     put(folder / "a2.vtk", text);
     return error_of([&] { open_simulation(folder / "a1.vtk")->read(1, state); });
   };
-  check_error(second(triangle + "CELL_DATA 1\nVECTORS stress float\n1 2 3\n"), Status::bad_input, {"a2.vtk", "no array \"stress\""});
-  const std::string wider = head + "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n";
+  check_error(second(triangle + "CELL_DATA 1\nVECTORS stress float\n1 2 3\n"), Status::bad_input,
+              {"a2.vtk", "no array \"stress\""});
+  const std::string wider =
+      head + "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n";
   check_error(second(wider), Status::bad_input, {"a2.vtk", "4 points and 1 cells", "3 points and 1 cells"});
 }

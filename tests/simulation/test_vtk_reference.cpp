@@ -52,7 +52,8 @@ TEST_CASE("a VTK series is the run that d3plot holds") {
   REQUIRE(vtk->states() == d3plot->states());
   CHECK(vtk->files().size() == vtk->states());
   const auto& fields = vtk->fields();
-  const auto strain = std::find_if(fields.begin(), fields.end(), [](const auto& f) { return f.name == "plastic_strain"; });
+  const auto strain =
+      std::find_if(fields.begin(), fields.end(), [](const auto& f) { return f.name == "plastic_strain"; });
   REQUIRE(strain != fields.end());
   SimulationState a, b;
   for (std::uint32_t s = 0; s < vtk->states(); ++s) {

@@ -16,25 +16,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As OpenRadioss's converter writes it: two shells whose nodes stand in another order than their ids, the wall's drawing
-/// behind them with ids 0, and one of the shells eroded.
-std::string state(const std::string& time, const std::string& z, const std::string& alive = "1", const std::string& id = "3") {
-  return "# vtk DataFile Version 3.0\nvtk output\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 2\nTIME 1 1 double\n" +
+/// As OpenRadioss's converter writes it: two shells whose nodes stand in another order than their ids, the wall's
+/// drawing behind them with ids 0, and one of the shells eroded.
+std::string state(const std::string& time, const std::string& z, const std::string& alive = "1",
+                  const std::string& id = "3") {
+  return "# vtk DataFile Version 3.0\nvtk output\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 2\nTIME 1 1 "
+         "double\n" +
          time + "\nCYCLE 1 1 int\n0\nPOINTS 8 float\n1 0 0\n0 0 0\n0 1 0\n1 1 " + z +
-         "\n2 0 0\n2 1 0\n9 9 9\n9 9 9\n\nCELLS 4 19\n4 1 0 3 2\n3 0 4 5\n4 7 7 7 7\n4 6 7 7 6\n\nCELL_TYPES 4\n9\n5\n9\n9\n\n"
+         "\n2 0 0\n2 1 0\n9 9 9\n9 9 9\n\nCELLS 4 19\n4 1 0 3 2\n3 0 4 5\n4 7 7 7 7\n4 6 7 7 6\n\nCELL_TYPES "
+         "4\n9\n5\n9\n9\n\n"
          "POINT_DATA 8\nSCALARS NODE_ID int 1\nLOOKUP_TABLE default\n2\n1\n4\n3\n5\n6\n0\n0\n\n"
-         "CELL_DATA 4\nSCALARS ELEMENT_ID int 1\nLOOKUP_TABLE default\n8\n" + id + "\n0\n0\nSCALARS PART_ID int 1\n"
-         "LOOKUP_TABLE default\n1\n2\n1\n1\nSCALARS EROSION_STATUS int 1\nLOOKUP_TABLE default\n1\n" + alive +
+         "CELL_DATA 4\nSCALARS ELEMENT_ID int 1\nLOOKUP_TABLE default\n8\n" +
+         id +
+         "\n0\n0\nSCALARS PART_ID int 1\n"
+         "LOOKUP_TABLE default\n1\n2\n1\n1\nSCALARS EROSION_STATUS int 1\nLOOKUP_TABLE default\n1\n" +
+         alive +
          "\n1\n1\nSCALARS 2DELEM_Plastic_Strain float 1\nLOOKUP_TABLE default\n0.25\n0.5\n0\n0\n"
          "SCALARS 3DELEM_Plastic_Strain float 1\nLOOKUP_TABLE default\n7\n7\n7\n7\n";
 }
 
 std::string grid_xml(const std::string& z, const std::string& point_data) {
   return "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points><DataArray "
-         "type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 " + z + " 1 0 0 0 1 0</DataArray></Points><Polys>"
+         "type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 " +
+         z +
+         " 1 0 0 0 1 0</DataArray></Points><Polys>"
          "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int64\" "
-         "Name=\"offsets\" format=\"ascii\">3</DataArray></Polys><PointData>" + point_data +
-         "</PointData></Piece></PolyData></VTKFile>";
+         "Name=\"offsets\" format=\"ascii\">3</DataArray></Polys><PointData>" +
+         point_data + "</PointData></Piece></PolyData></VTKFile>";
 }
 
 std::string values(const std::string& name, int components, const std::string& text) {
@@ -84,8 +92,10 @@ TEST_CASE("states that do not belong together are refused by name and number") {
   };
   check_error(second(state("1", "0", "1", "4")), Status::bad_input, {"A2.vtk", "A1.vtk", "8 points and 4 cells"});
   check_error(second(state("-1", "0")), Status::bad_input, {"A2.vtk", "time"});
-  check_error(second("# vtk DataFile Version 3.0\n\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n"
-                     "3 0 1 2\n"), Status::bad_input, {"A2.vtk", "time"});
+  check_error(
+      second("# vtk DataFile Version 3.0\n\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n"
+             "3 0 1 2\n"),
+      Status::bad_input, {"A2.vtk", "time"});
   check_error(second("nothing"), Status::bad_input, {"A2.vtk", "byte"});
   put(folder / "B1.vtk", state("0", "0"));
   check_error(error_of([&] { static_cast<void>(open_simulation(folder.path())); }), Status::bad_input,
@@ -113,9 +123,10 @@ TEST_CASE("a collection names files and their times") {
   const TemporaryFolder folder;
   put(folder.path() / "data" / "b.vtp", grid_xml("5", ""));
   put(folder.path() / "data" / "a.vtp", grid_xml("0", ""));
-  put(folder / "run.pvd", "<?xml version=\"1.0\"?><VTKFile type=\"Collection\"><Collection>"
-                          "<DataSet timestep=\"0.5\" file=\"data/b.vtp\"/><DataSet timestep=\"0.25\" file=\"data/a.vtp\"/>"
-                          "</Collection></VTKFile>");
+  put(folder / "run.pvd",
+      "<?xml version=\"1.0\"?><VTKFile type=\"Collection\"><Collection>"
+      "<DataSet timestep=\"0.5\" file=\"data/b.vtp\"/><DataSet timestep=\"0.25\" file=\"data/a.vtp\"/>"
+      "</Collection></VTKFile>");
   const auto run = open_simulation(folder.path());
   REQUIRE(run->states() == 2);
   SimulationState state;
@@ -123,13 +134,16 @@ TEST_CASE("a collection names files and their times") {
   CHECK(state.time_s == 0.5);
   CHECK(state.positions[2] == 5);
   CHECK(run->time_s(0) == 0.25);
-  put(folder / "run.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"gone.vtu\"/></Collection></VTKFile>");
-  check_error(error_of([&] { static_cast<void>(open_simulation(folder / "run.pvd")); }), Status::file_not_found, {"gone.vtu"});
+  put(folder / "run.pvd",
+      "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"gone.vtu\"/></Collection></VTKFile>");
+  check_error(error_of([&] { static_cast<void>(open_simulation(folder / "run.pvd")); }), Status::file_not_found,
+              {"gone.vtu"});
 }
 
 TEST_CASE("what this project exports it reads: numbered VTU files with ids and times") {
   const TemporaryFolder folder;
-  const std::vector<std::uint32_t> corners{0, 1, 3, 2, 1, 4, 3, 3}, node_ids{10, 20, 30, 40, 50}, element_ids{6, 5}, parts{1, 2};
+  const std::vector<std::uint32_t> corners{0, 1, 3, 2, 1, 4, 3, 3}, node_ids{10, 20, 30, 40, 50}, element_ids{6, 5},
+      parts{1, 2};
   for (const double time : {1.0, 2.0}) {
     const auto z = static_cast<float>(time);
     const std::vector<float> positions{0, 0, z, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 0, 0}, strain{0.5f * z, z};
@@ -158,11 +172,12 @@ TEST_CASE("what this project exports it reads: numbered VTU files with ids and t
 
 TEST_CASE("displacements in one file are a run") {
   const TemporaryFolder folder;
-  const fs::path file = put(folder / "run.vtp",
-                            grid_xml("0", values("displacement_t0.005", 3, "0 0 -3 0 0 0 0 0 0") +
-                                              values("displacement_t0.000", 3, "0 0 0 0 0 0 0 0 0") +
-                                              values("plastic_strain_t0.000", 1, "0 0 0") +
-                                              values("plastic_strain_t0.005", 1, "0.1 0.2 0.6") + values("mass", 1, "1 1 1")));
+  const fs::path file =
+      put(folder / "run.vtp",
+          grid_xml("0", values("displacement_t0.005", 3, "0 0 -3 0 0 0 0 0 0") +
+                            values("displacement_t0.000", 3, "0 0 0 0 0 0 0 0 0") +
+                            values("plastic_strain_t0.000", 1, "0 0 0") +
+                            values("plastic_strain_t0.005", 1, "0.1 0.2 0.6") + values("mass", 1, "1 1 1")));
   const auto run = open_simulation(file);
   REQUIRE(run->states() == 2);
   REQUIRE(run->fields().size() == 1);

@@ -1,9 +1,6 @@
 #include "tests/support/d3plot_writer.hpp"
 
 namespace lbea::test {
-
-
-
 namespace {
 
 /// Differs for every argument and is exact in single precision.
@@ -63,8 +60,7 @@ D3plot sample_d3plot(std::size_t states) {
   d.shells = {{0, 1, 4, 3}, {1, 2, 5, 4}, {3, 4, 7, 6}, {4, 5, 8, 7}, {2, 9, 5, 5}};
   d.shell_parts = {1, 1, 2, 2, 1};
 
-  for (const double z : {0.0, 1.0})
-    d.nodes.insert(d.nodes.end(), {{10, 0, z}, {11, 0, z}, {11, 1, z}, {10, 1, z}});
+  for (const double z : {0.0, 1.0}) d.nodes.insert(d.nodes.end(), {{10, 0, z}, {11, 0, z}, {11, 1, z}, {10, 1, z}});
   d.nodes.insert(d.nodes.end(), {{12, 0.5, 0}, {12, 0.5, 1}, {11.25, 0.5, -1}});
   d.nodes.push_back({500, 500, 500});  // belongs to no element
   d.solids = {{10, 11, 12, 13, 14, 15, 16, 17}, {11, 12, 16, 15, 18, 18, 19, 19}, {11, 12, 18, 20, 20, 20, 20, 20}};

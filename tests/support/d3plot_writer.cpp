@@ -6,9 +6,6 @@
 #include <fstream>
 
 namespace lbea::test {
-
-
-
 namespace {
 
 constexpr double end_marker = -999999.0;
@@ -20,12 +17,16 @@ class Words {
   explicit Words(const D3plot& database) : database_(&database) {}
 
   void integer(std::int64_t value) {
-    if (database_->word_bytes == 4) append(static_cast<std::int32_t>(value));
-    else append(value);
+    if (database_->word_bytes == 4)
+      append(static_cast<std::int32_t>(value));
+    else
+      append(value);
   }
   void real(double value) {
-    if (database_->word_bytes == 4) append(static_cast<float>(value));
-    else append(value);
+    if (database_->word_bytes == 4)
+      append(static_cast<float>(value));
+    else
+      append(value);
   }
   template <typename Range>
   void reals(const Range& values) {
@@ -67,8 +68,8 @@ std::size_t shell_words(const D3plot& d) {
 }
 std::size_t numbering_words(const D3plot& d) {
   if (!d.has_numbering) return 0;
-  return (d.has_part_ids ? 16u : 10u) + d.nodes.size() + d.solids.size() + d.beams + d.shells.size() +
-         d.thick_shells + 3 * d.parts;
+  return (d.has_part_ids ? 16u : 10u) + d.nodes.size() + d.solids.size() + d.beams + d.shells.size() + d.thick_shells +
+         3 * d.parts;
 }
 
 void write_control(Words& words, const D3plot& d) {
@@ -76,16 +77,37 @@ void write_control(Words& words, const D3plot& d) {
   const auto flag = [](bool is_set) { return is_set ? 1000 : 0; };
   const int maxint = static_cast<int>(d.layers);
   const auto n = [](std::size_t size) { return static_cast<std::int64_t>(size); };
-  std::map<std::size_t, std::int64_t> control{
-      {11, d.file_type}, {15, d.ndim}, {16, n(d.nodes.size())}, {17, 6}, {18, n(d.globals)}, {19, d.it}, {20, d.iu},
-      {21, d.iv}, {22, d.ia}, {23, n(d.solids.size())}, {27, n(d.solid_points * point_words(d))}, {28, n(d.beams)},
-      {30, n(beam_words)}, {31, n(d.shells.size())}, {33, n(shell_words(d))}, {34, n(d.history)}, {35, n(d.history)},
-      {36, d.deletion == D3plot::Deletion::elements ? -10000 - maxint
-           : d.deletion == D3plot::Deletion::nodes  ? -maxint
-                                                    : maxint},
-      {39, n(numbering_words(d))}, {40, n(d.thick_shells)}, {42, n(thick_shell_words)}, {43, flag(d.has_stress)},
-      {44, flag(d.has_plastic_strain)}, {45, flag(d.has_forces)}, {46, flag(d.has_extra)}, {51, n(d.parts)},
-      {55, n(d.eight_node_shells)}, {56, d.idtdt}, {57, n(d.extra_words)}};
+  std::map<std::size_t, std::int64_t> control{{11, d.file_type},
+                                              {15, d.ndim},
+                                              {16, n(d.nodes.size())},
+                                              {17, 6},
+                                              {18, n(d.globals)},
+                                              {19, d.it},
+                                              {20, d.iu},
+                                              {21, d.iv},
+                                              {22, d.ia},
+                                              {23, n(d.solids.size())},
+                                              {27, n(d.solid_points * point_words(d))},
+                                              {28, n(d.beams)},
+                                              {30, n(beam_words)},
+                                              {31, n(d.shells.size())},
+                                              {33, n(shell_words(d))},
+                                              {34, n(d.history)},
+                                              {35, n(d.history)},
+                                              {36, d.deletion == D3plot::Deletion::elements ? -10000 - maxint
+                                                   : d.deletion == D3plot::Deletion::nodes  ? -maxint
+                                                                                            : maxint},
+                                              {39, n(numbering_words(d))},
+                                              {40, n(d.thick_shells)},
+                                              {42, n(thick_shell_words)},
+                                              {43, flag(d.has_stress)},
+                                              {44, flag(d.has_plastic_strain)},
+                                              {45, flag(d.has_forces)},
+                                              {46, flag(d.has_extra)},
+                                              {51, n(d.parts)},
+                                              {55, n(d.eight_node_shells)},
+                                              {56, d.idtdt},
+                                              {57, n(d.extra_words)}};
   if (d.extra_words > 1) control[65] = n(d.solid_thermal);
   for (const auto& [word, value] : d.overrides) control[word] = value;
   words.text(d.title, 10 * d.word_bytes);

@@ -11,8 +11,6 @@
 
 namespace lbea::test {
 
-
-
 /// Results of one layer of a shell or one integration point of a solid.
 struct D3plotPoint {
   std::array<double, 6> stress{};  // xx yy zz xy yz zx
@@ -56,13 +54,13 @@ struct D3plot {
   std::size_t globals = 6;
   int it = 0, iu = 1, iv = 0, ia = 0, idtdt = 0;
   std::size_t extra_words = 0, solid_thermal = 0, eight_node_shells = 0;  // solid_thermal needs extra_words
-  std::size_t layers = 1, solid_points = 1, history = 0;  // layers are written as MAXINT
+  std::size_t layers = 1, solid_points = 1, history = 0;                  // layers are written as MAXINT
   bool has_stress = false, has_plastic_strain = true, has_forces = false, has_extra = false, has_strain = false;
   enum class Deletion { none, nodes, elements } deletion = Deletion::elements;
   std::map<std::size_t, std::int64_t> overrides;  // control words to write as they are, for refusals
 
   std::vector<D3plotState> states;
-  std::size_t states_per_file = 0;       // 0: all in the first file, after the geometry
+  std::size_t states_per_file = 0;  // 0: all in the first file, after the geometry
   bool has_end_markers = true;
   std::vector<std::size_t> file_numbers;  // of the continuations; empty: 1, 2, 3, ...
 };

@@ -13,8 +13,6 @@
 
 namespace lbea::test {
 
-
-
 /// Writes a file, and the folders it stands in; returns its path.
 inline std::filesystem::path put(const std::filesystem::path& file, std::string_view text) {
   std::filesystem::create_directories(file.parent_path());

@@ -17,8 +17,6 @@
 
 namespace lbea::test {
 
-
-
 /// A program run beside the test; killed at the end of the scope if it still runs.
 class Process {
  public:
@@ -53,7 +51,8 @@ class Process {
   /// Whether it ends by itself before `limit` is over; it is killed otherwise.
   [[nodiscard]] bool ends_within(std::chrono::milliseconds limit) {
     const auto deadline = std::chrono::steady_clock::now() + limit;
-    while (is_running() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (is_running() && std::chrono::steady_clock::now() < deadline)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     const bool has_ended = !is_running();
     signal(SIGKILL);
     return has_ended;
@@ -75,17 +74,18 @@ struct Outcome {
   std::string out{}, err{};
 };
 
-/// Waits for the end of what says `out` and `err` in that folder. What still runs after `limit`, unless that is 0, is killed,
-/// and its last words say so.
+/// Waits for the end of what says `out` and `err` in that folder. What still runs after `limit`, unless that is 0, is
+/// killed, and its last words say so.
 inline Outcome outcome_of(Process& process, const TemporaryFolder& said, std::chrono::milliseconds limit) {
   const bool is_killed = limit.count() > 0 && !process.ends_within(limit);
   const int exit_code = process.wait();
-  const std::string last_words = is_killed ? "killed, because it still ran after " + std::to_string(limit.count()) + " ms\n" : "";
+  const std::string last_words =
+      is_killed ? "killed, because it still ran after " + std::to_string(limit.count()) + " ms\n" : "";
   return {exit_code, text_of(said / "out"), text_of(said / "err") + last_words};
 }
 
-/// `command` is a shell's; it runs in `folder`. Interrupted (Ctrl-C) after `interrupt_after` unless that is 0; killed after
-/// another `limit` unless that is 0.
+/// `command` is a shell's; it runs in `folder`. Interrupted (Ctrl-C) after `interrupt_after` unless that is 0; killed
+/// after another `limit` unless that is 0.
 inline Outcome run_program(const std::string& command, const std::filesystem::path& folder,
                            std::chrono::milliseconds interrupt_after = {}, std::chrono::milliseconds limit = {}) {
   const TemporaryFolder said;

@@ -9,22 +9,16 @@
 
 namespace lbea::test {
 
-
-
 /// The Error that `body` throws; Status::ok and an empty sentence when it throws none.
 template <class Body>
 Error error_of(Body body) {
   try {
     body();
-  } catch (const Error& error) {
-    return error;
-  }
+  } catch (const Error& error) { return error; }
   return {Status::ok, ""};
 }
 
-inline bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 inline bool mentions(const Error& error, const std::string& text) { return contains(error.what(), text); }
 

@@ -46,8 +46,7 @@ inline EnsembleDescription bent_plates_description(ReferenceMode mode = Referenc
   return description;
 }
 
-inline BakeSummary bake_bent_plates(const std::filesystem::path& file,
-                                    ReferenceMode mode = ReferenceMode::impact,
+inline BakeSummary bake_bent_plates(const std::filesystem::path& file, ReferenceMode mode = ReferenceMode::impact,
                                     const BentPlates& plates = {}) {
   return bake_model(bent_plates(plates), bent_plates_description(mode), file);
 }
@@ -62,9 +61,7 @@ class AlignedBytes {
         .read(reinterpret_cast<char*>(lines_.data()), static_cast<std::streamsize>(size_));
   }
   [[nodiscard]] std::span<std::byte> span() { return std::as_writable_bytes(std::span(lines_)).first(size_); }
-  [[nodiscard]] std::span<const std::byte> span() const {
-    return std::as_bytes(std::span(lines_)).first(size_);
-  }
+  [[nodiscard]] std::span<const std::byte> span() const { return std::as_bytes(std::span(lines_)).first(size_); }
 
  private:
   struct alignas(64) Line {
@@ -75,8 +72,7 @@ class AlignedBytes {
 };
 
 /// The bytes of a baked model of bending plates.
-inline AlignedBytes bent_plates_model(ReferenceMode mode = ReferenceMode::impact,
-                                      const BentPlates& plates = {}) {
+inline AlignedBytes bent_plates_model(ReferenceMode mode = ReferenceMode::impact, const BentPlates& plates = {}) {
   const TemporaryFolder folder;
   bake_bent_plates(folder / "plates.lbea", mode, plates);
   return AlignedBytes(folder / "plates.lbea");

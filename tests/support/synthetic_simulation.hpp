@@ -33,8 +33,8 @@ class SyntheticSimulation : public SimulationReader {
   std::vector<SimulationField> fields_;
 };
 
-/// A plate of (columns - 1) x (rows - 1) quads in the plane z = 0. Node ids from 1001, element ids from 501; the half of
-/// low x is part 1, the other part 2.
+/// A plate of (columns - 1) x (rows - 1) quads in the plane z = 0. Node ids from 1001, element ids from 501; the half
+/// of low x is part 1, the other part 2.
 struct PlateShape {
   std::uint32_t columns = 20, rows = 10;  // nodes along x and y
   float length = 190, width = 90;         // along x and y
@@ -74,14 +74,12 @@ inline SimulationState bent_state(const SimulationMesh& mesh, double time_s, dou
   state.alive.assign(mesh.elements.size(), 1);
   state.fields.emplace_back();
   for (const auto& element : mesh.elements)
-    state.fields[0].push_back(
-        static_cast<float>(angle * static_cast<double>(mesh.positions[3 * element[0]]) / length));
+    state.fields[0].push_back(static_cast<float>(angle * static_cast<double>(mesh.positions[3 * element[0]]) / length));
   return state;
 }
 
 /// Bends from flat to `final_angle` in equal steps of 0.5 ms.
-inline SyntheticSimulation bending_plate(double final_angle, std::uint32_t steps,
-                                         const PlateShape& shape = {}) {
+inline SyntheticSimulation bending_plate(double final_angle, std::uint32_t steps, const PlateShape& shape = {}) {
   const SimulationMesh mesh = plate_mesh(shape);
   std::vector<SimulationState> states;
   for (std::uint32_t step = 0; step < steps; ++step) {

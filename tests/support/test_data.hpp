@@ -8,8 +8,6 @@
 
 namespace lbea::test {
 
-
-
 inline std::filesystem::path data() { return LBEA_TEST_DATA; }
 inline std::filesystem::path reference_data() { return LBEA_REFERENCE_DATA; }
 bool& needs_reference_data();  // set by executables that are skipped without it

@@ -8,8 +8,6 @@
 
 namespace lbea::test {
 
-
-
 bool& needs_reference_data() {
   static bool needed = false;
   return needed;

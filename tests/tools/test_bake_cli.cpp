@@ -51,14 +51,12 @@ TEST_CASE("the demo bakes from its TOML file, flags overrule it") {
 
 TEST_CASE("runs and region from flags alone make the same model as from a TOML file") {
   const TemporaryFolder folder;
-  std::ofstream(folder / "two.toml") << "runs = ['" << demo << "/runs/run_023', '" << demo
-                                     << "/runs/run_038']\n"
+  std::ofstream(folder / "two.toml") << "runs = ['" << demo << "/runs/run_023', '" << demo << "/runs/run_038']\n"
                                      << "reference_run = 'run_038'\nmode = 'over-time'\n"
                                      << "[region]\nnodes = '" << demo << "/region-nodes.txt'\n";
   CHECK(lbea_bake(folder, "two.toml -o a.lbea" + few).exit_code == 0);
   const std::string flags = "--run " + demo + "/runs/run_023 --run " + demo + "/runs/run_038/d3plot" +
-                            " --reference run_038 --mode over-time --region-nodes " + demo +
-                            "/region-nodes.txt";
+                            " --reference run_038 --mode over-time --region-nodes " + demo + "/region-nodes.txt";
   for (const char* threads : {" --threads 1", " --threads 3"}) {
     const Outcome outcome = lbea_bake(folder, flags + few + "-o b.lbea" + threads);
     CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
@@ -102,8 +100,7 @@ TEST_CASE("the region: what the sensor sees, parts and a box") {
 TEST_CASE("--correspondence false leaves that out") {
   const TemporaryFolder folder;
   CHECK(lbea_bake(folder, demo + "/ensemble.toml -o with.lbea" + few).exit_code == 0);
-  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o without.lbea --correspondence false" + few).exit_code ==
-        0);
+  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o without.lbea --correspondence false" + few).exit_code == 0);
   const auto saved =
       std::filesystem::file_size(folder / "with.lbea") - std::filesystem::file_size(folder / "without.lbea");
   const std::size_t section = 30 * 1276 * 4;
@@ -139,8 +136,7 @@ TEST_CASE("--help has an example, --version a version") {
 TEST_CASE("Ctrl-C leaves nothing behind") {
   constexpr int too_early = 128 + SIGINT;  // it had not begun yet, and nobody caught the signal
   const TemporaryFolder folder;
-  const std::string command =
-      std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --mode over-time --threads 1";
+  const std::string command = std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --mode over-time --threads 1";
   Outcome outcome{.exit_code = too_early};
   for (int delay = 200; outcome.exit_code == too_early && delay < 10000; delay *= 3)
     outcome = run_program(command, folder.path(), std::chrono::milliseconds(delay));

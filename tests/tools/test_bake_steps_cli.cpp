@@ -39,26 +39,31 @@ TEST_CASE("plan, shards and merge make the bytes of lbea-bake; status follows th
   CHECK(plan["model_bytes"] == std::filesystem::file_size(folder / "alone.lbea"));
   CHECK(plan["seconds_per_sample"].get<double>() > 0);
   CHECK(json_of(folder, "status --work work")["waiting"] == 10);
-  CHECK(contains(lbea_bake(folder, "shard --work work --index 1 --of 3").out, "3 runs in this shard: 0 were finished, 3 baked, 0 failed"));
+  CHECK(contains(lbea_bake(folder, "shard --work work --index 1 --of 3").out,
+                 "3 runs in this shard: 0 were finished, 3 baked, 0 failed"));
   CHECK(json_of(folder, "status --work work")["finished"] == 3);
   const Outcome early = run_program(std::string(LBEA_BAKE) + " merge --work work", folder.path());
   CHECK(early.exit_code == 1);
   CHECK(contains(early.err, "7 of 10 runs are not baked yet"));
   std::filesystem::create_directory(folder / "elsewhere");  // paths in the plan do not depend on where one stands
-  CHECK(run_program(std::string(LBEA_BAKE) + " shard --work ../work --index 0 --of 1", folder / "elsewhere").exit_code == 0);
+  CHECK(
+      run_program(std::string(LBEA_BAKE) + " shard --work ../work --index 0 --of 1", folder / "elsewhere").exit_code ==
+      0);
   lbea_bake(folder, "merge --work work");
   CHECK(text_of(folder / "steps.lbea") == text_of(folder / "alone.lbea"));
   double bytes = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "work"))
     if (entry.is_regular_file()) bytes += static_cast<double>(entry.file_size());
-  CHECK(bytes == doctest::Approx(plan["work_bytes"].get<double>() + 5'000 * 10).epsilon(0.02));  // some kB per run in the plan
+  CHECK(bytes ==
+        doctest::Approx(plan["work_bytes"].get<double>() + 5'000 * 10).epsilon(0.02));  // some kB per run in the plan
 }
 
 TEST_CASE("a run that is cut off is named by plan, status, merge and the model; withdrawn it is gone; --diff says so") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "runs");
   for (const char* run : {"run_023", "run_038", "run_045"})
-    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run, std::filesystem::copy_options::recursive);
+    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run,
+                          std::filesystem::copy_options::recursive);
   put(folder / "runs/broken/d3plot", text_of(data() / "rail-demo/runs/run_038/d3plot").substr(0, 5000));
   put(folder / "e.toml", "runs = ['runs/*']\nreference_run = 'run_023'\n");
   lbea_bake(folder, "plan e.toml --work work -o m.lbea" + few);
@@ -96,7 +101,8 @@ TEST_CASE("a shard whose run fails says so by its exit code, and has done the ot
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "runs");
   for (const char* run : {"run_023", "run_038", "run_045"})
-    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run, std::filesystem::copy_options::recursive);
+    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run,
+                          std::filesystem::copy_options::recursive);
   put(folder / "e.toml", "runs = ['runs/*']\n");
   lbea_bake(folder, "plan e.toml --work work -o m.lbea" + few);
   const std::string whole = text_of(folder / "runs/run_038/d3plot");
@@ -126,9 +132,11 @@ TEST_CASE("runs are added to a model without reading those that it holds, and wi
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "runs");
   for (const char* run : {"run_023", "run_038", "run_045", "run_052"})
-    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run, std::filesystem::copy_options::recursive);
+    std::filesystem::copy(data() / "rail-demo/runs" / run, folder / "runs" / run,
+                          std::filesystem::copy_options::recursive);
   const auto toml = [&](const char* name, const std::string& exclude) {
-    put(folder / name, "runs = ['runs/*']\nexclude = [" + exclude + "]\nreference_run = 'run_023'\ntime_unit = 'ms'\nviews = '" + demo + "/sensor.json'\n");
+    put(folder / name, "runs = ['runs/*']\nexclude = [" + exclude +
+                           "]\nreference_run = 'run_023'\ntime_unit = 'ms'\nviews = '" + demo + "/sensor.json'\n");
   };
   toml("three.toml", "'run_052'");
   toml("all.toml", "");
@@ -141,7 +149,8 @@ TEST_CASE("runs are added to a model without reading those that it holds, and wi
   for (const char* run : {"run_038", "run_045"})
     for (const auto& entry : std::filesystem::directory_iterator(folder / "runs" / run)) {
       std::string bytes = text_of(entry.path());
-      if (bytes.size() > 100'000) std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), bytes.end(), '\x7f');
+      if (bytes.size() > 100'000)
+        std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), bytes.end(), '\x7f');
       put(entry.path(), bytes);
     }
   lbea_bake(folder, "all.toml --from three.lbea -o added.lbea" + few);
@@ -151,10 +160,12 @@ TEST_CASE("runs are added to a model without reading those that it holds, and wi
   lbea_bake(folder, "merge --work work");
   CHECK(text_of(folder / "withdrawn.lbea") == text_of(folder / "fewer.lbea"));
 
-  const Outcome other = run_program(std::string(LBEA_BAKE) + " all.toml --from three.lbea -o x.lbea --modes 10 --steps 0,10", folder.path());
+  const Outcome other = run_program(
+      std::string(LBEA_BAKE) + " all.toml --from three.lbea -o x.lbea --modes 10 --steps 0,10", folder.path());
   CHECK(other.exit_code == 1);
   CHECK(contains(other.err, "does not hold state 10"));
-  const Outcome unit = run_program(std::string(LBEA_BAKE) + " all.toml --from three.lbea -o x.lbea --time-factor 1" + few, folder.path());
+  const Outcome unit = run_program(
+      std::string(LBEA_BAKE) + " all.toml --from three.lbea -o x.lbea --time-factor 1" + few, folder.path());
   CHECK(contains(unit.err, "another unit"));
 }
 
@@ -183,7 +194,8 @@ TEST_CASE("fields in 16 bits: said by bake and inspect, kept by --from, never un
     lbea_bake(folder, "e.toml --from two.lbea -o grown.lbea" + few);
     CHECK(text_of(folder / "grown.lbea") == text_of(folder / "compact.lbea"));
   }
-  const Outcome back = run_program(std::string(LBEA_BAKE) + " e.toml --compact-fields false --from compact.lbea -o x.lbea" + few, folder.path());
+  const Outcome back = run_program(
+      std::string(LBEA_BAKE) + " e.toml --compact-fields false --from compact.lbea -o x.lbea" + few, folder.path());
   CHECK(back.exit_code == 1);
   CHECK(contains(back.err, "compact.lbea has its fields in 16 bits"));
 }

@@ -16,7 +16,8 @@ namespace {
 const std::string demo = (data() / "rail-demo").string();
 
 std::string evaluation(const std::string& options) {
-  return std::string(LBEA_EVAL) + " ensemble " + demo + "/ensemble.toml --sensor " + demo + "/sensor.json --out e " + options;
+  return std::string(LBEA_EVAL) + " ensemble " + demo + "/ensemble.toml --sensor " + demo + "/sensor.json --out e " +
+         options;
 }
 
 json read_json(const std::filesystem::path& file) {
@@ -34,7 +35,8 @@ std::size_t lines_of(const std::filesystem::path& file) {
 }  // namespace
 
 // Models used to lie in the folder of the results under plain names, over what was there, and were removed from it.
-TEST_CASE("an evaluation touches nothing in its folder but its own results, and what makes no sense is refused at once") {
+TEST_CASE(
+    "an evaluation touches nothing in its folder but its own results, and what makes no sense is refused at once") {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "e");
   put(folder / "e/split_0.lbea", "mine");
@@ -46,7 +48,8 @@ TEST_CASE("an evaluation touches nothing in its folder but its own results, and 
   };
   refused("--first-step 500", 1, "--first-step");
   refused("--remove-branch 77", 1, "branch 77");
-  for (const char* option : {"--hide nan", "--outliers 7", "--noise -1", "--pose-error 1e300"}) refused(option, 2, "is not between");
+  for (const char* option : {"--hide nan", "--outliers 7", "--noise -1", "--pose-error 1e300"})
+    refused(option, 2, "is not between");
   CHECK(text_of(folder / "e/split_0.lbea") == "mine");
   std::size_t entries = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "e")) ++entries;
@@ -55,7 +58,8 @@ TEST_CASE("an evaluation touches nothing in its folder but its own results, and 
 
 TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
   const TemporaryFolder folder;
-  const Outcome outcome = run_program(evaluation("--experiments run_038,run_129 --first-step 8 --every 12 --hide 0.3 --meshes --json"), folder.path());
+  const Outcome outcome = run_program(
+      evaluation("--experiments run_038,run_129 --first-step 8 --every 12 --hide 0.3 --meshes --json"), folder.path());
   CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
   const json summary = json::parse(outcome.out);
   CHECK(summary == read_json(folder / "e/summary.json"));
@@ -68,7 +72,8 @@ TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
     CHECK(shares == doctest::Approx(1));
     // Nobody who picks a sample is better than the oracle.
     for (const auto& [name, score] : round["methods"].items())
-      if (name != "estimate") CHECK_MESSAGE(score["mean"].get<double>() >= round["oracle"]["mean"].get<double>() - 1e-9, name);
+      if (name != "estimate")
+        CHECK_MESSAGE(score["mean"].get<double>() >= round["oracle"]["mean"].get<double>() - 1e-9, name);
     if (round["experiments"] == "contained") {
       CHECK(round["oracle"]["mean"] == 0);
       CHECK(round["tests"] == 2);
@@ -88,8 +93,10 @@ TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
       CHECK(std::filesystem::file_size(folder.path() / "e/meshes/run_038" / (std::string(name) + file)) > 100);
   std::ifstream estimate(folder / "e/meshes/run_038/estimate_020.vtu", std::ios::binary);
   const std::string head(std::istreambuf_iterator<char>(estimate), {});
-  for (const char* array : {"\"plastic_strain\"", "\"plastic_strain_spread\"", "\"position_spread\""}) CHECK(head.find(array) != std::string::npos);
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "e")) CHECK(entry.path().extension() != ".lbea");
+  for (const char* array : {"\"plastic_strain\"", "\"plastic_strain_spread\"", "\"position_spread\""})
+    CHECK(head.find(array) != std::string::npos);
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "e"))
+    CHECK(entry.path().extension() != ".lbea");
 }
 
 TEST_CASE("wrong wishes are refused with their exit codes") {
@@ -108,14 +115,17 @@ TEST_CASE("Ctrl-C leaves what was measured, and exit code 1") {
   const Outcome outcome = run_program(evaluation("--leave-one-out"), folder.path(), std::chrono::milliseconds(1500));
   CHECK(outcome.exit_code == 1);
   CHECK(read_json(folder / "e/summary.json")["complete"] == false);
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "e")) CHECK(entry.path().extension() != ".lbea");
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "e"))
+    CHECK(entry.path().extension() != ".lbea");
 }
 
 TEST_CASE("a rough pose is refined by lbea-register to the noise of the sensor") {
   const TemporaryFolder folder;
   const auto run = [&](const std::string& command) { return run_program(command, folder.path()); };
   REQUIRE(run(std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --modes 5 --steps 0,1 -o m.lbea").exit_code == 0);
-  REQUIRE(run(std::string(LBEA_SENSE) + " " + demo + "/experiment/run_043 --sensor " + demo + "/sensor.json --steps 0 --out f").exit_code == 0);
+  REQUIRE(run(std::string(LBEA_SENSE) + " " + demo + "/experiment/run_043 --sensor " + demo +
+              "/sensor.json --steps 0 --out f")
+              .exit_code == 0);
   json rough = read_json(data() / "rail-demo" / "sensor.json");
   const json right = rough;
   // 15 mm along x and 10 mm along y, both cameras.
@@ -131,11 +141,14 @@ TEST_CASE("a rough pose is refined by lbea-register to the noise of the sensor")
   // Where both poses put the middle of the component, 950 mm before the cameras: the bow of a run outside the ensemble
   // and 0.1 mm of noise leave a few tenths.
   for (const char* camera : {"left", "right"}) {
-    const auto pose = [&](const json& file) { return std::string(camera) == "left" ? file["T_reference_sensor"] : file["sensor"]["T_reference_right"]; };
+    const auto pose = [&](const json& file) {
+      return std::string(camera) == "left" ? file["T_reference_sensor"] : file["sensor"]["T_reference_right"];
+    };
     double squared = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       double off = 0;
-      for (std::size_t k = 0; k < 4; ++k) off += (pose(fine)[i][k].get<double>() - pose(right)[i][k].get<double>()) * (k == 3 ? 1 : k == 2 ? 950 : 0);
+      for (std::size_t k = 0; k < 4; ++k)
+        off += (pose(fine)[i][k].get<double>() - pose(right)[i][k].get<double>()) * (k == 3 ? 1 : k == 2 ? 950 : 0);
       squared += off * off;
     }
     CHECK(std::sqrt(squared) < 0.5);

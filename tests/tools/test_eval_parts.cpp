@@ -60,7 +60,8 @@ std::vector<Point> random_points(std::size_t count) {
   return points;
 }
 
-FrameTrial frame_of(double oracle_error, double fit_error, std::uint32_t fit_sample, std::uint32_t own, Verdict verdict = Verdict::matched) {
+FrameTrial frame_of(double oracle_error, double fit_error, std::uint32_t fit_sample, std::uint32_t own,
+                    Verdict verdict = Verdict::matched) {
   FrameTrial frame;
   frame.errors.fill(not_measured);
   frame.best.error = oracle_error;
@@ -84,7 +85,9 @@ TEST_CASE("splits are partitions; the seed draws them; both sides keep a run") {
     for (const double share : {0.01, 0.2, 0.5, 0.99}) {
       const Split split = random_split(runs, share, 1);
       check_partition(split, runs);
-      CHECK(split.experiments.size() == std::clamp<std::size_t>(static_cast<std::size_t>(std::lround(share * static_cast<double>(runs))), 1, runs - 1));
+      CHECK(split.experiments.size() ==
+            std::clamp<std::size_t>(static_cast<std::size_t>(std::lround(share * static_cast<double>(runs))), 1,
+                                    runs - 1));
       CHECK(random_split(runs, share, 1).experiments == split.experiments);
     }
   CHECK(random_split(40, 0.5, 1).experiments != random_split(40, 0.5, 2).experiments);
@@ -133,7 +136,8 @@ TEST_CASE("means and medians leave out what was not measured") {
 
 TEST_CASE("errors are averaged over time first, then over tests") {
   // Test 1: oracle 1, fit 2 and 4 -> 3. Test 2: one frame, oracle 3, fit 9. The ratio is (3 + 9) / (1 + 3) = 3.
-  const std::vector<TestTrial> tests{test_of({frame_of(1, 2, 0, 5), frame_of(1, 4, 0, 5)}), test_of({frame_of(3, 9, 0, 5, Verdict::no_simulation_fits)})};
+  const std::vector<TestTrial> tests{test_of({frame_of(1, 2, 0, 5), frame_of(1, 4, 0, 5)}),
+                                     test_of({frame_of(3, 9, 0, 5, Verdict::no_simulation_fits)})};
   const Summary summary = summarise(tests);
   const Score& fit = summary.scores[static_cast<std::size_t>(Contender::fit)];
   CHECK(summary.tests == 2);
@@ -161,7 +165,8 @@ TEST_CASE("own samples are counted in contained experiments, and an oracle of 0 
 }
 
 TEST_CASE("frames before two branches part are not held against the verdict") {
-  TestTrial without = test_of({frame_of(1, 1, 0, 0), frame_of(5, 5, 0, 0, Verdict::no_simulation_fits), frame_of(5, 5, 0, 0)});
+  TestTrial without =
+      test_of({frame_of(1, 1, 0, 0), frame_of(5, 5, 0, 0, Verdict::no_simulation_fits), frame_of(5, 5, 0, 0)});
   TestTrial with = test_of({frame_of(1, 1, 0, 0), frame_of(1, 1, 0, 0), frame_of(1, 1, 0, 0)});
   for (std::uint32_t i = 0; i < 3; ++i) without.frames[i].step = with.frames[i].step = i;
   const Parted parted = parted_frames(std::vector{without}, std::vector{with});
@@ -183,7 +188,8 @@ TEST_CASE("hidden points go in patches until the share is gone, and the rest sta
   CHECK(hide_patches(points, 1, 20, 7).empty());
   CHECK(hide_patches({}, 0.3, 20, 7).empty());
   const auto again = hide_patches(points, 0.3, 20, 7);
-  CHECK(std::ranges::equal(again, rest, [](const Point& a, const Point& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }));
+  CHECK(std::ranges::equal(again, rest,
+                           [](const Point& a, const Point& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }));
 }
 
 TEST_CASE("thinning keeps the share at random") {
@@ -209,7 +215,8 @@ TEST_CASE("a pose error turns about the centre by the angle asked for, and stays
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) q[i] += T[4 * k + i] * off[k];
   for (std::size_t i = 0; i < 3; ++i) {
-    const float there = turned_T[4 * i] * q[0] + turned_T[4 * i + 1] * q[1] + turned_T[4 * i + 2] * q[2] + turned_T[4 * i + 3];
+    const float there =
+        turned_T[4 * i] * q[0] + turned_T[4 * i + 1] * q[1] + turned_T[4 * i + 2] * q[2] + turned_T[4 * i + 3];
     CHECK(there == doctest::Approx((std::array{centre.x, centre.y, centre.z})[i]).epsilon(1e-5));
   }
   CHECK(turned(T, 0, centre, 9) == T);
@@ -223,7 +230,8 @@ TEST_CASE("weighted mean and spread by their formulas") {
   CHECK(m == std::vector<float>{2.5f, 2, 1.5f, 1, 5, 9});
   weighted_spread(rows, m, 1, spread);
   // Two values with weights w and 1 - w: |difference| sqrt(w (1 - w)).
-  for (std::size_t i = 0; i < 6; ++i) CHECK(spread[i] == doctest::Approx(std::abs(a[i] - b[i]) * std::sqrt(0.25f * 0.75f)));
+  for (std::size_t i = 0; i < 6; ++i)
+    CHECK(spread[i] == doctest::Approx(std::abs(a[i] - b[i]) * std::sqrt(0.25f * 0.75f)));
   weighted_spread(rows, m, 3, spread);
   CHECK(spread.size() == 2);
   CHECK(spread[0] == doctest::Approx(std::hypot(2.0, 0.0, 2.0) * std::sqrt(0.1875)));
@@ -262,9 +270,11 @@ TEST_CASE("a run with the model's node numbers is read by number, a finer mesh b
   const SimulationMesh fine = plate_mesh(finer);
   const TrueMesh by_place(fine, model);
   CHECK(!by_place.same_mesh());
-  const SimulationState bent = bent_state(fine, 0, 1.0, double{finer.length}), expected = bent_state(same, 0, 1.0, double{finer.length});
+  const SimulationState bent = bent_state(fine, 0, 1.0, double{finer.length}),
+                        expected = bent_state(same, 0, 1.0, double{finer.length});
   by_place.positions(bent.positions, positions);
-  for (std::size_t i = 0; i < positions.size(); ++i) CHECK(positions[i] == doctest::Approx(expected.positions[i]).epsilon(1e-4));
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    CHECK(positions[i] == doctest::Approx(expected.positions[i]).epsilon(1e-4));
 }
 
 TEST_CASE("ICP finds the sample whose points it is given, also from a pose that is off") {

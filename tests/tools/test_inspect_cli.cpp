@@ -30,8 +30,8 @@ TEST_CASE("an intact model is listed for people") {
   const Baked baked;
   const Outcome outcome = baked.inspect("m.lbea");
   CHECK(outcome.exit_code == 0);
-  for (const char* words : {"m.lbea: intact", "plastic_strain", "run_023", "t_front [mm]=1.31136",
-                            "coefficients", "made_by", "kept_variance"})
+  for (const char* words : {"m.lbea: intact", "plastic_strain", "run_023", "t_front [mm]=1.31136", "coefficients",
+                            "made_by", "kept_variance"})
     CHECK_MESSAGE(outcome.out.find(words) != std::string::npos, words);
 }
 
@@ -64,16 +64,16 @@ TEST_CASE("a damaged model ends with 1 and says where") {
   const auto json = nlohmann::json::parse(baked.inspect("m.lbea --json").out);
   for (const auto& section : json["sections"]) {
     if (section["bytes"] == 0) continue;
-    const auto at = static_cast<std::streamoff>(section["offset"].get<std::uint64_t>() +
-                                                section["bytes"].get<std::uint64_t>() / 2);
+    const auto at =
+        static_cast<std::streamoff>(section["offset"].get<std::uint64_t>() + section["bytes"].get<std::uint64_t>() / 2);
     std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
     const char byte = static_cast<char>(stream.seekg(at).get());
     stream.seekp(at).put(static_cast<char>(byte ^ 0x10)).flush();
     const Outcome outcome = baked.inspect("m.lbea");
     CHECK(outcome.exit_code == 1);
     CHECK(outcome.out.empty());
-    const std::string name = "section " + std::to_string(section["id"].get<int>()) + " '" +
-                             section["title"].get<std::string>() + "'";
+    const std::string name =
+        "section " + std::to_string(section["id"].get<int>()) + " '" + section["title"].get<std::string>() + "'";
     CHECK_MESSAGE(outcome.err.find(name) != std::string::npos, outcome.err);
     stream.seekp(at).put(byte).flush();
   }

@@ -50,7 +50,9 @@ class Knock {
   ~Knock() { close(); }
   Knock(Knock&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
   Knock& operator=(Knock&&) = delete;
-  void say(const std::string& text) const { static_cast<void>(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL)); }
+  void say(const std::string& text) const {
+    static_cast<void>(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL));
+  }
   void close() {
     if (socket_ >= 0) ::close(std::exchange(socket_, -1));
   }
@@ -63,11 +65,16 @@ std::string garbage(std::mt19937& random) {
   // ZMTP 3 with a mechanism nobody has, ZMTP 1 with a frame, HTTP, noise, and a greeting cut short
   std::string greeting = std::string("\xff") + std::string(8, '\0') + "\x7f\x03\x01";
   switch (random() % 5) {
-    case 0: return greeting + std::string(80, 'Z');
-    case 1: return std::string("\x01\x00\x06\x00hello", 9);
-    case 2: return "GET / HTTP/1.1\r\nHost: rig\r\n\r\n";
-    case 3: return greeting;
-    default: break;
+    case 0:
+      return greeting + std::string(80, 'Z');
+    case 1:
+      return std::string("\x01\x00\x06\x00hello", 9);
+    case 2:
+      return "GET / HTTP/1.1\r\nHost: rig\r\n\r\n";
+    case 3:
+      return greeting;
+    default:
+      break;
   }
   std::string noise(random() % 300, '\0');
   for (char& c : noise) c = static_cast<char>(random());
@@ -138,16 +145,19 @@ TEST_CASE("public keys that anybody may change are refused: they say who may con
   }
   for (const mode_t mode : {0646u, 0666u, 0602u}) {
     ::chmod((folder / "k.pub").c_str(), mode);
-    check_error(error_of([&] { static_cast<void>(read_public_keys(folder / "k.pub")); }), Status::bad_config, {"chmod o-w"});
+    check_error(error_of([&] { static_cast<void>(read_public_keys(folder / "k.pub")); }), Status::bad_config,
+                {"chmod o-w"});
   }
 }
 
 TEST_CASE("a public key in place of a secret one, and a byte order mark, are called what they are") {
   const test::TemporaryFolder folder;
   write_key_pair(folder / "k", generate_key_pair(), "k");
-  check_error(error_of([&] { static_cast<void>(read_key_pair(folder / "k.pub")); }), Status::bad_config, {"give the .key file"});
+  check_error(error_of([&] { static_cast<void>(read_key_pair(folder / "k.pub")); }), Status::bad_config,
+              {"give the .key file"});
   std::ofstream(folder / "marked.pub") << "\xEF\xBB\xBF" << text_of(folder / "k.pub");
-  check_error(error_of([&] { static_cast<void>(read_public_keys(folder / "marked.pub")); }), Status::bad_config, {"byte order mark"});
+  check_error(error_of([&] { static_cast<void>(read_public_keys(folder / "marked.pub")); }), Status::bad_config,
+              {"byte order mark"});
 }
 
 TEST_CASE("damaged key files are refused with their line") {
@@ -167,9 +177,11 @@ TEST_CASE("damaged key files are refused with their line") {
   refused("ssh-rsa " + keys.public_key + "\n", "line 1");
   refused(good + "\n" + "lbea-secret-key " + keys.secret_key + " rig\n", "line 3 is a secret key");
   refused(std::string(2'000'000, '#'), "is not a key file");
-  write(folder / "two.pub", "# both cameras\n" + good + "\n" + "lbea-public-key " + generate_key_pair().public_key, 0644);
+  write(folder / "two.pub", "# both cameras\n" + good + "\n" + "lbea-public-key " + generate_key_pair().public_key,
+        0644);
   CHECK(read_public_keys(folder / "two.pub").size() == 2);
-  write(folder / "wrong.key", "lbea-secret-key " + keys.secret_key + " a\nlbea-public-key " + generate_key_pair().public_key + " a\n", 0600);
+  write(folder / "wrong.key",
+        "lbea-secret-key " + keys.secret_key + " a\nlbea-public-key " + generate_key_pair().public_key + " a\n", 0600);
   CHECK(mentions(error_of([&] { static_cast<void>(read_key_pair(folder / "wrong.key")); }), "do not belong together"));
   write(folder / "none.key", good, 0600);
   CHECK(mentions(error_of([&] { static_cast<void>(read_key_pair(folder / "none.key")); }), "no secret key"));
@@ -177,10 +189,12 @@ TEST_CASE("damaged key files are refused with their line") {
   write(folder / "twice.key", pair + pair, 0600);
   CHECK(mentions(error_of([&] { static_cast<void>(read_key_pair(folder / "twice.key")); }), "more than one key pair"));
   check_error(error_of([&] { write_key_pair(folder / "nameless", keys, ""); }), Status::bad_config, {"one word"});
-  check_error(error_of([&] { write_key_pair(folder / "absent" / "k", keys, "k"); }), Status::write_failed, {"cannot be written"});
+  check_error(error_of([&] { write_key_pair(folder / "absent" / "k", keys, "k"); }), Status::write_failed,
+              {"cannot be written"});
   {
     const test::FullDisk full(10);
-    check_error(error_of([&] { write_key_pair(folder / "full", keys, "k"); }), Status::write_failed, {"cannot be written"});
+    check_error(error_of([&] { write_key_pair(folder / "full", keys, "k"); }), Status::write_failed,
+                {"cannot be written"});
   }
   CHECK_FALSE(std::filesystem::exists(folder / "full.key"));
   CHECK(error_of([&] { static_cast<void>(read_key_pair(folder / "absent.key")); }).status == Status::file_not_found);
@@ -194,13 +208,19 @@ TEST_CASE("beyond this machine only with keys and someone who is allowed") {
     CAPTURE(address);
     CHECK(error_of([&] { FrameSource source(context, address); }).status == Status::bad_config);
     CHECK(error_of([&] { ResultSink sink(context, address); }).status == Status::bad_config);
-    CHECK(error_of([&] { FrameSource source(context, address, {}, {parties.server, {}, 16}); }).status == Status::bad_config);
-    CHECK(error_of([&] { FrameSource source(context, address, {}, {{}, parties.access().allowed, 16}); }).status == Status::bad_config);
+    CHECK(error_of([&] {
+            FrameSource source(context, address, {}, {parties.server, {}, 16});
+          }).status == Status::bad_config);
+    CHECK(error_of([&] {
+            FrameSource source(context, address, {}, {{}, parties.access().allowed, 16});
+          }).status == Status::bad_config);
     CHECK(error_of([&] { FrameSource source(context, address, {}, parties.access()); }).status == Status::ok);
     CHECK(error_of([&] { ResultSink sink(context, address, results_held, parties.access()); }).status == Status::ok);
   }
   // Also on this machine a key without an allow-list would mean "anyone".
-  CHECK(error_of([&] { FrameSource source(context, "tcp://127.0.0.1:*", {}, {parties.server, {}, 16}); }).status == Status::bad_config);
+  CHECK(error_of([&] {
+          FrameSource source(context, "tcp://127.0.0.1:*", {}, {parties.server, {}, 16});
+        }).status == Status::bad_config);
 }
 
 TEST_CASE("frames come from allowed keys alone") {
@@ -216,7 +236,8 @@ TEST_CASE("frames come from allowed keys alone") {
     FrameSink stranger(context, endpoint, 16, parties.as(parties.stranger));
     FrameSink nameless(context, endpoint, 16, {parties.server.public_key, {}});
     FrameSink plain(context, endpoint);
-    FrameSink misled(context, endpoint, 16, {parties.stranger.public_key, parties.camera});  // takes another for the server
+    FrameSink misled(context, endpoint, 16,
+                     {parties.stranger.public_key, parties.camera});  // takes another for the server
     for (FrameSink* sink : {&stranger, &nameless, &plain, &misled}) CHECK_FALSE(sink->send(some_bytes, 150ms));
     CHECK_FALSE(source.receive(50ms));
     CHECK(source.peers().peers == 1);
@@ -226,7 +247,10 @@ TEST_CASE("frames come from allowed keys alone") {
     CHECK(delivers(camera, source, 30s));
     std::size_t known = 0, unknown = 0;
     for (const PeerVisit& visit : source.visits()) {
-      CHECK(visit.address == (where.starts_with("tcp") ? "127.0.0.1" : "localhost:" + std::to_string(::getuid()) + ":" + std::to_string(::getgid()) + ":" + std::to_string(::getpid())));
+      CHECK(visit.address == (where.starts_with("tcp")
+                                  ? "127.0.0.1"
+                                  : "localhost:" + std::to_string(::getuid()) + ":" + std::to_string(::getgid()) + ":" +
+                                        std::to_string(::getpid())));
       known += visit.answer == PeerVisit::Answer::admitted && visit.name == "camera" ? 1u : 0u;
       unknown += visit.answer == PeerVisit::Answer::unknown && visit.name.empty() ? 1u : 0u;
     }

@@ -123,8 +123,9 @@ Captures send_frames(WireContext& context, const std::string& endpoint, const st
     if (random() % 8 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 200));
     const bool is_monster = random() % 5000 == 0;
     const bool is_free = withheld == 0 || tell(ControlKind::heartbeat, id, 0ms);
-    const bool sent = is_free && sink.send(is_monster ? std::span<const std::byte>(monster)
-                                                      : encoder.frame({id, 1, std::span(points).first(1 + random() % 20)}, session));
+    const bool sent =
+        is_free && sink.send(is_monster ? std::span<const std::byte>(monster)
+                                        : encoder.frame({id, 1, std::span(points).first(1 + random() % 20)}, session));
     captures.sent += sent ? 1 : 0;
     withheld += sent ? 0 : 1;
   }
@@ -146,7 +147,8 @@ TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-
     FakeEngine engine;
     WireContext context;
     const PipelineConfig chosen = config(random);
-    FrameSource source(context, round % 2 == 0 ? "ipc://" + (folder / "frames").string() : "tcp://127.0.0.1:*", chosen.limits);
+    FrameSource source(context, round % 2 == 0 ? "ipc://" + (folder / "frames").string() : "tcp://127.0.0.1:*",
+                       chosen.limits);
     ResultSink sink(context, "ipc://" + (folder / "results").string(), 2'000'000);
     const std::string endpoint = source.endpoint(), results_endpoint = sink.endpoint();
     Listener listener(context, sink.endpoint());
@@ -172,8 +174,9 @@ TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-
       cameras.emplace_back([&, camera] {
         for (std::uint32_t life = 0; life < 3; ++life) {  // restarts
           const std::uint64_t session = 1 + camera * 100 + life;
-          const Captures captures = send_frames(context, endpoint, results_endpoint, session, 500 + 1000 * camera, round * 31 + static_cast<std::uint32_t>(session),
-                                                chosen.limits.max_message_bytes());
+          const Captures captures =
+              send_frames(context, endpoint, results_endpoint, session, 500 + 1000 * camera,
+                          round * 31 + static_cast<std::uint32_t>(session), chosen.limits.max_message_bytes());
           const std::lock_guard lock(mutex);
           lives.push_back(captures);
         }
@@ -237,7 +240,7 @@ TEST_CASE("a message that the socket layer cuts off is missed, with a result of 
   REQUIRE(sink.send(encoder.frame({0, 1, points}, 7)));
   REQUIRE(eventually([&] { return pipeline.counters().received == 1; }));
   const std::vector<Point> many(100'000);
-  REQUIRE(sink.send(encoder.frame({1, 1, many}, 7)));  // 1.2 MB, over the limit
+  REQUIRE(sink.send(encoder.frame({1, 1, many}, 7)));                         // 1.2 MB, over the limit
   REQUIRE(eventually([&] { return pipeline.frame_peers().admitted >= 2; }));  // sent away, and back again
   REQUIRE(sink.tell(encoder.control({7, ControlKind::goodbye, 2, 0}), 30s));
   REQUIRE(eventually([&] { return pipeline.counters().captured() == 2; }));
@@ -281,7 +284,9 @@ TEST_CASE("hello is answered with a state that lists the session; so is a new su
   CHECK(state.senders.size() == 1);
 }
 
-TEST_CASE("a sender that falls silent without goodbye is noticed, and makes the run incomplete; one that comes back does not") {
+TEST_CASE(
+    "a sender that falls silent without goodbye is noticed, and makes the run incomplete; one that comes back does "
+    "not") {
   const test::TemporaryFolder folder;
   FakeEngine engine;
   WireContext context;
@@ -341,7 +346,8 @@ TEST_CASE("an id or a word that cannot be is refused and leaves the account as i
   Encoder encoder;
   const std::vector<Point> points(10);
   constexpr auto far = ~std::uint64_t{0} - 1;
-  for (const std::uint64_t id : {std::uint64_t{0}, far, far + 1}) REQUIRE(sink.send(encoder.frame({id, 0, points}, 7), 30s));
+  for (const std::uint64_t id : {std::uint64_t{0}, far, far + 1})
+    REQUIRE(sink.send(encoder.frame({id, 0, points}, 7), 30s));
   REQUIRE(sink.tell(encoder.control({7, ControlKind::goodbye, far, far}), 30s));
   REQUIRE(sink.tell(encoder.end_of_stream(7, far), 30s));
   REQUIRE(sink.send(encoder.frame({1, 0, points}, 7), 30s));

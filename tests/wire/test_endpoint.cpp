@@ -24,15 +24,14 @@ TEST_CASE("endpoints that may be connected to") {
 TEST_CASE("endpoints refused in words") {
   for (const std::string address :
        {"", "frames", "udp://127.0.0.1:1", "tcp://", "tcp://127.0.0.1", "tcp://:5555",
-        "tcp://127.0.0.1:", "tcp://127.0.0.1:0", "tcp://127.0.0.1:65536", "tcp://127.0.0.1:12a",
-        "tcp://127.0.0.1:-1", "ipc://", "ipc://@name", "ipc://*", "inproc://"}) {
+        "tcp://127.0.0.1:", "tcp://127.0.0.1:0", "tcp://127.0.0.1:65536", "tcp://127.0.0.1:12a", "tcp://127.0.0.1:-1",
+        "ipc://", "ipc://@name", "ipc://*", "inproc://"}) {
     CAPTURE(address);
     const Error error = error_of([&] { static_cast<void>(parse_endpoint(address)); });
     CHECK(error.status == Status::bad_config);
     CHECK(mentions(error, "\"" + address + "\""));
   }
-  const Error error =
-      error_of([&] { static_cast<void>(parse_endpoint("ipc:///" + std::string(200, 'a'))); });
+  const Error error = error_of([&] { static_cast<void>(parse_endpoint("ipc:///" + std::string(200, 'a'))); });
   CHECK(error.status == Status::bad_config);
   CHECK(mentions(error, "107 bytes"));
 }
@@ -41,9 +40,8 @@ TEST_CASE("only this machine may connect") {
   CHECK(parse_bind_endpoint("tcp://127.0.0.1:5555").address == "tcp://127.0.0.1:5555");
   CHECK(parse_bind_endpoint("tcp://127.3.2.1:*").address == "tcp://127.3.2.1:*");
   CHECK(parse_bind_endpoint("tcp://localhost:5555").address == "tcp://127.0.0.1:5555");
-  for (const std::string address :
-       {"tcp://*:5555", "tcp://0.0.0.0:5555", "tcp://10.0.0.1:5555", "tcp://128.0.0.1:1",
-        "tcp://127.0.0.1.evil.com:5555", "tcp://eth0:5555"}) {
+  for (const std::string address : {"tcp://*:5555", "tcp://0.0.0.0:5555", "tcp://10.0.0.1:5555", "tcp://128.0.0.1:1",
+                                    "tcp://127.0.0.1.evil.com:5555", "tcp://eth0:5555"}) {
     CAPTURE(address);
     const Error error = error_of([&] { static_cast<void>(parse_bind_endpoint(address)); });
     CHECK(error.status == Status::bad_config);
@@ -80,7 +78,8 @@ TEST_CASE("a lock file that a killed process left behind is taken over") {
   CHECK(error_of([&] { EndpointLock lock(endpoint); }).status == Status::ok);
 }
 
-// What tidies up old files took a lock away, and the next matcher the socket of the one that ran, without a word to either.
+// What tidies up old files took a lock away, and the next matcher the socket of the one that ran, without a word to
+// either.
 TEST_CASE("who listens is not robbed when the lock file was removed") {
   const test::TemporaryFolder folder;
   WireContext context;
@@ -95,8 +94,7 @@ TEST_CASE("who listens is not robbed when the lock file was removed") {
 }
 
 TEST_CASE("a folder that is not there") {
-  const Error error =
-      error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
+  const Error error = error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
   CHECK(error.status == Status::endpoint_unavailable);
   CHECK(mentions(error, "/no/such/folder/frames.lock"));
 }

@@ -33,8 +33,7 @@ struct Cloud {
   std::size_t axis = 1;
 };
 
-std::vector<std::byte> finish(flatbuffers::FlatBufferBuilder& builder,
-                              const std::vector<std::uint8_t>& cloud) {
+std::vector<std::byte> finish(flatbuffers::FlatBufferBuilder& builder, const std::vector<std::uint8_t>& cloud) {
   builder.ForceVectorAlignment(cloud.size(), 1, 8);
   const auto nested = builder.CreateVector(cloud);
   schema::FinishFrameBuffer(builder, schema::CreateFrame(builder, 1, 2, nested));
@@ -46,8 +45,7 @@ std::vector<std::byte> encode(const Cloud& cloud) {
   flatbuffers::FlatBufferBuilder inner, outer;
   std::vector<flatbuffers::Offset<foxglove::PackedElementField>> fields;
   for (const Field& field : cloud.fields)
-    fields.push_back(
-        foxglove::CreatePackedElementFieldDirect(inner, field.name.c_str(), field.offset, field.type));
+    fields.push_back(foxglove::CreatePackedElementFieldDirect(inner, field.name.c_str(), field.offset, field.type));
   flatbuffers::Offset<foxglove::Pose> pose;
   if (cloud.has_pose) {
     std::array<double, 3> shift{}, turn{};
@@ -56,8 +54,7 @@ std::vector<std::byte> encode(const Cloud& cloud) {
     pose = foxglove::CreatePose(inner, position, foxglove::CreateQuaternion(inner, turn[0], turn[1], turn[2], 1));
   }
   const foxglove::Time time(1, cloud.nsec);
-  inner.Finish(
-      foxglove::CreatePointCloudDirect(inner, &time, "sensor", pose, cloud.stride, &fields, &cloud.data));
+  inner.Finish(foxglove::CreatePointCloudDirect(inner, &time, "sensor", pose, cloud.stride, &fields, &cloud.data));
   return finish(outer, {inner.GetBufferPointer(), inner.GetBufferPointer() + inner.GetSize()});
 }
 
@@ -68,8 +65,7 @@ WireStatus status_of(const Cloud& cloud, WireLimits limits = {}) {
 
 /// `count` points of `stride` bytes, x at 1, y at 9, z at stride - 4, all else 0xaa.
 Cloud odd_cloud(std::uint32_t stride, std::size_t count) {
-  Cloud cloud{.stride = stride,
-              .fields = {{"quality", 0, NumericType::UINT8}, {"z", stride - 4}, {"x", 1}, {"y", 9}}};
+  Cloud cloud{.stride = stride, .fields = {{"quality", 0, NumericType::UINT8}, {"z", stride - 4}, {"x", 1}, {"y", 9}}};
   cloud.data.assign(count * stride, 0xaa);
   for (std::size_t i = 0; i < count; ++i) {
     const Point point{static_cast<float>(i), static_cast<float>(2 * i), static_cast<float>(3 * i)};
@@ -123,8 +119,7 @@ TEST_CASE("layout: fields inside the stride, the stride divides the data") {
 
 TEST_CASE("too many points, too many bytes") {
   CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 10)}, {.max_points = 10}) == WireStatus::ok);
-  CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 11)}, {.max_points = 10}) ==
-        WireStatus::too_many_points);
+  CHECK(status_of({.data = std::vector<std::uint8_t>(12 * 11)}, {.max_points = 10}) == WireStatus::too_many_points);
   CHECK(Encoder().frame({1, 1, {}}, 1, std::string(65'537, 'x')).empty());  // a frame's name is no place for a file
   const std::vector<Point> ten_million(10'000'000);
   Encoder encoder;
@@ -163,17 +158,18 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   flatbuffers::FlatBufferBuilder none, garbage;
   schema::FinishFrameBuffer(none, schema::CreateFrame(none, 1, 2));
   FrameDecoder decoder;
-  CHECK(decoder.open(std::as_bytes(std::span{none.GetBufferPointer(), none.GetSize()})) ==
-        WireStatus::bad_cloud);
+  CHECK(decoder.open(std::as_bytes(std::span{none.GetBufferPointer(), none.GetSize()})) == WireStatus::bad_cloud);
   CHECK(decoder.header().identified);
   CHECK(decoder.header().id == 2);
   CHECK(decoder.open(finish(garbage, std::vector<std::uint8_t>(100, 0x7f))) == WireStatus::bad_cloud);
   flatbuffers::FlatBufferBuilder empty, around;  // some writers leave empty vectors out
   std::vector<flatbuffers::Offset<foxglove::PackedElementField>> fields;
   for (const char* name : {"x", "y", "z"})
-    fields.push_back(foxglove::CreatePackedElementFieldDirect(empty, name, static_cast<std::uint32_t>(4 * fields.size()), NumericType::FLOAT32));
+    fields.push_back(foxglove::CreatePackedElementFieldDirect(
+        empty, name, static_cast<std::uint32_t>(4 * fields.size()), NumericType::FLOAT32));
   empty.Finish(foxglove::CreatePointCloudDirect(empty, nullptr, nullptr, 0, 12, &fields, nullptr));
-  CHECK(decoder.open(finish(around, {empty.GetBufferPointer(), empty.GetBufferPointer() + empty.GetSize()})) == WireStatus::ok);
+  CHECK(decoder.open(finish(around, {empty.GetBufferPointer(), empty.GetBufferPointer() + empty.GetSize()})) ==
+        WireStatus::ok);
   CHECK(decoder.header().points == 0);
 
   Encoder encoder;
@@ -186,8 +182,7 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
     outer.CreateVector(std::vector<std::uint8_t>(shift));
     const auto nested = outer.CreateVector(cloud->data(), cloud->size());
     schema::FinishFrameBuffer(outer, schema::CreateFrame(outer, 1, 2, nested));
-    CHECK(decoder.open(std::as_bytes(std::span{outer.GetBufferPointer(), outer.GetSize()})) ==
-          WireStatus::ok);
+    CHECK(decoder.open(std::as_bytes(std::span{outer.GetBufferPointer(), outer.GetSize()})) == WireStatus::ok);
   }
 }
 

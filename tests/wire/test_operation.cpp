@@ -31,7 +31,8 @@ bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 class Bench {
  public:
   Bench() { std::ofstream(file("cloud.xyz")) << "1 2 3\n4 5 6\n"; }
-  std::unique_ptr<Process> start(const std::string& program, std::vector<std::string> arguments, const std::string& name) {
+  std::unique_ptr<Process> start(const std::string& program, std::vector<std::string> arguments,
+                                 const std::string& name) {
     arguments.insert(arguments.begin(), program);
     return std::make_unique<Process>(arguments, file(name + ".out"), file(name + ".err"));
   }
@@ -85,7 +86,9 @@ std::string answer_to(const std::string& address, const std::string& request) {
   return answer;
 }
 
-std::string page_of(const std::string& address) { return answer_to(address, "GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n"); }
+std::string page_of(const std::string& address) {
+  return answer_to(address, "GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n");
+}
 
 double value_of(const std::string& page, const std::string& metric) {
   const auto at = page.find("\n" + metric + " ");
@@ -149,15 +152,20 @@ TEST_CASE("with keys: the right ones are served, end to end; others are not") {
   bench.frames = bench.results = "tcp://127.0.0.1:*";
   const auto server = bench.serve({"--key", bench.file("matcher.key"), "--allow", bench.file("camera.pub")});
   const std::string results = bench.word_after("results on ");
-  const std::vector<std::string> as_camera{"--results", results, "--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.key")};
+  const std::vector<std::string> as_camera{
+      "--results", results, "--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.key")};
   CHECK(bench.send(as_camera) == 0);
-  CHECK(contains(text_of(bench.file("send.out")), "\"receipt\":{\"received\":1,\"withheld\":0,\"missed\":0,\"dropped\":0}"));
+  CHECK(contains(text_of(bench.file("send.out")),
+                 "\"receipt\":{\"received\":1,\"withheld\":0,\"missed\":0,\"dropped\":0}"));
   CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("stranger.key")}) == 1);
   CHECK(contains(text_of(bench.file("send.err")), "nobody who knows this program's key"));
   CHECK(bench.send() == 1);
   CHECK(bench.send({"--key", bench.file("camera.key")}) == 2);  // whose matcher?
   CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.pub")}) == 1);
-  CHECK(eventually([&] { return contains(bench.said(), "frames: camera came in from 127.0.0.1") && contains(bench.said(), "without a key that is allowed (--allow), one of them from 127.0.0.1"); }));
+  CHECK(eventually([&] {
+    return contains(bench.said(), "frames: camera came in from 127.0.0.1") &&
+           contains(bench.said(), "without a key that is allowed (--allow), one of them from 127.0.0.1");
+  }));
   server->signal(SIGINT);
   CHECK(server->wait() == 0);
   CHECK(contains(text_of(bench.file("serve.out")), "\"captured\":1,\"received\":1,\"matched\":1"));
@@ -206,7 +214,8 @@ TEST_CASE("a lost frame shows in the result stream, the log, the metrics and the
   while (result.status != WireStatus::end_of_stream) {
     const auto message = results.receive(30s);
     REQUIRE(message);
-    if (decode_result(*message, result) == WireStatus::ok && result.status == WireStatus::missed) missed.push_back(result.frame_id);
+    if (decode_result(*message, result) == WireStatus::ok && result.status == WireStatus::missed)
+      missed.push_back(result.frame_id);
   }
   CHECK(missed == std::vector<std::uint64_t>{2, 3});
   CHECK(result.counters.missed == 2);
@@ -275,19 +284,22 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
     return bench.start(LBEA_SERVE, arguments, "check")->wait();
   };
   const auto found = [&] { return text_of(bench.file("check.out")); };
-  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--metrics", "127.0.0.1:0", "--record", bench.file("run.mcap"),
-               "--pin", "0", "--realtime", "1", "--lock-memory"}) == 0);
-  for (const std::string name : {"model", "keys", "frames", "results", "metrics", "memory", "pin", "realtime", "lock-memory", "clock", "disk"}) {
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--metrics", "127.0.0.1:0", "--record",
+               bench.file("run.mcap"), "--pin", "0", "--realtime", "1", "--lock-memory"}) == 0);
+  for (const std::string name :
+       {"model", "keys", "frames", "results", "metrics", "memory", "pin", "realtime", "lock-memory", "clock", "disk"}) {
     CAPTURE(name);
     CHECK(contains(found(), "{\"name\":\"" + name + "\""));
   }
   CHECK(contains(found(), "\"passed\":true"));
-  for (const std::string name : {"frames", "frames.lock", "results", "run.mcap"}) CHECK_FALSE(std::filesystem::exists(bench.file(name)));
+  for (const std::string name : {"frames", "frames.lock", "results", "run.mcap"})
+    CHECK_FALSE(std::filesystem::exists(bench.file(name)));
   CHECK(check({"--frames", "tcp://0.0.0.0:1", "--results", bench.results}) == 1);
   CHECK(contains(found(), "\"name\":\"frames\",\"level\":\"failed\""));
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--record", "/no/such/folder/run.mcap"}) == 1);
   CHECK(contains(found(), "\"name\":\"disk\",\"level\":\"failed\""));
-  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--pin", "100000"}) == 0);  // asked for, not granted, not fatal
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--pin", "100000"}) ==
+        0);  // asked for, not granted, not fatal
   CHECK(contains(found(), "\"name\":\"pin\",\"level\":\"warning\""));
   // Once what only fit needs was not tried, and the start failed where the check had passed.
   const std::vector<std::string> fit{"--frames", bench.frames, "--results", bench.results, "--method", "fit"};
@@ -297,22 +309,25 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
   };
   CHECK(fit_and({}) == 1);  // the model's images are for a rig elsewhere
   CHECK(contains(found(), "\"name\":\"fit\",\"level\":\"failed\""));
-  CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", "ipc://" + bench.file("inference")}) == 0);
+  CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference",
+                 "ipc://" + bench.file("inference")}) == 0);
   CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "bogus", "--inference", "ipc://" + bench.file("inference")}) == 1);
   CHECK(contains(found(), "\"name\":\"infer\",\"level\":\"failed\""));
   CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", "tcp://0.0.0.0:1"}) == 1);
   CHECK(contains(found(), "\"name\":\"inference\",\"level\":\"failed\""));
   // A check once passed what the start then refused: a recording's name that is taken, a window that is none.
   std::ofstream(bench.file("taken.mcap")) << "of yesterday";
-  for (const std::vector<std::string>& recording :
-       {std::vector<std::string>{"--record", bench.file("taken.mcap")}, {"--record", bench.folder.path().string()}, {"--record", bench.file("x.mcap"), "--record-window", "nan:2"}}) {
+  for (const std::vector<std::string>& recording : {std::vector<std::string>{"--record", bench.file("taken.mcap")},
+                                                    {"--record", bench.folder.path().string()},
+                                                    {"--record", bench.file("x.mcap"), "--record-window", "nan:2"}}) {
     std::vector<std::string> more{"--frames", bench.frames, "--results", bench.results};
     more.insert(more.end(), recording.begin(), recording.end());
     CHECK(check(more) == 1);
     CHECK(contains(found(), "\"name\":\"record\",\"level\":\"failed\""));
   }
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--record-window", "0.5:2"}) == 2);  // of what?
-  for (const std::string number : {"010", "0x10", "99999999999999999999", "-9223372036854775809"}) {  // not eight, nor what would fit
+  for (const std::string number :
+       {"010", "0x10", "99999999999999999999", "-9223372036854775809"}) {  // not eight, nor what would fit
     CAPTURE(number);
     CHECK(check({"--frames", bench.frames, "--results", bench.results, "--trigger-ns=" + number}) == 2);
   }
@@ -320,11 +335,17 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
   const auto server = bench.serve();
   CHECK(check({"--frames", bench.frames, "--results", "ipc://" + bench.file("other")}) == 1);
   // A name in another encoding once ended the check with the JSON library's own words.
-  const std::string latin = bench.file("k\xFC" "che.lbea");
+  const std::string latin = bench.file(
+      "k\xFC"
+      "che.lbea");
   std::filesystem::copy_file(LBEA_MODEL, latin);
-  const test::Outcome said = test::run_program(LBEA_SERVE " '" + latin + "' --check --json --frames ipc://" + bench.file("a") + " --results ipc://" + bench.file("b"), bench.folder.path());
+  const test::Outcome said = test::run_program(LBEA_SERVE " '" + latin + "' --check --json --frames ipc://" +
+                                                   bench.file("a") + " --results ipc://" + bench.file("b"),
+                                               bench.folder.path());
   CHECK(said.exit_code == 0);
-  CHECK(contains(said.out, "k\xEF\xBF\xBD" "che.lbea: "));
+  CHECK(contains(said.out,
+                 "k\xEF\xBF\xBD"
+                 "che.lbea: "));
   CHECK(contains(found(), "in use by another process"));
   CHECK(bench.send() == 0);  // the one that runs was not disturbed
   server->signal(SIGINT);
@@ -356,11 +377,12 @@ TEST_CASE("killed and started again, over and over: it always starts, soon, and 
     CHECK(server->wait() == 128 + SIGKILL);
   }
   std::ranges::sort(seconds);
-  MESSAGE(cycles << " starts after kill -9, ready after " << seconds[seconds.size() / 2] << " s in the median, the slowest after " << seconds.back() << " s");
+  MESSAGE(cycles << " starts after kill -9, ready after " << seconds[seconds.size() / 2]
+                 << " s in the median, the slowest after " << seconds.back() << " s");
 }
 
-// 1,000 strangers must not cost a rightful sender its rate. Windows beside them and without them take turns, so that a machine
-// with other work to do slows both.
+// 1,000 strangers must not cost a rightful sender its rate. Windows beside them and without them take turns, so that a
+// machine with other work to do slows both.
 TEST_CASE("a crowd of strangers does not slow the rightful sender") {
   Bench bench;
   for (const std::string name : {"matcher", "camera"}) bench.make_key(name);
@@ -368,7 +390,8 @@ TEST_CASE("a crowd of strangers does not slow the rightful sender") {
   const auto server = bench.serve({"--key", bench.file("matcher.key"), "--allow", bench.file("camera.pub")});
   const std::string frames = bench.word_after("frames on ");
   WireContext context;
-  FrameSink sink(context, frames, 16, {read_public_keys(bench.file("matcher.pub"))[0].public_key, read_key_pair(bench.file("camera.key"))});
+  FrameSink sink(context, frames, 16,
+                 {read_public_keys(bench.file("matcher.pub"))[0].public_key, read_key_pair(bench.file("camera.key"))});
   REQUIRE(sink.wait_ready(30s));
   Encoder encoder;
   const std::vector<Point> points(1000, Point{1, 2, 3});
@@ -392,7 +415,8 @@ TEST_CASE("a crowd of strangers does not slow the rightful sender") {
     ::waitpid(crowd, nullptr, 0);
     alone += share_sent() / pairs;
   }
-  MESSAGE("sent of those due: " << alone << " alone, " << beside << " beside a crowd, in " << pairs << " pairs of windows");
+  MESSAGE("sent of those due: " << alone << " alone, " << beside << " beside a crowd, in " << pairs
+                                << " pairs of windows");
   CHECK(beside >= 0.99 * alone);
   REQUIRE(sink.tell(encoder.end_of_stream(4, id), 30s));
   CHECK(sink.flush(30s) == 0);

@@ -23,7 +23,8 @@ namespace {
 
 // inproc hands over the sender's own memory through queues that the thread sanitizer does not see into.
 const std::vector<std::string> transports{
-    "ipc", "tcp",
+    "ipc",
+    "tcp",
 #ifndef __SANITIZE_THREAD__
     "inproc",
 #endif

@@ -60,13 +60,20 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.leading_coordinates == b.leading_coordinates);
   CHECK(std::pair(a.fit.residual, a.fit.estimate_residual) == std::pair(b.fit.residual, b.fit.estimate_residual));
   CHECK(std::pair(a.fit.misfit, a.fit.spread) == std::pair(b.fit.misfit, b.fit.spread));
-  CHECK(std::ranges::equal(a.fit.candidates, b.fit.candidates, [](const Match& p, const Match& q) { return p.sample == q.sample && p.distance == q.distance; }));
-  CHECK(std::ranges::equal(a.fit.estimate, b.fit.estimate, [](const WeightedSample& p, const WeightedSample& q) { return p.sample == q.sample && p.weight == q.weight; }));
+  CHECK(std::ranges::equal(a.fit.candidates, b.fit.candidates, [](const Match& p, const Match& q) {
+    return p.sample == q.sample && p.distance == q.distance;
+  }));
+  CHECK(std::ranges::equal(a.fit.estimate, b.fit.estimate, [](const WeightedSample& p, const WeightedSample& q) {
+    return p.sample == q.sample && p.weight == q.weight;
+  }));
   CHECK(a.test.frames == b.test.frames);
   CHECK(a.test.simulation == b.test.simulation);
   CHECK(a.test.sample == b.test.sample);
   CHECK(a.test.sample_probability == b.test.sample_probability);
-  CHECK(std::ranges::equal(a.test.simulations, b.test.simulations, [](const SimulationChance& p, const SimulationChance& q) { return p.simulation == q.simulation && p.probability == q.probability; }));
+  CHECK(std::ranges::equal(a.test.simulations, b.test.simulations,
+                           [](const SimulationChance& p, const SimulationChance& q) {
+                             return p.simulation == q.simulation && p.probability == q.probability;
+                           }));
   CHECK(a.test.branches == b.test.branches);
   CHECK(a.test.misfit == b.test.misfit);
   CHECK(a.test.verdict == b.test.verdict);
@@ -99,8 +106,7 @@ TEST_CASE("a result comes back as it was, from any address") {
 
 TEST_CASE("a thousand matches fit") {
   WireResult result;
-  for (std::uint32_t i = 0; i < 1000; ++i)
-    result.matches.push_back({{i, i}, "run_" + std::to_string(i), 0, 0});
+  for (std::uint32_t i = 0; i < 1000; ++i) result.matches.push_back({{i, i}, "run_" + std::to_string(i), 0, 0});
   Encoder encoder;
   WireResult read;
   REQUIRE(decode_result(encoder.result(result), read) == WireStatus::ok);
@@ -110,7 +116,18 @@ TEST_CASE("a thousand matches fit") {
 TEST_CASE("a state comes back as it was") {
   const ModelSummary model{"rail.lbea", 7, 8, 9, 10, 11, "mm", {"run_001", "", "run_003"}};
   const std::vector<WireSender> senders{{1, 2, 30, 20, 5, 3, SenderCondition::silent}, {}};
-  const WireState state{1, 2, 3, "0.1.0", "lbea", 4, 5, 6, some_result().counters, model, 1 << 20, senders,
+  const WireState state{1,
+                        2,
+                        3,
+                        "0.1.0",
+                        "lbea",
+                        4,
+                        5,
+                        6,
+                        some_result().counters,
+                        model,
+                        1 << 20,
+                        senders,
                         WireRecording{RecordingPhase::armed, 1ull << 40, 1ull << 50}};
   Encoder encoder;
   const auto message = encoder.state(state);
@@ -144,8 +161,9 @@ TEST_CASE("a state comes back as it was") {
 TEST_CASE("what a sender says comes back as it was, from any address, and never half") {
   Encoder encoder;
   constexpr auto most = std::numeric_limits<std::uint64_t>::max();
-  for (const Control& control : {Control{}, Control{7, ControlKind::hello, 0, 0}, Control{most, ControlKind::goodbye, most, most},
-                                 Control{1, ControlKind::heartbeat, 10, 10}}) {
+  for (const Control& control :
+       {Control{}, Control{7, ControlKind::hello, 0, 0}, Control{most, ControlKind::goodbye, most, most},
+        Control{1, ControlKind::heartbeat, 10, 10}}) {
     const auto message = encoder.control(control);
     CHECK(message_kind(message) == MessageKind::control);
     std::vector<std::byte> bytes(message.size() + 16);
@@ -171,18 +189,22 @@ TEST_CASE("an inference comes back as it was, for any number of values, and neve
   Encoder encoder;
   for (const std::size_t count : {0u, 1u, 2u, 5'000u}) {
     WireInference sent{1, 2, 3, -4, "plastic_strain", "1", FieldInfo::Location::node, {}, {}, 5};
-    for (std::size_t i = 0; i < count; ++i) sent.values.push_back(static_cast<float>(i) * 0.5f), sent.spread.push_back(static_cast<float>(i) * 0.25f);
+    for (std::size_t i = 0; i < count; ++i)
+      sent.values.push_back(static_cast<float>(i) * 0.5f), sent.spread.push_back(static_cast<float>(i) * 0.25f);
     const auto message = encoder.inference(sent);
     CHECK(message_kind(message) == MessageKind::inference);
     WireInference read;
     REQUIRE(decode_inference(message, read) == WireStatus::ok);
-    CHECK(std::tuple(read.sequence, read.session, read.frame_id, read.stamp_ns, read.model_checksum) == std::tuple(1u, 2u, 3u, -4, 5u));
-    CHECK(std::tuple(read.field, read.unit, read.location) == std::tuple("plastic_strain", "1", FieldInfo::Location::node));
+    CHECK(std::tuple(read.sequence, read.session, read.frame_id, read.stamp_ns, read.model_checksum) ==
+          std::tuple(1u, 2u, 3u, -4, 5u));
+    CHECK(std::tuple(read.field, read.unit, read.location) ==
+          std::tuple("plastic_strain", "1", FieldInfo::Location::node));
     CHECK(read.values == sent.values);
     CHECK(read.spread == sent.spread);
     const std::vector<std::byte> whole(message.begin(), message.end());
     for (std::size_t length = 8; length < whole.size(); length += 1 + whole.size() / 200)
-      if (decode_inference(std::span(whole).first(length), read) == WireStatus::ok)  // only the padding at the end may go
+      if (decode_inference(std::span(whole).first(length), read) ==
+          WireStatus::ok)  // only the padding at the end may go
         CHECK((read.values == sent.values && read.field == sent.field && length + 8 > whole.size()));
   }
   WireInference read;

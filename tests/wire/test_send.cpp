@@ -29,8 +29,7 @@ class Bench {
       std::ofstream out(folder / ("clouds/c" + std::to_string(i) + ".ply"));
       out << "ply\nformat ascii 1.0\n";
       if (stamped) out << "comment stamp_ns " << 1'000'000'000 + 1'000'000 * i << "\n";
-      out << "element vertex " << i + 1
-          << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+      out << "element vertex " << i + 1 << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
       for (int j = 0; j <= i; ++j) out << i << " " << j << " 0.5\n";
     }
   }
@@ -100,7 +99,8 @@ TEST_CASE("a folder arrives by name, with rising ids, the files' stamps and an e
 }
 
 // Once every frame wrote a line of progress when nobody knew how many there would be.
-TEST_CASE("sent for ever, progress is a line every few seconds" * doctest::skip(std::getenv("LBEA_LONG_TESTS") == nullptr)) {
+TEST_CASE("sent for ever, progress is a line every few seconds" *
+          doctest::skip(std::getenv("LBEA_LONG_TESTS") == nullptr)) {
   Bench bench(2);
   WireContext context;
   FrameSource source(context, bench.endpoint());
@@ -120,13 +120,11 @@ TEST_CASE("clouds without a stamp get the present one") {
   WireContext context;
   FrameSource source(context, bench.endpoint());
   const auto now_ns = [] {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(
-               std::chrono::system_clock::now().time_since_epoch())
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
         .count();
   };
   const std::int64_t before = now_ns();
-  const auto sender =
-      bench.start({bench.clouds() + "/c1.ply", bench.clouds() + "/c0.ply", "--to", bench.endpoint()});
+  const auto sender = bench.start({bench.clouds() + "/c1.ply", bench.clouds() + "/c0.ply", "--to", bench.endpoint()});
   const Received received = receive_all(source);
   CHECK(sender->wait() == 0);
   REQUIRE(received.frames.size() == 2);
@@ -181,8 +179,8 @@ TEST_CASE("a paced sender does not wait for a receiver that does not read: it co
     for (int i = 0; i < 40'000; ++i) text += "1 2 3\n";
     return text;
   }();
-  CHECK(bench.run({(bench.folder / "big.xyz").string(), "--to", bench.endpoint(), "--rate", "2000", "--loop",
-                   "200", "--json"}) == 1);
+  CHECK(bench.run({(bench.folder / "big.xyz").string(), "--to", bench.endpoint(), "--rate", "2000", "--loop", "200",
+                   "--json"}) == 1);
   const std::string tally = text_of(bench.out());
   CHECK(contains(tally, "\"captured\":200"));
   CHECK_FALSE(contains(tally, "\"refused\":0,"));
@@ -243,8 +241,7 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({bench.clouds(), "--to", bench.endpoint(), "--rate", "5", "--realtime"}, 2, "--realtime");
   fails({bench.clouds(), "--to", bench.endpoint(), "--speed", "5"}, 2, "--speed");
   fails({"/no/such/file.ply", "--to", bench.endpoint()}, 1, "/no/such/file.ply: no such file or folder");
-  fails({bench.folder.path().string() + "/clouds/..", "--to", bench.endpoint()}, 1,
-        "no clouds in this folder");
+  fails({bench.folder.path().string() + "/clouds/..", "--to", bench.endpoint()}, 1, "no clouds in this folder");
   fails({bench.clouds(), "--to", "nonsense"}, 1, "\"nonsense\"");
   fails({bench.clouds(), "--to", bench.endpoint()}, 1, "nobody listens there");
   CHECK(bench.run({"--help"}) == 0);

@@ -28,7 +28,9 @@ std::vector<int> send_buffers(const std::string& path) {
     const int file = std::stoi(entry.path().filename());
     sockaddr_un peer{};
     socklen_t size = sizeof(peer);
-    if (getpeername(file, reinterpret_cast<sockaddr*>(&peer), &size) != 0 || peer.sun_family != AF_UNIX || path != peer.sun_path) continue;
+    if (getpeername(file, reinterpret_cast<sockaddr*>(&peer), &size) != 0 || peer.sun_family != AF_UNIX ||
+        path != peer.sun_path)
+      continue;
     int bytes = 0;
     socklen_t length = sizeof(bytes);
     getsockopt(file, SOL_SOCKET, SO_SNDBUF, &bytes, &length);

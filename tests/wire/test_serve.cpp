@@ -34,8 +34,7 @@ class Bench {
     std::vector<std::string> arguments{LBEA_MODEL, "--frames", frames(), "--results", results(), "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     auto process = start(arguments, name);
-    REQUIRE(
-        eventually([&] { return contains(text_of(file(name + ".err")), "ready: frames on " + frames()); }));
+    REQUIRE(eventually([&] { return contains(text_of(file(name + ".err")), "ready: frames on " + frames()); }));
     return process;
   }
   [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
@@ -48,7 +47,8 @@ class Bench {
 /// Sends the model's own samples as frames: all nodes, in sensor coordinates.
 class Camera {
  public:
-  Camera(WireContext& context, const std::string& endpoint, const RigidTransform& T_reference_sensor = identity_transform)
+  Camera(WireContext& context, const std::string& endpoint,
+         const RigidTransform& T_reference_sensor = identity_transform)
       : sink_(context, endpoint), T_(T_reference_sensor) {
     REQUIRE(sink_.wait_ready(30s));
   }
@@ -120,16 +120,14 @@ TEST_CASE("a sample sent as a frame is found, by either method") {
       REQUIRE(result.matches.size() == 3);
       // At time step 0 all runs look alike up to their imperfections; later ones are distinct.
       if (sample > 0) CHECK(result.matches[0].sample == camera.model().sample(sample));
-      CHECK(result.matches[0].simulation_name ==
-            camera.model().simulation_name(result.matches[0].sample.simulation));
+      CHECK(result.matches[0].simulation_name == camera.model().simulation_name(result.matches[0].sample.simulation));
       CHECK(result.matches[0].distance <= result.matches[1].distance);
       CHECK(result.counters.received == id);
       CHECK(result.model_checksum != 0);
     }
     server->signal(SIGINT);
     CHECK(server->wait() == 0);
-    CHECK(contains(text_of(bench.file("serve.out")),
-                   "\"received\":4,\"matched\":4,\"rejected\":0,\"dropped\":0"));
+    CHECK(contains(text_of(bench.file("serve.out")), "\"received\":4,\"matched\":4,\"rejected\":0,\"dropped\":0"));
   }
 }
 
@@ -145,8 +143,7 @@ TEST_CASE("SIGTERM with frames in flight: everything received is accounted for a
     std::thread sender([&] {
       for (std::uint64_t id = 0; !stop; ++id) {
         camera.send(id, static_cast<std::uint32_t>(id % camera.model().samples()), 10ms);
-        std::this_thread::sleep_for(
-            500us);  // so that the results, of which none may be lost here, are kept up with
+        std::this_thread::sleep_for(500us);  // so that the results, of which none may be lost here, are kept up with
       }
     });
     std::map<Fate, std::uint64_t> heard;
@@ -162,8 +159,7 @@ TEST_CASE("SIGTERM with frames in flight: everything received is accounted for a
     const int code = server->wait();
     stop = true;
     sender.join();
-    while (hear(300ms)) {
-    }
+    while (hear(300ms)) {}
     const std::string tally = text_of(bench.file("serve.out"));
     CAPTURE(tally);
     CHECK(contains(tally, "\"adds_up\":true"));
@@ -184,8 +180,8 @@ TEST_CASE("a sender killed in mid-frame leaves the server alive and serving") {
   wait_for_state(results);
   std::ofstream(bench.file("cloud.xyz")) << "1 2 3\n4 5 6\n";
   for (int round = 0; round < 3; ++round) {
-    Process sender({LBEA_SEND, bench.file("cloud.xyz"), "--to", bench.frames(), "--loop", "0"},
-                   bench.file("out"), bench.file("err"));
+    Process sender({LBEA_SEND, bench.file("cloud.xyz"), "--to", bench.frames(), "--loop", "0"}, bench.file("out"),
+                   bench.file("err"));
     for (int i = 0; i < 100; ++i) static_cast<void>(next_result(results));
     sender.signal(SIGKILL);
     CHECK(sender.wait() == 128 + SIGKILL);
@@ -202,8 +198,7 @@ TEST_CASE("a sender killed in mid-frame leaves the server alive and serving") {
 TEST_CASE("a second instance refuses; after a kill -9 the next one starts") {
   Bench bench;
   const auto first = bench.serve();
-  const auto second =
-      bench.start({LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results()}, "second");
+  const auto second = bench.start({LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results()}, "second");
   CHECK(second->wait() == 1);
   CHECK(contains(text_of(bench.file("second.err")), "in use by another process"));
   CHECK(first->is_running());
@@ -223,7 +218,8 @@ TEST_CASE("a second instance refuses; after a kill -9 the next one starts") {
 TEST_CASE("what the cameras cannot see is published frame by frame, as the estimate's samples have it") {
   Bench bench;
   const std::string endpoint = "ipc://" + bench.file("inference");
-  const auto server = bench.serve({"--method", "fit", "--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", endpoint});
+  const auto server =
+      bench.serve({"--method", "fit", "--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", endpoint});
   WireContext context;
   ResultSource results(context, bench.results()), inferences(context, endpoint);
   Camera camera(context, bench.frames(), read_pose(LBEA_SENSOR));
@@ -231,7 +227,8 @@ TEST_CASE("what the cameras cannot see is published frame by frame, as the estim
   const Model& model = camera.model();
   std::map<std::uint64_t, WireFit> explained;
   WireInference inference;
-  for (std::uint64_t id = 0; id < 200 && explained.size() < 3; ++id) {  // the first ones may come before the subscription does
+  for (std::uint64_t id = 0; id < 200 && explained.size() < 3;
+       ++id) {  // the first ones may come before the subscription does
     REQUIRE(camera.send(id, static_cast<std::uint32_t>(11 * id % model.samples())));
     const WireResult result = next_result(results);
     const auto message = inferences.receive(id == 0 ? 1s : 100ms);
@@ -268,14 +265,17 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails({LBEA_MODEL, "--frames", frames, "--results", results, "--min-coverage", "1.5"}, 2, "--min-coverage");
   fails({"/no/such.lbea", "--frames", frames, "--results", results}, 1, "/no/such.lbea");
   fails({LBEA_SERVE, "--frames", frames, "--results", results}, 1, LBEA_SERVE);
-  fails({LBEA_MODEL, "--frames", "tcp://0.0.0.0:5555", "--results", results}, 1,
-        "use 127.0.0.1 instead of 0.0.0.0");
-  fails({LBEA_MODEL, "--frames", frames, "--results", frames}, 2, "--frames and --results are both \"" + frames);  // not another process
-  for (const char* none : {"nan", "inf", "-NAN"}) fails({LBEA_MODEL, "--frames", frames, "--results", results, "--min-coverage", none}, 2, "--min-coverage");
+  fails({LBEA_MODEL, "--frames", "tcp://0.0.0.0:5555", "--results", results}, 1, "use 127.0.0.1 instead of 0.0.0.0");
+  fails({LBEA_MODEL, "--frames", frames, "--results", frames}, 2,
+        "--frames and --results are both \"" + frames);  // not another process
+  for (const char* none : {"nan", "inf", "-NAN"})
+    fails({LBEA_MODEL, "--frames", frames, "--results", results, "--min-coverage", none}, 2, "--min-coverage");
   fails({LBEA_MODEL, "--frames", frames, "--results", results, "--trusted-distance", "inf"}, 2, "--trusted-distance");
   fails({LBEA_MODEL, "--frames", frames, "--results", results, "--infer", "plastic_strain"}, 2, "--inference");
   const auto infer = [&](const std::string& method, const std::string& field, const std::string& sentence) {
-    fails({LBEA_MODEL, "--frames", frames, "--results", results, "--method", method, "--pose", LBEA_SENSOR, "--infer", field, "--inference", "ipc://" + bench.file("inference")}, 1, sentence);
+    fails({LBEA_MODEL, "--frames", frames, "--results", results, "--method", method, "--pose", LBEA_SENSOR, "--infer",
+           field, "--inference", "ipc://" + bench.file("inference")},
+          1, sentence);
   };
   infer("lbea", "plastic_strain", "--method fit");
   infer("fit", "temperature", "it has plastic_strain");

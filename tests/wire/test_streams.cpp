@@ -114,8 +114,8 @@ TEST_CASE("a sender that leaves while the receiver's queue is full does not take
   }
 }
 
-// A replay once lost its last rounds on a busy machine: ZeroMQ throws away what is unread in a connection whose other end has
-// left while the receiver's queue was full, and flush() had waited only until the system had the bytes.
+// A replay once lost its last rounds on a busy machine: ZeroMQ throws away what is unread in a connection whose other
+// end has left while the receiver's queue was full, and flush() had waited only until the system had the bytes.
 TEST_CASE("what was flushed over ipc arrives, however late the receiver reads and however soon the sender leaves") {
   const test::TemporaryFolder folder;
   WireContext context;

@@ -10,8 +10,6 @@
 
 namespace lbea::test {
 
-
-
 /// Polls until `holds` or, generous for loaded machines and sanitizers, 30 s have passed.
 template <class Predicate>
 bool eventually(Predicate holds) {

@@ -8,7 +8,6 @@
 #include <sstream>
 
 namespace lbea::tool {
-
 namespace {
 
 std::optional<std::uint32_t> parse_number(const std::string& text) {
@@ -31,9 +30,7 @@ std::optional<std::vector<std::uint32_t>> parse_numbers(const std::string& text,
 }
 
 std::string check_steps(const std::string& text) {
-  return parse_step_selection(text)
-             ? ""
-             : "'" + text + "' is not all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,...";
+  return parse_step_selection(text) ? "" : "'" + text + "' is not all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,...";
 }
 
 /// For flags that overrule a file: the default is said, not written again.
@@ -46,18 +43,13 @@ std::string with_default(const std::string& text, const T& value) {
 
 void declare_region(Tool& tool, BakeCommand& command) {
   const char* region = "Region (what all criteria agree on; default: the whole mesh)";
-  tool.add_option("--region-parts", command.region_parts, "part ids")
-      ->delimiter(',')
-      ->group(region)
-      ->default_str("");
-  tool.add_option("--region-box", command.region_box,
-                  "x y z of the least and of the greatest corner, at impact")
+  tool.add_option("--region-parts", command.region_parts, "part ids")->delimiter(',')->group(region)->default_str("");
+  tool.add_option("--region-box", command.region_box, "x y z of the least and of the greatest corner, at impact")
       ->expected(6)
       ->group(region)
       ->default_str("");
   tool.add_option("--region-nodes", command.region_nodes, "text file of node ids")->group(region);
-  tool.add_option("--sensor", command.sensor, "sensor.json: the nodes this rig sees at impact")
-      ->group(region);
+  tool.add_option("--sensor", command.sensor, "sensor.json: the nodes this rig sees at impact")->group(region);
 }
 
 template <typename T>
@@ -99,13 +91,11 @@ void declare(Tool& tool, BakeCommand& command) {
   tool.add_option("--from", command.earlier,
                   "an earlier model: runs that it holds are taken from it and not read again")
       ->default_str("");
-  tool.add_option("--run", command.runs,
-                  "a run's first file or folder; repeat it, instead of the TOML file's runs")
+  tool.add_option("--run", command.runs, "a run's first file or folder; repeat it, instead of the TOML file's runs")
       ->default_str("");
   tool.add_option("--reference", command.reference_run,
                   "the run whose mesh is the reference: path or name (default: the first)");
-  tool.add_option("--mode", command.mode,
-                  "impact: one reference mesh; over-time: one per step (default: impact)")
+  tool.add_option("--mode", command.mode, "impact: one reference mesh; over-time: one per step (default: impact)")
       ->check(CLI::IsMember({"impact", "over-time"}));
   tool.add_option("--modes", command.modes, with_default("modes of the basis", defaults.modes));
   tool.add_option("--impact-step", command.impact_step,
@@ -119,21 +109,22 @@ void declare(Tool& tool, BakeCommand& command) {
                   with_default("quantities to carry along, or all", defaults.fields.front()))
       ->delimiter(',')
       ->default_str("");
-  tool.add_option("--compact-fields", command.compact_fields,
-                  "store fields in 16 bits, which halves them, with an error that is stated: true or false (default: false)");
+  tool.add_option(
+      "--compact-fields", command.compact_fields,
+      "store fields in 16 bits, which halves them, with an error that is stated: true or false (default: false)");
   tool.add_option("--parameters", command.parameters, "table of what was varied between the runs");
   tool.add_option("--length-unit", command.length_unit,
                   with_default("unit of the runs' lengths", defaults.length_unit));
   tool.add_option("--time-factor", command.time_factor,
                   with_default("seconds per unit of the runs' times", defaults.time_factor));
-  tool.add_option(
-      "--envelope-margin", command.envelope_margin,
-      with_default("points farther than this from all samples are background", defaults.envelope_margin));
+  tool.add_option("--envelope-margin", command.envelope_margin,
+                  with_default("points farther than this from all samples are background", defaults.envelope_margin));
   tool.add_option("--correspondence", command.correspondence,
                   "store what VtP matching needs: true or false (default: true)");
-  tool.add_option("--landmarks", command.landmarks,
-                  "store apart what matching needs of the positions, for models larger than memory: true or false (default: when "
-                  "positions take more than 1 GiB)");
+  tool.add_option(
+      "--landmarks", command.landmarks,
+      "store apart what matching needs of the positions, for models larger than memory: true or false (default: when "
+      "positions take more than 1 GiB)");
   tool.add_option("--views", command.views,
                   "sensor.json: render every sample as this rig would see it, for matching by fit (default: --sensor)");
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
@@ -164,8 +155,7 @@ bake::EnsembleDescription described(const BakeCommand& command) {
     description.reference_run.clear();
   }
   if (command.reference_run) description.reference_run = find_run(description.runs, *command.reference_run);
-  if (command.mode)
-    description.mode = *command.mode == "impact" ? ReferenceMode::impact : ReferenceMode::over_time;
+  if (command.mode) description.mode = *command.mode == "impact" ? ReferenceMode::impact : ReferenceMode::over_time;
   replace(description.modes, command.modes);
   replace_steps(description, command);
   replace_region(description.region, command);

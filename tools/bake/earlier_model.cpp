@@ -14,7 +14,6 @@
 #include <vector>
 
 namespace lbea::tool {
-
 namespace {
 
 const std::string model_scheme = "lbea-model:";  // then simulation, time factor and path, with blanks between
@@ -40,8 +39,9 @@ std::map<std::string, std::vector<bake::InputFile>> files_of_runs(const nlohmann
   std::map<std::string, std::vector<bake::InputFile>> runs;
   for (const auto& run : provenance.at("inputs"))
     for (const auto& file : run.at("files"))
-      runs[run.at("name").get<std::string>()].push_back({file.at("name").get<std::string>(), file.at("size").get<std::uint64_t>(),
-                                                         std::stoull(file.at("xxh3_64").get<std::string>(), nullptr, 16)});
+      runs[run.at("name").get<std::string>()].push_back(
+          {file.at("name").get<std::string>(), file.at("size").get<std::uint64_t>(),
+           std::stoull(file.at("xxh3_64").get<std::string>(), nullptr, 16)});
   return runs;
 }
 
@@ -63,17 +63,21 @@ bool has_rounded_fields(const Model& model) {
   return false;
 }
 
-void check_fits(const Model& model, const nlohmann::json& provenance, const bake::EnsembleDescription& description, const std::string& file) {
+void check_fits(const Model& model, const nlohmann::json& provenance, const bake::EnsembleDescription& description,
+                const std::string& file) {
   if (model.length_unit() != description.length_unit ||
       provenance.at("configuration").at("time_factor").get<double>() != description.time_factor)
     throw Error(Status::bad_config, file + " was baked with another unit of length or time; bake without it");
   if (has_rounded_fields(model) && !description.compact_fields)
-    throw Error(Status::bad_config, file + " has its fields in 16 bits, what was rounded away is gone; bake with compact_fields, or without it");
+    throw Error(
+        Status::bad_config,
+        file + " has its fields in 16 bits, what was rounded away is gone; bake with compact_fields, or without it");
 }
 
 }  // namespace
 
-void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& description, const std::filesystem::path& file) {
+void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& description,
+                     const std::filesystem::path& file) {
   const std::filesystem::path place = std::filesystem::absolute(file);
   const Model model = opened(place);
   const auto provenance = nlohmann::json::parse(model.provenance(), nullptr, false);

@@ -2,11 +2,11 @@
 #include "adapters/simulation/open.hpp"
 #include "precompute/bake.hpp"
 #include "tools/bake/command_line.hpp"
-#include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/bake/report.hpp"
 #include "tools/bake/stage_progress.hpp"
 #include "tools/bake/steps.hpp"
 #include "tools/bake/subcommands.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 
 namespace {
 
@@ -25,7 +25,8 @@ int run(const BakeCommand& command) {
   options.progress = [&](const bake::BakeProgress& stage) { progress.show(stage); };
   options.cancelled = [] { return stop_requested != 0; };
   options.leaves_out_broken = command.leave_out_broken;
-  const bake::BakeSummary summary = bake::bake_model(ensemble_of(command, description), description, description.output, options);
+  const bake::BakeSummary summary =
+      bake::bake_model(ensemble_of(command, description), description, description.output, options);
   progress.end();
   command.json ? print_json(summary, description.output) : print_table(summary, description.output);
   return exit_ok;
@@ -45,7 +46,8 @@ int main(int argc, char** argv) {
   BakeCommand command;
   declare(tool, command);
   tool.list_formats_by(io::list_simulation_formats());
-  tool.add_flag("--leave-out-broken", command.leave_out_broken, "runs that cannot be read are left out and named, as plan does");
+  tool.add_flag("--leave-out-broken", command.leave_out_broken,
+                "runs that cannot be read are left out and named, as plan does");
   tool.final_callback([&] {
     if (command.toml.empty() && command.runs.empty())
       throw CLI::ValidationError("name an ensemble.toml, or runs with --run");

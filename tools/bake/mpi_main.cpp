@@ -25,7 +25,9 @@ class Ranks {
   Ranks& operator=(const Ranks&) = delete;
 
   [[nodiscard]] bool is_first() const noexcept { return rank_ == 0; }
-  [[nodiscard]] bake::Shard shard() const noexcept { return {static_cast<std::uint32_t>(rank_), static_cast<std::uint32_t>(size_)}; }
+  [[nodiscard]] bake::Shard shard() const noexcept {
+    return {static_cast<std::uint32_t>(rank_), static_cast<std::uint32_t>(size_)};
+  }
 
   /// Every rank's part of a step; returns when all are done. When one fails all leave, instead of waiting for it.
   template <class Body>
@@ -33,13 +35,12 @@ class Ranks {
     std::exception_ptr failure;
     try {
       body();
-    } catch (...) {
-      failure = std::current_exception();
-    }
+    } catch (...) { failure = std::current_exception(); }
     int failed = failure ? 1 : 0, any = 0;
     MPI_Allreduce(&failed, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
     if (failure) std::rethrow_exception(failure);
-    if (any != 0) throw Error(Status::bad_input, "another rank failed, see its message; what is finished stays in the work folder");
+    if (any != 0)
+      throw Error(Status::bad_input, "another rank failed, see its message; what is finished stays in the work folder");
   }
 
  private:
@@ -65,7 +66,9 @@ int bake_with(const Ranks& ranks, const BakeCommand& command, const bake::WorkFo
 
 int main(int argc, char** argv) {
   const Ranks ranks(argc, argv);
-  Tool tool("lbea-bake-mpi", "Bakes an ensemble of simulations into one model file, as one MPI job. Runs that are broken are left out and named.",
+  Tool tool("lbea-bake-mpi",
+            "Bakes an ensemble of simulations into one model file, as one MPI job. Runs that are broken are left out "
+            "and named.",
             "mpirun -n 64 lbea-bake-mpi ensemble.toml --work work -o rail.lbea");
   BakeCommand command;
   std::filesystem::path work;

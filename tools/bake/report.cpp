@@ -8,19 +8,17 @@
 #include <cstdio>
 
 namespace lbea::tool {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-void print(const Json& json) {
-  std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
-}
+void print(const Json& json) { std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str()); }
 
 std::string size_text(std::uint64_t bytes) {
   const bool is_large = bytes >= 1'000'000'000;
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f %s", static_cast<double>(bytes) / (is_large ? 1e9 : 1e6), is_large ? "GB" : "MB");
+  std::snprintf(text.data(), text.size(), "%.1f %s", static_cast<double>(bytes) / (is_large ? 1e9 : 1e6),
+                is_large ? "GB" : "MB");
   return text.data();
 }
 
@@ -35,10 +33,11 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
   const double all = seconds.reading + seconds.bases + seconds.samples + seconds.writing;
   std::printf("model          %s, %.1f MB\n", model.c_str(), static_cast<double>(summary.file_size) / 1e6);
   std::printf("samples        %u of %u simulations\n", summary.samples, summary.simulations);
-  std::printf("component      %u nodes, %u elements, %u fields, %u parameters\n", summary.nodes,
-              summary.elements, summary.fields, summary.parameters);
+  std::printf("component      %u nodes, %u elements, %u fields, %u parameters\n", summary.nodes, summary.elements,
+              summary.fields, summary.parameters);
   for (const bake::RoundedField& field : summary.rounded_fields)
-    std::printf("               %s [%s] in 16 bits, within %.3g\n", field.name.c_str(), field.unit.c_str(), static_cast<double>(field.largest_error));
+    std::printf("               %s [%s] in 16 bits, within %.3g\n", field.name.c_str(), field.unit.c_str(),
+                static_cast<double>(field.largest_error));
   std::printf("region         %u vertices, %u reference mesh%s\n", summary.vertices, summary.references,
               summary.references == 1 ? "" : "es");
   std::printf("basis          %u modes, eigenvalues to %.3g, residual %.1e, %s\n", summary.modes,
@@ -51,8 +50,8 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
     std::printf("kept variance  %.4f %%\n", 100 * summary.kept_variance);
   for (const bake::RunLeftOut& run : summary.left_out)
     std::printf("left out       %s: %s\n", run.name.c_str(), run.reason.c_str());
-  std::printf("time           %.2f s: reading %.2f, bases %.2f, samples %.2f, writing %.2f\n", all,
-              seconds.reading, seconds.bases, seconds.samples, seconds.writing);
+  std::printf("time           %.2f s: reading %.2f, bases %.2f, samples %.2f, writing %.2f\n", all, seconds.reading,
+              seconds.bases, seconds.samples, seconds.writing);
 }
 
 void print_json(const bake::BakeSummary& summary, const std::filesystem::path& model) {
@@ -62,39 +61,41 @@ void print_json(const bake::BakeSummary& summary, const std::filesystem::path& m
   for (const bake::RoundedField& field : summary.rounded_fields)
     rounded.push_back({{"name", field.name}, {"unit", field.unit}, {"largest_error", field.largest_error}});
   const Json json{{"model", model.string()},
-                                    {"file_size", summary.file_size},
-                                    {"samples", summary.samples},
-                                    {"simulations", summary.simulations},
-                                    {"nodes", summary.nodes},
-                                    {"elements", summary.elements},
-                                    {"fields", summary.fields},
-                                    {"rounded_fields", rounded},
-                                    {"parameters", summary.parameters},
-                                    {"vertices", summary.vertices},
-                                    {"references", summary.references},
-                                    {"modes", summary.modes},
-                                    {"highest_eigenvalue", summary.highest_eigenvalue},
-                                    {"basis_residual", summary.basis_residual},
-                                    {"basis_solver", summary.basis_solver},
-                                    {"degenerate_triangles", summary.degenerate_triangles},
-                                    {"kept_variance", summary.kept_variance},
-                                    {"left_out", left_out},
-                                    {"seconds",
-                                     {{"reading", summary.seconds.reading},
-                                      {"bases", summary.seconds.bases},
-                                      {"samples", summary.seconds.samples},
-                                      {"writing", summary.seconds.writing}}}};
+                  {"file_size", summary.file_size},
+                  {"samples", summary.samples},
+                  {"simulations", summary.simulations},
+                  {"nodes", summary.nodes},
+                  {"elements", summary.elements},
+                  {"fields", summary.fields},
+                  {"rounded_fields", rounded},
+                  {"parameters", summary.parameters},
+                  {"vertices", summary.vertices},
+                  {"references", summary.references},
+                  {"modes", summary.modes},
+                  {"highest_eigenvalue", summary.highest_eigenvalue},
+                  {"basis_residual", summary.basis_residual},
+                  {"basis_solver", summary.basis_solver},
+                  {"degenerate_triangles", summary.degenerate_triangles},
+                  {"kept_variance", summary.kept_variance},
+                  {"left_out", left_out},
+                  {"seconds",
+                   {{"reading", summary.seconds.reading},
+                    {"bases", summary.seconds.bases},
+                    {"samples", summary.seconds.samples},
+                    {"writing", summary.seconds.writing}}}};
   print(json);
 }
 
 void print_table(const bake::BakePlan& plan, const bake::BakeEstimate& estimate) {
   const double seconds = estimate.seconds_per_sample * static_cast<double>(estimate.samples);
   std::printf("work           %zu runs, %zu samples\n", estimate.runs, estimate.samples);
-  std::printf("model          %s, and %s in the work folder\n", size_text(estimate.model_bytes).c_str(), size_text(estimate.work_bytes).c_str());
+  std::printf("model          %s, and %s in the work folder\n", size_text(estimate.model_bytes).c_str(),
+              size_text(estimate.work_bytes).c_str());
   std::printf("matching       %s of the model have to fit into memory\n", size_text(estimate.hot_bytes).c_str());
   std::printf("memory         %s per shard, and %s per thread beside what reading a state takes\n",
               size_text(estimate.shared_bytes).c_str(), size_text(estimate.thread_bytes).c_str());
-  std::printf("time           %.1f ms per sample on this machine: %.3f processor hours\n", 1e3 * estimate.seconds_per_sample, seconds / 3600);
+  std::printf("time           %.1f ms per sample on this machine: %.3f processor hours\n",
+              1e3 * estimate.seconds_per_sample, seconds / 3600);
   for (std::size_t run = 0; run < plan.runs.size(); ++run)
     if (!plan.runs[run].failure.empty())
       std::printf("left out       %s: %s\n", plan.ensemble.runs[run].name.c_str(), plan.runs[run].failure.c_str());
@@ -117,8 +118,9 @@ void print_json(const bake::BakePlan& plan, const bake::BakeEstimate& estimate) 
 }
 
 void print_table(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs) {
-  std::printf("finished  %zu of %zu\nrunning   %zu\nwaiting   %zu\nfailed    %zu\n", count(runs, bake::RunProgress::finished), runs.size(),
-              count(runs, bake::RunProgress::running), count(runs, bake::RunProgress::waiting), count(runs, bake::RunProgress::failed));
+  std::printf("finished  %zu of %zu\nrunning   %zu\nwaiting   %zu\nfailed    %zu\n",
+              count(runs, bake::RunProgress::finished), runs.size(), count(runs, bake::RunProgress::running),
+              count(runs, bake::RunProgress::waiting), count(runs, bake::RunProgress::failed));
   for (std::size_t run = 0; run < runs.size(); ++run)
     if (runs[run].progress == bake::RunProgress::failed)
       std::printf("  %s: %s\n", plan.ensemble.runs[run].name.c_str(), runs[run].reason.c_str());

@@ -2,13 +2,12 @@
 
 #include "precompute/jobs/merge_shards.hpp"
 #include "tools/bake/earlier_model.hpp"
-#include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/bake/stage_progress.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <memory>
 
 namespace lbea::tool {
-
 namespace {
 
 /// The description with everything it names made absolute: other processes start elsewhere.
@@ -26,7 +25,9 @@ bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& vi
   bake::BakeOptions options;
   options.threads = threads;
   options.views = view_rendering(views);
-  options.progress = [progress = std::make_shared<StageProgress>()](const bake::BakeProgress& stage) { progress->show(stage); };
+  options.progress = [progress = std::make_shared<StageProgress>()](const bake::BakeProgress& stage) {
+    progress->show(stage);
+  };
   options.cancelled = [] { return stop_requested != 0; };
   options.leaves_out_broken = true;
   return options;
@@ -54,13 +55,15 @@ bake::BakePlan read_plan(const bake::WorkFolder& work) {
   return read_plan(work, [](const std::string& source) { return open_source(source); });
 }
 
-bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard, unsigned threads, bool verifies_finished) {
+bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard,
+                              unsigned threads, bool verifies_finished) {
   bake::BakeOptions options = step_options(threads, plan.description.views);
   options.verifies_finished = verifies_finished;
   return bake::bake_shard(work, plan, shard, options);
 }
 
-bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output, unsigned threads) {
+bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output,
+                             unsigned threads) {
   if (output.empty()) output = plan.description.output;
   return bake::merge_shards(work, plan, output, step_options(threads, {}));
 }

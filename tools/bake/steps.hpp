@@ -22,8 +22,10 @@ bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& wor
 /// The share of plan_step() that reads, before it.
 void survey_step(const BakeCommand& command, const bake::WorkFolder& work, const bake::Shard& shard);
 [[nodiscard]] bake::BakePlan read_plan(const bake::WorkFolder& work);
-bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard, unsigned threads, bool verifies_finished = false);
+bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard,
+                              unsigned threads, bool verifies_finished = false);
 /// output: empty for the plan's own.
-bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output, unsigned threads);
+bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output,
+                             unsigned threads);
 
 }  // namespace lbea::tool

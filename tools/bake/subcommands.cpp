@@ -9,7 +9,6 @@
 #include <string_view>
 
 namespace lbea::tool {
-
 namespace {
 
 struct StepCommand {
@@ -42,7 +41,8 @@ void declare_ensemble(Tool& tool, StepCommand& command) {
 }
 
 int plan(int argc, char** argv) {
-  Tool tool("lbea-bake plan", "First step of a bake in shards: surveys the runs, chooses reference and region, solves for the basis.",
+  Tool tool("lbea-bake plan",
+            "First step of a bake in shards: surveys the runs, chooses reference and region, solves for the basis.",
             "lbea-bake plan ensemble.toml --work work -o rail.lbea");
   StepCommand command;
   declare_ensemble(tool, command);
@@ -50,14 +50,16 @@ int plan(int argc, char** argv) {
   return tool.run(argc, argv, [&] {
     const bake::WorkFolder work(command.work);
     const bake::BakePlan planned = plan_step(command.bake, work);
-    const bake::BakeEstimate size = bake::estimate(work, planned, step_options(command.bake.threads, planned.description.views));
+    const bake::BakeEstimate size =
+        bake::estimate(work, planned, step_options(command.bake.threads, planned.description.views));
     command.bake.json ? print_json(planned, size) : print_table(planned, size);
     return exit_ok;
   });
 }
 
 int survey(int argc, char** argv) {
-  Tool tool("lbea-bake survey", "Before the plan, for ensembles that one machine would take long to read: surveys a share of the runs.",
+  Tool tool("lbea-bake survey",
+            "Before the plan, for ensembles that one machine would take long to read: surveys a share of the runs.",
             "lbea-bake survey ensemble.toml --work work --index 3 --of 100");
   StepCommand command;
   declare_ensemble(tool, command);
@@ -70,9 +72,11 @@ int survey(int argc, char** argv) {
 }
 
 int shard(int argc, char** argv) {
-  Tool tool("lbea-bake shard", "Second step: bakes a share of the planned runs. What is finished is skipped.\n"
-            "Exit code 3: all is done but runs that cannot be baked (lbea-bake status names them, merge leaves them out).",
-            "lbea-bake shard --work work --index 3 --of 100");
+  Tool tool(
+      "lbea-bake shard",
+      "Second step: bakes a share of the planned runs. What is finished is skipped.\n"
+      "Exit code 3: all is done but runs that cannot be baked (lbea-bake status names them, merge leaves them out).",
+      "lbea-bake shard --work work --index 3 --of 100");
   StepCommand command;
   declare_work(tool, command);
   declare_shard(tool, command);
@@ -80,7 +84,8 @@ int shard(int argc, char** argv) {
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   return tool.run(argc, argv, [&] {
     const bake::WorkFolder work(command.work);
-    const bake::ShardSummary summary = shard_step(work, read_plan(work), command.shard, command.threads, command.verifies_finished);
+    const bake::ShardSummary summary =
+        shard_step(work, read_plan(work), command.shard, command.threads, command.verifies_finished);
     print_table(summary);
     return summary.failed == 0 ? static_cast<int>(exit_ok) : exit_runs_failed;
   });

@@ -7,7 +7,6 @@
 #include <numeric>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 constexpr double u = float_rounding;

@@ -1,8 +1,8 @@
 // What a pipeline found in one frame, and whether that is right.
 #pragma once
 
-#include "runtime/src/model/model_view.hpp"
 #include "runtime/src/match/nearest_samples.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tools/bench/plain_cloud.hpp"
 
 #include <lbea/lbea.hpp>

@@ -9,7 +9,6 @@
 #include <string_view>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -7,7 +7,6 @@
 #include <cstdio>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 constexpr std::array<std::size_t, 10> point_counts{1'000,  2'000,   5'000,   10'000,  20'000,

@@ -9,10 +9,9 @@
 #include <random>
 
 namespace lbea::tool::bench {
-
 namespace {
 
-constexpr std::array<std::size_t, 13> sample_counts{100,    200,    500,    1'000,   2'000,   5'000,    10'000,
+constexpr std::array<std::size_t, 13> sample_counts{100,    200,    500,     1'000,   2'000,   5'000,    10'000,
                                                     20'000, 50'000, 100'000, 200'000, 500'000, 1'000'000};
 constexpr float coefficient_jitter = 0.02f;  // of a coefficient's standard deviation over the samples
 constexpr std::size_t searches = 100;
@@ -116,7 +115,8 @@ std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConf
     std::vector<double> product_us, plain_us;
     for (std::size_t i = 0; i < searches; ++i) {
       const Positions& frame = e[i % e.size()];
-      product_us.push_back(processor_us([&] { tree ? tree->search(frame, best) : search_lbea(reference, frame, best); }));
+      product_us.push_back(
+          processor_us([&] { tree ? tree->search(frame, best) : search_lbea(reference, frame, best); }));
       plain_us.push_back(processor_us([&] { search_plainly(table, frame, plain_best); }));
       check(best, plain_best, table.modes);
     }

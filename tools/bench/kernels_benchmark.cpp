@@ -1,8 +1,8 @@
 // The matcher's inner loops one by one, for every instruction set that this processor runs, on made-up data of the
 // usual size: a sheet of 2,000 vertices, 100 modes, 2,806 samples, and two clouds of slightly different sheets in turn.
+#include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
-#include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/match/nearest_samples.hpp"
 
 #include <benchmark/benchmark.h>

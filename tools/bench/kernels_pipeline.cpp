@@ -9,15 +9,20 @@
 #include <utility>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 class KernelsPipeline : public Pipeline {
  public:
   KernelsPipeline(const Model& model, const MatcherConfig& config, const Kernels& code, std::string name)
-      : name_(std::move(name)), model_(model), view_(model_.view()), config_(config), code_(code),
-        index_(envelope_grid(view_.envelope), config.max_points, code), corresponding_(view_.info.vertices),
-        coefficients_(view_.info.modes), best_(std::min(config.max_matches, view_.info.samples)),
+      : name_(std::move(name)),
+        model_(model),
+        view_(model_.view()),
+        config_(config),
+        code_(code),
+        index_(envelope_grid(view_.envelope), config.max_points, code),
+        corresponding_(view_.info.vertices),
+        coefficients_(view_.info.modes),
+        best_(std::min(config.max_matches, view_.info.samples)),
         surface_(view_.info.vertices) {}
 
   [[nodiscard]] std::string name() const override { return name_; }

@@ -10,7 +10,6 @@
 #include <thread>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 std::string processor() {

@@ -12,7 +12,6 @@
 #include <cstdio>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 struct Options {
@@ -62,10 +61,13 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--growth", options.growth_folder,
                   "instead: measure against numbers of points and samples, write the tables into this folder");
   auto* through = tool.add_option("--through", options.endpoints,
-                                  "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; time from sending a frame to its result, one at a time");
-  for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth"}) through->excludes(tool.get_option(other));
-  tool.add_option("--rate", options.rate,
-                  "with --through: so many frames a second, without waiting; time from when a frame is due, and what was lost")
+                                  "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; time from sending a "
+                                  "frame to its result, one at a time");
+  for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth"})
+    through->excludes(tool.get_option(other));
+  tool.add_option(
+          "--rate", options.rate,
+          "with --through: so many frames a second, without waiting; time from when a frame is due, and what was lost")
       ->needs(through)
       ->check(CLI::Range(0.001, 1e6));
 }
@@ -136,20 +138,25 @@ int grow(const Options& options, const Model& model, std::span<const BenchCloud>
 
 int send_at_rate(const Options& options, std::span<const BenchCloud> clouds) {
   Progress progress("sending", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
-  const OpenLoop run = open_loop(parse_endpoints(options.endpoints), clouds, options.schedule, *options.rate, [&](std::uint64_t done) { progress.advance_to(done); });
+  const OpenLoop run = open_loop(parse_endpoints(options.endpoints), clouds, options.schedule, *options.rate,
+                                 [&](std::uint64_t done) { progress.advance_to(done); });
   std::printf("%s\n", (options.json ? to_json(run) : to_text(run)).c_str());
   return run.lost + run.refused == 0 ? exit_ok : exit_failed;
 }
 
 int send_round(const Options& options, std::span<const BenchCloud> clouds) {
   Progress progress("sending", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
-  const auto times = round_trips(parse_endpoints(options.endpoints), clouds, options.schedule, [&](std::uint64_t done) { progress.advance_to(done); });
+  const auto times = round_trips(parse_endpoints(options.endpoints), clouds, options.schedule,
+                                 [&](std::uint64_t done) { progress.advance_to(done); });
   const Statistics s = statistics_of(times);
   if (options.json)
-    std::printf("{\"frames\": %zu, \"p50_us\": %.1f, \"p90_us\": %.1f, \"p99_us\": %.1f, \"p99.9_us\": %.1f, \"max_us\": %.1f}\n", s.count, s.p50, s.p90, s.p99,
-                s.p99_9, s.max);
+    std::printf(
+        "{\"frames\": %zu, \"p50_us\": %.1f, \"p90_us\": %.1f, \"p99_us\": %.1f, \"p99.9_us\": %.1f, \"max_us\": "
+        "%.1f}\n",
+        s.count, s.p50, s.p90, s.p99, s.p99_9, s.max);
   else
-    std::printf("camera to result: %zu frames, us: p50 %.1f, p90 %.1f, p99 %.1f, p99.9 %.1f, max %.1f\n", s.count, s.p50, s.p90, s.p99, s.p99_9, s.max);
+    std::printf("camera to result: %zu frames, us: p50 %.1f, p90 %.1f, p99 %.1f, p99.9 %.1f, max %.1f\n", s.count,
+                s.p50, s.p90, s.p99, s.p99_9, s.max);
   return exit_ok;
 }
 
@@ -187,13 +194,12 @@ int bench(Options options) {
 }
 
 }  // namespace
-
 }  // namespace lbea::tool::bench
 
 int main(int argc, char** argv) {
   lbea::tool::bench::Options options;
   lbea::tool::Tool tool("lbea-bench", lbea::tool::bench::description,
-                  "lbea-bench rail.lbea frames/ --pose sensor.json --baseline nanoflann,portable");
+                        "lbea-bench rail.lbea frames/ --pose sensor.json --baseline nanoflann,portable");
   lbea::tool::bench::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::bench::bench(options); });
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 class MatcherPipeline : public Pipeline {

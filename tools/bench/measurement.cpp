@@ -6,7 +6,6 @@
 #include <sys/resource.h>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 Disturbances disturbances_so_far() {

@@ -13,7 +13,6 @@
 #include <numeric>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 // As nanoflann asks for its data.
@@ -36,8 +35,13 @@ using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::Row
 class NanoflannPipeline : public Pipeline {
  public:
   NanoflannPipeline(const Model& model, const MatcherConfig& config)
-      : model_(model), view_(model_.view()), config_(config), grid_(envelope_grid(view_.envelope)),
-        corresponding_(view_.info.vertices, 3), nearest_(view_.info.vertices), distances_(view_.info.samples) {}
+      : model_(model),
+        view_(model_.view()),
+        config_(config),
+        grid_(envelope_grid(view_.envelope)),
+        corresponding_(view_.info.vertices, 3),
+        nearest_(view_.info.vertices),
+        distances_(view_.info.samples) {}
 
   [[nodiscard]] std::string name() const override { return "nanoflann"; }
 

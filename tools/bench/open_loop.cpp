@@ -11,7 +11,6 @@
 #include <thread>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -46,7 +45,9 @@ class Listener {
       const auto message = results_.receive(50ms);
       const Time now = Clock::now();
       if (expected_ == until_told) latest = now;
-      if (!message || wire::decode_result(*message, result) != wire::WireStatus::ok || result.session != session_ || result.frame_id >= answered_.size()) continue;
+      if (!message || wire::decode_result(*message, result) != wire::WireStatus::ok || result.session != session_ ||
+          result.frame_id >= answered_.size())
+        continue;
       ++seen;
       latest = now;
       if (wire::fate_of(result.status) == wire::Fate::matched) answered_[result.frame_id] = now;
@@ -73,8 +74,8 @@ std::vector<Bucket> histogram_of(std::span<const double> values) {
   return buckets;
 }
 
-OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> clouds, const Schedule& schedule, double rate,
-                   const std::function<void(std::uint64_t)>& progress) {
+OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> clouds, const Schedule& schedule,
+                   double rate, const std::function<void(std::uint64_t)>& progress) {
   Sending sending(endpoints, clouds);
   const std::size_t frames = std::size_t{schedule.warm_up} + schedule.frames;
   Listener listener(sending.results(), sending.session(), frames);
@@ -83,7 +84,8 @@ OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> cloud
   std::uint64_t refused_warm_up = 0;
   const Time begin = Clock::now();
   for (std::uint64_t i = 0; i < frames; ++i) {
-    const Time now_due = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(static_cast<double>(i) / rate));
+    const Time now_due = begin + std::chrono::duration_cast<Clock::duration>(
+                                     std::chrono::duration<double>(static_cast<double>(i) / rate));
     wait_until(now_due);
     if (sending.send(due.size(), 0ms))
       due.push_back(now_due);
@@ -93,7 +95,8 @@ OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> cloud
   }
   listener.finish(due.size());
   const std::uint64_t first = schedule.warm_up - refused_warm_up;
-  Time last = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(static_cast<double>(frames - 1) / rate));
+  Time last = begin + std::chrono::duration_cast<Clock::duration>(
+                          std::chrono::duration<double>(static_cast<double>(frames - 1) / rate));
   for (std::uint64_t id = first; id < due.size(); ++id) {
     ++run.sent;
     const Time matched = listener.matched_at(id);
@@ -112,11 +115,14 @@ OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> cloud
 std::string to_text(const OpenLoop& run) {
   const Statistics s = statistics_of(run.since_due);
   char line[256];
-  std::snprintf(line, sizeof(line), "%llu frames in %.1f s: matched %llu, lost %llu, refused %llu\n", static_cast<unsigned long long>(run.sent + run.refused),
-                run.seconds, static_cast<unsigned long long>(run.matched), static_cast<unsigned long long>(run.lost), static_cast<unsigned long long>(run.refused));
+  std::snprintf(line, sizeof(line), "%llu frames in %.1f s: matched %llu, lost %llu, refused %llu\n",
+                static_cast<unsigned long long>(run.sent + run.refused), run.seconds,
+                static_cast<unsigned long long>(run.matched), static_cast<unsigned long long>(run.lost),
+                static_cast<unsigned long long>(run.refused));
   std::string text = line;
-  std::snprintf(line, sizeof(line), "from when a frame was due to its result, us: p50 %.0f, p90 %.0f, p99 %.0f, p99.9 %.0f, max %.0f\n", s.p50, s.p90, s.p99,
-                s.p99_9, s.max);
+  std::snprintf(line, sizeof(line),
+                "from when a frame was due to its result, us: p50 %.0f, p90 %.0f, p99 %.0f, p99.9 %.0f, max %.0f\n",
+                s.p50, s.p90, s.p99, s.p99_9, s.max);
   text += line;
   const std::vector<Bucket> buckets = histogram_of(run.since_due);
   std::size_t most = 1;
@@ -130,9 +136,15 @@ std::string to_text(const OpenLoop& run) {
 
 std::string to_json(const OpenLoop& run) {
   const Statistics s = statistics_of(run.since_due);
-  nlohmann::ordered_json json{{"sent", run.sent}, {"refused", run.refused}, {"matched", run.matched}, {"lost", run.lost}, {"seconds", run.seconds},
-                              {"since_due_us", {{"p50", s.p50}, {"p90", s.p90}, {"p99", s.p99}, {"p99.9", s.p99_9}, {"max", s.max}}}};
-  for (const auto& [up_to, count] : histogram_of(run.since_due)) json["histogram"].push_back({{"up_to_us", up_to}, {"frames", count}});
+  nlohmann::ordered_json json{
+      {"sent", run.sent},
+      {"refused", run.refused},
+      {"matched", run.matched},
+      {"lost", run.lost},
+      {"seconds", run.seconds},
+      {"since_due_us", {{"p50", s.p50}, {"p90", s.p90}, {"p99", s.p99}, {"p99.9", s.p99_9}, {"max", s.max}}}};
+  for (const auto& [up_to, count] : histogram_of(run.since_due))
+    json["histogram"].push_back({{"up_to_us", up_to}, {"frames", count}});
   return json.dump(2);
 }
 

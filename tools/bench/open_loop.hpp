@@ -23,13 +23,15 @@ struct Bucket {
 struct OpenLoop {
   std::uint64_t sent = 0, refused = 0;  // refused: no room between here and the matcher
   std::uint64_t matched = 0, lost = 0;  // of those sent; lost: no result, or one that says it was not matched
-  double seconds = 0;                   // from when the first frame was due until the last one was, or its result was here
-  /// Microseconds from when a frame was due, not from when it could be sent: a stall counts for every frame that it held up.
+  double seconds = 0;  // from when the first frame was due until the last one was, or its result was here
+  /// Microseconds from when a frame was due, not from when it could be sent: a stall counts for every frame that it
+  /// held up.
   std::vector<double> since_due;
 };
 
 /// Sends frames `1 / rate` seconds apart, the clouds in turn. Throws Error{endpoint_unavailable} as round_trips().
-[[nodiscard]] OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> clouds, const Schedule& schedule, double rate,
+[[nodiscard]] OpenLoop open_loop(const Endpoints& endpoints, std::span<const BenchCloud> clouds,
+                                 const Schedule& schedule, double rate,
                                  const std::function<void(std::uint64_t done)>& progress);
 
 [[nodiscard]] std::string to_text(const OpenLoop& run);

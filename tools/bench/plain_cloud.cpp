@@ -5,7 +5,6 @@
 #include <limits>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -8,7 +8,6 @@
 #include <cstdio>
 
 namespace lbea::tool::bench {
-
 namespace {
 
 template <typename... Values>

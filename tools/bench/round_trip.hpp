@@ -20,7 +20,8 @@ struct Endpoints {
 
 /// Microseconds from the call that sends a frame, encoded before, to its result being here. One frame at a time, the
 /// clouds in turn. Throws Error{endpoint_unavailable} when nobody takes frames or answers within five seconds.
-[[nodiscard]] std::vector<double> round_trips(const Endpoints& endpoints, std::span<const BenchCloud> clouds, const Schedule& schedule,
+[[nodiscard]] std::vector<double> round_trips(const Endpoints& endpoints, std::span<const BenchCloud> clouds,
+                                              const Schedule& schedule,
                                               const std::function<void(std::uint64_t done)>& progress);
 
 }  // namespace lbea::tool::bench

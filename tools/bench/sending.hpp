@@ -14,8 +14,8 @@ inline constexpr std::chrono::seconds patience{5};
 
 class Sending {
  public:
-  /// Encodes the clouds and connects. Throws Error{endpoint_unavailable} when within five seconds nobody takes frames, or
-  /// results could be missed.
+  /// Encodes the clouds and connects. Throws Error{endpoint_unavailable} when within five seconds nobody takes frames,
+  /// or results could be missed.
   Sending(const Endpoints& endpoints, std::span<const BenchCloud> clouds);
 
   /// The cloud whose turn it is, under this number. False: there was no room.

@@ -9,7 +9,6 @@
 #include <numbers>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr double patch_radius = 0.07;  // of the box's diagonal
@@ -48,7 +47,8 @@ bake::SensingNoise disturbed(bake::SensingNoise noise, const Disturbance& distur
 }
 
 std::vector<Point> hide_patches(std::vector<Point> points, double share, double radius, std::uint64_t seed) {
-  const auto remain = static_cast<std::size_t>(std::lround(static_cast<double>(points.size()) * (1 - std::clamp(share, 0.0, 1.0))));
+  const auto remain =
+      static_cast<std::size_t>(std::lround(static_cast<double>(points.size()) * (1 - std::clamp(share, 0.0, 1.0))));
   Sequence random(seed);
   std::vector<double> distances;
   while (points.size() > remain) {
@@ -80,7 +80,8 @@ RigidTransform turned(const RigidTransform& T, double degrees, const Point& cent
   const std::array<double, 9> K{0, -axis[2], axis[1], axis[2], 0, -axis[0], -axis[1], axis[0], 0};
   std::array<double, 9> R{};
   for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) R[3 * i + j] = (i == j ? c : 0) + (1 - c) * axis[i] * axis[j] + s * K[3 * i + j];
+    for (std::size_t j = 0; j < 3; ++j)
+      R[3 * i + j] = (i == j ? c : 0) + (1 - c) * axis[i] * axis[j] + s * K[3 * i + j];
   const std::array<double, 3> about{double{centre.x}, double{centre.y}, double{centre.z}};
   RigidTransform result{};
   for (std::size_t i = 0; i < 3; ++i) {

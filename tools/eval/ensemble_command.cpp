@@ -2,18 +2,17 @@
 
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/simulation/open.hpp"
-#include "tools/shared/ensemble/ensemble_input.hpp"
-#include "tools/shared/cli/progress.hpp"
-#include "tools/shared/cli/scratch_folder.hpp"
 #include "tools/eval/evaluation.hpp"
 #include "tools/eval/evaluation_report.hpp"
+#include "tools/shared/cli/progress.hpp"
+#include "tools/shared/cli/scratch_folder.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <optional>
 
 namespace lbea::tool {
-
 namespace {
 
 /// One progress line per round or stage.
@@ -38,14 +37,18 @@ std::vector<Disturbance> robustness_rows() {
   rows[2] = {.name = "0.5 noise", .noise = 0.5f};
   rows[3] = {.name = "a third of the points", .kept = 1.0 / 3};
   rows[4] = {.name = "3 degrees of pose error", .pose_error_deg = 3};
-  rows[5] = {.name = "all of these", .noise = 0.5f, .outliers = 0.02f, .hidden = 0.3, .kept = 1.0 / 3, .pose_error_deg = 3};
+  rows[5] = {
+      .name = "all of these", .noise = 0.5f, .outliers = 0.02f, .hidden = 0.3, .kept = 1.0 / 3, .pose_error_deg = 3};
   return rows;
 }
 
 std::vector<Disturbance> chosen_disturbances(const EnsembleArguments& arguments) {
   std::vector<Disturbance> rows;
   if (arguments.robustness) rows = robustness_rows();
-  Disturbance own{.name = "as asked for", .hidden = arguments.hidden, .kept = arguments.thinned, .pose_error_deg = arguments.pose_error_deg};
+  Disturbance own{.name = "as asked for",
+                  .hidden = arguments.hidden,
+                  .kept = arguments.thinned,
+                  .pose_error_deg = arguments.pose_error_deg};
   if (arguments.noise >= 0) own.noise = static_cast<float>(arguments.noise);
   if (arguments.outliers >= 0) own.outliers = static_cast<float>(arguments.outliers);
   if (own.hidden > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers) rows.push_back(own);
@@ -86,8 +89,12 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   plan.contained = arguments.contained;
   plan.strangers = arguments.strangers;
   plan.icp = arguments.icp;
-  plan.trial = {.sensor = io::read_sensor_json(arguments.sensor), .first_step = arguments.first_step, .every = arguments.every,
-                .impact_step = plan.description.impact_step, .time_factor = plan.description.time_factor, .seed = arguments.seed};
+  plan.trial = {.sensor = io::read_sensor_json(arguments.sensor),
+                .first_step = arguments.first_step,
+                .every = arguments.every,
+                .impact_step = plan.description.impact_step,
+                .time_factor = plan.description.time_factor,
+                .seed = arguments.seed};
   if (arguments.meshes) plan.trial.meshes = arguments.out / "meshes";
   plan.scratch = scratch;
   plan.threads = arguments.threads;
@@ -99,7 +106,9 @@ CLI::Validator between(double least, double most) {
   const auto check = [least, most](const std::string& text) {
     double value = 0;
     const bool is_inside = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
-    return is_inside ? std::string() : text + " is not between " + std::to_string(least).substr(0, 8) + " and " + std::to_string(most).substr(0, 8);
+    return is_inside ? std::string()
+                     : text + " is not between " + std::to_string(least).substr(0, 8) + " and " +
+                           std::to_string(most).substr(0, 8);
   };
   return {check, ""};
 }
@@ -108,29 +117,51 @@ CLI::Validator between(double least, double most) {
 
 void declare(CLI::App& app, EnsembleArguments& arguments) {
   app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments alike")->required();
-  app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that films the experiments, and its noise")->required();
+  app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that films the experiments, and its noise")
+      ->required();
   app.add_option("-o,--out", arguments.out, "folder for tables.md, summary.json, frames.csv, view.csv")->required();
   auto* share = app.add_option("--split", arguments.share, "share of the runs that play experiments, drawn by --seed");
-  auto* named = app.add_option("--experiments", arguments.experiments, "the runs that do: names, or paths of runs outside the ensemble")
-                    ->delimiter(',')->excludes(share)->default_str("");
-  app.add_flag("--leave-one-out", arguments.leave_one_out, "every run once, with all others as simulations")->excludes(share)->excludes(named);
-  app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")->check(CLI::IsMember({"impact", "over-time", "both"}));
+  auto* named = app.add_option("--experiments", arguments.experiments,
+                               "the runs that do: names, or paths of runs outside the ensemble")
+                    ->delimiter(',')
+                    ->excludes(share)
+                    ->default_str("");
+  app.add_flag("--leave-one-out", arguments.leave_one_out, "every run once, with all others as simulations")
+      ->excludes(share)
+      ->excludes(named);
+  app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
+      ->check(CLI::IsMember({"impact", "over-time", "both"}));
   app.add_option("--first-step", arguments.first_step, "first state of an experiment that is sensed");
   app.add_option("--every", arguments.every, "then every so many")->check(CLI::PositiveNumber);
   app.add_option("--seed", arguments.seed, "of the split, the noise and the disturbances");
-  app.add_flag("--robustness", arguments.robustness, "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
+  app.add_flag("--robustness", arguments.robustness,
+               "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
   const char* row = "One more row of disturbed frames";
-  app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")->check(between(0, 1))->group(row);
+  app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")
+      ->check(between(0, 1))
+      ->group(row);
   app.add_option("--thin", arguments.thinned, "share of the points that stay")->check(between(0, 1))->group(row);
-  app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")->check(between(0, 180))->group(row);
-  app.add_option("--noise", arguments.noise, "standard deviation along the line of sight, length unit (default: sensor.json's)")->check(between(0, 1e6))->group(row)->default_str("");
-  app.add_option("--outliers", arguments.outliers, "share of points that lie elsewhere (default: sensor.json's)")->check(between(0, 1))->group(row)->default_str("");
-  app.add_option("--remove-branch", arguments.removed_branches, "leave this deformation branch out of the simulations: will it be missed?")
-      ->delimiter(',')->default_str("");
+  app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")
+      ->check(between(0, 180))
+      ->group(row);
+  app.add_option("--noise", arguments.noise,
+                 "standard deviation along the line of sight, length unit (default: sensor.json's)")
+      ->check(between(0, 1e6))
+      ->group(row)
+      ->default_str("");
+  app.add_option("--outliers", arguments.outliers, "share of points that lie elsewhere (default: sensor.json's)")
+      ->check(between(0, 1))
+      ->group(row)
+      ->default_str("");
+  app.add_option("--remove-branch", arguments.removed_branches,
+                 "leave this deformation branch out of the simulations: will it be missed?")
+      ->delimiter(',')
+      ->default_str("");
   app.add_flag("--icp,!--no-icp", arguments.icp, "the ICP baseline, which takes seconds per frame");
   app.add_flag("--contained,!--no-contained", arguments.contained, "also with the experiments among the simulations");
   app.add_flag("--strangers,!--no-strangers", arguments.strangers, "also frames of other components");
-  app.add_flag("--meshes", arguments.meshes, "write each unseen experiment's matched and estimated meshes for ParaView");
+  app.add_flag("--meshes", arguments.meshes,
+               "write each unseen experiment's matched and estimated meshes for ParaView");
   app.add_option("--threads", arguments.threads, "0: all processors; the errors do not depend on it");
   app.add_flag("--json", arguments.json, "print the summary as JSON");
 }
@@ -140,8 +171,9 @@ int evaluate_ensemble(const EnsembleArguments& arguments) {
   const ScratchFolder scratch(arguments.out);
   const EvaluationPlan plan = planned(arguments, scratch.path());
   Rounds rounds;
-  const Watcher watcher{[&](std::string_view what, std::uint64_t done, std::uint64_t total) { rounds.show(what, done, total); },
-                        [] { return stop_requested != 0; }};
+  const Watcher watcher{
+      [&](std::string_view what, std::uint64_t done, std::uint64_t total) { rounds.show(what, done, total); },
+      [] { return stop_requested != 0; }};
   const Evaluation evaluation = evaluate(plan, watcher);
   write_evaluation(arguments.out, evaluation);
   std::printf("%s\n", (arguments.json ? to_json(evaluation) : tables(evaluation)).c_str());

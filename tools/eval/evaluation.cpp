@@ -1,9 +1,9 @@
 #include "tools/eval/evaluation.hpp"
 
 #include "precompute/parallel.hpp"
-#include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/eval/other_component.hpp"
 #include "tools/eval/true_mesh.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -14,7 +14,6 @@
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 
 class Evaluator {
@@ -62,7 +61,9 @@ Model Evaluator::bake_runs(Runs runs, ReferenceMode mode) {
   options.views = view_rendering(description.views);
   options.cancelled = [this] { return stopped(); };
   const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
-  options.progress = [&](const bake::BakeProgress& stage) { watcher_.progress(title + std::string(stage.stage), stage.done, stage.total); };
+  options.progress = [&](const bake::BakeProgress& stage) {
+    watcher_.progress(title + std::string(stage.stage), stage.done, stage.total);
+  };
   const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
   result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
   Model model = Model::open(file);
@@ -98,7 +99,8 @@ std::vector<Experiment> Evaluator::all_experiments() const {
 // A run of the ensemble has its own; another run that of the simulation whose last state is nearest to its own.
 std::uint32_t Evaluator::branch_of(const Experiment& experiment) const {
   const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
-  if (found != plan_.ensemble.runs.end()) return everything_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
+  if (found != plan_.ensemble.runs.end())
+    return everything_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
   const auto reader = experiment.open();
   if (reader->states() == 0) return 0;
   bake::SimulationState state;
@@ -109,7 +111,8 @@ std::uint32_t Evaluator::branch_of(const Experiment& experiment) const {
 }
 
 Round& Evaluator::round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance) {
-  const auto [at, fresh] = place_.emplace(title + '/' + std::to_string(static_cast<int>(mode)) + '/' + disturbance.name, result_.rounds.size());
+  const auto [at, fresh] = place_.emplace(title + '/' + std::to_string(static_cast<int>(mode)) + '/' + disturbance.name,
+                                          result_.rounds.size());
   if (fresh) result_.rounds.push_back({title, mode, disturbance, {}});
   return result_.rounds[at->second];
 }
@@ -117,15 +120,20 @@ Round& Evaluator::round(const std::string& title, ReferenceMode mode, const Dist
 void Evaluator::test(Round& round, const Arena& arena, std::span<const Experiment> experiments) {
   TrialSettings settings = plan_.trial;
   settings.disturbance = round.disturbance;
-  const bool plainly_unseen = round.title == "unseen" && round.disturbance.name == Disturbance{}.name && round.mode == plan_.modes.front();
+  const bool plainly_unseen =
+      round.title == "unseen" && round.disturbance.name == Disturbance{}.name && round.mode == plan_.modes.front();
   if (!plainly_unseen) settings.meshes.clear();
   std::vector<TestTrial> tests(experiments.size());
   std::uint64_t frames = 0, total = 0;
   for (const Experiment& experiment : experiments)
-    for (std::uint32_t step = settings.first_step, states = experiment.open()->states(); step < states; step += settings.every) ++total;
+    for (std::uint32_t step = settings.first_step, states = experiment.open()->states(); step < states;
+         step += settings.every)
+      ++total;
   if (total == 0)
-    throw Error(Status::bad_config, "no experiment has a state from step " + std::to_string(settings.first_step) + " on; give an earlier --first-step");
-  const std::string title = round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
+    throw Error(Status::bad_config, "no experiment has a state from step " + std::to_string(settings.first_step) +
+                                        " on; give an earlier --first-step");
+  const std::string title =
+      round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
   bake::work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
       tests[i] = run_test(arena, experiments[i], settings, [&] {
@@ -152,7 +160,8 @@ void Evaluator::test_split(const Split& split, ReferenceMode mode) {
   const Arena plain{model, {}, nullptr};
   for (const Disturbance& disturbance : plan_.disturbances)
     if (!stopped()) test(round("unseen", mode, disturbance), plain, tested);
-  if (plan_.strangers && &split == &plan_.splits.front()) test(round("other component", mode), plain, other_components(model));
+  if (plan_.strangers && &split == &plan_.splits.front())
+    test(round("other component", mode), plain, other_components(model));
 }
 
 void Evaluator::test_contained(ReferenceMode mode) {
@@ -160,19 +169,21 @@ void Evaluator::test_contained(ReferenceMode mode) {
   const auto tested = all_experiments();
   if (tested.empty()) return;
   const bool first_mode = mode == plan_.modes.front();
-  test(round("contained", mode), {model, {}, plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr}, tested);
+  test(round("contained", mode), {model, {}, plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr},
+       tested);
   for (const Disturbance& disturbance : plan_.disturbances)
     if (first_mode && !stopped()) test(round("contained", mode, disturbance), {model, {}, nullptr}, tested);
 }
 
 void Evaluator::check_branch(std::uint32_t branch) const {
   if (branch < result_.branches && result_.branches > 1) return;
-  throw Error(Status::bad_config, "branch " + std::to_string(branch) + " cannot be left out: the ensemble has " + std::to_string(result_.branches) +
+  throw Error(Status::bad_config, "branch " + std::to_string(branch) + " cannot be left out: the ensemble has " +
+                                      std::to_string(result_.branches) +
                                       " of them, numbered from 0, and one has to be left");
 }
 
-// S loses the branch; its runs in E play the experiments (without any, its first four runs do). Beside it, the same with
-// the branch's other runs left in.
+// S loses the branch; its runs in E play the experiments (without any, its first four runs do). Beside it, the same
+// with the branch's other runs left in.
 void Evaluator::test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
   std::vector<std::size_t> inside, outside;
   for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
@@ -182,7 +193,9 @@ void Evaluator::test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
   for (const Split& split : plan_.splits)
     for (const std::size_t run : split.experiments)
       if (std::ranges::find(inside, run) != inside.end()) tested.push_back(run);
-  if (tested.empty() || plan_.splits.size() > 1) tested.assign(inside.begin(), inside.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(inside.size(), 4)));
+  if (tested.empty() || plan_.splits.size() > 1)
+    tested.assign(inside.begin(),
+                  inside.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(inside.size(), 4)));
   for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
     if (std::ranges::find(tested, run) == tested.end()) present.push_back(run);
   std::erase_if(outside, [&](std::size_t run) { return std::ranges::find(present, run) == present.end(); });
@@ -199,11 +212,18 @@ void Evaluator::keep_view(const Model& model) {
   for (std::uint32_t s = 0; s < model.samples(); ++s) {
     std::uint32_t reference = 0;
     for (std::uint32_t r = 1; r < model.references(); ++r)
-      if (std::abs(model.reference_time_s(r) - model.sample_time_s(s)) < std::abs(model.reference_time_s(reference) - model.sample_time_s(s))) reference = r;
+      if (std::abs(model.reference_time_s(r) - model.sample_time_s(s)) <
+          std::abs(model.reference_time_s(reference) - model.sample_time_s(s)))
+        reference = r;
     const Sample sample = model.sample(s);
-    ViewPoint point{std::string(model.simulation_name(sample.simulation)), model.branch_of(sample.simulation), sample.time_step, model.sample_time_s(s),
-                    model.leading_coordinates(reference, s), {}};
-    for (std::uint32_t p = 0; p < model.parameters(); ++p) point.parameters.push_back(model.parameter(sample.simulation, p));
+    ViewPoint point{std::string(model.simulation_name(sample.simulation)),
+                    model.branch_of(sample.simulation),
+                    sample.time_step,
+                    model.sample_time_s(s),
+                    model.leading_coordinates(reference, s),
+                    {}};
+    for (std::uint32_t p = 0; p < model.parameters(); ++p)
+      point.parameters.push_back(model.parameter(sample.simulation, p));
     result_.view.push_back(std::move(point));
   }
 }
@@ -219,9 +239,7 @@ Evaluation Evaluator::run() {
     }
     for (const std::uint32_t branch : plan_.removed_branches)
       if (!stopped()) test_removed_branch(branch, plan_.modes.front());
-  } catch (const bake::BakeCancelled&) {
-    return std::move(result_);
-  }
+  } catch (const bake::BakeCancelled&) { return std::move(result_); }
   result_.complete = !stopped();
   return std::move(result_);
 }

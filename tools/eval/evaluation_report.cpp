@@ -8,7 +8,6 @@
 #include <sstream>
 
 namespace lbea::tool {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -28,17 +27,24 @@ Json to_json(const Round& round) {
   Json json{{"experiments", round.title}, {"mode", mode_name(round.mode)}, {"frames_are", round.disturbance.name},
             {"tests", summary.tests},     {"frames", summary.frames},      {"oracle", to_json(summary.oracle)}};
   for (std::size_t c = 0; c < contenders; ++c)
-    if (!std::isnan(summary.scores[c].mean)) json["methods"][std::string(contender_names[c])] = to_json(summary.scores[c]);
+    if (!std::isnan(summary.scores[c].mean))
+      json["methods"][std::string(contender_names[c])] = to_json(summary.scores[c]);
   for (std::size_t v = 0; v < summary.verdicts.size(); ++v)
     json["verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = summary.verdicts[v];
   for (std::size_t v = 0; v < summary.test_verdicts.size(); ++v)
     json["test_verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = or_null(summary.test_verdicts[v]);
   json["own_simulation"] = or_null(summary.named);
-  json["field"] = {{"true_mean", or_null(summary.field.true_mean)}, {"matched", or_null(summary.field.matched)}, {"inferred", or_null(summary.field.inferred)},
-                   {"hidden", or_null(summary.field.hidden)},       {"within_two_spreads", or_null(summary.field.within_spread)}};
+  json["field"] = {{"true_mean", or_null(summary.field.true_mean)},
+                   {"matched", or_null(summary.field.matched)},
+                   {"inferred", or_null(summary.field.inferred)},
+                   {"hidden", or_null(summary.field.hidden)},
+                   {"within_two_spreads", or_null(summary.field.within_spread)}};
   for (const TestTrial& test : round.tests) {
     const Summary alone = summarise(std::span(&test, 1));
-    Json line{{"experiment", test.experiment}, {"branch", test.branch}, {"named", test.named}, {"oracle", or_null(alone.oracle.mean)}};
+    Json line{{"experiment", test.experiment},
+              {"branch", test.branch},
+              {"named", test.named},
+              {"oracle", or_null(alone.oracle.mean)}};
     for (std::size_t c = 0; c < contenders; ++c) line[std::string(contender_names[c])] = or_null(alone.scores[c].mean);
     json["tests_alone"].push_back(std::move(line));
   }
@@ -72,18 +78,23 @@ struct Cells {
 
 std::string frames_csv(const Evaluation& evaluation) {
   Cells cells;
-  cells.out << "experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict,coverage,oracle";
+  cells.out
+      << "experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict,coverage,oracle";
   for (const auto name : contender_names) cells.out << ',' << name;
-  cells.out << ",fit_is_own,residual,estimate_residual,misfit,spread,tracked_probability,branch_probability,field_true,field_matched,field_inferred,x1,x2,x3\n";
+  cells.out << ",fit_is_own,residual,estimate_residual,misfit,spread,tracked_probability,branch_probability,field_true,"
+               "field_matched,field_inferred,x1,x2,x3\n";
   for (const Round& round : evaluation.rounds)
     for (const TestTrial& test : round.tests)
       for (const FrameTrial& frame : test.frames) {
-        cells.text(round.title), cells.text(mode_name(round.mode)), cells.text(round.disturbance.name), cells.text(test.experiment);
+        cells.text(round.title), cells.text(mode_name(round.mode)), cells.text(round.disturbance.name),
+            cells.text(test.experiment);
         cells.number(test.branch), cells.number(frame.step), cells.number(frame.time_s), cells.number(frame.points);
-        cells.text(to_string(frame.status)), cells.text(to_string(frame.verdict)), cells.text(to_string(frame.test_verdict)), cells.number(frame.coverage), cells.number(frame.best.error);
+        cells.text(to_string(frame.status)), cells.text(to_string(frame.verdict)),
+            cells.text(to_string(frame.test_verdict)), cells.number(frame.coverage), cells.number(frame.best.error);
         for (const double error : frame.errors) cells.number(error);
         cells.number(test.contained && frame.samples[static_cast<std::size_t>(Contender::fit)] == frame.own ? 1 : 0);
-        cells.number(frame.fit.residual), cells.number(frame.fit.estimate_residual), cells.number(frame.fit.misfit), cells.number(frame.fit.spread);
+        cells.number(frame.fit.residual), cells.number(frame.fit.estimate_residual), cells.number(frame.fit.misfit),
+            cells.number(frame.fit.spread);
         cells.number(frame.simulation_probability), cells.number(frame.branch_probability);
         cells.number(frame.field.true_mean), cells.number(frame.field.matched), cells.number(frame.field.inferred);
         for (const float x : frame.leading_coordinates) cells.number(x);
@@ -98,7 +109,8 @@ std::string view_csv(const Evaluation& evaluation) {
   for (const std::string& name : evaluation.parameter_names) cells.out << ',' << quoted(name);
   cells.out << '\n';
   for (const ViewPoint& point : evaluation.view) {
-    cells.text("simulation"), cells.text(point.simulation), cells.number(point.branch), cells.number(point.time_step), cells.number(point.time_s);
+    cells.text("simulation"), cells.text(point.simulation), cells.number(point.branch), cells.number(point.time_step),
+        cells.number(point.time_s);
     for (const float x : point.coordinates) cells.number(x);
     for (const double value : point.parameters) cells.number(value);
     cells.end();
@@ -106,7 +118,8 @@ std::string view_csv(const Evaluation& evaluation) {
   const std::vector<TestTrial> none;
   for (const TestTrial& test : evaluation.rounds.empty() ? none : evaluation.rounds.front().tests)
     for (const FrameTrial& frame : test.frames) {
-      cells.text("experiment"), cells.text(test.experiment), cells.number(test.branch), cells.number(frame.step), cells.number(frame.time_s);
+      cells.text("experiment"), cells.text(test.experiment), cells.number(test.branch), cells.number(frame.step),
+          cells.number(frame.time_s);
       for (const float x : frame.leading_coordinates) cells.number(x);
       for (std::size_t i = 0; i < evaluation.parameter_names.size(); ++i) cells.out << ',';
       cells.end();
@@ -117,10 +130,20 @@ std::string view_csv(const Evaluation& evaluation) {
 }  // namespace
 
 std::string to_json(const Evaluation& evaluation) {
-  Json json{{"complete", evaluation.complete}, {"length_unit", evaluation.length_unit}, {"field", evaluation.field}, {"branches", evaluation.branches}};
+  Json json{{"complete", evaluation.complete},
+            {"length_unit", evaluation.length_unit},
+            {"field", evaluation.field},
+            {"branches", evaluation.branches}};
   for (const bake::BakeSummary& bake : evaluation.bakes)
-    json["bakes"].push_back({{"samples", bake.samples}, {"simulations", bake.simulations}, {"vertices", bake.vertices}, {"references", bake.references},
-                             {"seconds", {{"reading", bake.seconds.reading}, {"bases", bake.seconds.bases}, {"samples", bake.seconds.samples}, {"writing", bake.seconds.writing}}}});
+    json["bakes"].push_back({{"samples", bake.samples},
+                             {"simulations", bake.simulations},
+                             {"vertices", bake.vertices},
+                             {"references", bake.references},
+                             {"seconds",
+                              {{"reading", bake.seconds.reading},
+                               {"bases", bake.seconds.bases},
+                               {"samples", bake.seconds.samples},
+                               {"writing", bake.seconds.writing}}}});
   for (const Round& round : evaluation.rounds) json["rounds"].push_back(to_json(round));
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 std::string number(double value, int digits = 2) { return std::isnan(value) ? "-" : formatted("%.*f", digits, value); }
@@ -18,20 +17,24 @@ bool undisturbed(const Round& round) { return round.disturbance.name == Disturba
 
 std::string errors_table(const Round& round, const std::string& unit) {
   const Summary summary = summarise(round.tests);
-  std::string text = formatted("### %s experiments, reference %s\n\n%zu tests, %zu frames.\n\n", round.title.c_str(), mode_words(round.mode).c_str(), summary.tests, summary.frames);
+  std::string text = formatted("### %s experiments, reference %s\n\n%zu tests, %zu frames.\n\n", round.title.c_str(),
+                               mode_words(round.mode).c_str(), summary.tests, summary.frames);
   text += "| method | mean EE [" + unit + "] | median | ratio to the oracle | own sample |\n|---|---|---|---|---|\n";
   const auto row = [&](std::string_view name, const Score& score) {
-    text += "| " + std::string(name) + " | " + number(score.mean, 3) + " | " + number(score.median, 3) + " | " + number(score.ratio) + " | " + percent(score.exact) + " |\n";
+    text += "| " + std::string(name) + " | " + number(score.mean, 3) + " | " + number(score.median, 3) + " | " +
+            number(score.ratio) + " | " + percent(score.exact) + " |\n";
   };
   row("oracle", summary.oracle);
   for (std::size_t c = 0; c < contenders; ++c)
     if (!std::isnan(summary.scores[c].mean)) row(contender_names[c], summary.scores[c]);
-  if (!std::isnan(summary.named)) text += "\nThe tracker names the own simulation at the end of " + percent(summary.named) + " of the tests.\n";
+  if (!std::isnan(summary.named))
+    text += "\nThe tracker names the own simulation at the end of " + percent(summary.named) + " of the tests.\n";
   return text + "\n";
 }
 
 std::string robustness_table(const Evaluation& evaluation, const std::string& title) {
-  constexpr std::array shown{Contender::vtp, Contender::lbea, Contender::look_alike, Contender::fit, Contender::estimate, Contender::tracked, Contender::path};
+  constexpr std::array shown{Contender::vtp,      Contender::lbea,    Contender::look_alike, Contender::fit,
+                             Contender::estimate, Contender::tracked, Contender::path};
   std::string text = "### Disturbed frames, " + title + "\n\n| frames | oracle |";
   for (const Contender c : shown) text += " " + std::string(contender_names[static_cast<std::size_t>(c)]) + " |";
   text += " own sample (fit) | own simulation (tracker) | no simulation fits |\n|---|---|";
@@ -54,36 +57,47 @@ std::string robustness_table(const Evaluation& evaluation, const std::string& ti
 }
 
 std::string verdict_table(const Evaluation& evaluation) {
-  std::string text = "### Verdicts, shares of the frames\n\n| experiments | frames | matched | ambiguous | no simulation fits | unknown | after parting | test: matched | test: ambiguous | test: no simulation fits | test: after parting |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+  std::string text =
+      "### Verdicts, shares of the frames\n\n| experiments | frames | matched | ambiguous | no simulation fits | "
+      "unknown | after parting | test: matched | test: ambiguous | test: no simulation fits | test: after parting "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Round& round : evaluation.rounds) {
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode) continue;
     const Summary s = summarise(round.tests);
     const auto share = [&](Verdict verdict) { return percent(s.verdicts[static_cast<std::size_t>(verdict)]); };
-    const auto test_share = [&](Verdict verdict) { return percent(s.test_verdicts[static_cast<std::size_t>(verdict)]); };
+    const auto test_share = [&](Verdict verdict) {
+      return percent(s.test_verdicts[static_cast<std::size_t>(verdict)]);
+    };
     std::string parted = "-", test_parted = "-";
     const auto beside = std::ranges::find_if(evaluation.rounds, [&](const Round& other) {
-      return round.title.ends_with(" removed") && other.title == round.title.substr(0, round.title.size() - 7) + "present";
+      return round.title.ends_with(" removed") &&
+             other.title == round.title.substr(0, round.title.size() - 7) + "present";
     });
     if (beside != evaluation.rounds.end()) {
       const Parted after = parted_frames(round.tests, beside->tests);
       parted = percent(after.no_simulation_fits) + formatted(" of %zu", after.frames);
       test_parted = percent(after.test_says_so);
     }
-    text += "| " + round.title + formatted(" | %zu | ", s.frames) + share(Verdict::matched) + " | " + share(Verdict::ambiguous) + " | " +
-            share(Verdict::no_simulation_fits) + " | " + share(Verdict::unknown) + " | " + parted + " | " +
-            test_share(Verdict::matched) + " | " + test_share(Verdict::ambiguous) + " | " + test_share(Verdict::no_simulation_fits) + " | " + test_parted + " |\n";
+    text += "| " + round.title + formatted(" | %zu | ", s.frames) + share(Verdict::matched) + " | " +
+            share(Verdict::ambiguous) + " | " + share(Verdict::no_simulation_fits) + " | " + share(Verdict::unknown) +
+            " | " + parted + " | " + test_share(Verdict::matched) + " | " + test_share(Verdict::ambiguous) + " | " +
+            test_share(Verdict::no_simulation_fits) + " | " + test_parted + " |\n";
   }
-  return text + "\nTest: the verdict on the test so far, from its fourth frame on. After parting: *no simulation fits* among the frames in which the oracle without the branch is more than twice as far off as with it.\n\n";
+  return text +
+         "\nTest: the verdict on the test so far, from its fourth frame on. After parting: *no simulation fits* among "
+         "the frames in which the oracle without the branch is more than twice as far off as with it.\n\n";
 }
 
 std::string field_table(const Evaluation& evaluation) {
-  std::string text = "### Inferred " + evaluation.field + "\n\n| experiments | mean of the truth | error of the match | of the estimate | of the estimate where hidden | within two spreads |\n|---|---|---|---|---|---|\n";
+  std::string text = "### Inferred " + evaluation.field +
+                     "\n\n| experiments | mean of the truth | error of the match | of the estimate | of the estimate "
+                     "where hidden | within two spreads |\n|---|---|---|---|---|---|\n";
   std::size_t rows = 0;
   for (const Round& round : evaluation.rounds) {
     const FieldError field = summarise(round.tests).field;
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode || std::isnan(field.true_mean)) continue;
-    text += "| " + round.title + " | " + number(field.true_mean, 4) + " | " + number(field.matched, 4) + " | " + number(field.inferred, 4) + " | " +
-            number(field.hidden, 4) + " | " + percent(field.within_spread) + " |\n";
+    text += "| " + round.title + " | " + number(field.true_mean, 4) + " | " + number(field.matched, 4) + " | " +
+            number(field.inferred, 4) + " | " + number(field.hidden, 4) + " | " + percent(field.within_spread) + " |\n";
     ++rows;
   }
   return rows == 0 ? "" : text + "\nMean absolute difference per element, over the whole component.\n\n";
@@ -98,7 +112,8 @@ std::string branch_table(const Evaluation& evaluation) {
   text += "\n";
   for (std::uint32_t branch = 0; branch < evaluation.branches; ++branch) {
     std::vector<TestTrial> tests;
-    std::ranges::copy_if(round.tests, std::back_inserter(tests), [&](const TestTrial& test) { return test.branch == branch; });
+    std::ranges::copy_if(round.tests, std::back_inserter(tests),
+                         [&](const TestTrial& test) { return test.branch == branch; });
     if (tests.empty()) continue;
     const Summary s = summarise(tests);
     text += formatted("| %u | %zu | ", branch, s.tests) + number(s.oracle.mean) + " |";
@@ -116,9 +131,11 @@ std::string time_table(const Evaluation& evaluation) {
     samples.push_back(bake.seconds.samples);
     writing.push_back(bake.seconds.writing);
   }
-  std::string text = "### Time\n\n| preprocessing (" + std::to_string(evaluation.bakes.size()) + " bakes) | seconds, median |\n|---|---|\n";
-  text += "| reading | " + number(median(reading)) + " |\n| bases | " + number(median(bases)) + " |\n| samples: correspondence, coefficients, depth images | " +
-          number(median(samples)) + " |\n| calibrating, writing | " + number(median(writing)) + " |\n\n";
+  std::string text = "### Time\n\n| preprocessing (" + std::to_string(evaluation.bakes.size()) +
+                     " bakes) | seconds, median |\n|---|---|\n";
+  text += "| reading | " + number(median(reading)) + " |\n| bases | " + number(median(bases)) +
+          " |\n| samples: correspondence, coefficients, depth images | " + number(median(samples)) +
+          " |\n| calibrating, writing | " + number(median(writing)) + " |\n\n";
   const auto stage = [&](const auto& value) {
     std::vector<double> values;
     for (const TestTrial& test : evaluation.rounds.front().tests)
@@ -127,7 +144,9 @@ std::string time_table(const Evaluation& evaluation) {
   };
   const double points = stage([](const FrameTrial& f) { return f.points; });
   text += "| alignment of a frame of " + number(points, 0) + " points | ms, median |\n|---|---|\n";
-  const auto row = [&](const char* name, double value) { text += "| " + std::string(name) + " | " + number(value, 3) + " |\n"; };
+  const auto row = [&](const char* name, double value) {
+    text += "| " + std::string(name) + " | " + number(value, 3) + " |\n";
+  };
   row("index of the cloud", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.index; }));
   row("correspondence", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.correspondence; }));
   row("projection", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.projection; }));
@@ -146,7 +165,8 @@ std::string tables(const Evaluation& evaluation) {
   if (evaluation.rounds.empty() || evaluation.rounds.front().tests.empty()) return "";
   std::string text;
   for (const Round& round : evaluation.rounds)
-    if (undisturbed(round) && (round.title == "unseen" || round.title == "contained")) text += errors_table(round, evaluation.length_unit);
+    if (undisturbed(round) && (round.title == "unseen" || round.title == "contained"))
+      text += errors_table(round, evaluation.length_unit);
   text += branch_table(evaluation);
   for (const char* title : {"unseen", "contained"}) text += robustness_table(evaluation, title);
   return text + verdict_table(evaluation) + field_table(evaluation) + time_table(evaluation);

@@ -8,7 +8,6 @@
 #include <limits>
 
 namespace lbea::tool {
-
 namespace {
 
 struct Cloud {
@@ -32,21 +31,25 @@ std::vector<std::array<std::uint32_t, 4>> observed_elements(const Model& model) 
     std::array<std::uint32_t, 4> element{};
     std::copy_n(&model.element_nodes()[4 * e], 4, element.begin());
     all.push_back(element);
-    if (std::ranges::all_of(element, [&](std::uint32_t node) { return observed[node] != 0; })) chosen.push_back(element);
+    if (std::ranges::all_of(element, [&](std::uint32_t node) { return observed[node] != 0; }))
+      chosen.push_back(element);
   }
   return chosen.empty() ? all : chosen;
 }
 
 /// The middles of side x side equal parts of the unit square, bilinear on the element.
-Cloud surface_points(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements, std::uint32_t side) {
+Cloud surface_points(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
+                     std::uint32_t side) {
   Cloud cloud;
   for (const auto& element : elements)
     for (std::uint32_t i = 0; i < side * side; ++i) {
-      const float u = (static_cast<float>(i % side) + 0.5f) / static_cast<float>(side), v = (static_cast<float>(i / side) + 0.5f) / static_cast<float>(side);
+      const float u = (static_cast<float>(i % side) + 0.5f) / static_cast<float>(side),
+                  v = (static_cast<float>(i / side) + 0.5f) / static_cast<float>(side);
       const std::array<float, 4> shares{(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
       std::array<float, 3> point{};
       for (std::size_t k = 0; k < 4; ++k)
-        for (std::size_t axis = 0; axis < 3; ++axis) point[axis] += shares[k] * positions[3 * std::size_t{element[k]} + axis];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          point[axis] += shares[k] * positions[3 * std::size_t{element[k]} + axis];
       cloud.points.push_back(point);
     }
   return cloud;
@@ -82,7 +85,8 @@ struct IcpBaseline::Target {
   double nearest(const Eigen::Matrix3Xd& points, Eigen::Matrix3Xd& into) const {
     double sum = 0;
     for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      const std::array<float, 3> query{static_cast<float>(points(0, i)), static_cast<float>(points(1, i)), static_cast<float>(points(2, i))};
+      const std::array<float, 3> query{static_cast<float>(points(0, i)), static_cast<float>(points(1, i)),
+                                       static_cast<float>(points(2, i))};
       std::uint32_t index = 0;
       float squared = 0;
       tree.knnSearch(query.data(), 1, &index, &squared);
@@ -100,13 +104,15 @@ struct IcpBaseline::Target {
 IcpBaseline::IcpBaseline(const Model& model, const IcpSettings& settings) : settings_(settings) {
   const auto elements = observed_elements(model);
   for (std::uint32_t s = 0; s < model.samples(); ++s)
-    targets_.push_back(std::make_unique<const Target>(surface_points(model.node_positions(s), elements, settings.subdivision)));
+    targets_.push_back(
+        std::make_unique<const Target>(surface_points(model.node_positions(s), elements, settings.subdivision)));
 }
 IcpBaseline::~IcpBaseline() = default;
 
 double IcpBaseline::align(std::uint32_t sample, std::span<const std::array<double, 3>> points) const {
   Eigen::Matrix3Xd moving(3, static_cast<Eigen::Index>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) moving.col(static_cast<Eigen::Index>(i)) = Eigen::Vector3d(points[i].data());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    moving.col(static_cast<Eigen::Index>(i)) = Eigen::Vector3d(points[i].data());
   Eigen::Matrix3Xd nearest(3, moving.cols());
   double error = targets_[sample]->nearest(moving, nearest);
   for (std::uint32_t i = 0; i < settings_.iterations; ++i) {
@@ -125,7 +131,8 @@ IcpMatch IcpBaseline::match(std::span<const std::array<double, 3>> points) const
   ranked.resize(std::min<std::size_t>(ranked.size(), settings_.finalists));
   for (IcpMatch& finalist : ranked) finalist.mean_squared_error = align(finalist.sample, many);
   return *std::ranges::min_element(ranked, [](const IcpMatch& a, const IcpMatch& b) {
-    return a.mean_squared_error != b.mean_squared_error ? a.mean_squared_error < b.mean_squared_error : a.sample < b.sample;
+    return a.mean_squared_error != b.mean_squared_error ? a.mean_squared_error < b.mean_squared_error
+                                                        : a.sample < b.sample;
   });
 }
 
@@ -136,7 +143,8 @@ std::vector<std::array<double, 3>> spread_points(std::span<const Point> points, 
     std::array<double, 3> q{};
     bool keep = true;
     for (std::size_t i = 0; i < 3; ++i) {
-      q[i] = double{T[4 * i]} * double{p.x} + double{T[4 * i + 1]} * double{p.y} + double{T[4 * i + 2]} * double{p.z} + double{T[4 * i + 3]};
+      q[i] = double{T[4 * i]} * double{p.x} + double{T[4 * i + 1]} * double{p.y} + double{T[4 * i + 2]} * double{p.z} +
+             double{T[4 * i + 3]};
       keep = keep && q[i] >= box[0][i] && q[i] <= box[1][i];
     }
     if (keep) inside.push_back(q);

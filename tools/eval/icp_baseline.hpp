@@ -12,12 +12,12 @@
 namespace lbea::tool {
 
 struct IcpSettings {
-  std::uint32_t iterations = 30;        // at most
-  double converged = 1e-4;              // relative fall of the mean squared error below which an alignment has ended
-  std::uint32_t points = 2'000;         // of the frame, spread evenly
-  std::uint32_t screening_points = 200; // with which all samples are aligned, before
-  std::uint32_t finalists = 40;         // the best of them are aligned with all `points`
-  std::uint32_t subdivision = 3;        // a sample's element becomes that many points along each side
+  std::uint32_t iterations = 30;         // at most
+  double converged = 1e-4;               // relative fall of the mean squared error below which an alignment has ended
+  std::uint32_t points = 2'000;          // of the frame, spread evenly
+  std::uint32_t screening_points = 200;  // with which all samples are aligned, before
+  std::uint32_t finalists = 40;          // the best of them are aligned with all `points`
+  std::uint32_t subdivision = 3;         // a sample's element becomes that many points along each side
 };
 
 struct IcpMatch {
@@ -43,8 +43,11 @@ class IcpBaseline {
   std::vector<std::unique_ptr<const Target>> targets_;
 };
 
-/// Reference coordinates of at most `most` points inside the box (its least and greatest corner), evenly chosen in their order.
-[[nodiscard]] std::vector<std::array<double, 3>> spread_points(std::span<const Point> points, const RigidTransform& T_reference_sensor,
-                                                               const std::array<std::array<double, 3>, 2>& box, std::size_t most);
+/// Reference coordinates of at most `most` points inside the box (its least and greatest corner), evenly chosen in
+/// their order.
+[[nodiscard]] std::vector<std::array<double, 3>> spread_points(std::span<const Point> points,
+                                                               const RigidTransform& T_reference_sensor,
+                                                               const std::array<std::array<double, 3>, 2>& box,
+                                                               std::size_t most);
 
 }  // namespace lbea::tool

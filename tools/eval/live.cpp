@@ -10,7 +10,6 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::chrono::milliseconds poll_interval{50};
@@ -26,18 +25,21 @@ std::vector<float> estimated_positions(const Model& model, const std::vector<Wei
 LiveRow judge(wire::WireResult result, const Model& model, Truth* truth) {
   LiveRow row;
   const StageTimes& stages = result.elapsed_ns.match;
-  row.match_ms = ms(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching + stages.fit + stages.coverage);
+  row.match_ms = ms(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching +
+                    stages.fit + stages.coverage);
   row.total_ms = ms(result.elapsed_ns.total);
   const Truth::Row* real = truth == nullptr ? nullptr : truth->at(result.stamp_ns);
   if (real != nullptr && !result.matches.empty()) {
     const std::uint32_t sample = model.sample_index(result.matches.front().sample);
     if (sample == model.samples())
-      throw Error(Status::bad_input, "frame " + std::to_string(result.frame_id) + ": the results name a sample this model does not hold; "
-                                     "give the model that the matcher uses");
+      throw Error(Status::bad_input, "frame " + std::to_string(result.frame_id) +
+                                         ": the results name a sample this model does not hold; "
+                                         "give the model that the matcher uses");
     const auto& positions = truth->positions(*real);
     row.error = experiment_error(positions, model.node_positions(sample));
     row.oracle_error = oracle(model, positions).error;
-    if (!result.fit.estimate.empty()) row.estimate_error = experiment_error(positions, estimated_positions(model, result.fit.estimate));
+    if (!result.fit.estimate.empty())
+      row.estimate_error = experiment_error(positions, estimated_positions(model, result.fit.estimate));
   }
   row.result = std::move(result);
   return row;
@@ -54,13 +56,14 @@ void find_path(LiveSummary& summary, const Model& model, Truth* truth) {
     row.on_path = path[i];
     row.path_simulation = model.simulation_name(path[i].simulation);
     const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
-    if (real != nullptr) row.path_error = experiment_error(truth->positions(*real), model.node_positions(model.sample_index(path[i])));
+    if (real != nullptr)
+      row.path_error = experiment_error(truth->positions(*real), model.node_positions(model.sample_index(path[i])));
   }
 }
 
 }  // namespace
 
-std::optional<double> LiveSummary::mean(std::optional<double> LiveRow::* error) const {
+std::optional<double> LiveSummary::mean(std::optional<double> LiveRow::*error) const {
   double sum = 0;
   std::size_t count = 0;
   for (const LiveRow& row : rows)
@@ -97,10 +100,12 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
     wire::WireResult result;
     if (wire::message_kind(*message) != wire::MessageKind::result) continue;
     if (const wire::WireStatus status = wire::decode_result(*message, result); status != wire::WireStatus::ok)
-      throw Error(Status::bad_input, options.results_endpoint + ": a result cannot be read: " + std::string(wire::explain(status)));
+      throw Error(Status::bad_input,
+                  options.results_endpoint + ": a result cannot be read: " + std::string(wire::explain(status)));
     if (result.model_checksum != model.checksum())
-      throw Error(Status::bad_input, options.results_endpoint + ": these results were matched with another model; give the one that "
-                                                                "the matcher uses");
+      throw Error(Status::bad_input, options.results_endpoint +
+                                         ": these results were matched with another model; give the one that "
+                                         "the matcher uses");
     if (result.status == wire::WireStatus::end_of_stream) {
       summary.complete = true;
       continue;

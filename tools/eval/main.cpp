@@ -1,11 +1,11 @@
 // lbea-eval: how good are the matches? Holds results against the truth of sensed experiments.
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
-#include "tools/shared/intake/access_options.hpp"
-#include "tools/shared/cli/tool.hpp"
 #include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
 #include "tools/eval/report.hpp"
+#include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/access_options.hpp"
 
 #include <cstdio>
 #include <memory>
@@ -27,14 +27,16 @@ struct LiveArguments {
 
 void add_live(CLI::App& app, LiveArguments& arguments) {
   app.add_option("model", arguments.model, "The model that the matcher uses (.lbea)")->required();
-  app.add_option("--results", arguments.results, "Endpoint where the matcher publishes, e.g. ipc:///tmp/results")->required();
+  app.add_option("--results", arguments.results, "Endpoint where the matcher publishes, e.g. ipc:///tmp/results")
+      ->required();
   arguments.access.add_to(app);
   auto* truth = app.add_option("--truth", arguments.truth_table, "truth.csv of the sensed frames");
   app.add_option("--run", arguments.run, "The run that the frames were sensed from")->needs(truth);
   truth->needs("--run");
   app.add_option("--pose", arguments.pose, "sensor.json of the frames, for clouds in reference coordinates");
   app.add_option("-o,--out", arguments.out, "Folder for results.csv and the meshes for ParaView");
-  app.add_option("--silence", arguments.silence_s, "Give up after so many seconds without a message")->check(CLI::PositiveNumber);
+  app.add_option("--silence", arguments.silence_s, "Give up after so many seconds without a message")
+      ->check(CLI::PositiveNumber);
   app.add_flag("--json", arguments.json, "Print the results as JSON instead of a table");
 }
 
@@ -50,7 +52,8 @@ int live(const LiveArguments& arguments) {
   catch_stop_signals();
   const Model model = Model::open(arguments.model);
   std::unique_ptr<Truth> truth;
-  if (!arguments.truth_table.empty()) truth = std::make_unique<Truth>(arguments.truth_table, io::open_simulation(arguments.run), model);
+  if (!arguments.truth_table.empty())
+    truth = std::make_unique<Truth>(arguments.truth_table, io::open_simulation(arguments.run), model);
   const RigidTransform pose = arguments.pose.empty() ? identity_transform : io::read_pose(arguments.pose);
   if (!arguments.out.empty()) prepare_folder(arguments.out);
   const LiveOptions options{arguments.results, arguments.access.load(),
@@ -67,7 +70,8 @@ int live(const LiveArguments& arguments) {
     write_meshes(arguments.out, summary, model, truth.get(), pose);
   }
   if (summary.rows.empty())
-    throw Error(Status::endpoint_unavailable, arguments.results + ": no result came; is lbea-serve publishing there, and was anything sent?");
+    throw Error(Status::endpoint_unavailable,
+                arguments.results + ": no result came; is lbea-serve publishing there, and was anything sent?");
   if (summary.complete) return exit_ok;
   std::fprintf(stderr, "lbea-eval: the sender did not end the stream: frames may be missing from what was evaluated\n");
   return exit_failed;
@@ -77,7 +81,8 @@ int live(const LiveArguments& arguments) {
 
 int main(int argc, char** argv) {
   Tool tool("lbea-eval", "Holds results against the truth of sensed experiments.",
-            "lbea-eval live rail.lbea --results ipc:///tmp/results --truth frames/truth.csv --run runs/run_043 --out evaluation\n"
+            "lbea-eval live rail.lbea --results ipc:///tmp/results --truth frames/truth.csv --run runs/run_043 --out "
+            "evaluation\n"
             "  lbea-eval ensemble ensemble.toml --sensor sensor.json --split 0.2 --robustness --out evaluation");
   LiveArguments arguments;
   tool.require_subcommand(1);
@@ -85,8 +90,10 @@ int main(int argc, char** argv) {
   live_command->option_defaults()->always_capture_default();
   add_live(*live_command, arguments);
   EnsembleArguments ensemble;
-  CLI::App* ensemble_command = tool.add_subcommand("ensemble", "Film runs of an ensemble, match them with the others, and tell how far off every method is");
+  CLI::App* ensemble_command = tool.add_subcommand(
+      "ensemble", "Film runs of an ensemble, match them with the others, and tell how far off every method is");
   ensemble_command->option_defaults()->always_capture_default();
   declare(*ensemble_command, ensemble);
-  return tool.run(argc, argv, [&] { return ensemble_command->parsed() ? evaluate_ensemble(ensemble) : live(arguments); });
+  return tool.run(argc, argv,
+                  [&] { return ensemble_command->parsed() ? evaluate_ensemble(ensemble) : live(arguments); });
 }

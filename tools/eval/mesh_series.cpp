@@ -8,7 +8,6 @@
 #include <vector>
 
 namespace lbea::tool {
-
 namespace {
 
 io::VtuGrid component(const Model& model, std::span<const float> positions, double time_s) {
@@ -36,8 +35,8 @@ void write_matched_mesh(const std::filesystem::path& file, const Model& model, s
   io::write_vtu(file, grid);
 }
 
-void write_estimate_mesh(const std::filesystem::path& file, const Model& model, std::span<const WeightedSample> estimate,
-                         std::span<const Match> candidates, double time_s) {
+void write_estimate_mesh(const std::filesystem::path& file, const Model& model,
+                         std::span<const WeightedSample> estimate, std::span<const Match> candidates, double time_s) {
   const std::vector<WeightedSample> plausible = plausible_samples(candidates);
   Inferred shape;
   infer_positions(model, estimate, plausible, shape);
@@ -58,7 +57,9 @@ double estimate_time_s(const Model& model, std::span<const WeightedSample> estim
   double time = 0;
   for (const WeightedSample& share : estimate) {
     const std::uint32_t sample = model.sample_index(share.sample);
-    if (sample == model.samples()) throw Error(Status::bad_input, "an estimate names a sample this model does not hold; give the model that the matcher uses");
+    if (sample == model.samples())
+      throw Error(Status::bad_input,
+                  "an estimate names a sample this model does not hold; give the model that the matcher uses");
     time += double{share.weight} * model.sample_time_s(sample);
   }
   return time;

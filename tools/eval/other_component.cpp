@@ -6,7 +6,6 @@
 #include <numbers>
 
 namespace lbea::tool {
-
 namespace {
 
 using Vec = std::array<double, 3>;
@@ -36,7 +35,9 @@ Frame3 box_of(std::span<const float> positions) {
 /// In the unit cube: u along, v around.
 using Shape = Vec (*)(double u, double v);
 
-Vec tube(double u, double v) { return {u, 0.5 + 0.5 * std::cos(2 * std::numbers::pi * v), 0.5 + 0.5 * std::sin(2 * std::numbers::pi * v)}; }
+Vec tube(double u, double v) {
+  return {u, 0.5 + 0.5 * std::cos(2 * std::numbers::pi * v), 0.5 + 0.5 * std::sin(2 * std::numbers::pi * v)};
+}
 Vec narrow_box(double u, double v) {
   const double side = std::floor(4 * v), at = 4 * v - side;
   const std::array<std::array<double, 2>, 5> corners{{{0.3, 0}, {0.7, 0}, {0.7, 1}, {0.3, 1}, {0.3, 0}}};
@@ -47,12 +48,14 @@ Vec narrow_box(double u, double v) {
 Vec corrugated_plate(double u, double v) { return {u, v, 0.5 + 0.3 * std::sin(6 * std::numbers::pi * v)}; }
 Vec ball(double u, double v) {
   const double polar = std::numbers::pi * u, r = 0.5 * std::sin(polar);
-  return {0.5 - 0.5 * std::cos(polar), 0.5 + r * std::cos(2 * std::numbers::pi * v), 0.5 + r * std::sin(2 * std::numbers::pi * v)};
+  return {0.5 - 0.5 * std::cos(polar), 0.5 + r * std::cos(2 * std::numbers::pi * v),
+          0.5 + r * std::sin(2 * std::numbers::pi * v)};
 }
 
 class ShapeRun final : public bake::SimulationReader {
  public:
-  ShapeRun(Shape shape, const Frame3& box, std::vector<double> times) : shape_(shape), box_(box), times_(std::move(times)) {
+  ShapeRun(Shape shape, const Frame3& box, std::vector<double> times)
+      : shape_(shape), box_(box), times_(std::move(times)) {
     mesh_.positions = at(1);
     for (std::uint32_t i = 0; i < along * around; ++i) mesh_.node_ids.push_back(i + 1);
     for (std::uint32_t j = 0; j + 1 < along; ++j)
@@ -69,7 +72,9 @@ class ShapeRun final : public bake::SimulationReader {
   double time_s(std::uint32_t state) const override { return times_.at(state); }
   void read(std::uint32_t state, bake::SimulationState& into) override {
     into.time_s = times_.at(state);
-    into.positions = at(std::lerp(1.0, final_length, static_cast<double>(state) / static_cast<double>(std::max<std::size_t>(times_.size() - 1, 1))));
+    into.positions =
+        at(std::lerp(1.0, final_length,
+                     static_cast<double>(state) / static_cast<double>(std::max<std::size_t>(times_.size() - 1, 1))));
     into.alive.assign(mesh_.elements.size(), 1);
     into.fields.clear();
   }
@@ -101,7 +106,8 @@ class ShapeRun final : public bake::SimulationReader {
 /// Times of the simulation with the most samples.
 std::vector<double> times_of(const Model& model) {
   std::vector<std::vector<double>> times(model.simulations());
-  for (std::uint32_t s = 0; s < model.samples(); ++s) times[model.sample(s).simulation].push_back(model.sample_time_s(s));
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    times[model.sample(s).simulation].push_back(model.sample_time_s(s));
   return *std::ranges::max_element(times, {}, &std::vector<double>::size);
 }
 
@@ -113,7 +119,8 @@ std::vector<Experiment> other_components(const Model& model) {
   std::vector<Experiment> experiments;
   for (const auto& [name, shape] : std::initializer_list<std::pair<const char*, Shape>>{
            {"tube", tube}, {"narrow box", narrow_box}, {"corrugated plate", corrugated_plate}, {"ball", ball}})
-    experiments.push_back({name, [shape = shape, box, times] { return std::make_unique<ShapeRun>(shape, box, times); }});
+    experiments.push_back(
+        {name, [shape = shape, box, times] { return std::make_unique<ShapeRun>(shape, box, times); }});
   return experiments;
 }
 

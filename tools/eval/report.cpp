@@ -1,7 +1,7 @@
 #include "tools/eval/report.hpp"
 
-#include "adapters/export/vtu.hpp"
 #include "adapters/clouds/pointcloud.hpp"
+#include "adapters/export/vtu.hpp"
 #include "tools/eval/mesh_series.hpp"
 #include "tools/eval/report_text.hpp"
 
@@ -10,10 +10,11 @@
 #include <sstream>
 
 namespace lbea::tool {
-
 namespace {
 
-std::string number_or_dash(const std::optional<double>& value) { return value ? formatted("%8.3f", *value) : "       -"; }
+std::string number_or_dash(const std::optional<double>& value) {
+  return value ? formatted("%8.3f", *value) : "       -";
+}
 
 std::string numbered(const char* stem, std::uint64_t frame, const char* ending) {
   return formatted("%s_%05llu%s", stem, static_cast<unsigned long long>(frame), ending);
@@ -33,7 +34,7 @@ void write_cloud(const std::filesystem::path& file, const std::filesystem::path&
 std::string table_header(const Model& model) {
   const std::string unit(model.length_unit());
   return formatted("%6s  %-20s %5s %11s %9s %11s %11s %9s", "frame", "best simulation", "step", "distance", "coverage",
-                ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms");
+                   ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms");
 }
 
 std::string table_line(const LiveRow& row) {
@@ -41,20 +42,23 @@ std::string table_line(const LiveRow& row) {
   const auto id = static_cast<unsigned long long>(r.frame_id);
   if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(wire::to_string(r.status)).c_str());
   const wire::WireMatch& best = r.matches.front();
-  return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(), best.sample.time_step,
-                static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage), number_or_dash(row.error).c_str(),
-                number_or_dash(row.oracle_error).c_str(), row.match_ms);
+  return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(),
+                   best.sample.time_step, static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage),
+                   number_or_dash(row.error).c_str(), number_or_dash(row.oracle_error).c_str(), row.match_ms);
 }
 
 std::string table_summary(const LiveSummary& summary, const Model& model) {
   std::string text = formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
-                            summary.complete ? "" : ", stream not ended by its sender", summary.median_match_ms());
+                               summary.complete ? "" : ", stream not ended by its sender", summary.median_match_ms());
   if (const auto error = summary.mean(&LiveRow::error), best = summary.mean(&LiveRow::oracle_error); error && best)
-    text += formatted("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(), *best, *error / *best);
-  if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += formatted("; between the samples %.2f", *estimate);
+    text += formatted("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(),
+                      *best, *error / *best);
+  if (const auto estimate = summary.mean(&LiveRow::estimate_error))
+    text += formatted("; between the samples %.2f", *estimate);
   if (summary.has_path) {
     const Sample last = summary.rows.back().on_path;
-    text += formatted("\nthe whole test, looking back: %s, ended at time step %u", std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
+    text += formatted("\nthe whole test, looking back: %s, ended at time step %u",
+                      std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
     if (const auto path = summary.mean(&LiveRow::path_error)) text += formatted("; mean EE %.2f", *path);
   }
   return text;
@@ -63,8 +67,10 @@ std::string table_summary(const LiveSummary& summary, const Model& model) {
 std::string to_json(const LiveSummary& summary) {
   nlohmann::ordered_json rows = nlohmann::json::array();
   for (const LiveRow& row : summary.rows) {
-    nlohmann::ordered_json line{{"frame", row.result.frame_id}, {"stamp_ns", row.result.stamp_ns},
-                                {"status", wire::to_string(row.result.status)}, {"coverage", row.result.coverage}};
+    nlohmann::ordered_json line{{"frame", row.result.frame_id},
+                                {"stamp_ns", row.result.stamp_ns},
+                                {"status", wire::to_string(row.result.status)},
+                                {"coverage", row.result.coverage}};
     if (!row.result.matches.empty()) {
       const wire::WireMatch& best = row.result.matches.front();
       line["simulation"] = best.simulation_name;
@@ -79,8 +85,9 @@ std::string to_json(const LiveSummary& summary) {
     line["total_ms"] = row.total_ms;
     rows.push_back(std::move(line));
   }
-  nlohmann::ordered_json all{{"complete", summary.complete}, {"median_match_ms", summary.median_match_ms()}, {"frames", std::move(rows)}};
-  const auto put_mean = [&](const char* key, std::optional<double> LiveRow::* error) {
+  nlohmann::ordered_json all{
+      {"complete", summary.complete}, {"median_match_ms", summary.median_match_ms()}, {"frames", std::move(rows)}};
+  const auto put_mean = [&](const char* key, std::optional<double> LiveRow::*error) {
     if (const auto mean = summary.mean(error)) all[key] = *mean;
   };
   put_mean("mean_EE", &LiveRow::error);
@@ -92,22 +99,29 @@ std::string to_json(const LiveSummary& summary) {
 
 void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
   std::ostringstream out;
-  out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms,verdict,test_verdict,estimate_EE,path_simulation,path_time_step,path_EE\n";
+  out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms,verdict,test_"
+         "verdict,estimate_EE,path_simulation,path_time_step,path_EE\n";
   for (const LiveRow& row : summary.rows) {
     const wire::WireResult& r = row.result;
     out << r.frame_id << ',' << r.stamp_ns << ',' << wire::to_string(r.status) << ',';
     if (r.matches.empty())
       out << ",,,";
     else
-      out << r.matches.front().simulation_name << ',' << r.matches.front().sample.time_step << ',' << r.matches.front().distance << ',';
+      out << r.matches.front().simulation_name << ',' << r.matches.front().sample.time_step << ','
+          << r.matches.front().distance << ',';
     out << r.coverage << ',';
-    if (row.error) out << *row.error << ',' << *row.oracle_error;
-    else out << ',';
-    out << ',' << row.match_ms << ',' << row.total_ms << ',' << wire::to_string(r.verdict) << ',' << wire::to_string(r.test.verdict) << ',';
+    if (row.error)
+      out << *row.error << ',' << *row.oracle_error;
+    else
+      out << ',';
+    out << ',' << row.match_ms << ',' << row.total_ms << ',' << wire::to_string(r.verdict) << ','
+        << wire::to_string(r.test.verdict) << ',';
     if (row.estimate_error) out << *row.estimate_error;
     out << ',';
-    if (summary.has_path) out << row.path_simulation << ',' << row.on_path.time_step;
-    else out << ',';
+    if (summary.has_path)
+      out << row.path_simulation << ',' << row.on_path.time_step;
+    else
+      out << ',';
     out << ',';
     if (row.path_error) out << *row.path_error;
     out << '\n';
@@ -115,8 +129,8 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
   write_text(file, out.str());
 }
 
-void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model, const Truth* truth,
-                  const RigidTransform& T_reference_sensor) {
+void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,
+                  const Truth* truth, const RigidTransform& T_reference_sensor) {
   std::vector<io::PvdEntry> series, estimates;
   for (const LiveRow& row : summary.rows) {
     if (row.result.matches.empty()) continue;
@@ -132,7 +146,8 @@ void write_meshes(const std::filesystem::path& folder, const LiveSummary& summar
       write_estimate_mesh(estimate, model, fit.estimate, fit.candidates, time_s);
       estimates.push_back({time_s, estimate});
     }
-    if (real != nullptr) write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor);
+    if (real != nullptr)
+      write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor);
   }
   io::write_pvd(folder / "matched.pvd", series);
   if (!estimates.empty()) io::write_pvd(folder / "estimate.pvd", estimates);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 std::vector<double> known(std::span<const double> values) {
@@ -43,7 +42,8 @@ double exact_hits(std::span<const TestTrial> tests, std::size_t contender) {
   std::vector<double> hits;
   for (const TestTrial& test : tests)
     for (const FrameTrial& frame : test.frames)
-      if (test.contained && !std::isnan(frame.errors[contender])) hits.push_back(frame.samples[contender] == frame.own ? 1 : 0);
+      if (test.contained && !std::isnan(frame.errors[contender]))
+        hits.push_back(frame.samples[contender] == frame.own ? 1 : 0);
   return mean(hits);
 }
 
@@ -91,8 +91,10 @@ Summary summarise(std::span<const TestTrial> tests) {
   const auto best = means_over_time(tests, [](const FrameTrial& frame) { return frame.best.error; });
   summary.oracle = {mean(best), median(best), mean(best) > 0 ? 1 : not_measured, not_measured};
   for (std::size_t c = 0; c < contenders; ++c) summary.scores[c] = score(tests, c, summary.oracle.mean);
-  summary.field = {overall(tests, [](const FrameTrial& f) { return f.field.true_mean; }), overall(tests, [](const FrameTrial& f) { return f.field.matched; }),
-                   overall(tests, [](const FrameTrial& f) { return f.field.inferred; }), overall(tests, [](const FrameTrial& f) { return f.field.hidden; }),
+  summary.field = {overall(tests, [](const FrameTrial& f) { return f.field.true_mean; }),
+                   overall(tests, [](const FrameTrial& f) { return f.field.matched; }),
+                   overall(tests, [](const FrameTrial& f) { return f.field.inferred; }),
+                   overall(tests, [](const FrameTrial& f) { return f.field.hidden; }),
                    overall(tests, [](const FrameTrial& f) { return f.field.within_spread; })};
   return summary;
 }
@@ -107,7 +109,8 @@ Parted parted_frames(std::span<const TestTrial> without, std::span<const TestTri
       const auto beside = std::ranges::find(same->frames, frame.step, &FrameTrial::step);
       if (beside == same->frames.end() || frame.best.error <= 2 * beside->best.error) continue;
       refused.push_back(frame.verdict == Verdict::no_simulation_fits ? 1 : 0);
-      if (frame.test_verdict != Verdict::unknown) refused_by_test.push_back(frame.test_verdict == Verdict::no_simulation_fits ? 1 : 0);
+      if (frame.test_verdict != Verdict::unknown)
+        refused_by_test.push_back(frame.test_verdict == Verdict::no_simulation_fits ? 1 : 0);
     }
   }
   parted.frames = refused.size();

@@ -22,8 +22,9 @@ struct Summary {
   std::size_t tests = 0, frames = 0;
   Score oracle;
   std::array<Score, contenders> scores;
-  std::array<double, 4> verdicts{};       // shares of the frames, by Verdict
-  std::array<double, 4> test_verdicts{};  // of the test so far: shares of the frames from which on it is given; NaN: of none
+  std::array<double, 4> verdicts{};  // shares of the frames, by Verdict
+  std::array<double, 4>
+      test_verdicts{};  // of the test so far: shares of the frames from which on it is given; NaN: of none
   double low_coverage = not_measured;  // share of the frames
   double named = not_measured;         // share of the contained tests in which the own simulation was named at the end
   FieldError field;

@@ -9,11 +9,13 @@
 #include <numeric>
 
 namespace lbea::tool {
-
 namespace {
 
 void need_two(std::size_t runs) {
-  if (runs < 2) throw Error(Status::bad_config, "an evaluation needs at least two runs, one to match with and one to play the experiment; there are " + std::to_string(runs));
+  if (runs < 2)
+    throw Error(Status::bad_config,
+                "an evaluation needs at least two runs, one to match with and one to play the experiment; there are " +
+                    std::to_string(runs));
 }
 
 Split without(std::size_t runs, std::vector<std::size_t> experiments) {
@@ -28,10 +30,13 @@ Split without(std::size_t runs, std::vector<std::size_t> experiments) {
 
 Split random_split(std::size_t runs, double share, std::uint64_t seed) {
   need_two(runs);
-  if (!(share > 0 && share < 1)) throw Error(Status::bad_config, "the share of experiments must lie between 0 and 1, it is " + std::to_string(share));
+  if (!(share > 0 && share < 1))
+    throw Error(Status::bad_config,
+                "the share of experiments must lie between 0 and 1, it is " + std::to_string(share));
   std::vector<std::size_t> order(runs);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  for (std::size_t i = runs - 1; i > 0; --i) std::swap(order[i], order[bake::splitmix(bake::splitmix(seed) ^ i) % (i + 1)]);
+  for (std::size_t i = runs - 1; i > 0; --i)
+    std::swap(order[i], order[bake::splitmix(bake::splitmix(seed) ^ i) % (i + 1)]);
   const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(runs)));
   order.resize(std::clamp<std::size_t>(wanted, 1, runs - 1));
   return without(runs, std::move(order));
@@ -41,12 +46,14 @@ Split named_split(std::span<const bake::EnsembleRun> runs, std::span<const std::
   std::vector<std::size_t> chosen;
   for (const std::string& name : experiments) {
     const auto found = std::ranges::find(runs, name, &bake::EnsembleRun::name);
-    if (found == runs.end()) throw Error(Status::bad_config, "the ensemble has no run '" + name + "' to play an experiment");
+    if (found == runs.end())
+      throw Error(Status::bad_config, "the ensemble has no run '" + name + "' to play an experiment");
     const auto run = static_cast<std::size_t>(found - runs.begin());
     if (std::ranges::find(chosen, run) == chosen.end()) chosen.push_back(run);
   }
   Split split = without(runs.size(), std::move(chosen));
-  if (split.simulations.empty()) throw Error(Status::bad_config, "all runs are experiments; leave at least one to match with");
+  if (split.simulations.empty())
+    throw Error(Status::bad_config, "all runs are experiments; leave at least one to match with");
   return split;
 }
 

@@ -20,7 +20,8 @@ struct Split {
 /// Throws Error{bad_config} for fewer than two runs or a share that is not between 0 and 1.
 [[nodiscard]] Split random_split(std::size_t runs, double share, std::uint64_t seed);
 
-/// The named runs are the experiments. Throws Error{bad_config} for a name that no run has, or when no simulation is left.
+/// The named runs are the experiments. Throws Error{bad_config} for a name that no run has, or when no simulation is
+/// left.
 [[nodiscard]] Split named_split(std::span<const bake::EnsembleRun> runs, std::span<const std::string> experiments);
 
 /// Every run once as the only experiment. Throws Error{bad_config} for fewer than two runs.

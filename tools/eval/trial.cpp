@@ -13,7 +13,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 std::uint32_t simulation_named(const Model& model, const std::string& name) {
@@ -45,13 +44,20 @@ std::array<std::array<double, 3>, 2> box_of_samples(const Model& model) {
 class Test {
  public:
   Test(const Arena& arena, const Experiment& experiment, const TrialSettings& settings)
-      : arena_(arena), model_(arena.model), settings_(settings), reader_(experiment.open()), mesh_(reader_->mesh(), model_),
+      : arena_(arena),
+        model_(arena.model),
+        settings_(settings),
+        reader_(experiment.open()),
+        mesh_(reader_->mesh(), model_),
         sensor_(settings.sensor.sensor, reader_->mesh().nodes(), reader_->mesh().elements, 1),
-        noise_(disturbed(settings.sensor.noise, settings.disturbance)), own_simulation_(simulation_named(model_, experiment.name)),
-        observed_(model_.nodes(), 0), box_(box_of_samples(model_)) {
+        noise_(disturbed(settings.sensor.noise, settings.disturbance)),
+        own_simulation_(simulation_named(model_, experiment.name)),
+        observed_(model_.nodes(), 0),
+        box_(box_of_samples(model_)) {
     config_.T_reference_sensor = settings.sensor.sensor.T_reference_sensor;
     if (settings.disturbance.pose_error_deg > 0)
-      config_.T_reference_sensor = turned(config_.T_reference_sensor, settings.disturbance.pose_error_deg, middle(model_.node_positions(0)), settings.seed);
+      config_.T_reference_sensor = turned(config_.T_reference_sensor, settings.disturbance.pose_error_deg,
+                                          middle(model_.node_positions(0)), settings.seed);
     config_.max_points = settings.sensor.sensor.width_px * settings.sensor.sensor.height_px;
     for (const std::uint32_t node : model_.vertex_nodes(0)) observed_[node] = 1;
     find_field();
@@ -140,7 +146,8 @@ FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher&
   reader_->read(step, state_);
   mesh_.positions(state_.positions, truth_);
   const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
-  const auto points = disturbed(sensor_.sense({state_.positions, state_.alive}, noise_, seed), settings_.disturbance, seed);
+  const auto points =
+      disturbed(sensor_.sense({state_.positions, state_.alive}, noise_, seed), settings_.disturbance, seed);
   FrameTrial row;
   row.step = step;
   row.time_s = (reader_->time_s(step) - reader_->time_s(settings_.impact_step)) * settings_.time_factor;
@@ -224,7 +231,8 @@ FieldError Test::field_error(const MatchResult& result) {
 
 }  // namespace
 
-TestTrial run_test(const Arena& arena, const Experiment& experiment, const TrialSettings& settings, const FrameDone& done) {
+TestTrial run_test(const Arena& arena, const Experiment& experiment, const TrialSettings& settings,
+                   const FrameDone& done) {
   TestTrial trial = Test(arena, experiment, settings).run(done);
   trial.experiment = experiment.name;
   return trial;

@@ -6,7 +6,6 @@
 #include <unordered_map>
 
 namespace lbea::tool {
-
 namespace {
 
 double distance(const float* a, const float* b) {
@@ -57,12 +56,15 @@ bool TrueMesh::find_by_number(const bake::SimulationMesh& mesh, const Model& mod
 
 void TrueMesh::find_by_place(const bake::SimulationMesh& mesh, const Model& model) {
   const bake::SurfaceTree tree(mesh.positions, mesh.elements);
-  if (tree.triangles() == 0) throw Error(Status::bad_input, "the experiment's run has no surface to carry the model's nodes");
+  if (tree.triangles() == 0)
+    throw Error(Status::bad_input, "the experiment's run has no surface to carry the model's nodes");
   const auto undeformed = model.node_positions(0);
   for (std::size_t i = 0; i < model.nodes(); ++i) {
     const float* p = &undeformed[3 * i];
     const bake::SurfacePlace place = tree.nearest({double{p[0]}, double{p[1]}, double{p[2]}});
-    carriers_.push_back({place.nodes, {static_cast<float>(place.shares[0]), static_cast<float>(place.shares[1]), static_cast<float>(place.shares[2])}});
+    carriers_.push_back({place.nodes,
+                         {static_cast<float>(place.shares[0]), static_cast<float>(place.shares[1]),
+                          static_cast<float>(place.shares[2])}});
   }
 }
 

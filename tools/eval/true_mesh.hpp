@@ -14,8 +14,8 @@ namespace lbea::tool {
 
 class TrueMesh {
  public:
-  /// mesh: of the run, undeformed. Same node numbers at about the same places (within the mean edge length in the mean):
-  /// the same mesh. Else every model node is carried by the nearest place on the run's undeformed surface.
+  /// mesh: of the run, undeformed. Same node numbers at about the same places (within the mean edge length in the
+  /// mean): the same mesh. Else every model node is carried by the nearest place on the run's undeformed surface.
   /// Throws Error{bad_input} when the run has no surface.
   TrueMesh(const bake::SimulationMesh& mesh, const Model& model);
 

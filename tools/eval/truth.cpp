@@ -7,7 +7,6 @@
 #include <unordered_map>
 
 namespace lbea::tool {
-
 namespace {
 
 std::vector<std::string> split(const std::string& line) {
@@ -48,7 +47,8 @@ class Table {
     const std::string& cell = text(column);
     T value{};
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (error != std::errc{} || end != cell.data() + cell.size()) fail(std::string("column '") + column + "': '" + cell + "' is not a number");
+    if (error != std::errc{} || end != cell.data() + cell.size())
+      fail(std::string("column '") + column + "': '" + cell + "' is not a number");
     return value;
   }
   [[noreturn]] void fail(const std::string& what) const {
@@ -69,7 +69,8 @@ std::vector<std::uint32_t> find_nodes(const bake::SimulationMesh& mesh, const Mo
   for (const std::uint32_t id : model.node_ids()) {
     const auto found = index_of.find(id);
     if (found == index_of.end())
-      throw Error(Status::bad_input, "the experiment's run has no node " + std::to_string(id) + ", which the model has; EE needs the same mesh");
+      throw Error(Status::bad_input, "the experiment's run has no node " + std::to_string(id) +
+                                         ", which the model has; EE needs the same mesh");
     nodes.push_back(found->second);
   }
   return nodes;
@@ -80,9 +81,10 @@ std::vector<std::uint32_t> find_nodes(const bake::SimulationMesh& mesh, const Mo
 Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<bake::SimulationReader> run, const Model& model)
     : run_(std::move(run)), node_of_(find_nodes(run_->mesh(), model)) {
   for (Table table(table_file); table.next();) {
-    Row row{table.number<std::uint64_t>("frame"), table_file.parent_path() / table.text("file"), table.number<std::int64_t>("stamp_ns"),
-            table.number<double>("state"), table.number<double>("time_s")};
-    if (!(row.state >= 0 && row.state <= run_->states() - 1.0)) table.fail("the run has no state " + table.text("state"));
+    Row row{table.number<std::uint64_t>("frame"), table_file.parent_path() / table.text("file"),
+            table.number<std::int64_t>("stamp_ns"), table.number<double>("state"), table.number<double>("time_s")};
+    if (!(row.state >= 0 && row.state <= run_->states() - 1.0))
+      table.fail("the run has no state " + table.text("state"));
     rows_.push_back(std::move(row));
   }
 }

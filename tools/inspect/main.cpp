@@ -1,13 +1,12 @@
 // lbea-inspect: verifies a model or a recording and prints what is inside.
-#include "tools/shared/cli/tool.hpp"
 #include "tools/inspect/model_diff.hpp"
 #include "tools/inspect/model_report.hpp"
 #include "tools/inspect/recording_report.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <filesystem>
 
 namespace lbea::tool {
-
 namespace {
 
 struct Options {
@@ -17,7 +16,8 @@ struct Options {
 
 constexpr auto description =
     "Verifies a model or a recording, every byte of it, and prints what is inside.\n"
-    "The exit code is 1 when a model is damaged and when a recording is not complete: damaged, cut off, or with frames\n"
+    "The exit code is 1 when a model is damaged and when a recording is not complete: damaged, cut off, or with "
+    "frames\n"
     "or results missing. --recover makes a whole recording of what can be read of a cut or damaged one.";
 
 int inspect(const Options& options) {
@@ -35,18 +35,21 @@ int inspect(const Options& options) {
 }
 
 }  // namespace
-
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   lbea::tool::Options options;
-  lbea::tool::Tool tool("lbea-inspect", lbea::tool::description, "lbea-inspect rail.lbea\n  lbea-inspect rail.lbea --diff rail-with-new-runs.lbea\n  lbea-inspect --recover cut.mcap.partial -o whole.mcap");
+  lbea::tool::Tool tool("lbea-inspect", lbea::tool::description,
+                        "lbea-inspect rail.lbea\n  lbea-inspect rail.lbea --diff rail-with-new-runs.lbea\n  "
+                        "lbea-inspect --recover cut.mcap.partial -o whole.mcap");
   tool.add_option("FILE", options.file, "the model or recording")->required();
   auto* output = tool.add_option("-o,--output", options.output, "with --recover: the new file");
-  auto* recover = tool.add_flag("--recover", options.recovers, "write what can be read of FILE to a new, indexed recording");
+  auto* recover =
+      tool.add_flag("--recover", options.recovers, "write what can be read of FILE to a new, indexed recording");
   recover->needs(output);
   output->needs(recover);
-  tool.add_option("--diff", options.other, "a later model: says which runs came, went or changed, and what else did")->excludes(recover);
+  tool.add_option("--diff", options.other, "a later model: says which runs came, went or changed, and what else did")
+      ->excludes(recover);
   tool.add_flag("--json", options.json, "print as JSON");
   return tool.run(argc, argv, [&] { return lbea::tool::inspect(options); });
 }

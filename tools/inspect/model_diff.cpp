@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace lbea::tool {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -49,7 +48,8 @@ Json settings_of(const Json& report) {
 Json changes_of_settings(const Json& before, const Json& after) {
   Json changes = Json::object();
   for (const auto& [key, value] : before.items())
-    if (!after.contains(key) || after[key] != value) changes[key] = {{"before", value}, {"after", after.value(key, Json())}};
+    if (!after.contains(key) || after[key] != value)
+      changes[key] = {{"before", value}, {"after", after.value(key, Json())}};
   for (const auto& [key, value] : after.items())
     if (!before.contains(key)) changes[key] = {{"before", Json()}, {"after", value}};
   return changes;
@@ -98,7 +98,8 @@ void print_diff(const std::filesystem::path& before, const std::filesystem::path
   }
   print_names("run", changes["runs"]);
   for (const auto& [key, change] : changes["settings"].items())
-    std::printf("%-8s %-9s  %s: %s -> %s\n", "setting", "changed", key.c_str(), text(change["before"]).c_str(), text(change["after"]).c_str());
+    std::printf("%-8s %-9s  %s: %s -> %s\n", "setting", "changed", key.c_str(), text(change["before"]).c_str(),
+                text(change["after"]).c_str());
   print_names("section", changes["sections"]);
 }
 

@@ -14,7 +14,6 @@
 #include <cstdio>
 
 namespace lbea::tool {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -39,12 +38,11 @@ Json sizes_json(const Model& model) {
 Json fields_json(const Model& model) {
   Json fields = Json::array();
   for (std::uint32_t f = 0; f < model.fields(); ++f)
-    fields.push_back(
-        {{"name", model.field(f).name},
-         {"unit", model.field(f).unit},
-         {"location", model.field(f).location == FieldInfo::Location::element ? "element" : "node"},
-         {"bits", model.field_values(f, 0).empty() ? 16 : 32},
-         {"largest_error", model.field(f).largest_error}});
+    fields.push_back({{"name", model.field(f).name},
+                      {"unit", model.field(f).unit},
+                      {"location", model.field(f).location == FieldInfo::Location::element ? "element" : "node"},
+                      {"bits", model.field_values(f, 0).empty() ? 16 : 32},
+                      {"largest_error", model.field(f).largest_error}});
   return fields;
 }
 
@@ -89,8 +87,7 @@ Json provenance_json(const Model& model) {
 }
 
 void print_pairs(const Json& object) {
-  for (const auto& [key, value] : object.items())
-    std::printf("  %-16s %s\n", key.c_str(), text(value).c_str());
+  for (const auto& [key, value] : object.items()) std::printf("  %-16s %s\n", key.c_str(), text(value).c_str());
 }
 
 void print_simulations(const Json& simulations) {
@@ -103,13 +100,11 @@ void print_simulations(const Json& simulations) {
 }
 
 void print_sections(const Json& sections) {
-  std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", "id", "title", "part", "type", "shape", "bytes",
-              "xxh3-64");
+  std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", "id", "title", "part", "type", "shape", "bytes", "xxh3-64");
   for (const Json& section : sections)
-    std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", text(section["id"]).c_str(),
-                text(section["title"]).c_str(), text(section["part"]).c_str(), text(section["type"]).c_str(),
-                text(section["shape"]).c_str(), text(section["bytes"]).c_str(),
-                text(section["xxh3_64"]).c_str());
+    std::printf("  %4s %-18s %4s %-4s %-20s %12s  %s\n", text(section["id"]).c_str(), text(section["title"]).c_str(),
+                text(section["part"]).c_str(), text(section["type"]).c_str(), text(section["shape"]).c_str(),
+                text(section["bytes"]).c_str(), text(section["xxh3_64"]).c_str());
 }
 
 }  // namespace

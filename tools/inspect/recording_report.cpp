@@ -12,7 +12,6 @@
 #include <fstream>
 
 namespace lbea::tool {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -85,7 +84,9 @@ Json matcher_json(const RunAudit& audit) {
 
 Json window_json(const RunAudit& audit) {
   if (!audit.window) return nullptr;
-  return {{"triggered", audit.window->triggered}, {"frames_outside", audit.window->outside}, {"cut_apart", audit.cut_apart}};
+  return {{"triggered", audit.window->triggered},
+          {"frames_outside", audit.window->outside},
+          {"cut_apart", audit.cut_apart}};
 }
 
 Json report(const std::filesystem::path& file, const RunAudit& audit) {
@@ -120,9 +121,11 @@ void print_matcher(const RunAudit& audit) {
   const Json matcher = matcher_json(audit);
   if (matcher.is_null()) return;
   std::printf("\nthe matcher's account, when it was last heard\n ");
-  for (const char* key : {"captured", "matched", "rejected", "dropped"}) std::printf(" %s %s", key, matcher[key].dump().c_str());
+  for (const char* key : {"captured", "matched", "rejected", "dropped"})
+    std::printf(" %s %s", key, matcher[key].dump().c_str());
   for (const char* reasons : {"rejected_by_reason", "dropped_by_reason"})
-    for (const auto& [reason, count] : matcher[reasons].items()) std::printf("\n    %-14s %s", reason.c_str(), count.dump().c_str());
+    for (const auto& [reason, count] : matcher[reasons].items())
+      std::printf("\n    %-14s %s", reason.c_str(), count.dump().c_str());
   std::printf("\n");
 }
 
@@ -130,31 +133,37 @@ void print_sessions(const RunAudit& audit) {
   const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   std::printf("\nsessions\n");
   for (const auto& [id, session] : audit.sessions)
-    std::printf("  %s  captures %llu to %llu: frames %llu, missing %llu%s%s\n", hexadecimal(id).c_str(), number(session.first_id),
-                number(session.last_id), number(session.frames), number(session.missing), session.ended ? ", ended by the sender" : "",
-                session.silent ? ", went without goodbye" : "");
+    std::printf("  %s  captures %llu to %llu: frames %llu, missing %llu%s%s\n", hexadecimal(id).c_str(),
+                number(session.first_id), number(session.last_id), number(session.frames), number(session.missing),
+                session.ended ? ", ended by the sender" : "", session.silent ? ", went without goodbye" : "");
 }
 
 void print_text(const std::filesystem::path& file, const RunAudit& audit) {
   const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
-  std::printf("%s: %s, %llu bytes\n", file.c_str(), audit.is_complete() ? "complete" : "NOT COMPLETE", number(audit.file.bytes));
+  std::printf("%s: %s, %llu bytes\n", file.c_str(), audit.is_complete() ? "complete" : "NOT COMPLETE",
+              number(audit.file.bytes));
   const auto flaws = audit.flaws();
   if (audit.holds_all_that_came() && !flaws.empty()) std::printf("  the file is sound and holds all that came; but:\n");
   for (const std::string& flaw : flaws) std::printf("  %s\n", flaw.c_str());
   if (audit.window && audit.window->triggered)
-    std::printf("  only what happened around the trigger; %llu frames or results at its edges have their counterpart outside\n", number(audit.cut_apart));
-  std::printf("\n  frames           %llu in %.3f s\n  results          %llu\n  duplicates       %llu\n", number(audit.frames),
-              static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9, number(audit.results), number(audit.duplicates()));
-  for (const auto& [status, count] : audit.results_by_status) std::printf("    %-14s %llu\n", status.c_str(), number(count));
+    std::printf(
+        "  only what happened around the trigger; %llu frames or results at its edges have their counterpart outside\n",
+        number(audit.cut_apart));
+  std::printf("\n  frames           %llu in %.3f s\n  results          %llu\n  duplicates       %llu\n",
+              number(audit.frames), static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9, number(audit.results),
+              number(audit.duplicates()));
+  for (const auto& [status, count] : audit.results_by_status)
+    std::printf("    %-14s %llu\n", status.c_str(), number(count));
   print_matcher(audit);
   print_sessions(audit);
   std::printf("\nchannels\n");
   const Json channels = channels_json(audit.file);
   for (const Json& channel : channels)
-    std::printf("  %-12s %-20s %llu messages\n", channel["topic"].get<std::string>().c_str(), channel["schema"].get<std::string>().c_str(),
-                number(channel["messages"].get<std::uint64_t>()));
-  std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", audit.settings.program.c_str(), audit.settings.model_file.c_str(),
-              hexadecimal(audit.settings.model_checksum).c_str(), audit.settings.method.c_str());
+    std::printf("  %-12s %-20s %llu messages\n", channel["topic"].get<std::string>().c_str(),
+                channel["schema"].get<std::string>().c_str(), number(channel["messages"].get<std::uint64_t>()));
+  std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", audit.settings.program.c_str(),
+              audit.settings.model_file.c_str(), hexadecimal(audit.settings.model_checksum).c_str(),
+              audit.settings.method.c_str());
 }
 
 std::string as_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
@@ -162,22 +171,23 @@ std::string as_text(const Json& json) { return json.dump(2, ' ', false, Json::er
 void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& done, bool as_json) {
   if (as_json) {
     std::printf("%s\n", as_text(Json{{"file", fixed.string()},
-                                  {"chunks", done.chunks},
-                                  {"messages", done.messages},
-                                  {"undefined_messages", done.undefined_messages},
-                                  {"was_closed", done.was_closed},
-                                  {"lost_bytes", done.lost_bytes()},
-                                  {"gaps", gaps_json(done.gaps)}})
+                                     {"chunks", done.chunks},
+                                     {"messages", done.messages},
+                                     {"undefined_messages", done.undefined_messages},
+                                     {"was_closed", done.was_closed},
+                                     {"lost_bytes", done.lost_bytes()},
+                                     {"gaps", gaps_json(done.gaps)}})
                             .c_str());
     return;
   }
-  std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(), static_cast<unsigned long long>(done.messages),
-              static_cast<unsigned long long>(done.chunks));
+  std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(),
+              static_cast<unsigned long long>(done.messages), static_cast<unsigned long long>(done.chunks));
   for (const mcap::Gap& gap : done.gaps)
     std::printf("  bytes %llu to %llu could not be read: %s\n", static_cast<unsigned long long>(gap.begin),
                 static_cast<unsigned long long>(gap.end), gap.what.c_str());
   if (done.undefined_messages > 0)
-    std::printf("  %llu messages left out: what their channel carries is not known\n", static_cast<unsigned long long>(done.undefined_messages));
+    std::printf("  %llu messages left out: what their channel carries is not known\n",
+                static_cast<unsigned long long>(done.undefined_messages));
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <cstdio>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr auto description =
@@ -21,14 +20,13 @@ int make_keys(const std::filesystem::path& base, std::string name) {
 }
 
 }  // namespace
-
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   std::filesystem::path base;
   std::string name;
   lbea::tool::Tool tool("lbea-keygen", lbea::tool::description,
-                  "lbea-keygen matcher   # then: lbea-serve ... --key matcher.key --allow camera.pub");
+                        "lbea-keygen matcher   # then: lbea-serve ... --key matcher.key --allow camera.pub");
   tool.add_option("base", base, "path of the files, without extension")->required();
   tool.add_option("--name", name, "what logs call the owner, one word; else the file's name");
   return tool.run(argc, argv, [&] { return lbea::tool::make_keys(base, name); });

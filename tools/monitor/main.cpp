@@ -1,9 +1,9 @@
 // lbea-monitor: a web page that shows a running test.
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/cli/tool.hpp"
 #include "tools/monitor/feeds/live_feed.hpp"
 #include "tools/monitor/feeds/recording_feed.hpp"
 #include "tools/monitor/web/web_server.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -12,46 +12,63 @@
 #include <sys/resource.h>
 
 namespace lbea::tool {
-
 namespace {
 
 struct Options {
-  std::string recording_file, results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080", assets_folder, token;
+  std::string recording_file, results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080", assets_folder,
+                                                                              token;
   std::vector<std::string> allowed_names, viewer_origins;
   bool has_viewers = false;
   WebLimits limits;
 };
 
 constexpr auto description =
-    "Serves one web page that shows a running test, or a recording of one with a timeline: the measured cloud and the mesh it was matched with, the verdict,\n"
-    "curves, and the health of the chain. Nothing can be changed from the page. By default only this machine reaches it;\n"
+    "Serves one web page that shows a running test, or a recording of one with a timeline: the measured cloud and the "
+    "mesh it was matched with, the verdict,\n"
+    "curves, and the health of the chain. Nothing can be changed from the page. By default only this machine reaches "
+    "it;\n"
     "on any other address a token is needed, which is part of the address that is printed.";
 
 constexpr int low_priority = 10, lowest_priority = 19;
 
-/// The measurement comes first where both run on one machine: beside a running test this program and all its threads get what
-/// the processors have left, and whoever else wakes up takes them at once.
+/// The measurement comes first where both run on one machine: beside a running test this program and all its threads
+/// get what the processors have left, and whoever else wakes up takes them at once.
 void step_back(bool is_live) {
   const sched_param none{};
-  if (is_live && sched_setscheduler(0, SCHED_IDLE, &none) == 0) return spdlog::info("priority: lowest (SCHED_IDLE), what others leave");
+  if (is_live && sched_setscheduler(0, SCHED_IDLE, &none) == 0)
+    return spdlog::info("priority: lowest (SCHED_IDLE), what others leave");
   setpriority(PRIO_PROCESS, 0, is_live ? lowest_priority : low_priority);
   spdlog::info("priority: nice {}", getpriority(PRIO_PROCESS, 0));
 }
 
-
 void add_options(Tool& tool, Options& options) {
-  auto* recording = tool.add_option("recording", options.recording_file, "a recording (.mcap) to look at instead of a running test")->check(CLI::ExistingFile);
-  auto* results = tool.add_option("--results", options.results_endpoint, "endpoint on which lbea-serve publishes results")->excludes(recording);
-  tool.add_option("--frames", options.preview_endpoint, "endpoint of lbea-serve --preview, for the measured clouds")->needs(results);
-  tool.add_option("--model", options.model_file, "the baked model (.lbea) that the frames are matched with; without it the file that lbea-serve or the recording names")
+  auto* recording =
+      tool.add_option("recording", options.recording_file, "a recording (.mcap) to look at instead of a running test")
+          ->check(CLI::ExistingFile);
+  auto* results =
+      tool.add_option("--results", options.results_endpoint, "endpoint on which lbea-serve publishes results")
+          ->excludes(recording);
+  tool.add_option("--frames", options.preview_endpoint, "endpoint of lbea-serve --preview, for the measured clouds")
+      ->needs(results);
+  tool.add_option("--model", options.model_file,
+                  "the baked model (.lbea) that the frames are matched with; without it the file that lbea-serve or "
+                  "the recording names")
       ->check(CLI::ExistingFile);
   tool.add_option("--http", options.http, "address and port to serve the page on");
-  tool.add_option("--allow-host", options.allowed_names, "name under which browsers ask for the page, beside its address");
+  tool.add_option("--allow-host", options.allowed_names,
+                  "name under which browsers ask for the page, beside its address");
   tool.add_option("--token", options.token, "for addresses that other machines reach; drawn at random when not given");
   tool.add_option("--watchers", options.limits.watchers, "browsers at a time")->check(CLI::Range(1u, 1024u));
-  auto* viewers = tool.add_flag("--foxglove", options.has_viewers, "speak Foxglove's WebSocket protocol too, on the same port: /frames, /results and /state as they come")->needs(results);
-  tool.add_option("--foxglove-origin", options.viewer_origins, "page of another site whose viewer may connect, such as https://viewer.example")->needs(viewers);
-  tool.add_option("--assets", options.assets_folder, "serve the page's files from this folder, while working on them")->check(CLI::ExistingDirectory);
+  auto* viewers =
+      tool.add_flag(
+              "--foxglove", options.has_viewers,
+              "speak Foxglove's WebSocket protocol too, on the same port: /frames, /results and /state as they come")
+          ->needs(results);
+  tool.add_option("--foxglove-origin", options.viewer_origins,
+                  "page of another site whose viewer may connect, such as https://viewer.example")
+      ->needs(viewers);
+  tool.add_option("--assets", options.assets_folder, "serve the page's files from this folder, while working on them")
+      ->check(CLI::ExistingDirectory);
 }
 
 /// Says which one it uses in its states, twice a second.
@@ -62,7 +79,8 @@ std::optional<Model> model_of_server(const std::string& results_endpoint) {
   wire::WireState state;
   while (stop_requested == 0) {
     const auto message = results.receive(std::chrono::milliseconds(100));
-    if (message && wire::message_kind(*message) == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok)
+    if (message && wire::message_kind(*message) == wire::MessageKind::state &&
+        wire::decode_state(*message, state) == wire::WireStatus::ok)
       return open_model(state.model.file, state.model.checksum);
   }
   return {};
@@ -74,7 +92,9 @@ void wait_for_stop() {
 
 int watch_recording(const Options& options, const WebConfig& web) {
   const RunSettings settings = RecordedRun(options.recording_file).settings();
-  RecordingFeed feed(options.recording_file, options.model_file.empty() ? open_model(settings.model_file, settings.model_checksum) : Model::open(options.model_file));
+  RecordingFeed feed(options.recording_file, options.model_file.empty()
+                                                 ? open_model(settings.model_file, settings.model_checksum)
+                                                 : Model::open(options.model_file));
   const WebServer server(web, Assets(options.assets_folder), feed);
   spdlog::info("ready: {} ({} frames)", server.url(), feed.frames());
   wait_for_stop();
@@ -82,12 +102,14 @@ int watch_recording(const Options& options, const WebConfig& web) {
 }
 
 int watch_test(const Options& options, const WebConfig& web) {
-  const auto model = options.model_file.empty() ? model_of_server(options.results_endpoint) : Model::open(options.model_file);
+  const auto model =
+      options.model_file.empty() ? model_of_server(options.results_endpoint) : Model::open(options.model_file);
   if (!model) return exit_ok;
   LiveFeed feed({options.results_endpoint, options.preview_endpoint}, *model);
   WebServer server(web, Assets(options.assets_folder), feed);
   const auto relay = [&](ViewerChannel channel, std::int64_t time_ns, wire::Message message) {
-    if (server.viewers() > 0) server.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
+    if (server.viewers() > 0)
+      server.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
   };
   feed.start({[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.is_awaited(); },
               options.has_viewers ? decltype(LiveFeed::Audience::relay)(relay) : nullptr});
@@ -102,21 +124,26 @@ int watch(Options options) {
   if (options.recording_file.empty() == options.results_endpoint.empty())
     throw Error(Status::bad_config, "give --results for a running test or the file of a recording");
   step_back(options.recording_file.empty());
-  WebConfig web{parse_http_address(options.http), options.allowed_names, options.token, options.limits, options.has_viewers, options.viewer_origins};
+  WebConfig web{parse_http_address(options.http),
+                options.allowed_names,
+                options.token,
+                options.limits,
+                options.has_viewers,
+                options.viewer_origins};
   if (web.token.empty() && !web.address.is_loopback) web.token = random_token();
   web.limits.connections = web.limits.watchers * 2;
   return options.recording_file.empty() ? watch_test(options, web) : watch_recording(options, web);
 }
 
 }  // namespace
-
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-monitor"));
   lbea::tool::Options options;
-  lbea::tool::Tool tool("lbea-monitor", lbea::tool::description,
-                  "lbea-monitor --results tcp://127.0.0.1:5556 --frames ipc:///tmp/preview.ipc --model rail.lbea");
+  lbea::tool::Tool tool(
+      "lbea-monitor", lbea::tool::description,
+      "lbea-monitor --results tcp://127.0.0.1:5556 --frames ipc:///tmp/preview.ipc --model rail.lbea");
   lbea::tool::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::watch(options); });
 }

@@ -10,7 +10,6 @@
 namespace py = pybind11;
 
 namespace lbea::tool {
-
 namespace {
 
 using Points = py::array_t<float, py::array::c_style>;
@@ -51,20 +50,33 @@ struct PyMatcher {
 
 PyMatch to_python(const Match& match, const Model& model) {
   const std::uint32_t sample = model.sample_index(match.sample);
-  return {match.sample.simulation, match.sample.time_step, sample, std::string(model.simulation_name(match.sample.simulation)),
-          model.sample_time_s(sample), match.distance};
+  return {match.sample.simulation,
+          match.sample.time_step,
+          sample,
+          std::string(model.simulation_name(match.sample.simulation)),
+          model.sample_time_s(sample),
+          match.distance};
 }
 
 PyResult to_python(const MatchResult& result, const Model& model) {
-  PyResult copy{.status = std::string(to_string(result.status)), .verdict = std::string(to_string(result.verdict)),
-                .frame_id = result.frame_id, .stamp_ns = result.stamp_ns, .reference = result.reference, .coverage = result.coverage,
-                .points = result.points, .coefficients = {result.coefficients.begin(), result.coefficients.end()},
-                .leading_coordinates = result.leading_coordinates, .residual = result.fit.residual,
-                .estimate_residual = result.fit.estimate_residual, .misfit = result.fit.misfit, .spread = result.fit.spread,
+  PyResult copy{.status = std::string(to_string(result.status)),
+                .verdict = std::string(to_string(result.verdict)),
+                .frame_id = result.frame_id,
+                .stamp_ns = result.stamp_ns,
+                .reference = result.reference,
+                .coverage = result.coverage,
+                .points = result.points,
+                .coefficients = {result.coefficients.begin(), result.coefficients.end()},
+                .leading_coordinates = result.leading_coordinates,
+                .residual = result.fit.residual,
+                .estimate_residual = result.fit.estimate_residual,
+                .misfit = result.fit.misfit,
+                .spread = result.fit.spread,
                 .elapsed_ns = result.elapsed_ns};
   for (const Match& match : result.matches) copy.matches.push_back(to_python(match, model));
   for (const Match& candidate : result.fit.candidates) copy.candidates.push_back(to_python(candidate, model));
-  for (const WeightedSample& share : result.fit.estimate) copy.estimate.push_back({model.sample_index(share.sample), share.weight});
+  for (const WeightedSample& share : result.fit.estimate)
+    copy.estimate.push_back({model.sample_index(share.sample), share.weight});
   return copy;
 }
 
@@ -78,7 +90,8 @@ std::span<const Point> points_in(const Points& array) {
 class Busy {
  public:
   explicit Busy(std::atomic_flag& flag) : flag_(flag) {
-    if (flag.test_and_set()) throw std::runtime_error("this Matcher is matching in another thread; make one per thread");
+    if (flag.test_and_set())
+      throw std::runtime_error("this Matcher is matching in another thread; make one per thread");
   }
   ~Busy() { flag_.clear(); }
   Busy(const Busy&) = delete;
@@ -114,26 +127,33 @@ RigidTransform transform_from(const py::array_t<double, py::array::c_style | py:
   return T;
 }
 
-std::unique_ptr<PyMatcher> make_matcher(const Model& model, const std::string& method, const py::object& T_reference_sensor,
-                                        const py::kwargs& settings) {
+std::unique_ptr<PyMatcher> make_matcher(const Model& model, const std::string& method,
+                                        const py::object& T_reference_sensor, const py::kwargs& settings) {
   MatcherConfig config;
   config.method = method_named(method);
   if (!T_reference_sensor.is_none()) config.T_reference_sensor = transform_from(T_reference_sensor);
   for (const auto& [key, value] : settings) {
     const auto name = key.cast<std::string>();
-    if (name == "max_points") config.max_points = value.cast<std::uint32_t>();
-    else if (name == "max_matches") config.max_matches = value.cast<std::uint32_t>();
-    else if (name == "trusted_distance") config.trusted_distance = value.cast<float>();
-    else if (name == "min_coverage") config.min_coverage = value.cast<float>();
-    else if (name == "trigger_ns") config.trigger_ns = value.cast<std::int64_t>();
-    else throw py::type_error("Matcher has no setting '" + name + "'");
+    if (name == "max_points")
+      config.max_points = value.cast<std::uint32_t>();
+    else if (name == "max_matches")
+      config.max_matches = value.cast<std::uint32_t>();
+    else if (name == "trusted_distance")
+      config.trusted_distance = value.cast<float>();
+    else if (name == "min_coverage")
+      config.min_coverage = value.cast<float>();
+    else if (name == "trigger_ns")
+      config.trigger_ns = value.cast<std::int64_t>();
+    else
+      throw py::type_error("Matcher has no setting '" + name + "'");
   }
   return std::make_unique<PyMatcher>(model, config);
 }
 
 py::dict to_dict(const PointTally& points) {
   using namespace py::literals;
-  return py::dict("received"_a = points.received, "invalid"_a = points.invalid, "culled"_a = points.culled, "used"_a = points.used);
+  return py::dict("received"_a = points.received, "invalid"_a = points.invalid, "culled"_a = points.culled,
+                  "used"_a = points.used);
 }
 
 py::dict to_dict(const StageTimes& times) {
@@ -150,31 +170,43 @@ py::array coefficients_of(const py::object& self) {
 
 void bind_results(py::module_& module) {
   py::class_<PyMatch>(module, "Match", "A sample of the ensemble with its distance to the frame.")
-      .def_readonly("simulation", &PyMatch::simulation).def_readonly("simulation_name", &PyMatch::simulation_name)
-      .def_readonly("time_step", &PyMatch::time_step).def_readonly("time_s", &PyMatch::time_s)
+      .def_readonly("simulation", &PyMatch::simulation)
+      .def_readonly("simulation_name", &PyMatch::simulation_name)
+      .def_readonly("time_step", &PyMatch::time_step)
+      .def_readonly("time_s", &PyMatch::time_s)
       .def_readonly("sample", &PyMatch::sample, "its row in the ensemble, for Model.node_positions and field_values")
-      .def_readonly("distance", &PyMatch::distance, "LBEA: eq. 3; VtP: mean per vertex; fit: estimated EE; candidates: residual")
+      .def_readonly("distance", &PyMatch::distance,
+                    "LBEA: eq. 3; VtP: mean per vertex; fit: estimated EE; candidates: residual")
       .def("__repr__", [](const PyMatch& m) {
-        return "<lbea.Match: " + m.simulation_name + " step " + std::to_string(m.time_step) + ", distance " + std::to_string(m.distance) + ">";
+        return "<lbea.Match: " + m.simulation_name + " step " + std::to_string(m.time_step) + ", distance " +
+               std::to_string(m.distance) + ">";
       });
   py::class_<PyShare>(module, "Share", "A share of a sample in the estimate; they add up to 1.")
-      .def_readonly("sample", &PyShare::sample).def_readonly("weight", &PyShare::weight);
+      .def_readonly("sample", &PyShare::sample)
+      .def_readonly("weight", &PyShare::weight);
   py::class_<PyResult>(module, "Result", "What became of one frame.")
-      .def_readonly("status", &PyResult::status).def_readonly("verdict", &PyResult::verdict)
-      .def_readonly("frame_id", &PyResult::frame_id).def_readonly("stamp_ns", &PyResult::stamp_ns)
+      .def_readonly("status", &PyResult::status)
+      .def_readonly("verdict", &PyResult::verdict)
+      .def_readonly("frame_id", &PyResult::frame_id)
+      .def_readonly("stamp_ns", &PyResult::stamp_ns)
       .def_readonly("reference", &PyResult::reference)
       .def_readonly("coverage", &PyResult::coverage, "share of the best sample's observed surface that the frame shows")
       .def_readonly("matches", &PyResult::matches, "nearest first")
       .def_readonly("candidates", &PyResult::candidates, "fit: the samples that look most like the frame")
       .def_readonly("estimate", &PyResult::estimate, "fit: the shape between the samples that explains the frame best")
       .def_readonly("leading_coordinates", &PyResult::leading_coordinates)
-      .def_readonly("residual", &PyResult::residual).def_readonly("estimate_residual", &PyResult::estimate_residual)
-      .def_readonly("misfit", &PyResult::misfit).def_readonly("spread", &PyResult::spread)
+      .def_readonly("residual", &PyResult::residual)
+      .def_readonly("estimate_residual", &PyResult::estimate_residual)
+      .def_readonly("misfit", &PyResult::misfit)
+      .def_readonly("spread", &PyResult::spread)
       .def_property_readonly("coefficients", &coefficients_of, "modes x 3: the frame in the basis")
-      .def_property_readonly("points", [](const PyResult& r) { return to_dict(r.points); }, "received = used + invalid + culled")
-      .def_property_readonly("elapsed_ns", [](const PyResult& r) { return to_dict(r.elapsed_ns); }, "wall time of each stage")
+      .def_property_readonly(
+          "points", [](const PyResult& r) { return to_dict(r.points); }, "received = used + invalid + culled")
+      .def_property_readonly(
+          "elapsed_ns", [](const PyResult& r) { return to_dict(r.elapsed_ns); }, "wall time of each stage")
       .def("__repr__", [](const PyResult& r) {
-        return "<lbea.Result: frame " + std::to_string(r.frame_id) + ", " + r.status + ", " + std::to_string(r.matches.size()) + " matches>";
+        return "<lbea.Result: frame " + std::to_string(r.frame_id) + ", " + r.status + ", " +
+               std::to_string(r.matches.size()) + " matches>";
       });
 }
 
@@ -183,12 +215,16 @@ void bind_results(py::module_& module) {
 void bind_matcher(py::module_& module) {
   bind_results(module);
   py::class_<PyMatcher>(module, "Matcher", "Matches frames. One per thread: it owns all scratch memory.")
-      .def(py::init(&make_matcher), py::arg("model"), py::arg("method") = "lbea", py::arg("T_reference_sensor") = py::none(),
-           "method: lbea, vtp or fit. T_reference_sensor: 3 x 4 or 4 x 4, identity unless given. Further settings by keyword:\n"
+      .def(py::init(&make_matcher), py::arg("model"), py::arg("method") = "lbea",
+           py::arg("T_reference_sensor") = py::none(),
+           "method: lbea, vtp or fit. T_reference_sensor: 3 x 4 or 4 x 4, identity unless given. Further settings by "
+           "keyword:\n"
            "max_points, max_matches, trusted_distance, min_coverage, trigger_ns. Raises lbea.Error.")
       .def("match", &match, py::arg("points").noconvert(), py::arg("id") = 0, py::arg("stamp_ns") = 0,
-           "points: n x 3 float32, C order, sensor coordinates; read where they lie, without the interpreter's lock, so leave\n"
-           "them alone meanwhile. Other arrays are refused rather than copied: numpy.ascontiguousarray(points, numpy.float32).");
+           "points: n x 3 float32, C order, sensor coordinates; read where they lie, without the interpreter's lock, "
+           "so leave\n"
+           "them alone meanwhile. Other arrays are refused rather than copied: numpy.ascontiguousarray(points, "
+           "numpy.float32).");
 }
 
 }  // namespace lbea::tool

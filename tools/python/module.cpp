@@ -28,9 +28,7 @@ PYBIND11_MODULE(lbea, module) {
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       std::rethrow_exception(thrown);
-    } catch (const lbea::Error& error) {
-      raise(py::reinterpret_borrow<py::object>(error_type), error);
-    }
+    } catch (const lbea::Error& error) { raise(py::reinterpret_borrow<py::object>(error_type), error); }
   });
   lbea::tool::bind_model(module);
   lbea::tool::bind_matcher(module);

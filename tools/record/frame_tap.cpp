@@ -6,30 +6,32 @@
 #include <chrono>
 
 namespace lbea::tool {
-
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr auto receive_timeout = 50ms;
-constexpr auto longest_drain = 500ms;   // taking in after stop() what had arrived, from a sender that goes on
-constexpr auto drained = 100ms;         // nothing for so long: that was all
-constexpr auto last_results = 300ms;    // after the last frame, its result may be on its way
+constexpr auto longest_drain = 500ms;  // taking in after stop() what had arrived, from a sender that goes on
+constexpr auto drained = 100ms;        // nothing for so long: that was all
+constexpr auto last_results = 300ms;   // after the last frame, its result may be on its way
 constexpr auto farewell = 2000ms;
 constexpr auto senders_interval = 100ms;
 
 /// What a message says beside frames, if it does; the decoder has opened it.
 std::optional<SenderWord> word_in(wire::Message message, wire::WireStatus status, const wire::FrameHeader& header) {
-  if (status == wire::WireStatus::end_of_stream) return SenderWord{{header.session, wire::ControlKind::goodbye, header.id, 0}, true};
+  if (status == wire::WireStatus::end_of_stream)
+    return SenderWord{{header.session, wire::ControlKind::goodbye, header.id, 0}, true};
   wire::Control control;
-  if (wire::message_kind(message) != wire::MessageKind::control || wire::decode_control(message, control) != wire::WireStatus::ok) return std::nullopt;
+  if (wire::message_kind(message) != wire::MessageKind::control ||
+      wire::decode_control(message, control) != wire::WireStatus::ok)
+    return std::nullopt;
   return SenderWord{control};
 }
 
 }  // namespace
 
-FrameTap::FrameTap(wire::FrameSource frames, std::optional<wire::FrameSink> forward, std::optional<wire::ResultSource> results, RunRecorder& recorder,
-                   wire::WireLimits limits)
+FrameTap::FrameTap(wire::FrameSource frames, std::optional<wire::FrameSink> forward,
+                   std::optional<wire::ResultSource> results, RunRecorder& recorder, wire::WireLimits limits)
     : frames_(std::move(frames)), results_(std::move(results)), recorder_(recorder), decoder_(limits) {
   if (forward) forward_.emplace(std::move(*forward));
   try {
@@ -50,15 +52,17 @@ void FrameTap::stop() {
 }
 
 TapTally FrameTap::tally() const noexcept {
-  return {received_, damaged_, too_many_points_, forwarded_, refused_, missed_, withheld_, silent_, lost_results_, untold_};
+  return {received_, damaged_,  too_many_points_, forwarded_,    refused_,
+          missed_,   withheld_, silent_,          lost_results_, untold_};
 }
 
 void FrameTap::take_frames() noexcept {
   while (!stopping_) take_next(receive_timeout);
-  for (const auto stopped = Clock::now(); Clock::now() - stopped < longest_drain && take_next(drained);) {
-  }
+  for (const auto stopped = Clock::now(); Clock::now() - stopped < longest_drain && take_next(drained);) {}
   const wire::PeerCounts peers = frames_.peers();
-  show_senders(Clock::now(), peers.admitted > 0 && peers.peers == 0 ? Clock::duration(-1) : IdTracker::usual_patience);  // no patience with who is gone
+  show_senders(Clock::now(), peers.admitted > 0 && peers.peers == 0
+                                 ? Clock::duration(-1)
+                                 : IdTracker::usual_patience);  // no patience with who is gone
   if (forward_) untold_ = forward_->finish(farewell);
 }
 
@@ -92,10 +96,12 @@ void FrameTap::take_frame(wire::Message message, wire::WireStatus status, std::i
     const auto [arrival, gap] = ids_.saw(header.session, header.id, Clock::now());
     note(TapEvent::Kind::received, wire::WireStatus::missed, header.session, gap);
     if (arrival == IdTracker::Arrival::impossible) status = wire::WireStatus::damaged;
-    if (arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok) status = wire::WireStatus::duplicate;
+    if (arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok)
+      status = wire::WireStatus::duplicate;
   }
   const IdRange id{header.id, 1};
-  if (status != wire::WireStatus::ok || ids_.sessions() != known_sessions_) note(TapEvent::Kind::received, status, header.session, id);
+  if (status != wire::WireStatus::ok || ids_.sessions() != known_sessions_)
+    note(TapEvent::Kind::received, status, header.session, id);
   known_sessions_ = ids_.sessions();
   if (!forward_) return;
   ++(is_refused ? refused_ : forwarded_);
@@ -109,7 +115,8 @@ bool FrameTap::hear(const SenderWord& word) noexcept {
   if (!told.is_possible) return false;
   note(TapEvent::Kind::received, wire::WireStatus::missed, control.session, told.gap);
   note(TapEvent::Kind::received, wire::WireStatus::withheld, control.session, told.withheld);
-  if (word.ends_stream) note(TapEvent::Kind::received, wire::WireStatus::end_of_stream, control.session, {control.next_id, 1});
+  if (word.ends_stream)
+    note(TapEvent::Kind::received, wire::WireStatus::end_of_stream, control.session, {control.next_id, 1});
   if (forward_) forward_->tell(word);
   return true;
 }
@@ -125,7 +132,8 @@ void FrameTap::note(TapEvent::Kind kind, wire::WireStatus status, std::uint64_t 
 void FrameTap::show_senders(Clock::time_point now, Clock::duration patience) noexcept {
   next_show_ = now + senders_interval;
   auto senders = ids_.senders(now, patience);
-  silent_ = static_cast<std::uint64_t>(std::ranges::count(senders, wire::SenderCondition::silent, &wire::WireSender::condition));
+  silent_ = static_cast<std::uint64_t>(
+      std::ranges::count(senders, wire::SenderCondition::silent, &wire::WireSender::condition));
   senders_.store(std::move(senders));
 }
 

@@ -1,12 +1,12 @@
 // Stands between a rig and its matcher: records what comes and passes it on, byte for byte.
 #pragma once
 
-#include "tools/shared/intake/id_tracker.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tools/record/forwarder.hpp"
 #include "tools/record/tap_log.hpp"
-#include "tools/shared/recording/run_recorder.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 #include "tools/shared/intake/shared_counters.hpp"
+#include "tools/shared/recording/run_recorder.hpp"
 
 #include <atomic>
 #include <optional>
@@ -35,7 +35,8 @@ struct TapTally {
 class FrameTap {
  public:
   /// `forward` and `results` may be absent.
-  FrameTap(wire::FrameSource frames, std::optional<wire::FrameSink> forward, std::optional<wire::ResultSource> results, RunRecorder& recorder, wire::WireLimits limits);
+  FrameTap(wire::FrameSource frames, std::optional<wire::FrameSink> forward, std::optional<wire::ResultSource> results,
+           RunRecorder& recorder, wire::WireLimits limits);
   ~FrameTap();
   /// Takes in what has arrived, then ends.
   void stop();
@@ -69,8 +70,8 @@ class FrameTap {
   Clock::time_point next_show_{};
   std::uint64_t known_sessions_ = 0;
   std::uint64_t next_sequence_ = 0;  // 0: none heard yet
-  std::atomic<std::uint64_t> received_{0}, damaged_{0}, too_many_points_{0}, forwarded_{0}, refused_{0}, missed_{0}, withheld_{0}, silent_{0},
-      lost_results_{0}, untold_{0};
+  std::atomic<std::uint64_t> received_{0}, damaged_{0}, too_many_points_{0}, forwarded_{0}, refused_{0}, missed_{0},
+      withheld_{0}, silent_{0}, lost_results_{0}, untold_{0};
   std::atomic<bool> stopping_{false};
   std::thread frames_thread_, results_thread_;
 };

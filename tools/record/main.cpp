@@ -1,19 +1,18 @@
 // lbea-record: records frames without a matcher, or on their way to one.
-#include "tools/shared/intake/access_options.hpp"
+#include "tools/record/frame_tap.hpp"
 #include "tools/shared/cli/distinct_endpoints.hpp"
 #include "tools/shared/cli/wall_clock.hpp"
+#include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/intake/unfinished_senders.hpp"
-#include "tools/record/frame_tap.hpp"
 #include "tools/shared/recording/recording_options.hpp"
 
-#include <nlohmann/json.hpp>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <nlohmann/json.hpp>
 
 #include <cstdio>
 
 namespace lbea::tool {
-
 namespace {
 
 struct Options {
@@ -26,39 +25,53 @@ struct Options {
 };
 
 constexpr auto description =
-    "Records frames that a rig sends, without a matcher, or with --forward on their way to one: then the rig sends here and\n"
+    "Records frames that a rig sends, without a matcher, or with --forward on their way to one: then the rig sends "
+    "here and\n"
     "this program passes everything on. Where lbea-serve runs, its own --record is the shorter way.\n"
     "Recording never waits for the matcher: a frame that finds no room there is recorded, and counted as refused.\n"
     "The exit code is 1 when anything could not be recorded, found no room at the matcher, or did not arrive,\n"
     "and when a sender fell silent without goodbye.";
 
 /// What an unset variable of a shell leaves of an argument.
-std::string refuse_empty(const std::string& text) { return text.empty() ? "is empty; is a variable of the shell unset?" : ""; }
+std::string refuse_empty(const std::string& text) {
+  return text.empty() ? "is empty; is a variable of the shell unset?" : "";
+}
 
 void add_options(Tool& tool, Options& options) {
-  tool.add_option("FILE", options.recording.file, "the recording (MCAP), which must not exist yet; its name may contain the time of the start in "
-                                              "strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
+  tool.add_option("FILE", options.recording.file,
+                  "the recording (MCAP), which must not exist yet; its name may contain the time of the start in "
+                  "strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
       ->required()
       ->transform(recording_name());
-  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/rig.ipc")->required()->check(refuse_empty);
-  auto* forward = tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to")->check(refuse_empty);
-  auto* results = tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too")->check(refuse_empty);
+  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/rig.ipc")
+      ->required()
+      ->check(refuse_empty);
+  auto* forward =
+      tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to")
+          ->check(refuse_empty);
+  auto* results =
+      tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too")
+          ->check(refuse_empty);
   add_recording_options(tool, options.recording);
   const auto take_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = stamp_ns; };
-  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")->default_str("0");
-  tool.add_option("--max-points", options.max_points,
-                  "what a matcher of this recording will take; larger frames are recorded like all others, counted and logged")
+  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")
+      ->default_str("0");
+  tool.add_option(
+          "--max-points", options.max_points,
+          "what a matcher of this recording will take; larger frames are recorded like all others, counted and logged")
       ->check(CLI::Range(1u, 16'777'216u));
   options.server_access.add_to(tool);
   auto* server_key = tool.add_option("--server-key", options.matcher_access.server_key_file,
                                      "public key (.pub) of the matcher, when it has one: for --forward and --results")
                          ->check(refuse_empty);
-  tool.add_option("--client-key", options.matcher_access.key_file, "this program's secret key (.key) towards the matcher, which the matcher allows")
+  tool.add_option("--client-key", options.matcher_access.key_file,
+                  "this program's secret key (.key) towards the matcher, which the matcher allows")
       ->needs(server_key)
       ->check(refuse_empty);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
   tool.callback([=] {
-    if (*server_key && !*forward && !*results) throw CLI::ValidationError("--server-key", "is for --forward and --results, and neither is given");
+    if (*server_key && !*forward && !*results)
+      throw CLI::ValidationError("--server-key", "is for --forward and --results, and neither is given");
   });
 }
 
@@ -72,9 +85,16 @@ RunSettings settings_of(const Options& options) {
 }
 
 void print(const TapTally& tally, const RunObserver::Counts& counts, bool as_json) {
-  const nlohmann::ordered_json json{{"received", tally.frames},     {"recorded", counts.recorded}, {"unrecorded", counts.unrecorded},
-                                    {"damaged", tally.damaged},     {"too_many_points", tally.too_many_points}, {"forwarded", tally.forwarded}, {"refused", tally.refused},
-                                    {"missed", tally.missed},       {"withheld", tally.withheld}, {"silent", tally.silent},
+  const nlohmann::ordered_json json{{"received", tally.frames},
+                                    {"recorded", counts.recorded},
+                                    {"unrecorded", counts.unrecorded},
+                                    {"damaged", tally.damaged},
+                                    {"too_many_points", tally.too_many_points},
+                                    {"forwarded", tally.forwarded},
+                                    {"refused", tally.refused},
+                                    {"missed", tally.missed},
+                                    {"withheld", tally.withheld},
+                                    {"silent", tally.silent},
                                     {"lost_results", tally.lost_results}};
   std::string line;
   for (const auto& [key, value] : json.items()) line += (line.empty() ? "" : ", ") + key + " " + value.dump();
@@ -93,14 +113,18 @@ void warn_of_losses(const std::string& file, const TapTally& tally) {
   add(tally.silent, "senders gone without goodbye (what they still held is unknown)");
   add(tally.lost_results, "results and states of the matcher");
   if (!losses.empty()) spdlog::warn("{} does not hold the whole test; missing in it: {}", file, losses);
-  if (tally.refused > 0) spdlog::warn("the matcher did not get {} of {} frames; they are recorded", tally.refused, tally.frames);
-  if (tally.untold > 0) spdlog::warn("the matcher was not told what the senders said last; its own account ends before that");
+  if (tally.refused > 0)
+    spdlog::warn("the matcher did not get {} of {} frames; they are recorded", tally.refused, tally.frames);
+  if (tally.untold > 0)
+    spdlog::warn("the matcher was not told what the senders said last; its own account ends before that");
 }
 
 int record(const Options& options) {
   catch_stop_signals();
   catch_trigger_signal();
-  require_distinct_endpoints({{"--frames", options.frames_endpoint}, {"--forward", options.forward_endpoint}, {"--results", options.results_endpoint}});
+  require_distinct_endpoints({{"--frames", options.frames_endpoint},
+                              {"--forward", options.forward_endpoint},
+                              {"--results", options.results_endpoint}});
   wire::WireContext context;
   wire::WireLimits limits;
   limits.max_points = options.max_points;
@@ -108,8 +132,10 @@ int record(const Options& options) {
   wire::FrameSource frames(context, options.frames_endpoint, limits, options.server_access.load());
   std::optional<wire::FrameSink> forward;
   std::optional<wire::ResultSource> results;
-  if (!options.forward_endpoint.empty()) forward.emplace(context, options.forward_endpoint, wire::default_queued_messages, matcher_access);
-  if (!options.results_endpoint.empty()) results.emplace(context, options.results_endpoint, wire::results_held, matcher_access);
+  if (!options.forward_endpoint.empty())
+    forward.emplace(context, options.forward_endpoint, wire::default_queued_messages, matcher_access);
+  if (!options.results_endpoint.empty())
+    results.emplace(context, options.results_endpoint, wire::results_held, matcher_access);
   const auto recorder = begin_recording(options.recording, settings_of(options));
   RecordingWatch watch(recorder.get(), options.recording.file);
   spdlog::info("ready: frames on {}", frames.endpoint());
@@ -132,13 +158,13 @@ int record(const Options& options) {
 }
 
 }  // namespace
-
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-record"));
   lbea::tool::Options options;
-  lbea::tool::Tool tool("lbea-record", lbea::tool::description, "lbea-record test.mcap --frames ipc:///tmp/rig.ipc --forward ipc:///tmp/frames.ipc");
+  lbea::tool::Tool tool("lbea-record", lbea::tool::description,
+                        "lbea-record test.mcap --frames ipc:///tmp/rig.ipc --forward ipc:///tmp/frames.ipc");
   lbea::tool::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::record(options); });
 }

@@ -14,8 +14,10 @@ void TapLog::look(TapEvents& events, std::vector<wire::WireSender> senders) {
 void TapLog::note(const TapEvent& event) {
   if (event.kind == TapEvent::Kind::received) return frames_.note(event.status, event.session, event.ids);
   if (refused_.may_speak(event.ids.count))
-    spdlog::warn("{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has no room{}",
-                 frames_text(event.ids), refused_.untold_text());
+    spdlog::warn(
+        "{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has no "
+        "room{}",
+        frames_text(event.ids), refused_.untold_text());
 }
 
 }  // namespace lbea::tool

@@ -13,8 +13,8 @@ struct SenderWord {
   bool ends_stream = false;  // said by a frame, for an end of the stream is a result too
 };
 
-/// Keeps few words of each session, which lead a receiver to the same account as all of them: its first one, because ids count from
-/// there on; those that withhold something; ends of the stream; and its latest one.
+/// Keeps few words of each session, which lead a receiver to the same account as all of them: its first one, because
+/// ids count from there on; those that withhold something; ends of the stream; and its latest one.
 class WaitingWords {
  public:
   static constexpr std::size_t most = 4096;  // beyond it the oldest are forgotten

@@ -10,12 +10,12 @@
 #include <limits>
 
 namespace lbea::tool {
-
 namespace {
 
 nlohmann::ordered_json rows(const RigidTransform& T) {
   auto rows = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < 3; ++i) rows.push_back({double{T[4 * i]}, double{T[4 * i + 1]}, double{T[4 * i + 2]}, double{T[4 * i + 3]}});
+  for (std::size_t i = 0; i < 3; ++i)
+    rows.push_back({double{T[4 * i]}, double{T[4 * i + 1]}, double{T[4 * i + 2]}, double{T[4 * i + 3]}});
   return rows;
 }
 
@@ -29,7 +29,8 @@ Undeformed undeformed_component(const Model& model, double least_variation) {
     if (model.sample_time_s(s) <= earliest) shapes.push_back(model.node_positions(s));
   Undeformed component{bake::shape_modes(shapes, least_variation), {}};
   component.elements.resize(model.elements());
-  for (std::size_t i = 0; i < model.element_nodes().size(); ++i) component.elements[i / 4][i % 4] = model.element_nodes()[i];
+  for (std::size_t i = 0; i < model.element_nodes().size(); ++i)
+    component.elements[i / 4][i % 4] = model.element_nodes()[i];
   return component;
 }
 
@@ -42,7 +43,8 @@ decltype(bake::ReferenceSurface::visible) visibility_of(const Undeformed& compon
 
 bake::StereoSensor moved_to(const bake::StereoSensor& rig, const RigidTransform& T_reference_sensor) {
   bake::StereoSensor moved = rig;
-  const Eigen::Isometry3d T_sensor_right = bake::to_isometry(rig.T_reference_sensor).inverse() * bake::to_isometry(rig.T_reference_right);
+  const Eigen::Isometry3d T_sensor_right =
+      bake::to_isometry(rig.T_reference_sensor).inverse() * bake::to_isometry(rig.T_reference_right);
   moved.T_reference_sensor = T_reference_sensor;
   moved.T_reference_right = bake::to_transform(bake::to_isometry(T_reference_sensor) * T_sensor_right);
   return moved;

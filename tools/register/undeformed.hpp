@@ -23,7 +23,8 @@ struct Undeformed {
 [[nodiscard]] Undeformed undeformed_component(const Model& model, double least_variation);
 
 /// What the rig sees of it from another pose. `rig`: its cameras' places relative to each other count.
-[[nodiscard]] decltype(bake::ReferenceSurface::visible) visibility_of(const Undeformed& component, const io::SensorDescription& rig);
+[[nodiscard]] decltype(bake::ReferenceSurface::visible) visibility_of(const Undeformed& component,
+                                                                      const io::SensorDescription& rig);
 
 /// The rig with its left camera at the pose, the right one where it is relative to the left.
 [[nodiscard]] bake::StereoSensor moved_to(const bake::StereoSensor& rig, const RigidTransform& T_reference_sensor);

@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 
 std::vector<std::byte> bytes_of(const wire::WireResult& result) {
@@ -21,7 +20,8 @@ std::vector<std::byte> bytes_of(const wire::WireResult& result) {
 
 /// Not of the stream's end, nor of a capture of which no frame came.
 bool is_of_a_frame(wire::WireStatus status) {
-  return wire::fate_of(status) != wire::Fate::not_a_capture && status != wire::WireStatus::missed && status != wire::WireStatus::withheld;
+  return wire::fate_of(status) != wire::Fate::not_a_capture && status != wire::WireStatus::missed &&
+         status != wire::WireStatus::withheld;
 }
 
 double relative_difference(double a, double b) {
@@ -47,7 +47,8 @@ std::string text(const wire::WireResult& result) {
   words += ", " + std::string(wire::to_string(result.verdict));
   if (result.matches.empty()) return words;
   const wire::WireMatch& best = result.matches[0];
-  return words + ", " + best.simulation_name + " step " + std::to_string(best.sample.time_step) + " at " + std::to_string(best.distance);
+  return words + ", " + best.simulation_name + " step " + std::to_string(best.sample.time_step) + " at " +
+         std::to_string(best.distance);
 }
 
 }  // namespace
@@ -65,7 +66,9 @@ Comparison::Comparison(RecordedRun& run, double tolerance) : tolerance_(toleranc
   wire::WireResult result;
   wire::WireState state;
   while (const auto message = run.next()) {
-    if (message->kind == RecordedMessage::Kind::state && wire::decode_state(message->data, state) == wire::WireStatus::ok) note_first_ids(state);
+    if (message->kind == RecordedMessage::Kind::state &&
+        wire::decode_state(message->data, state) == wire::WireStatus::ok)
+      note_first_ids(state);
     if (message->kind == RecordedMessage::Kind::frame) frames.emplace_back(message->session, message->id);
     if (message->kind != RecordedMessage::Kind::result) continue;
     if (wire::decode_result(message->data, result) != wire::WireStatus::ok)
@@ -95,10 +98,12 @@ void Comparison::note_first_ids(const wire::WireState& state) {
   for (const wire::WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
 }
 
-// The matcher had earlier frames of the session; or what is added up is of more frames than are here since the test began.
+// The matcher had earlier frames of the session; or what is added up is of more frames than are here since the test
+// began.
 void Comparison::note_lost_history(const std::vector<Key>& frames) {
   for (auto& [number, session] : sessions_)
-    if (const auto first = first_ids_.find(number); first != first_ids_.end() && first->second < session.first_id) session.began_before = true;
+    if (const auto first = first_ids_.find(number); first != first_ids_.end() && first->second < session.first_id)
+      session.began_before = true;
   std::uint64_t session = 0, frames_of_test = 0;
   for (const Key& frame : frames) {
     if (std::exchange(session, frame.first) != frame.first) frames_of_test = 0;
@@ -123,7 +128,8 @@ bool Comparison::was_dropped(std::uint64_t session, std::uint64_t id) const {
 bool Comparison::is_same(const wire::WireResult& recorded, const wire::WireResult& now) const {
   if (tolerance_ == 0) return bytes_of(recorded) == bytes_of(now);
   return recorded.status == now.status && recorded.verdict == now.verdict && has_same_match(recorded, now) &&
-         best_distance_difference(recorded, now) <= tolerance_ && relative_difference(recorded.coverage, now.coverage) <= tolerance_;
+         best_distance_difference(recorded, now) <= tolerance_ &&
+         relative_difference(recorded.coverage, now.coverage) <= tolerance_;
 }
 
 std::optional<std::string> Comparison::take(const wire::WireResult& result) {
@@ -140,7 +146,8 @@ std::optional<std::string> Comparison::take(const wire::WireResult& result) {
   }
   wire::WireResult now = result;
   auto& results = found->second.results;
-  if (const auto session = sessions_.find(key.first); session->second.began_before && (now.test.frames > 0 || results.front().test.frames > 0)) {
+  if (const auto session = sessions_.find(key.first);
+      session->second.began_before && (now.test.frames > 0 || results.front().test.frames > 0)) {
     now.test = {};
     for (wire::WireResult& then : results) then.test = {};
     ++tally_.without_history;
@@ -165,7 +172,8 @@ ComparisonTally Comparison::tally() const {
   for (const auto& [key, answers] : recorded_) {
     // Frames that were dropped then are not asked again, and of rejected ones there may be no cloud.
     (is_at_edge(key) ? tally.edge_results : tally.not_repeated) += static_cast<std::uint64_t>(
-        std::ranges::count(answers.results, wire::Fate::matched, [](const wire::WireResult& result) { return wire::fate_of(result.status); }));
+        std::ranges::count(answers.results, wire::Fate::matched,
+                           [](const wire::WireResult& result) { return wire::fate_of(result.status); }));
   }
   return tally;
 }

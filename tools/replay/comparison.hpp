@@ -10,25 +10,26 @@
 namespace lbea::tool {
 
 struct ComparisonTally {
-  std::uint64_t same = 0;       // to the last bit, or within the tolerance
+  std::uint64_t same = 0;  // to the last bit, or within the tolerance
   std::uint64_t different = 0;
-  std::uint64_t other_match = 0;    // of these: another best sample
-  std::uint64_t other_status = 0;   // of these: another status or verdict
-  std::uint64_t not_recorded = 0;   // new results to which there is none in the recording
-  std::uint64_t not_repeated = 0;   // recorded results of frames to which there is no new one
-  std::uint64_t edge_frames = 0;    // the same two before the first and behind the last frame of a session that is recorded
-  std::uint64_t edge_results = 0;   // with its result: where a window begins and ends
+  std::uint64_t other_match = 0;   // of these: another best sample
+  std::uint64_t other_status = 0;  // of these: another status or verdict
+  std::uint64_t not_recorded = 0;  // new results to which there is none in the recording
+  std::uint64_t not_repeated = 0;  // recorded results of frames to which there is no new one
+  std::uint64_t edge_frames =
+      0;  // the same two before the first and behind the last frame of a session that is recorded
+  std::uint64_t edge_results = 0;     // with its result: where a window begins and ends
   std::uint64_t without_history = 0;  // compared but for what the test adds up, as it began before the recording
-  double worst_distance = 0;        // largest relative difference of the best distances
+  double worst_distance = 0;          // largest relative difference of the best distances
   [[nodiscard]] std::uint64_t compared() const noexcept { return same + different; }
   [[nodiscard]] bool is_same() const noexcept { return different == 0 && not_recorded == 0 && not_repeated == 0; }
 };
 
 class Comparison {
  public:
-  /// Reads the frames' ids and the results of `run`. With a tolerance of 0 all of a result has to be the same, to the bit,
-  /// but for timings, counters and the model's checksum; else status, verdict and best sample, and the best distance and the
-  /// coverage within that share.
+  /// Reads the frames' ids and the results of `run`. With a tolerance of 0 all of a result has to be the same, to the
+  /// bit, but for timings, counters and the model's checksum; else status, verdict and best sample, and the best
+  /// distance and the coverage within that share.
   Comparison(RecordedRun& run, double tolerance);
   /// A frame that found no place in the queue then, and so has no answer to compare with.
   [[nodiscard]] bool was_dropped(std::uint64_t session, std::uint64_t id) const;
@@ -40,7 +41,8 @@ class Comparison {
  private:
   using Key = std::pair<std::uint64_t, std::uint64_t>;  // session, id
   struct Answers {
-    std::vector<wire::WireResult> results;  // more than one when an id came twice, in any order; those compared are taken out
+    std::vector<wire::WireResult>
+        results;  // more than one when an id came twice, in any order; those compared are taken out
     wire::WireStatus first{};
   };
   /// Where frames and results are both recorded, by ids.

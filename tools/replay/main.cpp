@@ -1,10 +1,10 @@
 // lbea-replay: plays a recording to a matcher's socket, or straight into a model.
-#include "tools/shared/intake/access_options.hpp"
-#include "tools/shared/cli/method_names.hpp"
-#include "tools/shared/cli/tool.hpp"
 #include "tools/replay/model_replay.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/replay/witness.hpp"
+#include "tools/shared/cli/method_names.hpp"
+#include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/access_options.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -12,7 +12,6 @@
 #include <cstdio>
 
 namespace lbea::tool {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -27,23 +26,36 @@ struct Options {
 };
 
 constexpr auto description =
-    "Plays a recording: with --to, its frames go to a matcher as a camera would send them, at the pace they came; with\n"
-    "--model, straight into matchers of this model, set up as they were when it was recorded, as fast as it goes. The same\n"
+    "Plays a recording: with --to, its frames go to a matcher as a camera would send them, at the pace they came; "
+    "with\n"
+    "--model, straight into matchers of this model, set up as they were when it was recorded, as fast as it goes. The "
+    "same\n"
     "recording and model give the same results, to the last bit, on any number of threads.\n"
-    "With --results the matcher says at the end what it has received and what its queue had no room for; without, nobody\n"
+    "With --results the matcher says at the end what it has received and what its queue had no room for; without, "
+    "nobody\n"
     "knows what became of a frame that has left. The exit code is 1 when a frame was refused or did not leave, with\n"
-    "--results when one did not arrive or was dropped, and with --against when results differ or there are none to compare.";
+    "--results when one did not arrive or was dropped, and with --against when results differ or there are none to "
+    "compare.";
 constexpr auto longest_wait = 5s;
 
 void add_sending_options(Tool& tool, Options& options, CLI::Option& to, CLI::Option& model) {
-  tool.add_option("--results", options.results_endpoint, "with --to: endpoint of the matcher's results, to compare counts at the end")->needs(&to);
-  auto* speed = tool.add_option("--speed", options.pace.speed, "times as fast as recorded")->check(CLI::Range(1e-3, 1e6))->excludes(&model);
-  auto* fast = tool.add_flag("--fast", options.fast, "with --to: as fast as it goes; sending waits for room")->excludes(speed);
-  tool.add_flag("--step", options.pace.steps, "one frame per line on standard input (Enter)")->excludes(speed)->excludes(fast)->excludes(&model);
+  tool.add_option("--results", options.results_endpoint,
+                  "with --to: endpoint of the matcher's results, to compare counts at the end")
+      ->needs(&to);
+  auto* speed = tool.add_option("--speed", options.pace.speed, "times as fast as recorded")
+                    ->check(CLI::Range(1e-3, 1e6))
+                    ->excludes(&model);
+  auto* fast =
+      tool.add_flag("--fast", options.fast, "with --to: as fast as it goes; sending waits for room")->excludes(speed);
+  tool.add_flag("--step", options.pace.steps, "one frame per line on standard input (Enter)")
+      ->excludes(speed)
+      ->excludes(fast)
+      ->excludes(&model);
   tool.add_option("--loop", options.socket.rounds, "with --to: how often to play it; 0: until stopped")
       ->check(CLI::Range(0, 1'000'000))
       ->excludes(&model);
-  tool.add_flag("--end-of-stream,!--open-end", options.socket.ends_stream, "with --to: say after the last frame that the test is over");
+  tool.add_flag("--end-of-stream,!--open-end", options.socket.ends_stream,
+                "with --to: say after the last frame that the test is over");
   options.access.add_to(tool);
 }
 
@@ -53,16 +65,22 @@ void add_matching_options(Tool& tool, Options& options, CLI::Option& model) {
   tool.add_option("--method", settings.method, "with --model: another than that of the recording")
       ->transform(CLI::CheckedTransformer(method_names))
       ->needs(&model);
-  auto* pose = tool.add_option("--pose", settings.pose_file, "with --model: another sensor.json than that of the recording")
-                   ->check(CLI::ExistingFile)
-                   ->needs(&model);
-  tool.add_flag("--no-pose", settings.without_pose, "with --model: frames are in the reference's coordinates, as for lbea-serve without --pose")
+  auto* pose =
+      tool.add_option("--pose", settings.pose_file, "with --model: another sensor.json than that of the recording")
+          ->check(CLI::ExistingFile)
+          ->needs(&model);
+  tool.add_flag("--no-pose", settings.without_pose,
+                "with --model: frames are in the reference's coordinates, as for lbea-serve without --pose")
       ->excludes(pose)
       ->needs(&model);
-  tool.add_option("-o,--output", options.model.output, "with --model: write the results to this file (MCAP)")->needs(&model);
-  auto* against = tool.add_flag("--against", options.model.compares, "with --model: compare the results with those recorded")->needs(&model);
-  tool.add_option("--tolerance", options.model.tolerance,
-                  "with --against: share by which best distance and coverage may differ; 0: everything is the same, to the bit")
+  tool.add_option("-o,--output", options.model.output, "with --model: write the results to this file (MCAP)")
+      ->needs(&model);
+  auto* against =
+      tool.add_flag("--against", options.model.compares, "with --model: compare the results with those recorded")
+          ->needs(&model);
+  tool.add_option(
+          "--tolerance", options.model.tolerance,
+          "with --against: share by which best distance and coverage may differ; 0: everything is the same, to the bit")
       ->check(CLI::Range(0.0, 1.0))
       ->needs(against);
 }
@@ -70,7 +88,8 @@ void add_matching_options(Tool& tool, Options& options, CLI::Option& model) {
 void add_options(Tool& tool, Options& options) {
   tool.add_option("FILE", options.file, "the recording")->required();
   auto* to = tool.add_option("--to", options.endpoint, "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc");
-  auto* model = tool.add_option("--model", options.model.settings.model_file, "baked model (.lbea) to match with")->excludes(to);
+  auto* model =
+      tool.add_option("--model", options.model.settings.model_file, "baked model (.lbea) to match with")->excludes(to);
   tool.add_option("--range", options.range, "FROM:TO, seconds after the first frame; either may be left out");
   add_sending_options(tool, options, *to, *model);
   add_matching_options(tool, options, *model);
@@ -96,17 +115,20 @@ int send(Options options, RecordedRun& run) {
   if (options.fast) options.pace.speed = 0;
   options.socket.waits = options.fast || options.pace.steps;
   Pace pace(options.pace, stop);
-  const SocketReplayTally tally = replay_to_socket(run, options.socket, sink, witness ? &*witness : nullptr, pace, stop);
+  const SocketReplayTally tally =
+      replay_to_socket(run, options.socket, sink, witness ? &*witness : nullptr, pace, stop);
   const double late_ms = static_cast<double>(pace.worst_lateness().count()) * 1e-6;
   std::printf("%s\n", (options.json ? socket_json(tally, late_ms) : socket_line(tally, late_ms)).c_str());
-  const bool is_over = stop_requested == 0 || options.socket.rounds == 0;  // the user's stop is the end that was asked for
+  const bool is_over =
+      stop_requested == 0 || options.socket.rounds == 0;  // the user's stop is the end that was asked for
   return is_over && tally.is_complete() ? exit_ok : exit_failed;
 }
 
 int replay(Options options) {
   catch_stop_signals();
   ModelReplayOptions& model = options.model;
-  if (options.endpoint.empty() && model.settings.model_file.empty()) throw WrongUsage("where to? Give --to ENDPOINT or --model MODEL");
+  if (options.endpoint.empty() && model.settings.model_file.empty())
+    throw WrongUsage("where to? Give --to ENDPOINT or --model MODEL");
   const Range range(options.range);
   RecordedRun run(options.file);
   const Part part = part_of(run, range, options.file);
@@ -122,14 +144,14 @@ int replay(Options options) {
 }
 
 }  // namespace
-
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-replay"));
   lbea::tool::Options options;
-  lbea::tool::Tool tool("lbea-replay", lbea::tool::description,
-                  "lbea-replay test.mcap --to ipc:///tmp/frames.ipc\n  lbea-replay test.mcap --model rail.lbea --against");
+  lbea::tool::Tool tool(
+      "lbea-replay", lbea::tool::description,
+      "lbea-replay test.mcap --to ipc:///tmp/frames.ipc\n  lbea-replay test.mcap --model rail.lbea --against");
   lbea::tool::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::replay(options); });
 }

@@ -36,7 +36,8 @@ bool MatchReplay::add(const RecordedMessage& frame, bool is_asked, const ResultT
   slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
   const IdTracker::Arrival arrival = ids_.saw(frame.session, frame.id).arrival;
   if (arrival == IdTracker::Arrival::impossible) slot.status = wire::WireStatus::damaged;
-  if (arrival == IdTracker::Arrival::duplicate && slot.status == wire::WireStatus::ok) slot.status = wire::WireStatus::duplicate;
+  if (arrival == IdTracker::Arrival::duplicate && slot.status == wire::WireStatus::ok)
+    slot.status = wire::WireStatus::duplicate;
   slot.header = decoder_.header();
   slot.header.frame_id = {};
   slot.header.cloud = {};
@@ -59,12 +60,14 @@ bool MatchReplay::flush(const ResultTaker& take) {
 
 namespace {
 void match(auto& slot) {
-  if (slot.status == wire::WireStatus::ok) slot.match = slot.engine->match({slot.header.id, slot.header.stamp_ns, slot.points});
+  if (slot.status == wire::WireStatus::ok)
+    slot.match = slot.engine->match({slot.header.id, slot.header.stamp_ns, slot.points});
 }
 }  // namespace
 
 void MatchReplay::run_batch() {
-  for (std::size_t i = filled_; i < slots_.size(); ++i) slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
+  for (std::size_t i = filled_; i < slots_.size(); ++i)
+    slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
   if (!workers_.empty()) begin_.arrive_and_wait();
   match(slots_[0]);
   if (!workers_.empty()) end_.arrive_and_wait();

@@ -4,9 +4,9 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
-#include "tools/shared/recording/recorded_run.hpp"
 #include "tools/shared/matching/model_engine.hpp"
 #include "tools/shared/matching/outcome.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 
 #include <barrier>
 #include <functional>
@@ -25,8 +25,8 @@ class MatchReplay {
   MatchReplay(const MatchReplay&) = delete;
   MatchReplay& operator=(const MatchReplay&) = delete;
 
-  /// One recorded frame. Its result comes with this call or a later one, in the order of the frames; only the test's history
-  /// hears of it when nobody asked for it.
+  /// One recorded frame. Its result comes with this call or a later one, in the order of the frames; only the test's
+  /// history hears of it when nobody asked for it.
   bool add(const RecordedMessage& frame, bool is_asked, const ResultTaker& take);
   /// A frame before those: it is not matched, and later ones with its id come twice.
   void pass_over(const RecordedMessage& frame) { static_cast<void>(ids_.saw(frame.session, frame.id)); }

@@ -2,10 +2,10 @@
 
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/rig/sensor_json.hpp"
-#include "tools/shared/cli/tool.hpp"
 #include "tools/replay/match_replay.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/replay/results_file.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/shared/matching/views.hpp"
 
 #include <spdlog/spdlog.h>
@@ -16,7 +16,6 @@
 #include <unistd.h>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::uint64_t most_differences_shown = 20;
@@ -80,8 +79,10 @@ class Takers {
   std::uint64_t shown_ = 0;
 };
 
-/// Matches the frames of the part, and before them those that its first results tell of: the test's history. False when stopped.
-bool match_part(RecordedRun& run, const Part& part, bool has_history, const Comparison* comparison, MatchReplay& replay, const ResultTaker& take) {
+/// Matches the frames of the part, and before them those that its first results tell of: the test's history. False when
+/// stopped.
+bool match_part(RecordedRun& run, const Part& part, bool has_history, const Comparison* comparison, MatchReplay& replay,
+                const ResultTaker& take) {
   const std::int64_t history_ns = has_history ? history_of(run, part) : part.from_ns;
   run.limit(Part{}.from_ns, part.to_ns);
   run.rewind();
@@ -100,10 +101,13 @@ bool match_part(RecordedRun& run, const Part& part, bool has_history, const Comp
 
 void explain(const ComparisonTally& tally, const std::string& file) {
   if (tally.edge_frames + tally.edge_results > 0)
-    spdlog::warn("{} begins or ends between frames and their results: {} frames there without a result and {} results without a frame are not compared",
-                 file, tally.edge_frames, tally.edge_results);
+    spdlog::warn(
+        "{} begins or ends between frames and their results: {} frames there without a result and {} results without a "
+        "frame are not compared",
+        file, tally.edge_frames, tally.edge_results);
   if (tally.without_history > 0)
-    spdlog::warn("{}: the test began before the recording; {} results are compared but for what the test adds up", file, tally.without_history);
+    spdlog::warn("{}: the test began before the recording; {} results are compared but for what the test adds up", file,
+                 tally.without_history);
 }
 
 bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions& options) {
@@ -112,7 +116,9 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
   explain(tally, file);
   std::printf("%s\n", (options.json ? comparison_json(tally) : comparison_line(tally)).c_str());
   if (tally.compared() == 0)
-    throw Error(Status::bad_input, file + ": nothing was compared, as no frame is recorded with its result; lbea-inspect says what is recorded");
+    throw Error(
+        Status::bad_input,
+        file + ": nothing was compared, as no frame is recorded with its result; lbea-inspect says what is recorded");
   return tally.is_same();
 }
 

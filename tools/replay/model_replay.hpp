@@ -16,8 +16,8 @@ struct ModelReplayOptions {
   double tolerance = 0;
 };
 
-/// Prints the results of a part, or with `compares` how they differ; false when they do. Throws Error when there is nothing
-/// to compare.
+/// Prints the results of a part, or with `compares` how they differ; false when they do. Throws Error when there is
+/// nothing to compare.
 [[nodiscard]] bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options);
 
 }  // namespace lbea::tool

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 namespace lbea::tool {
-
 namespace {
 constexpr std::chrono::milliseconds stop_interval{50};  // how long a stop may go unnoticed
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr double longest_s = 4e9;
@@ -45,7 +44,8 @@ Part part_of(RecordedRun& run, const Range& range, const std::string& file) {
   if (!first) throw Error(Status::bad_input, file + ": no frame is recorded there; lbea-inspect says what is");
   if (range.text.empty()) return {};
   const std::int64_t begin = first->log_time_ns;
-  const Part part{begin + static_cast<std::int64_t>(range.from_s * 1e9), begin + static_cast<std::int64_t>(range.to_s * 1e9), false};
+  const Part part{begin + static_cast<std::int64_t>(range.from_s * 1e9),
+                  begin + static_cast<std::int64_t>(range.to_s * 1e9), false};
   run.rewind();
   run.limit(part.from_ns, part.to_ns);
   if (!next_frame(run))

@@ -9,7 +9,6 @@
 #include <spdlog/spdlog.h>
 
 namespace lbea::tool {
-
 namespace {
 
 /// The first one that a matcher published.
@@ -17,14 +16,17 @@ std::optional<wire::WireState> recorded_state(const std::string& file) {
   RecordedRun run(file);
   wire::WireState state;
   while (const auto message = run.next())
-    if (message->kind == RecordedMessage::Kind::state && wire::decode_state(message->data, state) == wire::WireStatus::ok && !state.method.empty()) return state;
+    if (message->kind == RecordedMessage::Kind::state &&
+        wire::decode_state(message->data, state) == wire::WireStatus::ok && !state.method.empty())
+      return state;
   return {};
 }
 
 Method method_of(const std::string& name, const std::string& file) {
   const auto found = method_names.find(name);
   if (found == method_names.end())
-    throw Error(Status::bad_input, file + ": was matched by \"" + name + "\", which is not known here; give the method with --method");
+    throw Error(Status::bad_input,
+                file + ": was matched by \"" + name + "\", which is not known here; give the method with --method");
   return found->second;
 }
 
@@ -60,7 +62,10 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
     settings.matcher.T_reference_sensor = MatcherConfig{}.T_reference_sensor;
     settings.sensor_json.clear();
   } else if (settings.program.starts_with("lbea-record") && settings.sensor_json.empty()) {
-    miss("the sensor's pose, as lbea-record is not told it; give it with --pose sensor.json, or --no-pose where lbea-serve had none", options);
+    miss(
+        "the sensor's pose, as lbea-record is not told it; give it with --pose sensor.json, or --no-pose where "
+        "lbea-serve had none",
+        options);
   }
 }
 

@@ -6,7 +6,6 @@
 #include <cstdio>
 
 namespace lbea::tool {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -24,32 +23,45 @@ unsigned long long number(std::uint64_t value) { return value; }
 
 }  // namespace
 
-std::string result_header() { return format("%10s  %-16s %5s %14s %8s  %s", "frame", "best simulation", "step", "distance", "coverage", "verdict"); }
+std::string result_header() {
+  return format("%10s  %-16s %5s %14s %8s  %s", "frame", "best simulation", "step", "distance", "coverage", "verdict");
+}
 
 std::string result_line(const wire::WireResult& result) {
-  const std::string verdict(wire::fate_of(result.status) == wire::Fate::matched ? wire::to_string(result.verdict) : wire::to_string(result.status));
-  if (result.matches.empty()) return format("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
+  const std::string verdict(wire::fate_of(result.status) == wire::Fate::matched ? wire::to_string(result.verdict)
+                                                                                : wire::to_string(result.status));
+  if (result.matches.empty())
+    return format("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
   const wire::WireMatch& best = result.matches[0];
-  return format("%10llu  %-16s %5u %14.6g %8.3f  %s", number(result.frame_id), best.simulation_name.c_str(), best.sample.time_step,
-                static_cast<double>(best.distance), static_cast<double>(result.coverage), verdict.c_str());
+  return format("%10llu  %-16s %5u %14.6g %8.3f  %s", number(result.frame_id), best.simulation_name.c_str(),
+                best.sample.time_step, static_cast<double>(best.distance), static_cast<double>(result.coverage),
+                verdict.c_str());
 }
 
 std::string result_json(const wire::WireResult& result) {
   Json matches = Json::array();
   for (const wire::WireMatch& match : result.matches)
-    matches.push_back({{"simulation", match.simulation_name}, {"time_step", match.sample.time_step}, {"time_s", match.time_s}, {"distance", match.distance}});
-  return Json{{"session", result.session},     {"frame", result.frame_id},
-              {"stamp_ns", result.stamp_ns},   {"status", wire::to_string(result.status)},
-              {"verdict", wire::to_string(result.verdict)}, {"coverage", result.coverage},
+    matches.push_back({{"simulation", match.simulation_name},
+                       {"time_step", match.sample.time_step},
+                       {"time_s", match.time_s},
+                       {"distance", match.distance}});
+  return Json{{"session", result.session},
+              {"frame", result.frame_id},
+              {"stamp_ns", result.stamp_ns},
+              {"status", wire::to_string(result.status)},
+              {"verdict", wire::to_string(result.verdict)},
+              {"coverage", result.coverage},
               {"matches", std::move(matches)}}
       .dump(-1, ' ', false, Json::error_handler_t::replace);  // names may be no UTF-8
 }
 
 std::string comparison_line(const ComparisonTally& tally) {
-  return format("%llu results the same, %llu different (%llu with another match, %llu with another status or verdict); %llu without a "
-                "recorded result, %llu recorded ones without a new one; largest relative difference of a best distance %.3g",
-                number(tally.same), number(tally.different), number(tally.other_match), number(tally.other_status), number(tally.not_recorded),
-                number(tally.not_repeated), tally.worst_distance);
+  return format(
+      "%llu results the same, %llu different (%llu with another match, %llu with another status or verdict); %llu "
+      "without a "
+      "recorded result, %llu recorded ones without a new one; largest relative difference of a best distance %.3g",
+      number(tally.same), number(tally.different), number(tally.other_match), number(tally.other_status),
+      number(tally.not_recorded), number(tally.not_repeated), tally.worst_distance);
 }
 
 std::string comparison_json(const ComparisonTally& tally) {
@@ -67,8 +79,9 @@ std::string comparison_json(const ComparisonTally& tally) {
 }
 
 std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms) {
-  return format("frames %llu = sent %llu + refused %llu; %llu did not leave; %.3f s, worst lateness %.3f ms", number(tally.frames), number(tally.sent),
-                number(tally.refused), number(tally.left), tally.seconds, worst_lateness_ms) +
+  return format("frames %llu = sent %llu + refused %llu; %llu did not leave; %.3f s, worst lateness %.3f ms",
+                number(tally.frames), number(tally.sent), number(tally.refused), number(tally.left), tally.seconds,
+                worst_lateness_ms) +
          (tally.receipt ? receipt_text(*tally.receipt) : "");
 }
 

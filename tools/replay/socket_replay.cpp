@@ -7,7 +7,6 @@
 #include <map>
 
 namespace lbea::tool {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -15,7 +14,9 @@ constexpr auto ready_interval = 50ms;
 constexpr auto longest_farewell = 2000ms;
 
 /// Round 0 keeps the session; others get one that is as good as new.
-std::uint64_t session_of(std::uint64_t recorded, std::uint64_t round) { return recorded ^ (round * 0x9e37'79b9'7f4a'7c15); }
+std::uint64_t session_of(std::uint64_t recorded, std::uint64_t round) {
+  return recorded ^ (round * 0x9e37'79b9'7f4a'7c15);
+}
 
 /// Sends the rounds, and knows what it has sent.
 class Sender {
@@ -27,8 +28,7 @@ class Sender {
     while (const auto message = run.next()) {
       if (message->kind != RecordedMessage::Kind::frame) continue;
       if (!pace_.wait_for(message->log_time_ns)) return;
-      while (config_.waits && !stop_() && !sink_.wait_ready(ready_interval)) {
-      }
+      while (config_.waits && !stop_() && !sink_.wait_ready(ready_interval)) {}
       if (stop_()) return;
       send(*message, session_of(message->session, round));
     }
@@ -45,7 +45,8 @@ class Sender {
   void send(const RecordedMessage& frame, std::uint64_t session) {
     std::uint64_t& next_id = next_ids_[session];
     next_id = std::max(next_id, frame.id + 1);
-    if (sink_.send(encoder_.frame_of_cloud(frame.data, session, frame.id))) static_cast<void>(ids_.saw(session, frame.id));
+    if (sink_.send(encoder_.frame_of_cloud(frame.data, session, frame.id)))
+      static_cast<void>(ids_.saw(session, frame.id));
   }
   const SocketReplayConfig& config_;
   wire::FrameSink& sink_;
@@ -58,8 +59,8 @@ class Sender {
 
 }  // namespace
 
-SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, wire::FrameSink& sink, MatcherWitness* witness, Pace& pace,
-                                   const std::function<bool()>& stop) {
+SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, wire::FrameSink& sink,
+                                   MatcherWitness* witness, Pace& pace, const std::function<bool()>& stop) {
   const auto begin = std::chrono::steady_clock::now();
   Sender sender(config, sink, pace, stop);
   for (std::uint64_t round = 0; (config.rounds == 0 || round < config.rounds) && !stop(); ++round) {

@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 
 namespace lbea::tool {
-
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -15,27 +14,33 @@ std::optional<wire::WireState> first_state(wire::ResultSource& results, const st
   wire::WireState state;
   for (const auto deadline = Clock::now() + longest_silence; !stop() && Clock::now() < deadline;) {
     const auto message = results.receive(look_interval);
-    if (message && wire::message_kind(*message) == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok) return state;
+    if (message && wire::message_kind(*message) == wire::MessageKind::state &&
+        wire::decode_state(*message, state) == wire::WireStatus::ok)
+      return state;
   }
   return {};
 }
 
 }  // namespace
 
-MatcherWitness::MatcherWitness(wire::WireContext& context, const std::string& results_endpoint, const wire::ClientAccess& access, const std::function<bool()>& stop)
+MatcherWitness::MatcherWitness(wire::WireContext& context, const std::string& results_endpoint,
+                               const wire::ClientAccess& access, const std::function<bool()>& stop)
     : context_(context), endpoint_(results_endpoint), access_(access) {
   wire::ResultSource source = results();
   auto state = first_state(source, stop);
   if (!state)
-    throw Error(Status::endpoint_unavailable,
-                "endpoint \"" + endpoint_ + "\": no matcher publishes its results there; give that of lbea-serve's --results");
+    throw Error(
+        Status::endpoint_unavailable,
+        "endpoint \"" + endpoint_ + "\": no matcher publishes its results there; give that of lbea-serve's --results");
   receipts_.emplace(std::move(*state));
 }
 
 void MatcherWitness::ask(wire::FrameSink& frames, std::uint64_t session, std::uint64_t next_id) {
   wire::Handshake handshake(frames, results(), session);
   receipts_->ask(handshake, session, next_id);
-  if (receipts_->knew(session)) spdlog::warn("the matcher had frames of session {:016x} before, and refuses ids that come again; start it anew", session);
+  if (receipts_->knew(session))
+    spdlog::warn("the matcher had frames of session {:016x} before, and refuses ids that come again; start it anew",
+                 session);
 }
 
 }  // namespace lbea::tool

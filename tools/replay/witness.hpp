@@ -11,8 +11,10 @@ namespace lbea::tool {
 class MatcherWitness {
  public:
   /// Waits for the first word of the matcher whose results are there. Throws Error{bad_config | endpoint_unavailable}.
-  MatcherWitness(wire::WireContext& context, const std::string& results_endpoint, const wire::ClientAccess& access, const std::function<bool()>& stop);
-  /// Says goodbye for a session, every id below `next_id` being given, and adds what the matcher has of it; warns when it had frames of that session before.
+  MatcherWitness(wire::WireContext& context, const std::string& results_endpoint, const wire::ClientAccess& access,
+                 const std::function<bool()>& stop);
+  /// Says goodbye for a session, every id below `next_id` being given, and adds what the matcher has of it; warns when
+  /// it had frames of that session before.
   void ask(wire::FrameSink& frames, std::uint64_t session, std::uint64_t next_id);
   [[nodiscard]] const Receipt& receipt() const noexcept { return receipts_->sum(); }
 

@@ -1,9 +1,9 @@
 // lbea-send: plays point clouds from files to a matcher, as a camera would.
 #include "adapters/clouds/pointcloud.hpp"
-#include "tools/shared/intake/access_options.hpp"
+#include "tools/send/player.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/send/player.hpp"
+#include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/intake/receipt.hpp"
 
 #include <nlohmann/json.hpp>
@@ -12,7 +12,6 @@
 #include <random>
 
 namespace lbea::tool {
-
 namespace {
 
 struct Options {
@@ -35,21 +34,20 @@ constexpr auto longest_wait = std::chrono::milliseconds(5000);
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("paths", options.paths, "files, or folders of them, which are taken by name")->required();
-  tool.add_option("--to", options.endpoint, "endpoint of the matcher's frames, e.g. ipc:///tmp/frames.ipc")
-      ->required();
+  tool.add_option("--to", options.endpoint, "endpoint of the matcher's frames, e.g. ipc:///tmp/frames.ipc")->required();
   tool.add_option("--results", options.results_endpoint,
                   "endpoint of the matcher's results: agree on the start and compare counts at the end");
   auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(CLI::Range(1e-3, 1e6));
   tool.add_flag("--realtime", options.realtime, "pace by the clouds' stamps")->excludes(rate);
-  tool.add_option("--stamps", options.stamps,
-                  "table of file,stamp_ns (or _us, _ms, _s): when each cloud was captured (default: stamps.csv beside them)");
+  tool.add_option(
+      "--stamps", options.stamps,
+      "table of file,stamp_ns (or _us, _ms, _s): when each cloud was captured (default: stamps.csv beside them)");
   tool.add_option("--loop", options.play.rounds, "how often to send all of them; 0: until stopped")
       ->check(CLI::Range(0, 1'000'000));
   tool.add_option("--frame-id", options.frame_id, "name of the coordinate system the points are in");
   tool.add_flag("--end-of-stream,!--open-end", options.play.ends_stream,
                 "say after the last frame that the test is over");
-  tool.add_flag("--wait-ready", options.wait_ready,
-                "wait for the receiver as long as it takes, not just 5 s");
+  tool.add_flag("--wait-ready", options.wait_ready, "wait for the receiver as long as it takes, not just 5 s");
   options.access.add_to(tool);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
 }
@@ -66,7 +64,8 @@ void wait_for_receiver(wire::FrameSink& sink, const Options& options) {
     throw Error{Status::endpoint_unavailable,
                 "endpoint \"" + options.endpoint +
                     "\": nobody listens there, or nobody who knows this program's key; start lbea-serve with "
-                    "--frames " + options.endpoint + ", or use --wait-ready"};
+                    "--frames " +
+                    options.endpoint + ", or use --wait-ready"};
   }
 }
 
@@ -91,9 +90,10 @@ std::string tally_line(const Account& account) {
   const PlayTally& tally = account.tally;
   char seconds[32];
   std::snprintf(seconds, sizeof seconds, "%.3f", tally.seconds);
-  return "captured " + std::to_string(tally.captured) + " = sent " + std::to_string(tally.sent) +
-         " + refused " + std::to_string(tally.refused) + "; handed over " + (tally.handed_over < tally.sent ? "at least " : "") +
-         std::to_string(tally.handed_over) + " in " + seconds + " s" + (account.receipt ? receipt_text(*account.receipt) : "");
+  return "captured " + std::to_string(tally.captured) + " = sent " + std::to_string(tally.sent) + " + refused " +
+         std::to_string(tally.refused) + "; handed over " + (tally.handed_over < tally.sent ? "at least " : "") +
+         std::to_string(tally.handed_over) + " in " + seconds + " s" +
+         (account.receipt ? receipt_text(*account.receipt) : "");
 }
 
 std::vector<EncodedCloud> load(const Options& options) {
@@ -106,7 +106,8 @@ std::vector<EncodedCloud> load(const Options& options) {
 bool is_complete(const Account& account, std::uint64_t planned) {
   const PlayTally& tally = account.tally;
   if (tally.handed_over != tally.captured || tally.captured < planned) return false;
-  return !account.receipt || (account.receipt->is_whole && account.receipt->received == tally.captured && account.receipt->dropped == 0);
+  return !account.receipt ||
+         (account.receipt->is_whole && account.receipt->received == tally.captured && account.receipt->dropped == 0);
 }
 
 int send(Options options) {
@@ -121,7 +122,8 @@ int send(Options options) {
   if (options.rate_hz > 0) options.play.due_ns = schedule_by_rate(clouds.size(), options.rate_hz);
   std::optional<wire::Handshake> handshake;
   if (!options.results_endpoint.empty())
-    handshake.emplace(sink, wire::ResultSource(context, options.results_endpoint, wire::results_held, access), options.play.session);
+    handshake.emplace(sink, wire::ResultSource(context, options.results_endpoint, wire::results_held, access),
+                      options.play.session);
   wait_for_receiver(sink, options);
   std::optional<Receipts> receipts;
   if (handshake) {
@@ -133,8 +135,7 @@ int send(Options options) {
   Account account;
   {
     Progress progress("sending", planned);
-    account.tally =
-        play(clouds, options.play, sink, stop, [&](std::uint64_t done) { progress.advance_to(done); });
+    account.tally = play(clouds, options.play, sink, stop, [&](std::uint64_t done) { progress.advance_to(done); });
   }
   if (handshake) {
     receipts->ask(*handshake, options.play.session, account.tally.captured);
@@ -145,13 +146,12 @@ int send(Options options) {
 }
 
 }  // namespace
-
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   lbea::tool::Options options;
   lbea::tool::Tool tool("lbea-send", lbea::tool::description,
-                  "lbea-send frames/ --to ipc:///tmp/frames.ipc --rate 1000 --wait-ready");
+                        "lbea-send frames/ --to ipc:///tmp/frames.ipc --rate 1000 --wait-ready");
   lbea::tool::add_options(tool, options);
   tool.list_formats_by(lbea::io::list_cloud_formats());
   return tool.run(argc, argv, [&] { return lbea::tool::send(options); });

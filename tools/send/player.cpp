@@ -8,7 +8,6 @@
 #include <thread>
 
 namespace lbea::tool {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -83,7 +82,8 @@ class Courier {
  private:
   bool has_told() { return withheld_ == 0 || tell_before_last(); }
   bool tell_before_last() {
-    if (!sink_.tell(encoder_.control({config_.session, wire::ControlKind::heartbeat, next_id_ - 1, withheld_}))) return false;
+    if (!sink_.tell(encoder_.control({config_.session, wire::ControlKind::heartbeat, next_id_ - 1, withheld_})))
+      return false;
     withheld_ = 0;
     return true;
   }

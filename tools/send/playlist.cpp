@@ -44,8 +44,7 @@ std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, cons
       throw Error{Status::bad_input, file.string() +
                                          ": its stamp is before 1970 or after 2106, or it has more than the "
                                          "2 GB a message may have; it cannot be sent"};
-    clouds.push_back(
-        {file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
+    clouds.push_back({file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
     progress(clouds.size());
   }
   return clouds;

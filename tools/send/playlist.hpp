@@ -20,9 +20,9 @@ struct EncodedCloud {
   std::optional<std::int64_t> stamp_ns;  // nothing when neither table, file nor name have one
 };
 
-/// Reads and encodes. Stamps are those of the table `stamps` or, when it is empty, of a file stamps.csv beside the clouds, else
-/// the clouds' own, else those in their names. `progress` is called with the number done. Throws what read_point_cloud throws, and
-/// Error{bad_input} for a stamp that does not fit on the wire.
+/// Reads and encodes. Stamps are those of the table `stamps` or, when it is empty, of a file stamps.csv beside the
+/// clouds, else the clouds' own, else those in their names. `progress` is called with the number done. Throws what
+/// read_point_cloud throws, and Error{bad_input} for a stamp that does not fit on the wire.
 [[nodiscard]] std::vector<EncodedCloud> encode_clouds(const std::vector<std::filesystem::path>& files,
                                                       const std::filesystem::path& stamps, std::uint64_t session,
                                                       const std::string& frame_id,

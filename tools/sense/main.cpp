@@ -3,12 +3,12 @@
 #include "adapters/simulation/open.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
-#include "tools/shared/cli/progress.hpp"
-#include "tools/shared/cli/tool.hpp"
 #include "tools/sense/recording_folder.hpp"
 #include "tools/sense/schedule.hpp"
 #include "tools/sense/sensor_copy.hpp"
 #include "tools/sense/state_source.hpp"
+#include "tools/shared/cli/progress.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -65,8 +65,7 @@ void declare(Tool& tool, Options& options) {
       ->check(CLI::Range(0.0, 1.0));
   tool.add_option("--dropout", options.dropout, std::string("share of points lost at random") + from_file)
       ->check(CLI::Range(0.0, 1.0));
-  tool.add_option("--background", options.background,
-                  std::string("share of extra points on a wall behind") + from_file)
+  tool.add_option("--background", options.background, std::string("share of extra points on a wall behind") + from_file)
       ->check(CLI::NonNegativeNumber);
   tool.add_option("--threads", options.threads, "0: all processors; the frames do not depend on it");
   tool.add_flag("--json", options.json, "print the summary as JSON");
@@ -99,7 +98,8 @@ Summary sense(const Options& options) {
   const io::SensorDescription description = described(options);
   const auto reader = io::open_simulation(options.run);
   const auto plan = planned_frames(options, *reader);
-  const bake::VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements, options.threads);
+  const bake::VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements,
+                                   options.threads);
   RecordingFolder folder(options.out, options.run, description.length_unit);
   folder.write_sensor(sensor_copy(options.sensor, description));
 
@@ -110,8 +110,8 @@ Summary sense(const Options& options) {
   for (const FrameTime& moment : plan) {
     if (stop_requested) break;
     const bake::SimulationState& state = states.at(moment.state);
-    const auto points = sensor.sense({state.positions, state.alive}, description.noise,
-                                     bake::frame_seed(options.seed, summary.frames));
+    const auto points =
+        sensor.sense({state.positions, state.alive}, description.noise, bake::frame_seed(options.seed, summary.frames));
     folder.write_frame({summary.frames, moment.state, moment.time_s}, points);
     summary.points += points.size();
     progress.advance_to(++summary.frames);
@@ -123,8 +123,10 @@ Summary sense(const Options& options) {
 
 void print(const Options& options, const Summary& summary) {
   if (options.json) {
-    const nlohmann::ordered_json json{{"out", options.out.string()}, {"frames_planned", summary.planned},
-                                      {"frames", summary.frames},    {"points", summary.points},
+    const nlohmann::ordered_json json{{"out", options.out.string()},
+                                      {"frames_planned", summary.planned},
+                                      {"frames", summary.frames},
+                                      {"points", summary.points},
                                       {"seconds", summary.seconds}};
     std::printf("%s\n", json.dump().c_str());
     return;

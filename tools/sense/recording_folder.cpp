@@ -1,7 +1,7 @@
 #include "tools/sense/recording_folder.hpp"
 
-#include "adapters/files/atomic_file.hpp"
 #include "adapters/clouds/pointcloud.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,6 @@
 #include <system_error>
 
 namespace lbea::tool {
-
 namespace {
 
 std::string file_name(std::uint64_t frame) {
@@ -52,10 +51,8 @@ void make_empty(const std::filesystem::path& folder) {
          !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
       if (belongs_to_recording(entry->path()))
         throw Error{Status::write_failed, folder.string() + " already holds a recording (" +
-                                              entry->path().filename().string() +
-                                              "); name another folder or empty it"};
-  if (error)
-    throw Error{Status::write_failed, "cannot use the folder " + folder.string() + ": " + error.message()};
+                                              entry->path().filename().string() + "); name another folder or empty it"};
+  if (error) throw Error{Status::write_failed, "cannot use the folder " + folder.string() + ": " + error.message()};
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
@@ -77,8 +74,8 @@ RecordingFolder::RecordingFolder(std::filesystem::path folder, const std::filesy
 void RecordingFolder::write_sensor(const std::string& json) const { write_text(folder_ / "sensor.json", json); }
 
 void RecordingFolder::write_frame(const FrameTruth& truth, std::span<const Point> points) {
-  const std::string comment = "length unit " + length_unit_ + ", sensor coordinates, stamp_ns " +
-                              std::to_string(stamp_ns(truth.time_s));
+  const std::string comment =
+      "length unit " + length_unit_ + ", sensor coordinates, stamp_ns " + std::to_string(stamp_ns(truth.time_s));
   io::write_ply(folder_ / file_name(truth.frame), points, std::span(&comment, 1));
   written_.push_back(truth);
 }
@@ -86,8 +83,8 @@ void RecordingFolder::write_frame(const FrameTruth& truth, std::span<const Point
 void RecordingFolder::write_truth() const {
   std::string text = "frame,file,stamp_ns,run,state,time_s\n";
   for (const FrameTruth& row : written_)
-    text += std::to_string(row.frame) + ',' + file_name(row.frame) + ',' + std::to_string(stamp_ns(row.time_s)) +
-            ',' + csv_field(run_) + ',' + shortest(row.state) + ',' + shortest(row.time_s) + '\n';
+    text += std::to_string(row.frame) + ',' + file_name(row.frame) + ',' + std::to_string(stamp_ns(row.time_s)) + ',' +
+            csv_field(run_) + ',' + shortest(row.state) + ',' + shortest(row.time_s) + '\n';
   write_text(folder_ / "truth.csv", text);
 }
 

@@ -7,7 +7,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr double most_frames = 1e7;
@@ -81,8 +80,7 @@ std::vector<FrameTime> resampled_frames(const std::vector<double>& state_times_s
                                         double rate_hz, std::uint64_t max_frames) {
   const StepRange steps = within(state_times_s.size(), wanted);
   const double begin = state_times_s[steps.first], end = state_times_s[steps.last];
-  const double intervals =
-      std::min(std::floor((end - begin) * rate_hz + rounding), static_cast<double>(max_frames));
+  const double intervals = std::min(std::floor((end - begin) * rate_hz + rounding), static_cast<double>(max_frames));
   if (!(intervals >= 0 && intervals < most_frames))
     throw Error{Status::bad_config, "--rate " + std::to_string(rate_hz) + " over " + std::to_string(end - begin) +
                                         " s makes too many frames; take a lower rate or --frames"};

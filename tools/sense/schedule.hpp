@@ -27,13 +27,11 @@ struct FrameTime {
 
 /// The stored states of `steps`.
 /// Throws Error{bad_config} when a range that is not "all" goes beyond the run, or the run has no states.
-[[nodiscard]] std::vector<FrameTime> stored_frames(const std::vector<double>& state_times_s,
-                                                   const StepRange& steps);
+[[nodiscard]] std::vector<FrameTime> stored_frames(const std::vector<double>& state_times_s, const StepRange& steps);
 
 /// Moments 1/rate_hz apart from the first to the last state of `steps`, at most `max_frames` of them.
 /// Throws as stored_frames does, and for a rate that makes an absurd number of frames.
-[[nodiscard]] std::vector<FrameTime> resampled_frames(const std::vector<double>& state_times_s,
-                                                      const StepRange& steps, double rate_hz,
-                                                      std::uint64_t max_frames);
+[[nodiscard]] std::vector<FrameTime> resampled_frames(const std::vector<double>& state_times_s, const StepRange& steps,
+                                                      double rate_hz, std::uint64_t max_frames);
 
 }  // namespace lbea::tool

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 namespace lbea::tool {
-
 namespace {
 /// The double with the float's own digits: 0.1, not 0.10000000149.
 double as_written(float value) {

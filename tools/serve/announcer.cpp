@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 constexpr std::uint64_t most_announced = 1000;  // of one gap; the rest is only counted
 }
@@ -17,7 +16,8 @@ void Announcer::refuse(wire::WireStatus status, const wire::FrameHeader& header,
   }
 }
 
-void Announcer::announce(wire::WireStatus status, std::uint64_t session, IdRange ids, std::int64_t receive_ns) noexcept {
+void Announcer::announce(wire::WireStatus status, std::uint64_t session, IdRange ids,
+                         std::int64_t receive_ns) noexcept {
   const std::uint64_t announced = std::min(ids.count, most_announced);
   wire::FrameHeader header;
   header.session = session;

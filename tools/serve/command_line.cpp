@@ -1,28 +1,31 @@
 #include "tools/serve/command_line.hpp"
 
-#include "tools/shared/cli/method_names.hpp"
 #include "tools/serve/inference_publisher.hpp"
+#include "tools/shared/cli/method_names.hpp"
 
 namespace lbea::tool {
-
 namespace {
 
 void add_matching_options(Tool& tool, ServeOptions& options) {
   MatcherConfig& matcher = options.matcher;
-  tool.add_option("--method", matcher.method, "fit: by what the sensor would see, with a verdict, an estimate between the samples and the test's history; "
-                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
+  tool.add_option(
+          "--method", matcher.method,
+          "fit: by what the sensor would see, with a verdict, an estimate between the samples and the test's history; "
+          "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
       ->transform(CLI::CheckedTransformer(method_names))
       ->default_str("lbea");
-  tool.add_option("--pose", options.pose_file,
-                  "sensor.json with T_reference_sensor; without it frames are taken as they are. With fit, the whole rig: when "
-                  "the model was not baked for this pose, its samples are rendered anew at the start")
+  tool.add_option(
+          "--pose", options.pose_file,
+          "sensor.json with T_reference_sensor; without it frames are taken as they are. With fit, the whole rig: when "
+          "the model was not baked for this pose, its samples are rendered anew at the start")
       ->check(CLI::ExistingFile);
-  const auto take_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
-  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")->default_str("0");
-  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")
-      ->check(CLI::Range(1u, 16'777'216u));
-  tool.add_option("--matches", matcher.max_matches, "samples per result, best first")
-      ->check(CLI::Range(1u, 1000u));
+  const auto take_trigger = [&](std::int64_t stamp_ns) {
+    options.recording.trigger_ns = matcher.trigger_ns = stamp_ns;
+  };
+  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")
+      ->default_str("0");
+  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")->check(CLI::Range(1u, 16'777'216u));
+  tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(CLI::Range(1u, 1000u));
   tool.add_option("--trusted-distance", matcher.trusted_distance,
                   "a vertex counts as seen when a point lies this near, mm")
       ->check(CLI::PositiveNumber);
@@ -32,11 +35,14 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
 }
 
 void add_operation_options(Tool& tool, ServeOptions& options) {
-  tool.add_option("--metrics", options.metrics_address, "address of this machine for Prometheus to read, e.g. 127.0.0.1:9464");
+  tool.add_option("--metrics", options.metrics_address,
+                  "address of this machine for Prometheus to read, e.g. 127.0.0.1:9464");
   tool.add_option("--pin", options.privileges.pin, "processor to keep the matching thread on");
-  tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching thread")->check(CLI::Range(1, 99));
+  tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching thread")
+      ->check(CLI::Range(1, 99));
   tool.add_flag("--lock-memory", options.privileges.lock_memory, "keep all memory in RAM");
-  tool.add_flag("--check", options.check, "try everything that can be tried before the test, say how it went, and leave");
+  tool.add_flag("--check", options.check,
+                "try everything that can be tried before the test, say how it went, and leave");
   tool.add_flag("--json", options.json, "print the closing tally, or what --check found, as JSON");
 }
 
@@ -44,25 +50,28 @@ void add_operation_options(Tool& tool, ServeOptions& options) {
 
 void add_options(Tool& tool, ServeOptions& options) {
   tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
-  tool.add_option("--frames", options.frames_endpoint,
-                  "endpoint to take frames from, e.g. ipc:///tmp/frames.ipc")
+  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/frames.ipc")
       ->required();
-  tool.add_option("--results", options.results_endpoint,
-                  "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
+  tool.add_option("--results", options.results_endpoint, "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
       ->required();
-  tool.add_option("--preview", options.preview_endpoint,
-                  "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. ipc:///tmp/preview.ipc");
-  auto* inferred = tool.add_option("--infer", options.inferred_field,
-                                   "with fit: field to infer on the whole component, hidden parts too, for every frame, e.g. plastic_strain");
-  tool.add_option("--inference", options.inference_endpoint, "endpoint to publish it on, with its spread over the plausible samples")
+  tool.add_option(
+      "--preview", options.preview_endpoint,
+      "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. ipc:///tmp/preview.ipc");
+  auto* inferred = tool.add_option(
+      "--infer", options.inferred_field,
+      "with fit: field to infer on the whole component, hidden parts too, for every frame, e.g. plastic_strain");
+  tool.add_option("--inference", options.inference_endpoint,
+                  "endpoint to publish it on, with its spread over the plausible samples")
       ->needs(inferred);
   inferred->needs("--inference");
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
       ->check(CLI::Range(1u, 4096u));
-  auto* record = tool.add_option("--record", options.recording.file, "record all frames and results to this file (MCAP), which must not exist yet; its name may "
-                                 "contain the time of the start in strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
-                     ->transform(recording_name());
+  auto* record =
+      tool.add_option("--record", options.recording.file,
+                      "record all frames and results to this file (MCAP), which must not exist yet; its name may "
+                      "contain the time of the start in strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
+          ->transform(recording_name());
   add_recording_options(tool, options.recording);
   tool.get_option("--record-window")->needs(record);  // who asks for a window believes it is being recorded
   options.access.add_to(tool);
@@ -70,7 +79,9 @@ void add_options(Tool& tool, ServeOptions& options) {
 }
 
 std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
-  if (options.matcher.method != Method::fit) throw Error(Status::bad_config, "--infer needs the estimate of --method fit; choose that method, or leave --infer out");
+  if (options.matcher.method != Method::fit)
+    throw Error(Status::bad_config,
+                "--infer needs the estimate of --method fit; choose that method, or leave --infer out");
   return find_field(model, options.inferred_field);
 }
 

@@ -1,18 +1,19 @@
 // What lbea-serve is told.
 #pragma once
 
-#include "tools/shared/intake/access_options.hpp"
-#include "tools/shared/cli/tool.hpp"
-#include "tools/shared/recording/recording_options.hpp"
 #include "tools/serve/pipeline.hpp"
 #include "tools/serve/privileges.hpp"
+#include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/recording/recording_options.hpp"
 
 #include <string>
 
 namespace lbea::tool {
 
 struct ServeOptions {
-  std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, inference_endpoint, inferred_field, pose_file, metrics_address;
+  std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, inference_endpoint, inferred_field,
+      pose_file, metrics_address;
   MatcherConfig matcher;
   PipelineConfig pipeline;
   RecordingOptions recording;

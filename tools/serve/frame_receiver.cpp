@@ -1,19 +1,19 @@
 #include "tools/serve/frame_receiver.hpp"
 
-#include "tools/shared/cli/wall_clock.hpp"
 #include "tools/serve/short_ns.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
 
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr auto receive_timeout = 50ms;
 constexpr auto longest_drain = 500ms;  // taking in after stop() what had arrived, from a sender that goes on
-constexpr auto drained = 100ms;        // nothing for so long: that was all. Less, and a busy machine leaves frames of a sender that has gone in the socket
+constexpr auto drained = 100ms;        // nothing for so long: that was all. Less, and a busy machine leaves frames of a
+                                       // sender that has gone in the socket
 
 }  // namespace
 
@@ -88,7 +88,8 @@ wire::WireStatus FrameReceiver::note_id(wire::WireStatus status, std::int64_t re
   }
   const IdTracker::Arrival arrival = accounts_.saw(header.session, header.id, receive_ns);
   if (arrival == IdTracker::Arrival::impossible) return wire::WireStatus::damaged;
-  return arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok ? wire::WireStatus::duplicate : status;
+  return arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok ? wire::WireStatus::duplicate
+                                                                                    : status;
 }
 
 FrameSlot* FrameReceiver::claim_slot(bool patient) noexcept {

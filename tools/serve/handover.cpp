@@ -1,7 +1,6 @@
 #include "tools/serve/handover.hpp"
 
 namespace lbea::tool {
-
 namespace {
 constexpr std::size_t outcome_slots = 64;
 constexpr std::size_t refusal_slots = 4096;

@@ -4,9 +4,9 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/spsc_ring.hpp"
-#include "tools/shared/matching/outcome.hpp"
 #include "tools/serve/pipeline_config.hpp"
 #include "tools/shared/intake/shared_counters.hpp"
+#include "tools/shared/matching/outcome.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -16,7 +16,7 @@
 namespace lbea::tool {
 
 struct FrameSlot {
-  wire::FrameHeader header;         // without what the message itself holds: frame_id, cloud
+  wire::FrameHeader header;   // without what the message itself holds: frame_id, cloud
   std::vector<Point> points;  // max_points, of which header.points are filled
   std::int64_t receive_ns = 0;
   std::uint32_t decode_ns = 0;
@@ -27,15 +27,15 @@ struct Handover {
   /// Makes all the room that will be needed.
   explicit Handover(const PipelineConfig& config);
 
-  wire::SpscRing<FrameSlot> frames;     // receiver to matcher
-  wire::SpscRing<Outcome> outcomes;     // matcher to publisher
+  wire::SpscRing<FrameSlot> frames;           // receiver to matcher
+  wire::SpscRing<Outcome> outcomes;           // matcher to publisher
   wire::SpscRing<wire::WireResult> refusals;  // receiver to publisher: rejected and dropped frames
-  wire::Doorbell frame_bell;            // wakes the matcher
-  wire::Doorbell result_bell;           // wakes the publisher
+  wire::Doorbell frame_bell;                  // wakes the matcher
+  wire::Doorbell result_bell;                 // wakes the publisher
   SharedCounters counters;
-  SharedSenders senders;                  // receiver to publisher
+  SharedSenders senders;                                        // receiver to publisher
   std::atomic<bool> receiver_done{false}, matcher_done{false};  // everything has been handed on
-  std::atomic<bool> state_wanted{false};  // soon, for who comes or goes
+  std::atomic<bool> state_wanted{false};                        // soon, for who comes or goes
 };
 
 /// A bell that was missed costs at most this.

@@ -3,10 +3,9 @@
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 
-constexpr int inferences_held = 100;      // per subscriber
+constexpr int inferences_held = 100;       // per subscriber
 constexpr std::size_t most_waiting = 256;  // a quarter of a second at 1,000 frames a second
 
 }  // namespace
@@ -17,13 +16,19 @@ std::uint32_t find_field(const Model& model, const std::string& name) {
     if (model.field(field).name == name) return field;
     known += (known.empty() ? "" : ", ") + std::string(model.field(field).name);
   }
-  throw Error(Status::bad_config, "the model has no field " + name + (known.empty() ? "; bake it with fields = [\"" + name + "\"]" : "; it has " + known));
+  throw Error(Status::bad_config,
+              "the model has no field " + name +
+                  (known.empty() ? "; bake it with fields = [\"" + name + "\"]" : "; it has " + known));
 }
 
-InferencePublisher::InferencePublisher(wire::WireContext& context, const std::string& endpoint, const wire::ServerAccess& access, Model model, std::uint32_t field)
+InferencePublisher::InferencePublisher(wire::WireContext& context, const std::string& endpoint,
+                                       const wire::ServerAccess& access, Model model, std::uint32_t field)
     : model_(std::move(model)), field_(field), sink_(context, endpoint, inferences_held, access) {
   const FieldInfo info = model_.field(field_);
-  message_ = {.field = std::string(info.name), .unit = std::string(info.unit), .location = info.location, .model_checksum = model_.checksum()};
+  message_ = {.field = std::string(info.name),
+              .unit = std::string(info.unit),
+              .location = info.location,
+              .model_checksum = model_.checksum()};
   thread_ = std::thread(&InferencePublisher::run, this);
 }
 

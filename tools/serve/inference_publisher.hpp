@@ -19,12 +19,13 @@ namespace lbea::tool {
 class InferencePublisher final : public RunObserver {
  public:
   /// Binds. Throws Error{endpoint_unavailable}.
-  InferencePublisher(wire::WireContext& context, const std::string& endpoint, const wire::ServerAccess& access, Model model, std::uint32_t field);
+  InferencePublisher(wire::WireContext& context, const std::string& endpoint, const wire::ServerAccess& access,
+                     Model model, std::uint32_t field);
   ~InferencePublisher() override;
 
   void frame(wire::Message, const wire::FrameHeader&, std::int64_t) noexcept override {}
-  /// Costs a copy of the estimate's and the candidates' names. Frames that no estimate explains are passed over; when the
-  /// thread cannot follow, the oldest that waits is left out, and a gap in the sequence says so.
+  /// Costs a copy of the estimate's and the candidates' names. Frames that no estimate explains are passed over; when
+  /// the thread cannot follow, the oldest that waits is left out, and a gap in the sequence says so.
   void result(wire::Message message, const wire::WireResult& result) noexcept override;
   void state(wire::Message, const wire::WireState&) noexcept override {}
   [[nodiscard]] Counts counts() const noexcept override { return {}; }

@@ -11,7 +11,8 @@ namespace lbea::tool {
 class LatencyHistogram {
  public:
   /// Upper bounds in s; the last bucket has none.
-  static constexpr std::array<double, 13> bounds_s{5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.5, 1};
+  static constexpr std::array<double, 13> bounds_s{5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3,
+                                                   1e-2, 2e-2, 5e-2, 0.1,  0.5,  1};
   using Counts = std::array<std::uint64_t, bounds_s.size() + 1>;
 
   void note(std::uint64_t ns) noexcept {

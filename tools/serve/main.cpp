@@ -2,21 +2,21 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/http/metrics_server.hpp"
 #include "adapters/rig/sensor_json.hpp"
-#include "tools/shared/cli/distinct_endpoints.hpp"
-#include "tools/shared/cli/method_names.hpp"
-#include "tools/shared/cli/service_notify.hpp"
-#include "tools/shared/intake/unfinished_senders.hpp"
-#include "tools/shared/cli/wall_clock.hpp"
 #include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
 #include "tools/serve/inference_publisher.hpp"
 #include "tools/serve/metrics_page.hpp"
-#include "tools/shared/matching/model_engine.hpp"
 #include "tools/serve/peer_log.hpp"
-#include "tools/shared/matching/preview.hpp"
 #include "tools/serve/run_observers.hpp"
 #include "tools/serve/tally.hpp"
 #include "tools/serve/vigil.hpp"
+#include "tools/shared/cli/distinct_endpoints.hpp"
+#include "tools/shared/cli/method_names.hpp"
+#include "tools/shared/cli/service_notify.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
+#include "tools/shared/intake/unfinished_senders.hpp"
+#include "tools/shared/matching/model_engine.hpp"
+#include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -27,7 +27,6 @@
 #include <unistd.h>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr auto description =
@@ -48,7 +47,13 @@ PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) 
 
 /// For whoever replays the recording.
 RunSettings run_settings(const ServeOptions& options, const Model& model) {
-  RunSettings settings{"lbea-serve " LBEA_VERSION_STRING, options.model_file, model.checksum(), name_of(options.matcher.method), options.matcher, "", 0};
+  RunSettings settings{"lbea-serve " LBEA_VERSION_STRING,
+                       options.model_file,
+                       model.checksum(),
+                       name_of(options.matcher.method),
+                       options.matcher,
+                       "",
+                       0};
   if (!options.pose_file.empty()) settings.sensor_json = io::as_text(io::read_file(options.pose_file));
   settings.start_ns = mcap::wall_clock_ns();
   return settings;
@@ -59,14 +64,16 @@ void check_memory(const ServeOptions& options) {
   const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
   const std::uint64_t needed = queue_bytes(options);
   if (needed > installed / 2)
-    throw Error(Status::bad_config, fmt::format("--queue {} frames of --max-points {} need {} MB, more than half of this machine's {} MB; "
-                                                "lower one of them",
-                                                options.pipeline.queue_slots, options.matcher.max_points, needed >> 20, installed >> 20));
+    throw Error(Status::bad_config,
+                fmt::format("--queue {} frames of --max-points {} need {} MB, more than half of this machine's {} MB; "
+                            "lower one of them",
+                            options.pipeline.queue_slots, options.matcher.max_points, needed >> 20, installed >> 20));
 }
 
 void report(const std::vector<Privilege>& privileges) {
   for (const Privilege& privilege : privileges)
-    spdlog::log(privilege.granted ? spdlog::level::info : spdlog::level::warn, "--{}: {}", privilege.name, privilege.detail);
+    spdlog::log(privilege.granted ? spdlog::level::info : spdlog::level::warn, "--{}: {}", privilege.name,
+                privilege.detail);
 }
 
 /// Until a stop signal: tells who watches that all threads come round.
@@ -107,23 +114,27 @@ int serve(ServeOptions options) {
   const wire::ServerAccess access = options.access.load();
   wire::FrameSource frames(context, options.frames_endpoint, config.limits, access);
   wire::ResultSink results(context, options.results_endpoint, wire::results_held, access);
-  const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations", frames.endpoint(),
-                                        results.endpoint(), model.samples(), model.simulations());
+  const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations",
+                                        frames.endpoint(), results.endpoint(), model.samples(), model.simulations());
   const auto recorder = begin_recording(options.recording, run_settings(options, model));
   RecordingWatch recording(recorder.get(), options.recording.file);
   RunObservers observers;
   observers.add(recorder.get());
   std::optional<Preview> preview;
   if (!options.preview_endpoint.empty())
-    observers.add(&preview.emplace(context, options.preview_endpoint,
-                                   PreviewConfig{.limits = config.limits, .T_reference_sensor = options.matcher.T_reference_sensor, .access = access}));
+    observers.add(&preview.emplace(
+        context, options.preview_endpoint,
+        PreviewConfig{
+            .limits = config.limits, .T_reference_sensor = options.matcher.T_reference_sensor, .access = access}));
   std::optional<InferencePublisher> inference;
   if (!options.inference_endpoint.empty())
-    observers.add(&inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
+    observers.add(
+        &inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
   config.observer = &observers;
   Pipeline pipeline(config, engine, std::move(frames), std::move(results));
   std::optional<http::MetricsServer> metrics;
-  if (!options.metrics_address.empty()) metrics.emplace(options.metrics_address, [&] { return metrics_page(pipeline); });
+  if (!options.metrics_address.empty())
+    metrics.emplace(options.metrics_address, [&] { return metrics_page(pipeline); });
   spdlog::info(ready);
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
@@ -138,15 +149,14 @@ int serve(ServeOptions options) {
 }
 
 }  // namespace
-
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-serve"));
   lbea::tool::ServeOptions options;
   lbea::tool::Tool tool("lbea-serve", lbea::tool::description,
-                  "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose "
-                  "sensor.json");
+                        "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose "
+                        "sensor.json");
   lbea::tool::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::serve(options); });
 }

@@ -8,15 +8,18 @@
 #include <unistd.h>
 
 namespace lbea::tool {
-
 namespace {
 
 std::string_view name_of(wire::Fate fate) {
   switch (fate) {
-    case wire::Fate::matched: return "matched";
-    case wire::Fate::rejected: return "rejected";
-    case wire::Fate::dropped: return "dropped";
-    case wire::Fate::not_a_capture: break;
+    case wire::Fate::matched:
+      return "matched";
+    case wire::Fate::rejected:
+      return "rejected";
+    case wire::Fate::dropped:
+      return "dropped";
+    case wire::Fate::not_a_capture:
+      break;
   }
   return "not_a_capture";
 }
@@ -37,7 +40,8 @@ void write_frames(http::MetricsText& page, const wire::Counters& counters) {
       .value(counters.on_the_way())
       .metric("lbea_frames_reordered_total", "counter", "Frames that came after one with a higher id")
       .value(counters.reordered)
-      .metric("lbea_results_unannounced_total", "counter", "Refused, dropped or missed frames without a result of their own")
+      .metric("lbea_results_unannounced_total", "counter",
+              "Refused, dropped or missed frames without a result of their own")
       .value(counters.unannounced)
       .metric("lbea_sender_sessions_total", "counter", "Starts of senders")
       .value(counters.sessions)
@@ -53,8 +57,9 @@ void write_frames(http::MetricsText& page, const wire::Counters& counters) {
 
 void write_peers(http::MetricsText& page, const Pipeline& pipeline) {
   const wire::PeerCounts frames = pipeline.frame_peers(), results = pipeline.result_peers();
-  const std::string at_frames = http::MetricsText::label("endpoint", "frames"), at_results = http::MetricsText::label("endpoint", "results");
-  const auto both = [&](std::uint64_t wire::PeerCounts::* count, const std::string& more = {}) {
+  const std::string at_frames = http::MetricsText::label("endpoint", "frames"),
+                    at_results = http::MetricsText::label("endpoint", "results");
+  const auto both = [&](std::uint64_t wire::PeerCounts::*count, const std::string& more = {}) {
     page.value(frames.*count, at_frames + more).value(results.*count, at_results + more);
   };
   page.metric("lbea_connections", "gauge", "Open connections, strangers included");
@@ -84,7 +89,8 @@ void write_pipeline(http::MetricsText& page, const Pipeline& pipeline) {
       .metric("lbea_queue_used", "gauge", "Frames that wait for the matcher")
       .value(std::uint64_t{pipeline.queue_used()});
   const LatencyHistogram& match = pipeline.match_times();
-  page.histogram("lbea_match_seconds", "Time in the matcher", LatencyHistogram::bounds_s, match.counts(), match.sum_s());
+  page.histogram("lbea_match_seconds", "Time in the matcher", LatencyHistogram::bounds_s, match.counts(),
+                 match.sum_s());
   const LatencyHistogram& total = pipeline.total_times();
   page.histogram("lbea_frame_seconds", "From receiving a frame to publishing its result", LatencyHistogram::bounds_s,
                  total.counts(), total.sum_s());
@@ -94,8 +100,8 @@ void write_process(http::MetricsText& page) {
   std::uint64_t pages = 0, resident = 0, descriptors = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;
   std::error_code ignored;
-  for (auto entry = std::filesystem::directory_iterator("/proc/self/fd", ignored); entry != std::filesystem::directory_iterator();
-       entry.increment(ignored))
+  for (auto entry = std::filesystem::directory_iterator("/proc/self/fd", ignored);
+       entry != std::filesystem::directory_iterator(); entry.increment(ignored))
     ++descriptors;
   page.metric("process_resident_memory_bytes", "gauge", "Memory in use")
       .value(resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)))

@@ -14,7 +14,8 @@ class PeerLog {
   void look(std::chrono::steady_clock::time_point now);
 
  private:
-  void tell(const char* endpoint, const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts, wire::PeerCounts& told);
+  void tell(const char* endpoint, const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts,
+            wire::PeerCounts& told);
 
   Pipeline& pipeline_;
   std::chrono::steady_clock::time_point next_{};

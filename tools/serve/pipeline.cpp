@@ -5,7 +5,6 @@
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 
 /// With what the pipeline itself says in its description.

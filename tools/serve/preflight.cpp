@@ -6,7 +6,6 @@
 #include <array>
 
 namespace lbea::tool {
-
 namespace {
 
 std::string name_of(Finding::Level level) {

@@ -1,18 +1,18 @@
 #include "tools/serve/result_publisher.hpp"
 
-#include "tools/shared/cli/wall_clock.hpp"
 #include "tools/serve/short_ns.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
 
 #include <algorithm>
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 constexpr std::chrono::milliseconds state_spacing{10};  // between states, however many ask
 }
 
-ResultPublisher::ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink, Handover& handover)
+ResultPublisher::ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink,
+                                 Handover& handover)
     : config_(config), engine_(engine), sink_(std::move(sink)), handover_(handover), state_(config.description) {}
 
 void ResultPublisher::run() noexcept {
@@ -91,8 +91,8 @@ void ResultPublisher::send_result() noexcept {
 
 void ResultPublisher::note_times(const wire::WireTimes& times) noexcept {
   const StageTimes& stages = times.match;
-  match_times_.note(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching + stages.coverage +
-                    stages.fit);
+  match_times_.note(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching +
+                    stages.coverage + stages.fit);
   total_times_.note(times.total);
 }
 

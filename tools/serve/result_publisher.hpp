@@ -3,9 +3,9 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
-#include "tools/shared/intake/frame_log.hpp"
 #include "tools/serve/handover.hpp"
 #include "tools/serve/latency_histogram.hpp"
+#include "tools/shared/intake/frame_log.hpp"
 
 #include <atomic>
 #include <chrono>

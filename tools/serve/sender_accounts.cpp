@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 constexpr std::chrono::milliseconds senders_interval{100};  // how old what others are told of the senders may be
 }
@@ -34,8 +33,10 @@ void SenderAccounts::show_when_due() noexcept {
 void SenderAccounts::show(Clock::time_point now, Clock::duration patience) noexcept {
   next_show_ = now + senders_interval;
   auto senders = ids_.senders(now, patience);
-  handover_.counters.store_silent(static_cast<std::uint64_t>(std::count_if(
-      senders.begin(), senders.end(), [](const wire::WireSender& s) { return s.condition == wire::SenderCondition::silent; })));
+  handover_.counters.store_silent(
+      static_cast<std::uint64_t>(std::count_if(senders.begin(), senders.end(), [](const wire::WireSender& s) {
+        return s.condition == wire::SenderCondition::silent;
+      })));
   handover_.senders.store(std::move(senders));
 }
 

@@ -2,8 +2,8 @@
 // others, and what never came is announced.
 #pragma once
 
-#include "tools/shared/intake/id_tracker.hpp"
 #include "tools/serve/announcer.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <chrono>
 
@@ -20,7 +20,9 @@ class SenderAccounts {
   /// A sender spoke of its ids; false when they cannot be.
   bool told(const wire::Control& control, std::int64_t receive_ns) noexcept;
   /// Shows who the senders are and how they do. At the end no patience is left for those who are gone.
-  void show_at_end(bool everyone_is_gone) noexcept { show(Clock::now(), everyone_is_gone ? Clock::duration(-1) : patience_); }
+  void show_at_end(bool everyone_is_gone) noexcept {
+    show(Clock::now(), everyone_is_gone ? Clock::duration(-1) : patience_);
+  }
   /// The same, unless it was done a moment ago.
   void show_when_due() noexcept;
 

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 namespace lbea::tool {
-
 namespace {
 
 template <class Visit>
@@ -17,8 +16,8 @@ std::string reasons(const wire::Counters& counters, wire::Fate fate) {
   std::string text;
   for_each_status(fate, [&](wire::WireStatus status) {
     if (counters.of(status) == 0) return;
-    text += (text.empty() ? " (" : ", ") + std::string(wire::to_string(status)) + " " +
-            std::to_string(counters.of(status));
+    text +=
+        (text.empty() ? " (" : ", ") + std::string(wire::to_string(status)) + " " + std::to_string(counters.of(status));
   });
   return std::to_string(counters.sum(fate)) + text + (text.empty() ? "" : ")");
 }
@@ -43,15 +42,16 @@ nlohmann::ordered_json by_reason(const wire::Counters& counters, wire::Fate fate
 }  // namespace
 
 std::string tally_line(const wire::Counters& counters) {
-  return "captured " + std::to_string(counters.captured()) + (counters.adds_up() ? " = " : " IS NOT ") +
-         "matched " + reasons(counters, wire::Fate::matched) + " + rejected " + reasons(counters, wire::Fate::rejected) +
+  return "captured " + std::to_string(counters.captured()) + (counters.adds_up() ? " = " : " IS NOT ") + "matched " +
+         reasons(counters, wire::Fate::matched) + " + rejected " + reasons(counters, wire::Fate::rejected) +
          " + dropped " + reasons(counters, wire::Fate::dropped) + "; received " + std::to_string(counters.received) +
          ", reordered " + std::to_string(counters.reordered) + ", sessions " + std::to_string(counters.sessions) +
          silence(counters) + recording_text(counters);
 }
 
 std::string tally_json(const wire::Counters& counters) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();  // the library's null that becomes one cannot be destroyed when memory is out
+  nlohmann::ordered_json json =
+      nlohmann::ordered_json::object();  // the library's null that becomes one cannot be destroyed when memory is out
   json["captured"] = counters.captured();
   json["received"] = counters.received;
   json["matched"] = counters.sum(wire::Fate::matched);

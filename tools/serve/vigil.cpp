@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 namespace lbea::tool {
-
 namespace {
 constexpr std::array<const char*, 3> thread_names{"receiving", "matching", "publishing"};
 constexpr auto longest_absence = std::chrono::seconds(1);
@@ -21,8 +20,9 @@ bool Vigil::look(Clock::time_point now) {
     has_warned_ = false;
   } else if (now - since_ > longest_absence && !has_warned_) {
     has_warned_ = true;
-    spdlog::error("the {} thread has not come round for a second; {}", thread_names[absent],
-                  absent == 1 ? "it is stuck in frame " + std::to_string(pipeline_.frame_in_work()) : "see what it waits for");
+    spdlog::error(
+        "the {} thread has not come round for a second; {}", thread_names[absent],
+        absent == 1 ? "it is stuck in frame " + std::to_string(pipeline_.frame_in_work()) : "see what it waits for");
   }
   return all_came;
 }

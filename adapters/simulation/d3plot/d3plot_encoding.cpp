@@ -4,7 +4,6 @@
 #include <cstring>
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 std::int64_t integer_at(std::span<const std::byte> bytes, std::uint64_t word, Encoding encoding) {

@@ -10,7 +10,6 @@
 #include "precompute/survey/folder_names.hpp"
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,16 +24,15 @@ std::optional<std::uint32_t> member_number(std::string_view digits) {
 }
 
 /// "d3plot" for "d3plot07".
-std::string without_digits(const std::string& name) {
-  return name.substr(0, name.find_last_not_of("0123456789") + 1);
-}
+std::string without_digits(const std::string& name) { return name.substr(0, name.find_last_not_of("0123456789") + 1); }
 
 void refuse_adaptive(const fs::path& first_file) {
   std::error_code none;
   const fs::path remeshed = first_file.string() + "aa";
   if (fs::exists(remeshed, none))
-    throw Error{Status::unsupported_input, remeshed.string() + ", byte 0: the family is adaptive, its mesh changes; "
-                                                               "run without *CONTROL_ADAPTIVE"};
+    throw Error{Status::unsupported_input, remeshed.string() +
+                                               ", byte 0: the family is adaptive, its mesh changes; "
+                                               "run without *CONTROL_ADAPTIVE"};
 }
 
 enum class End {
@@ -105,8 +103,9 @@ void refuse_unfit(const WordFile& file, const Walk& found, bool is_last, std::ui
                     "; the file is damaged, or files of two runs are mixed: keep one run's files in the folder");
   if (found.end == End::overrun)
     file.refuse(Status::bad_input, found.word,
-                state + " should stand here, but the states end before it does; the control words do not fit the "
-                        "states, copy or compute the files again");
+                state +
+                    " should stand here, but the states end before it does; the control words do not fit the "
+                    "states, copy or compute the files again");
   if (found.end == End::cut && !is_last)
     file.refuse(Status::bad_input, found.word,
                 "the file ends at byte " + std::to_string(file.bytes()) + " in the middle of " + state +
@@ -135,7 +134,8 @@ std::vector<fs::path> find_family(const fs::path& first_file) {
   for (const std::string& other : names) {
     if (other.size() <= name.size() || other.compare(0, name.size(), name) != 0) continue;
     const auto number = member_number(std::string_view(other).substr(name.size()));
-    if (number && fs::is_regular_file(folder / other, error)) members.emplace_back(*number, first_file.parent_path() / other);
+    if (number && fs::is_regular_file(folder / other, error))
+      members.emplace_back(*number, first_file.parent_path() / other);
   }
   std::sort(members.begin(), members.end());
   std::vector<fs::path> family{first_file};

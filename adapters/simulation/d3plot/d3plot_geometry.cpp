@@ -6,7 +6,6 @@
 #include "adapters/simulation/d3plot/d3plot_numbering.hpp"
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 constexpr std::int64_t rigid_material = 20;
@@ -108,9 +107,12 @@ std::uint64_t skip_titles(const WordFile& file, std::uint64_t word) {
     const auto start = file.integers(word, 2, "a title");
     const auto entries = static_cast<std::uint64_t>(std::max<std::int64_t>(start[1], 0));
     std::uint64_t length = 0;
-    if (start[0] == 90000) length = 1 + title;
-    else if (start[0] == 90001 || start[0] == 90002 || start[0] == 90020) length = plus(2, times(entries, 1 + title));
-    else if (start[0] == 90100 || start[0] == 900100) length = plus(2, times(entries, line));
+    if (start[0] == 90000)
+      length = 1 + title;
+    else if (start[0] == 90001 || start[0] == 90002 || start[0] == 90020)
+      length = plus(2, times(entries, 1 + title));
+    else if (start[0] == 90100 || start[0] == 900100)
+      length = plus(2, times(entries, line));
     if (length == 0 || plus(word, length) > file.words()) break;
     word += length;
     if (is_marker()) ++word;

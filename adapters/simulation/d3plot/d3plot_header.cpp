@@ -6,27 +6,68 @@
 #include "adapters/simulation/d3plot/d3plot_encoding.hpp"
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 // Positions of the control words.
 enum Word : std::uint64_t {
-  file_type = file_type_word, ndim = dimensions_word,
-  numnp = 16, nglbv = 18, it = 19, iu = 20, iv = 21, ia = 22, nel8 = 23, numds = 25, nv3d = 27, nel2 = 28,
-  nv1d = 30, nel4 = 31, nv2d = 33, neiph = 34, neips = 35, maxint = 36, nmsph = 37, narbs = 39, nelt = 40,
-  nv3dt = 42, ioshl1 = 43, ioshl2 = 44, ioshl3 = 45, ioshl4 = 46, ialemat = 47, ncfdv1 = 48, ncfdv2 = 49,
-  nadapt = 50, nmmat = 51, npefg = 54, nel48 = 55, idtdt = 56, extra = 57, nel20 = 64, nt3d = 65, nel27 = 66,
-  nel21p = 68, nel15t = 69, nel20t = 71, nel40p = 72, nel64 = 73, quadr = 74, cubic = 75, penout = 78, engout = 79,
+  file_type = file_type_word,
+  ndim = dimensions_word,
+  numnp = 16,
+  nglbv = 18,
+  it = 19,
+  iu = 20,
+  iv = 21,
+  ia = 22,
+  nel8 = 23,
+  numds = 25,
+  nv3d = 27,
+  nel2 = 28,
+  nv1d = 30,
+  nel4 = 31,
+  nv2d = 33,
+  neiph = 34,
+  neips = 35,
+  maxint = 36,
+  nmsph = 37,
+  narbs = 39,
+  nelt = 40,
+  nv3dt = 42,
+  ioshl1 = 43,
+  ioshl2 = 44,
+  ioshl3 = 45,
+  ioshl4 = 46,
+  ialemat = 47,
+  ncfdv1 = 48,
+  ncfdv2 = 49,
+  nadapt = 50,
+  nmmat = 51,
+  npefg = 54,
+  nel48 = 55,
+  idtdt = 56,
+  extra = 57,
+  nel20 = 64,
+  nt3d = 65,
+  nel27 = 66,
+  nel21p = 68,
+  nel15t = 69,
+  nel20t = 71,
+  nel40p = 72,
+  nel64 = 73,
+  quadr = 74,
+  cubic = 75,
+  penout = 78,
+  engout = 79,
 };
 constexpr std::uint64_t known_words = 80;
 
-constexpr std::int64_t femzip_mark = 76'893'465;    // in NMMAT
-constexpr std::int64_t deletion_offset = 10'000;    // added to |MAXINT| when there is a deletion word per element
-constexpr std::int64_t largest_row = 1'000'000'000; // words per element or global values; beyond is damage
+constexpr std::int64_t femzip_mark = 76'893'465;     // in NMMAT
+constexpr std::int64_t deletion_offset = 10'000;     // added to |MAXINT| when there is a deletion word per element
+constexpr std::int64_t largest_row = 1'000'000'000;  // words per element or global values; beyond is damage
 
 class ControlWords {
  public:
-  explicit ControlWords(const WordFile& file) : file_(file), values_(file.integers(0, base_words, "the control words")) {
+  explicit ControlWords(const WordFile& file)
+      : file_(file), values_(file.integers(0, base_words, "the control words")) {
     const std::uint64_t more = count(extra, file.words(), "EXTRA");
     size_ = base_words + more;
     const std::uint64_t known = std::min(size_, known_words) - base_words;
@@ -91,11 +132,11 @@ std::uint64_t node_words(const ControlWords& words) {
   const std::int64_t temperature = words.digit(it, 1);
   std::uint64_t per_node = 0;
   if (temperature == 1 || temperature == 2) per_node += 1;
-  if (temperature == 3) per_node += 3;                         // inner, middle, outer
-  if (temperature == 2 || temperature == 3) per_node += 3;     // flux
-  if (words.digit(it, 10) == 1) per_node += 1;                 // mass scaling
-  if (words.digit(idtdt, 1) == 1) per_node += 1;               // temperature rate
-  if (words.digit(idtdt, 10) == 1) per_node += 6;              // residual forces and moments
+  if (temperature == 3) per_node += 3;                      // inner, middle, outer
+  if (temperature == 2 || temperature == 3) per_node += 3;  // flux
+  if (words.digit(it, 10) == 1) per_node += 1;              // mass scaling
+  if (words.digit(idtdt, 1) == 1) per_node += 1;            // temperature rate
+  if (words.digit(idtdt, 10) == 1) per_node += 6;           // residual forces and moments
   for (const Word vector : {iu, iv, ia})
     if (words.has(vector)) per_node += 3;
   return per_node;
@@ -145,8 +186,8 @@ void read_rows(const ControlWords& words, Header& header) {
 void read_layers(const ControlWords& words, Header& header) {
   const std::int64_t value = words[maxint];
   // INT64_MIN has no absolute value
-  const auto magnitude = value < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(value)
-                                   : static_cast<std::uint64_t>(value);
+  const auto magnitude =
+      value < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
   const auto offset = static_cast<std::uint64_t>(deletion_offset);
   if (magnitude > offset || value == -deletion_offset)
     header.deletion = Deletion::elements;
@@ -168,8 +209,8 @@ void read_output_flags(const ControlWords& words, Header& header) {
 }
 
 std::uint64_t shell_words_without_strain(const Header& header) {
-  const std::uint64_t point = (header.has_shell_stress ? 6u : 0u) + (header.has_shell_plastic_strain ? 1u : 0u) +
-                              header.shell_history;
+  const std::uint64_t point =
+      (header.has_shell_stress ? 6u : 0u) + (header.has_shell_plastic_strain ? 1u : 0u) + header.shell_history;
   return plus(times(header.shell_points, point),
               (header.has_shell_forces ? 8u : 0u) + (header.has_shell_extra ? 4u : 0u));
 }
@@ -189,8 +230,7 @@ Header read_header(WordFile& file) {
                 "this is not the first file of an LS-DYNA d3plot database (or it is compressed); give the file with "
                 "the control words, usually named d3plot");
   if (encoding->is_big_endian)
-    file.refuse(Status::unsupported_input, 0,
-                "the database is big-endian; convert it to little-endian words first");
+    file.refuse(Status::unsupported_input, 0, "the database is big-endian; convert it to little-endian words first");
   file.set_word_bytes(encoding->word_bytes);
   const ControlWords words(file);
   refuse_unsupported(words, file.word_bytes());

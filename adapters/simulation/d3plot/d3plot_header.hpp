@@ -11,7 +11,7 @@ enum class Deletion { none, nodes, elements };
 
 /// Names in comments are those of the LS-DYNA database manual.
 struct Header {
-  std::uint64_t control_words = 0;  // 64 + EXTRA
+  std::uint64_t control_words = 0;   // 64 + EXTRA
   bool stores_rigid_shells = false;  // a d3part file writes results of rigid shells, a d3plot file does not
   bool has_material_types = false;   // NDIM 5 and 7
   bool has_road = false;             // NDIM 7
@@ -26,17 +26,17 @@ struct Header {
   std::uint64_t numbering_words = 0;   // NARBS
   std::uint64_t extra_node_words = 0;  // connectivity of higher-order elements after the numbering
 
-  std::uint64_t globals = 0;                    // NGLBV
-  bool has_positions = false;                   // IU
-  std::uint64_t node_words = 0;                 // per node: positions, temperatures, velocities, ...
-  std::uint64_t solid_thermal_words = 0;        // NT3D, per solid
-  std::uint64_t solid_words = 0;                // NV3D, per solid
-  std::uint64_t thick_shell_words = 0;          // NV3DT
-  std::uint64_t beam_words = 0;                 // NV1D
-  std::uint64_t shell_words = 0;                // NV2D
-  std::uint64_t solid_history = 0;              // NEIPH
-  std::uint64_t shell_history = 0;              // NEIPS
-  std::uint64_t shell_points = 0;               // through-thickness layers times in-plane points
+  std::uint64_t globals = 0;              // NGLBV
+  bool has_positions = false;             // IU
+  std::uint64_t node_words = 0;           // per node: positions, temperatures, velocities, ...
+  std::uint64_t solid_thermal_words = 0;  // NT3D, per solid
+  std::uint64_t solid_words = 0;          // NV3D, per solid
+  std::uint64_t thick_shell_words = 0;    // NV3DT
+  std::uint64_t beam_words = 0;           // NV1D
+  std::uint64_t shell_words = 0;          // NV2D
+  std::uint64_t solid_history = 0;        // NEIPH
+  std::uint64_t shell_history = 0;        // NEIPS
+  std::uint64_t shell_points = 0;         // through-thickness layers times in-plane points
   bool has_solid_stress = false, has_solid_plastic_strain = false;
   bool has_shell_stress = false, has_shell_plastic_strain = false;  // IOSHL(1), IOSHL(2)
   bool has_shell_forces = false, has_shell_extra = false;           // IOSHL(3), IOSHL(4)

@@ -1,7 +1,6 @@
 #include "adapters/simulation/d3plot/d3plot_layout.hpp"
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 // Per point: stress, plastic strain, history. Its last six history values are the strain when strains are stored.

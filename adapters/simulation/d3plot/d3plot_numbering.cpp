@@ -4,7 +4,6 @@
 #include <numeric>
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 constexpr std::uint64_t short_header = 10;
@@ -34,9 +33,7 @@ std::vector<std::uint32_t> read_ids(const WordFile& file, std::uint64_t word, st
 struct Lists {
   std::uint64_t nodes, solids, beams, shells, thick_shells;
 
-  [[nodiscard]] std::uint64_t sum() const {
-    return plus(plus(plus(nodes, solids), plus(beams, shells)), thick_shells);
-  }
+  [[nodiscard]] std::uint64_t sum() const { return plus(plus(plus(nodes, solids), plus(beams, shells)), thick_shells); }
 };
 
 Lists read_lengths(const WordFile& file, std::uint64_t word, const std::vector<std::int64_t>& header_words,

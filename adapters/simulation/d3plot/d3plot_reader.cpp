@@ -4,7 +4,6 @@
 #include <limits>
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 constexpr std::uint32_t no_row = std::numeric_limits<std::uint32_t>::max();

@@ -5,7 +5,6 @@
 #include <optional>
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 // Corners of a hexahedron's and a tetrahedron's faces, counter-clockwise seen from outside.

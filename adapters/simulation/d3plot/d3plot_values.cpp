@@ -5,7 +5,6 @@
 #include <cmath>
 
 namespace lbea::io::d3plot {
-
 namespace {
 
 constexpr std::array all_fields{Field::plastic_strain, Field::von_mises, Field::thickness, Field::internal_energy,
@@ -13,11 +12,16 @@ constexpr std::array all_fields{Field::plastic_strain, Field::von_mises, Field::
 
 bool is_stored(Field field, const RowFields& row) {
   switch (field) {
-    case Field::plastic_strain: return row.plastic_strain.has_value();
-    case Field::von_mises: return row.stress.has_value();
-    case Field::thickness: return row.thickness.has_value();
-    case Field::internal_energy: return row.internal_energy.has_value();
-    case Field::effective_strain: return row.strain.has_value();
+    case Field::plastic_strain:
+      return row.plastic_strain.has_value();
+    case Field::von_mises:
+      return row.stress.has_value();
+    case Field::thickness:
+      return row.thickness.has_value();
+    case Field::internal_energy:
+      return row.internal_energy.has_value();
+    case Field::effective_strain:
+      return row.strain.has_value();
   }
   return false;
 }
@@ -50,11 +54,16 @@ std::vector<Field> stored_fields(const StateLayout& layout) {
 
 bake::SimulationField describe(Field field) {
   switch (field) {
-    case Field::plastic_strain: return {"plastic_strain", "1"};
-    case Field::von_mises: return {"von_mises", ""};
-    case Field::thickness: return {"thickness", ""};
-    case Field::internal_energy: return {"internal_energy", ""};
-    case Field::effective_strain: return {"effective_strain", "1"};
+    case Field::plastic_strain:
+      return {"plastic_strain", "1"};
+    case Field::von_mises:
+      return {"von_mises", ""};
+    case Field::thickness:
+      return {"thickness", ""};
+    case Field::internal_energy:
+      return {"internal_energy", ""};
+    case Field::effective_strain:
+      return {"effective_strain", "1"};
   }
   return {};
 }
@@ -72,8 +81,10 @@ float field_value(Field field, const RowFields& fields, std::span<const float> r
     case Field::effective_strain:  // sqrt(2/3 e:e), e the deviator
       return largest(fields.strains, *fields.strain, fields.strain_stride,
                      [&](std::uint64_t at) { return std::sqrt(2.0 / 3.0 * tensor(at)); });
-    case Field::thickness: return row[*fields.thickness];
-    case Field::internal_energy: return row[*fields.internal_energy];
+    case Field::thickness:
+      return row[*fields.thickness];
+    case Field::internal_energy:
+      return row[*fields.internal_energy];
   }
   return 0;
 }

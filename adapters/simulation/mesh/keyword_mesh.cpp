@@ -9,14 +9,14 @@
 #include "adapters/files/text_line.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 bool is_letter(char c) noexcept { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
 
 std::string in_capitals(std::string_view text) {
   std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), [](char c) { return is_letter(c) ? static_cast<char>(c & ~0x20) : c; });
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](char c) { return is_letter(c) ? static_cast<char>(c & ~0x20) : c; });
   return result;
 }
 
@@ -35,11 +35,16 @@ class KeywordParser {
     for (std::string_view line; lines_.next(line);) {
       if (line.starts_with('$') || (text::trimmed(line).empty() && card_ == Card::none)) continue;
       if (line.starts_with("*END") || line.starts_with("*end")) break;
-      if (line.starts_with('*')) begin(in_capitals(line));
-      else if (skip_ > 0) --skip_;
-      else if (card_ == Card::node) take_node(line);
-      else if (card_ == Card::shell) take_shell(line);
-      else if (card_ == Card::solid) take_solid(line);
+      if (line.starts_with('*'))
+        begin(in_capitals(line));
+      else if (skip_ > 0)
+        --skip_;
+      else if (card_ == Card::node)
+        take_node(line);
+      else if (card_ == Card::shell)
+        take_shell(line);
+      else if (card_ == Card::solid)
+        take_solid(line);
     }
     return finish();
   }
@@ -52,7 +57,8 @@ class KeywordParser {
       if (line.find("I10=Y") != std::string_view::npos) general_.integer = 10;
     }
     widths_ = general_;
-    for (; std::string_view("+%-").find(keyword.back()) != std::string_view::npos; keyword.pop_back()) {  // stops at its '*'
+    for (; std::string_view("+%-").find(keyword.back()) != std::string_view::npos;
+         keyword.pop_back()) {  // stops at its '*'
       if (keyword.back() == '+') widths_ = {20, 20};
       if (keyword.back() == '%') widths_.integer = 10;
       if (keyword.back() == '-') widths_ = {};
@@ -61,7 +67,8 @@ class KeywordParser {
     card_ = keyword == "*NODE" ? Card::node : Card::none;
     if (keyword.starts_with("*ELEMENT_SHELL")) begin_shell(keyword.substr(14));
     if (keyword == "*ELEMENT_SOLID") card_ = Card::solid;
-    if (keyword.starts_with("*ELEMENT_SOLID_")) fail("the option of " + keyword + " is not read", Status::unsupported_input);
+    if (keyword.starts_with("*ELEMENT_SOLID_"))
+      fail("the option of " + keyword + " is not read", Status::unsupported_input);
   }
 
   void begin_shell(const std::string& options) {

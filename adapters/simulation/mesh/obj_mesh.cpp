@@ -9,11 +9,10 @@
 #include "adapters/files/text_line.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
-constexpr std::array<std::string_view, 17> keywords{"v",  "vn", "vt", "vp", "f", "l",      "p",       "o",     "g",
-                                                    "s",  "mg", "mtllib", "usemtl", "cstype", "deg", "surf", "end"};
+constexpr std::array<std::string_view, 17> keywords{"v", "vn", "vt",     "vp",     "f",      "l",   "p",    "o",  "g",
+                                                    "s", "mg", "mtllib", "usemtl", "cstype", "deg", "surf", "end"};
 
 class ObjParser {
  public:

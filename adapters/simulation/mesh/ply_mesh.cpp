@@ -7,7 +7,6 @@
 #include "adapters/files/ply_header.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 class PlyMeshParser {
@@ -17,9 +16,12 @@ class PlyMeshParser {
 
   Grid parse() {
     for (const ply::Element& element : header_.elements) {
-      if (element.name == "vertex") read_vertices(element);
-      else if (element.name == "face") read_faces(element);
-      else skip(element);
+      if (element.name == "vertex")
+        read_vertices(element);
+      else if (element.name == "face")
+        read_faces(element);
+      else
+        skip(element);
     }
     return std::move(grid_);
   }
@@ -45,8 +47,10 @@ class PlyMeshParser {
       std::size_t array = 0;
       for (std::size_t p = 0; p < axis.size(); ++p) {
         const double value = next(element.properties[p].type);
-        if (axis[p] < 3) grid_.positions[3 * row + axis[p]] = static_cast<float>(value);
-        else grid_.point_arrays[array++].values.push_back(value);
+        if (axis[p] < 3)
+          grid_.positions[3 * row + axis[p]] = static_cast<float>(value);
+        else
+          grid_.point_arrays[array++].values.push_back(value);
       }
     }
   }
@@ -104,8 +108,10 @@ class PlyMeshParser {
     while (at_ < bytes_.size() && is_space(bytes_[at_])) ++at_;
     double value = 0;
     const auto [end, error] = std::from_chars(bytes_.data() + at_, bytes_.data() + bytes_.size(), value);
-    if (error == std::errc::result_out_of_range) value = std::numeric_limits<double>::quiet_NaN();
-    else if (error != std::errc{}) fail(at_ < bytes_.size() ? "expected a number" : "the file is cut short");
+    if (error == std::errc::result_out_of_range)
+      value = std::numeric_limits<double>::quiet_NaN();
+    else if (error != std::errc{})
+      fail(at_ < bytes_.size() ? "expected a number" : "the file is cut short");
     at_ = static_cast<std::size_t>(end - bytes_.data());
     return value;
   }

@@ -7,8 +7,8 @@
 
 namespace lbea::io::grid {
 
-/// Binary when the number of triangles fits the file's size, whatever the file begins with; else text when it begins with
-/// "solid" and has a "facet".
+/// Binary when the number of triangles fits the file's size, whatever the file begins with; else text when it begins
+/// with "solid" and has a "facet".
 [[nodiscard]] bool is_stl(const std::filesystem::path& file, std::string_view start);
 
 /// A triangle soup. Throws Error{bad_input} with line or byte.

@@ -4,30 +4,41 @@
 #include <cctype>
 
 namespace lbea::io::grid {
-
 namespace {
 
 std::size_t least_points(CellKind kind) {
   switch (kind) {
     case CellKind::triangle:
     case CellKind::triangle_strip:
-    case CellKind::polygon: return 3;
+    case CellKind::polygon:
+      return 3;
     case CellKind::quad:
     case CellKind::pixel:
-    case CellKind::tetrahedron: return 4;
-    case CellKind::pyramid: return 5;
+    case CellKind::tetrahedron:
+      return 4;
+    case CellKind::pyramid:
+      return 5;
     case CellKind::wedge:
-    case CellKind::quadratic_triangle: return 6;
+    case CellKind::quadratic_triangle:
+      return 6;
     case CellKind::voxel:
     case CellKind::hexahedron:
-    case CellKind::quadratic_quad: return 8;
-    case CellKind::biquadratic_quad: return 9;
-    case CellKind::quadratic_tetrahedron: return 10;
-    case CellKind::quadratic_pyramid: return 13;
-    case CellKind::quadratic_wedge: return 15;
-    case CellKind::quadratic_hexahedron: return 20;
-    case CellKind::triquadratic_hexahedron: return 27;
-    default: return 0;
+    case CellKind::quadratic_quad:
+      return 8;
+    case CellKind::biquadratic_quad:
+      return 9;
+    case CellKind::quadratic_tetrahedron:
+      return 10;
+    case CellKind::quadratic_pyramid:
+      return 13;
+    case CellKind::quadratic_wedge:
+      return 15;
+    case CellKind::quadratic_hexahedron:
+      return 20;
+    case CellKind::triquadratic_hexahedron:
+      return 27;
+    default:
+      return 0;
   }
 }
 
@@ -35,9 +46,10 @@ void check_arrays(const std::vector<Array>& arrays, std::size_t rows, const char
   for (const Array& array : arrays)
     if (array.components == 0 || array.values.size() / array.components != rows ||
         array.values.size() % array.components != 0)
-      throw Error{Status::bad_input, file + ": array \"" + array.name + "\" has " + std::to_string(array.values.size()) +
-                                         " values of " + std::to_string(array.components) + " components for " +
-                                         std::to_string(rows) + " " + what + "; the file is damaged, export it again"};
+      throw Error{Status::bad_input, file + ": array \"" + array.name + "\" has " +
+                                         std::to_string(array.values.size()) + " values of " +
+                                         std::to_string(array.components) + " components for " + std::to_string(rows) +
+                                         " " + what + "; the file is damaged, export it again"};
 }
 
 bool equal_letters(char a, char b) {

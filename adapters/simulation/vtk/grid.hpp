@@ -15,16 +15,35 @@ namespace lbea::io::grid {
 
 /// Kinds of cells, with VTK's numbers. Cells of higher order list their corners first.
 enum class CellKind : std::uint8_t {
-  vertex = 1, poly_vertex = 2, line = 3, poly_line = 4, triangle = 5, triangle_strip = 6, polygon = 7, pixel = 8, quad = 9,
-  tetrahedron = 10, voxel = 11, hexahedron = 12, wedge = 13, pyramid = 14, quadratic_line = 21, quadratic_triangle = 22,
-  quadratic_quad = 23, quadratic_tetrahedron = 24, quadratic_hexahedron = 25, quadratic_wedge = 26,
-  quadratic_pyramid = 27, biquadratic_quad = 28, triquadratic_hexahedron = 29
+  vertex = 1,
+  poly_vertex = 2,
+  line = 3,
+  poly_line = 4,
+  triangle = 5,
+  triangle_strip = 6,
+  polygon = 7,
+  pixel = 8,
+  quad = 9,
+  tetrahedron = 10,
+  voxel = 11,
+  hexahedron = 12,
+  wedge = 13,
+  pyramid = 14,
+  quadratic_line = 21,
+  quadratic_triangle = 22,
+  quadratic_quad = 23,
+  quadratic_tetrahedron = 24,
+  quadratic_hexahedron = 25,
+  quadratic_wedge = 26,
+  quadratic_pyramid = 27,
+  biquadratic_quad = 28,
+  triquadratic_hexahedron = 29
 };
 
 struct Cells {
-  std::vector<std::uint32_t> points;     // of all cells, one after the other
-  std::vector<std::uint64_t> ends{0};    // cells + 1: where each cell's points end
-  std::vector<CellKind> kinds;           // cells
+  std::vector<std::uint32_t> points;   // of all cells, one after the other
+  std::vector<std::uint64_t> ends{0};  // cells + 1: where each cell's points end
+  std::vector<CellKind> kinds;         // cells
 
   [[nodiscard]] std::size_t size() const noexcept { return kinds.size(); }
   [[nodiscard]] std::span<const std::uint32_t> operator[](std::size_t cell) const {
@@ -48,8 +67,8 @@ struct Grid {
   std::vector<float> positions;  // points x 3
   Cells cells;
   std::vector<Array> point_arrays, cell_arrays;
-  std::optional<double> time;      // in the file's unit
-  bool is_triangle_soup = false;   // every triangle has points of its own; equal coordinates mean the same node
+  std::optional<double> time;     // in the file's unit
+  bool is_triangle_soup = false;  // every triangle has points of its own; equal coordinates mean the same node
 
   [[nodiscard]] std::size_t points() const noexcept { return positions.size() / 3; }
 };

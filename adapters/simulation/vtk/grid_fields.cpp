@@ -6,7 +6,6 @@
 #include "adapters/simulation/vtk/grid_names.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 bool is_number_or_flag(const std::string& name) {

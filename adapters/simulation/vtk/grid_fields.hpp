@@ -15,9 +15,9 @@ struct FieldSource {
   std::string flat_array, solid_array, point_array;  // names; empty: 0 for elements of that kind
 };
 
-/// One field per array with one component that is neither an id nor a flag. Names are in small letters, without the prefixes
-/// 2DELEM_ and 3DELEM_ (of OpenRadioss: shells and solids) and, with `suffix`, without that ending; arrays without it are
-/// left out. A point array becomes the mean over the element's corners.
+/// One field per array with one component that is neither an id nor a flag. Names are in small letters, without the
+/// prefixes 2DELEM_ and 3DELEM_ (of OpenRadioss: shells and solids) and, with `suffix`, without that ending; arrays
+/// without it are left out. A point array becomes the mean over the element's corners.
 [[nodiscard]] std::vector<FieldSource> fields_of(const Grid& grid, const std::string& suffix);
 
 /// The field's value per element of `mesh`; 0 where the file has none or none that is finite.

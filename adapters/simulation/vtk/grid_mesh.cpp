@@ -8,7 +8,6 @@
 #include "adapters/simulation/vtk/grid_names.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 using d3plot::Hexahedron;
@@ -65,22 +64,39 @@ void add_strip(Shapes& shapes, std::uint32_t cell, Points p) {
 
 void add_cell(Shapes& shapes, std::uint32_t cell, CellKind kind, Points p, const std::string& file) {
   switch (kind) {
-    case CellKind::vertex: case CellKind::poly_vertex: case CellKind::line: case CellKind::poly_line:
-    case CellKind::quadratic_line: return;
-    case CellKind::triangle: case CellKind::quadratic_triangle: return shapes.add_flat(cell, {p[0], p[1], p[2], p[2]});
-    case CellKind::quad: case CellKind::quadratic_quad: case CellKind::biquadratic_quad:
+    case CellKind::vertex:
+    case CellKind::poly_vertex:
+    case CellKind::line:
+    case CellKind::poly_line:
+    case CellKind::quadratic_line:
+      return;
+    case CellKind::triangle:
+    case CellKind::quadratic_triangle:
+      return shapes.add_flat(cell, {p[0], p[1], p[2], p[2]});
+    case CellKind::quad:
+    case CellKind::quadratic_quad:
+    case CellKind::biquadratic_quad:
       return shapes.add_flat(cell, {p[0], p[1], p[2], p[3]});
-    case CellKind::pixel: return shapes.add_flat(cell, {p[0], p[1], p[3], p[2]});
-    case CellKind::polygon: return add_fan(shapes, cell, p);
-    case CellKind::triangle_strip: return add_strip(shapes, cell, p);
-    case CellKind::tetrahedron: case CellKind::quadratic_tetrahedron:
+    case CellKind::pixel:
+      return shapes.add_flat(cell, {p[0], p[1], p[3], p[2]});
+    case CellKind::polygon:
+      return add_fan(shapes, cell, p);
+    case CellKind::triangle_strip:
+      return add_strip(shapes, cell, p);
+    case CellKind::tetrahedron:
+    case CellKind::quadratic_tetrahedron:
       return shapes.add_solid(cell, {p[0], p[1], p[2], p[3], p[3], p[3], p[3], p[3]});
-    case CellKind::voxel: return shapes.add_solid(cell, {p[0], p[1], p[3], p[2], p[4], p[5], p[7], p[6]});
-    case CellKind::hexahedron: case CellKind::quadratic_hexahedron: case CellKind::triquadratic_hexahedron:
+    case CellKind::voxel:
+      return shapes.add_solid(cell, {p[0], p[1], p[3], p[2], p[4], p[5], p[7], p[6]});
+    case CellKind::hexahedron:
+    case CellKind::quadratic_hexahedron:
+    case CellKind::triquadratic_hexahedron:
       return shapes.add_solid(cell, {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]});
-    case CellKind::wedge: case CellKind::quadratic_wedge:
+    case CellKind::wedge:
+    case CellKind::quadratic_wedge:
       return shapes.add_solid(cell, {p[0], p[1], p[2], p[2], p[3], p[4], p[5], p[5]});
-    case CellKind::pyramid: case CellKind::quadratic_pyramid:
+    case CellKind::pyramid:
+    case CellKind::quadratic_pyramid:
       return shapes.add_solid(cell, {p[0], p[1], p[2], p[3], p[4], p[4], p[4], p[4]});
   }
   throw Error{Status::unsupported_input, file + ", cell " + std::to_string(cell) + ": cells of VTK's kind " +
@@ -125,8 +141,9 @@ void number_nodes(SourcedMesh& into, const Grid& grid, const std::vector<std::ui
                                          " stands at two points of the surface; give every node its own id"};
     place[point] = node;
     into.mesh.node_ids.push_back(ids[point]);
-    into.mesh.positions.insert(into.mesh.positions.end(), {grid.positions[3 * std::size_t{point}],
-                               grid.positions[3 * std::size_t{point} + 1], grid.positions[3 * std::size_t{point} + 2]});
+    into.mesh.positions.insert(into.mesh.positions.end(),
+                               {grid.positions[3 * std::size_t{point}], grid.positions[3 * std::size_t{point} + 1],
+                                grid.positions[3 * std::size_t{point} + 2]});
   }
   for (Quad& element : into.mesh.elements)
     for (std::uint32_t& corner : element) corner = place[corner];

@@ -8,7 +8,6 @@
 #include <unordered_map>
 
 namespace lbea::io::grid {
-
 namespace {
 
 constexpr std::string_view displacement = "displacement";
@@ -51,8 +50,10 @@ std::optional<double> displacement_time(const Array& array) {
 /// Node and element ids, one list: compared between files.
 std::vector<double> all_ids(const Grid& grid) {
   std::vector<double> ids;
-  for (const auto& [arrays, name] : {std::pair(&grid.point_arrays, "NODE_ID"), std::pair(&grid.cell_arrays, "ELEMENT_ID")})
-    if (const Array* array = find_array(*arrays, name)) ids.insert(ids.end(), array->values.begin(), array->values.end());
+  for (const auto& [arrays, name] :
+       {std::pair(&grid.point_arrays, "NODE_ID"), std::pair(&grid.cell_arrays, "ELEMENT_ID")})
+    if (const Array* array = find_array(*arrays, name))
+      ids.insert(ids.end(), array->values.begin(), array->values.end());
   return ids;
 }
 
@@ -65,8 +66,9 @@ void require_finite(const std::vector<float>& positions, const std::vector<std::
   const auto bad = std::find_if(positions.begin(), positions.end(), [](float value) { return !std::isfinite(value); });
   if (bad == positions.end()) return;
   const auto node = static_cast<std::size_t>(bad - positions.begin()) / 3;
-  throw Error{Status::bad_input, file.string() + ": node " + std::to_string(node_ids[node]) +
-                                     " has a position that is not a number; the run has diverged or the file is damaged"};
+  throw Error{Status::bad_input,
+              file.string() + ": node " + std::to_string(node_ids[node]) +
+                  " has a position that is not a number; the run has diverged or the file is damaged"};
 }
 
 }  // namespace
@@ -93,7 +95,8 @@ GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGr
 
 void GridReader::find_displacements(const Grid& grid) {
   for (const Array& array : grid.point_arrays)
-    if (const auto time = displacement_time(array)) states_.push_back({0, *time, array.name.substr(displacement.size())});
+    if (const auto time = displacement_time(array))
+      states_.push_back({0, *time, array.name.substr(displacement.size())});
   std::stable_sort(states_.begin(), states_.end(), [](const Place& a, const Place& b) { return a.time < b.time; });
 }
 
@@ -106,8 +109,9 @@ void GridReader::find_times(const std::vector<GridState>& states, const Grid& fi
                                          " has; they are not states of one run"};
     states_.push_back({i, time.value_or(static_cast<double>(i)), {}});
     if (!std::isfinite(states_[i].time) || (i > 0 && states_[i].time < states_[i - 1].time))
-      throw Error{Status::bad_input, states[i].file.string() + ": its time " + std::to_string(states_[i].time) +
-                                         " is before that of the file before it; number the files in the order of time"};
+      throw Error{Status::bad_input,
+                  states[i].file.string() + ": its time " + std::to_string(states_[i].time) +
+                      " is before that of the file before it; number the files in the order of time"};
   }
 }
 
@@ -141,9 +145,9 @@ void GridReader::load(std::size_t file) {
     for (std::uint32_t& point : grid.cells.points) point = welded_[point];
   check_same_mesh(grid, name);
   for (const FieldSource& source : sources_)
-    for (const auto& [arrays, array] : {std::pair(&grid.cell_arrays, &source.flat_array),
-                                        std::pair(&grid.cell_arrays, &source.solid_array),
-                                        std::pair(&grid.point_arrays, &source.point_array)})
+    for (const auto& [arrays, array] :
+         {std::pair(&grid.cell_arrays, &source.flat_array), std::pair(&grid.cell_arrays, &source.solid_array),
+          std::pair(&grid.point_arrays, &source.point_array)})
       if (const Array* found = array->empty() ? nullptr : find_array(*arrays, *array);
           !array->empty() && (found == nullptr || found->components != 1) && file != 0)
         throw Error{Status::bad_input, name + ": has no array \"" + *array + "\", but " + files_.front().string() +
@@ -153,7 +157,8 @@ void GridReader::load(std::size_t file) {
 }
 
 void GridReader::copy_positions(const Place& place, std::vector<float>& into) const {
-  const Array* moved = place.suffix.empty() ? nullptr : find_array(grid_.point_arrays, std::string(displacement) + place.suffix);
+  const Array* moved =
+      place.suffix.empty() ? nullptr : find_array(grid_.point_arrays, std::string(displacement) + place.suffix);
   into.resize(3 * sourced_.node_source.size());
   for (std::size_t node = 0; node < sourced_.node_source.size(); ++node)
     for (std::size_t axis = 0; axis < 3; ++axis) {

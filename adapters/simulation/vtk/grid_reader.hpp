@@ -11,11 +11,11 @@ namespace lbea::io::grid {
 
 struct GridState {
   std::filesystem::path file;
-  std::optional<double> time;   // without: the file's own, else the number of the state
+  std::optional<double> time;  // without: the file's own, else the number of the state
 };
 
-/// Files must have the same cells, and ids where they have any; positions and values may differ. A file with point arrays
-/// displacement_t<time> is a run by itself: a state per array, values in arrays that end likewise.
+/// Files must have the same cells, and ids where they have any; positions and values may differ. A file with point
+/// arrays displacement_t<time> is a run by itself: a state per array, values in arrays that end likewise.
 class GridReader final : public bake::SimulationReader {
  public:
   /// Reads the first file whole and, where `states` gives no times, every other one's time by `read_time`.
@@ -43,15 +43,15 @@ class GridReader final : public bake::SimulationReader {
 
   std::vector<std::filesystem::path> files_;
   ReadGrid read_;
-  Cells cells_;                          // of the first file
-  std::size_t points_ = 0;               // of the first file
-  std::vector<std::uint32_t> welded_;    // of a triangle soup: point -> the first point with its coordinates
-  std::vector<double> ids_;              // of nodes and cells in the first file, as far as it has them
+  Cells cells_;                        // of the first file
+  std::size_t points_ = 0;             // of the first file
+  std::vector<std::uint32_t> welded_;  // of a triangle soup: point -> the first point with its coordinates
+  std::vector<double> ids_;            // of nodes and cells in the first file, as far as it has them
   SourcedMesh sourced_;
   std::vector<FieldSource> sources_;
   std::vector<bake::SimulationField> fields_;
   std::vector<Place> states_;
-  Grid grid_;                            // the file read last
+  Grid grid_;  // the file read last
   std::size_t loaded_ = 0;
 };
 

@@ -8,7 +8,6 @@
 #include "adapters/files/atomic_file.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 std::filesystem::path beside(const std::filesystem::path& collection, const std::string& name) {

@@ -11,7 +11,6 @@
 #include "adapters/simulation/vtk/vtk_tokens.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 constexpr std::string_view mark = "# vtk DataFile Version";
@@ -57,7 +56,8 @@ class LegacyParser {
  private:
   void read_head() {
     std::string_view line;
-    if (!tokens_.line(line) || !line.starts_with(mark)) tokens_.fail("the first line is not \"" + std::string(mark) + "\"");
+    if (!tokens_.line(line) || !line.starts_with(mark))
+      tokens_.fail("the first line is not \"" + std::string(mark) + "\"");
     tokens_.line(line);  // title
     const std::string_view encoding = text::trimmed(tokens_.peek());
     tokens_.line(line);
@@ -221,7 +221,9 @@ class LegacyParser {
 
 bool is_vtk_legacy(std::string_view start) noexcept { return start.starts_with(mark); }
 
-Grid parse_vtk_legacy(std::string_view bytes, const std::string& name) { return LegacyParser(bytes, name).parse(false); }
+Grid parse_vtk_legacy(std::string_view bytes, const std::string& name) {
+  return LegacyParser(bytes, name).parse(false);
+}
 
 Grid read_vtk_legacy(const std::filesystem::path& file) {
   return parse_vtk_legacy(as_text(read_file(file)), file.string());

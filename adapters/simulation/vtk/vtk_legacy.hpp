@@ -9,8 +9,8 @@ namespace lbea::io::grid {
 
 [[nodiscard]] bool is_vtk_legacy(std::string_view start) noexcept;
 
-/// Versions 1 to 5, with cells as lists or as offsets and connectivity. Throws Error{bad_input | unsupported_input} that
-/// names file and byte.
+/// Versions 1 to 5, with cells as lists or as offsets and connectivity. Throws Error{bad_input | unsupported_input}
+/// that names file and byte.
 [[nodiscard]] Grid parse_vtk_legacy(std::string_view bytes, const std::string& name);
 
 [[nodiscard]] Grid read_vtk_legacy(const std::filesystem::path& file);

@@ -12,7 +12,6 @@
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 bool is_space(char c) noexcept { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
@@ -21,12 +20,20 @@ struct NamedType {
   std::string_view name;
   NumberType number;
 };
-constexpr std::array types{
-    NamedType{"unsigned_char", {1, false, false}}, NamedType{"char", {1, true, false}}, NamedType{"signed_char", {1, true, false}},
-    NamedType{"unsigned_short", {2, false, false}}, NamedType{"short", {2, true, false}}, NamedType{"unsigned_int", {4, false, false}},
-    NamedType{"int", {4, true, false}}, NamedType{"unsigned_long", {8, false, false}}, NamedType{"long", {8, true, false}},
-    NamedType{"vtktypeint64", {8, true, false}}, NamedType{"vtktypeuint64", {8, false, false}}, NamedType{"vtkidtype", {4, true, false}},
-    NamedType{"float", {4, true, true}}, NamedType{"double", {8, true, true}}};
+constexpr std::array types{NamedType{"unsigned_char", {1, false, false}},
+                           NamedType{"char", {1, true, false}},
+                           NamedType{"signed_char", {1, true, false}},
+                           NamedType{"unsigned_short", {2, false, false}},
+                           NamedType{"short", {2, true, false}},
+                           NamedType{"unsigned_int", {4, false, false}},
+                           NamedType{"int", {4, true, false}},
+                           NamedType{"unsigned_long", {8, false, false}},
+                           NamedType{"long", {8, true, false}},
+                           NamedType{"vtktypeint64", {8, true, false}},
+                           NamedType{"vtktypeuint64", {8, false, false}},
+                           NamedType{"vtkidtype", {4, true, false}},
+                           NamedType{"float", {4, true, true}},
+                           NamedType{"double", {8, true, true}}};
 
 std::string lower(std::string_view text) {
   std::string result(text);
@@ -67,7 +74,8 @@ std::string_view VtkTokens::peek() noexcept {
 }
 
 std::vector<double> VtkTokens::text_values(std::uint64_t count) {
-  if (count > (bytes_.size() - at_) / 2 + 1) fail("too few values follow, " + std::to_string(count) + " were announced");
+  if (count > (bytes_.size() - at_) / 2 + 1)
+    fail("too few values follow, " + std::to_string(count) + " were announced");
   std::vector<double> values(count);
   for (double& value : values) {
     skip_blank_lines();

@@ -10,7 +10,6 @@
 #include "adapters/simulation/vtk/vtk_xml_data.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 constexpr std::string_view appended_tag = "<AppendedData";
@@ -37,7 +36,8 @@ class XmlParser {
     const std::string type(attribute(file_, "type"));
     if (type != "UnstructuredGrid" && type != "PolyData")
       fail("holds a " + type + "; export it as an unstructured grid (.vtu) or polygons (.vtp)" +
-               (type.starts_with("P") ? ", and give the pieces' own files" : ""), Status::unsupported_input);
+               (type.starts_with("P") ? ", and give the pieces' own files" : ""),
+           Status::unsupported_input);
     const pugi::xml_node data = file_.child(type.c_str());
     if (!data) fail("has no element " + type);
     take_time(data);
@@ -68,9 +68,13 @@ class XmlParser {
   void take_compressor() {
     const std::string compressor(attribute(file_, "compressor"));
     if (compressor.empty()) return;
-    if (compressor == "vtkZLibDataCompressor") storage_.compressor = Compressor::zlib;
-    else if (compressor == "vtkLZ4DataCompressor") storage_.compressor = Compressor::lz4;
-    else fail("is packed by " + compressor + "; export it with ZLib, LZ4 or without compression", Status::unsupported_input);
+    if (compressor == "vtkZLibDataCompressor")
+      storage_.compressor = Compressor::zlib;
+    else if (compressor == "vtkLZ4DataCompressor")
+      storage_.compressor = Compressor::lz4;
+    else
+      fail("is packed by " + compressor + "; export it with ZLib, LZ4 or without compression",
+           Status::unsupported_input);
   }
 
   void take_time(const pugi::xml_node& data) {
@@ -106,7 +110,8 @@ class XmlParser {
     for (std::size_t c = 0, begin = 0; c < cells; begin = ends[c++]) {
       if (ends[c] < begin || ends[c] > list.size()) fail("has offsets of cells that do not rise");
       corners.clear();
-      for (std::size_t i = begin; i < ends[c]; ++i) corners.push_back(static_cast<std::uint32_t>(list[i] + first_point));
+      for (std::size_t i = begin; i < ends[c]; ++i)
+        corners.push_back(static_cast<std::uint32_t>(list[i] + first_point));
       if (!kind && kinds[c] > 255) fail("has a type of cell that does not exist");
       grid_.cells.add(kind ? *kind : static_cast<CellKind>(kinds[c]), corners);
     }
@@ -161,12 +166,15 @@ class XmlParser {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     const bool is_offset = std::string_view(name) == "offset";
-    if (!text.empty() && (error != std::errc{} || end != text.data() + text.size() || (!is_offset && value > 0xffffffffu)))
+    if (!text.empty() &&
+        (error != std::errc{} || end != text.data() + text.size() || (!is_offset && value > 0xffffffffu)))
       fail(std::string("has no number at ") + name);
     return value;
   }
 
-  static std::string_view attribute(const pugi::xml_node& node, const char* name) { return node.attribute(name).value(); }
+  static std::string_view attribute(const pugi::xml_node& node, const char* name) {
+    return node.attribute(name).value();
+  }
 
   [[noreturn]] void fail(const std::string& what, Status status = Status::bad_input) const {
     throw Error{status, name_ + " " + what + (status == Status::bad_input ? "; export it again" : "")};

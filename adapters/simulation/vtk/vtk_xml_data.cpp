@@ -16,7 +16,6 @@
 #include "adapters/simulation/d3plot/d3plot_words.hpp"
 
 namespace lbea::io::grid {
-
 namespace {
 
 using d3plot::plus;
@@ -35,8 +34,8 @@ int digit_of(char c) noexcept {
   return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/// The first bytes of a block, `most` and at most two more. Groups of four characters stand for themselves, so that runs
-/// which were encoded one by one, with padding between them, are one.
+/// The first bytes of a block, `most` and at most two more. Groups of four characters stand for themselves, so that
+/// runs which were encoded one by one, with padding between them, are one.
 std::vector<std::byte> decode_base64(std::string_view text, std::uint64_t most) {
   std::vector<std::byte> bytes;
   bytes.reserve(std::min<std::uint64_t>(most, text.size()) + 3);
@@ -84,7 +83,8 @@ bool unpack(Compressor compressor, std::span<const std::byte> from, std::span<st
   }
   uLongf size = into.size();
   return uncompress(reinterpret_cast<Bytef*>(into.data()), &size, reinterpret_cast<const Bytef*>(from.data()),
-                    from.size()) == Z_OK && size == into.size();
+                    from.size()) == Z_OK &&
+         size == into.size();
 }
 
 /// Header: number of parts, size of each unpacked, size of the last one when it is smaller, size of each packed.
@@ -141,8 +141,10 @@ std::vector<double> text_values(std::string_view text, std::uint64_t count, cons
   for (double& value : values) {
     while (at != end && (*at == ' ' || *at == '\n' || *at == '\r' || *at == '\t')) ++at;
     const auto [stop, error] = std::from_chars(at, end, value);
-    if (error == std::errc::result_out_of_range) value = std::numeric_limits<double>::quiet_NaN();
-    else if (error != std::errc{}) fail(what, "it has fewer than " + std::to_string(count) + " values");
+    if (error == std::errc::result_out_of_range)
+      value = std::numeric_limits<double>::quiet_NaN();
+    else if (error != std::errc{})
+      fail(what, "it has fewer than " + std::to_string(count) + " values");
     at = stop;
   }
   return values;

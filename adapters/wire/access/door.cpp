@@ -4,15 +4,14 @@
 #include <utility>
 
 namespace lbea::wire::detail {
-
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr std::size_t most_visits = 64;
 constexpr auto longest_handshake = 3s;  // ZeroMQ ends a connection that takes longer (see socket.cpp)
-constexpr int all_failures = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
-                             ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
+constexpr int all_failures =
+    ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
 
 // A peer that is refused does not try again; one that is to come back does, once ZeroMQ has let go of it (RFC 27).
 constexpr const char* welcome = "200";
@@ -27,9 +26,7 @@ std::string decoded(const std::string& key) {
 }  // namespace
 
 Door::Door(std::string domain, const ServerAccess& access)
-    : domain_(std::move(domain)),
-      wants_keys_(access.keys.has_value()),
-      max_peers_(access.max_peers) {
+    : domain_(std::move(domain)), wants_keys_(access.keys.has_value()), max_peers_(access.max_peers) {
   for (const AllowedPeer& peer : access.allowed) names_.emplace(decoded(peer.public_key), peer.name);
 }
 
@@ -63,8 +60,7 @@ void Door::note_visit(PeerVisit::Answer answer, std::string_view name, std::stri
   if (visits_.size() == most_visits) return;
   try {
     visits_.push_back({answer, std::string(name), std::string(address)});
-  } catch (const std::bad_alloc&) {
-  }
+  } catch (const std::bad_alloc&) {}
 }
 
 std::vector<PeerVisit> Door::visits() {

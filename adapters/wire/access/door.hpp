@@ -1,4 +1,5 @@
-// One bound socket's rules about who comes in, and its counts of who did. Only the .cpp files of this folder include it.
+// One bound socket's rules about who comes in, and its counts of who did. Only the .cpp files of this folder include
+// it.
 #pragma once
 
 #include "adapters/wire/access/keys.hpp"
@@ -21,9 +22,9 @@ namespace lbea::wire::detail {
 class Door {
  public:
   /// What note() wants to hear of a socket's monitor.
-  static constexpr int watched = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
-                                 ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_DISCONNECTED |
-                                 ZMQ_EVENT_MONITOR_STOPPED;
+  static constexpr int watched = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED |
+                                 ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
+                                 ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_MONITOR_STOPPED;
   static constexpr const char* refused = "400";  // such a peer does not try again
 
   Door(std::string domain, const ServerAccess& access);
@@ -47,7 +48,7 @@ class Door {
   std::map<std::string, std::string, std::less<>> names_;  // by public key, 32 bytes each
   std::uint64_t max_peers_;
   std::map<std::int32_t, Clock::time_point> connections_;  // by descriptor: since when
-  std::uint64_t put_off_ = 0;  // told to come back, and not gone yet
+  std::uint64_t put_off_ = 0;                              // told to come back, and not gone yet
   bool failed_last_ = false;  // the event before was a handshake that failed; its end follows at once
   std::mutex visits_mutex_;
   std::vector<PeerVisit> visits_;  // the first since somebody asked

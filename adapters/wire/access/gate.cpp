@@ -9,7 +9,6 @@
 #include <string_view>
 
 namespace lbea::wire::detail {
-
 namespace {
 
 constexpr std::chrono::milliseconds breather{10};  // until the next try when something is in short supply
@@ -64,9 +63,7 @@ void Gate::run() noexcept {
   while (!stopping_) {
     try {
       turn();
-    } catch (const std::bad_alloc&) {
-      std::this_thread::sleep_for(breather);
-    }
+    } catch (const std::bad_alloc&) { std::this_thread::sleep_for(breather); }
   }
 }
 
@@ -84,7 +81,8 @@ void Gate::turn() {
   if (items[0].revents != 0) answer();
 }
 
-/// ZeroMQ without memory loses its own words and can never be ended: then the program ends, here and in what else is noexcept.
+/// ZeroMQ without memory loses its own words and can never be ended: then the program ends, here and in what else is
+/// noexcept.
 void Gate::wait(std::span<zmq_pollitem_t> items) noexcept {
   if (zmq_poll(items.data(), static_cast<int>(items.size()), -1) < 0) return std::this_thread::sleep_for(breather);
   char ring;
@@ -101,8 +99,8 @@ bool Gate::hear(Watch& watch) {
   }
 }
 
-// A question: version, request id, domain, address, routing id, mechanism, credentials (RFC 27). A question that was taken must be
-// answered, or the socket takes no other one: nothing here allocates.
+// A question: version, request id, domain, address, routing id, mechanism, credentials (RFC 27). A question that was
+// taken must be answered, or the socket takes no other one: nothing here allocates.
 void Gate::answer() noexcept {
   std::array<zmq::message_t, 7> question;
   zmq::message_t surplus;
@@ -115,10 +113,14 @@ void Gate::answer() noexcept {
   std::shared_ptr<Door> door;
   {
     const std::lock_guard lock(mutex_);
-    if (const auto found = doors_.find(question[2].to_string_view()); found != doors_.end()) door = found->second.lock();
+    if (const auto found = doors_.find(question[2].to_string_view()); found != doors_.end())
+      door = found->second.lock();
   }
-  const char* const verdict = door ? door->answer(question[5].to_string_view(), question[6].to_string_view(), question[3].to_string_view()) : Door::refused;
-  // No name for the peer: ZeroMQ would let it take up a place of the socket's queue for ever, the only one of a queue of 1.
+  const char* const verdict =
+      door ? door->answer(question[5].to_string_view(), question[6].to_string_view(), question[3].to_string_view())
+           : Door::refused;
+  // No name for the peer: ZeroMQ would let it take up a place of the socket's queue for ever, the only one of a queue
+  // of 1.
   const std::array<std::string_view, 6> answer{"1.0", question[1].to_string_view(), verdict, "", "", ""};
   for (std::size_t i = 0; i < answer.size(); ++i)
     zmq_send(questions_.handle(), answer[i].data(), answer[i].size(), i + 1 < answer.size() ? ZMQ_SNDMORE : 0);

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 namespace lbea::wire {
-
 namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds repeat{100};

@@ -12,7 +12,6 @@
 #include <zmq.h>
 
 namespace lbea::wire {
-
 namespace {
 
 constexpr std::size_t key_characters = 40;
@@ -64,8 +63,10 @@ std::string read_text(const std::filesystem::path& file, bool is_secret) {
   const ssize_t got = ::read(open.descriptor, text.data(), text.size());
   if (got < 0) refuse(file, std::string("cannot be read (") + std::strerror(errno) + ")");
   text.resize(static_cast<std::size_t>(got));
-  if (text.starts_with("\xEF\xBB\xBF")) refuse(file, "begins with a byte order mark; save it as plain UTF-8 text without one");
-  if (is_secret && text.find(secret_kind) == std::string::npos) refuse(file, "holds no secret key; give the .key file of lbea-keygen");
+  if (text.starts_with("\xEF\xBB\xBF"))
+    refuse(file, "begins with a byte order mark; save it as plain UTF-8 text without one");
+  if (is_secret && text.find(secret_kind) == std::string::npos)
+    refuse(file, "holds no secret key; give the .key file of lbea-keygen");
   check_rights(file, found, is_secret);
   return text;
 }
@@ -92,9 +93,10 @@ std::vector<KeyLine> read_lines(const std::filesystem::path& file, bool is_secre
 void write_file(const std::filesystem::path& file, const std::string& text, mode_t mode) {
   const OpenFile open{::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode)};
   if (open.descriptor < 0)
-    throw Error{Status::write_failed, file.string() + ": " + (errno == EEXIST
-                    ? "exists; keys are never overwritten, choose another name"
-                    : std::string("cannot be written (") + std::strerror(errno) + ")")};
+    throw Error{Status::write_failed,
+                file.string() + ": " +
+                    (errno == EEXIST ? "exists; keys are never overwritten, choose another name"
+                                     : std::string("cannot be written (") + std::strerror(errno) + ")")};
   const ssize_t written = ::write(open.descriptor, text.data(), text.size());
   if (written == static_cast<ssize_t>(text.size()) && ::fsync(open.descriptor) == 0) return;
   ::unlink(file.c_str());
@@ -116,8 +118,8 @@ void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys,
   const std::string public_line = std::string(public_kind) + " " + keys.public_key + " " + name + "\n";
   const std::filesystem::path secret_file = base.string() + ".key", public_file = base.string() + ".pub";
   write_file(secret_file,
-             "# secret: stays on the machine it was made for\n" + std::string(secret_kind) + " " +
-                 keys.secret_key + " " + name + "\n" + public_line,
+             "# secret: stays on the machine it was made for\n" + std::string(secret_kind) + " " + keys.secret_key +
+                 " " + name + "\n" + public_line,
              0600);
   try {
     write_file(public_file, public_line, 0644);

@@ -57,8 +57,7 @@ struct DecodedFrame {
   std::vector<Point> points;
 };
 /// FrameDecoder in one call.
-[[nodiscard]] WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into,
-                                      WireLimits limits = {});
+[[nodiscard]] WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into, WireLimits limits = {});
 
 /// Writes messages one after another into one buffer.
 class Encoder {
@@ -69,11 +68,9 @@ class Encoder {
   Encoder& operator=(Encoder&&) noexcept;
   // Each returns the message, valid until the next call, 8-byte aligned.
   /// Empty when the stamp is before 1970 or after 2106, or for more points than fit into a message (2 GB).
-  std::span<const std::byte> frame(const Frame& frame, std::uint64_t session,
-                                   std::string_view frame_id = "sensor");
+  std::span<const std::byte> frame(const Frame& frame, std::uint64_t session, std::string_view frame_id = "sensor");
   /// A frame around a complete foxglove.PointCloud, which it holds byte for byte; empty when that is too large.
-  std::span<const std::byte> frame_of_cloud(std::span<const std::byte> cloud, std::uint64_t session,
-                                            std::uint64_t id);
+  std::span<const std::byte> frame_of_cloud(std::span<const std::byte> cloud, std::uint64_t session, std::uint64_t id);
   std::span<const std::byte> end_of_stream(std::uint64_t session, std::uint64_t next_id);
   std::span<const std::byte> result(const WireResult& result);
   std::span<const std::byte> state(const WireState& state);

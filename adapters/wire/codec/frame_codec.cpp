@@ -9,7 +9,6 @@
 #include <string_view>
 
 namespace lbea::wire {
-
 namespace {
 
 constexpr std::int64_t ns_per_s = 1'000'000'000;
@@ -22,8 +21,7 @@ bool is_identity(const foxglove::Pose* pose) {
   if (pose == nullptr) return true;
   const auto* position = pose->position();
   const auto* turn = pose->orientation();
-  const bool at_origin =
-      position == nullptr || (position->x() == 0 && position->y() == 0 && position->z() == 0);
+  const bool at_origin = position == nullptr || (position->x() == 0 && position->y() == 0 && position->z() == 0);
   return at_origin && (turn == nullptr || (turn->x() == 0 && turn->y() == 0 && turn->z() == 0));
 }
 
@@ -85,8 +83,7 @@ WireStatus FrameDecoder::open(std::span<const std::byte> message) {
   if (message.size() > std::min(limits_.max_message_bytes(), detail::max_flatbuffer_bytes))
     return WireStatus::message_too_large;
   if (!detail::has_identifier(message, schema::FrameIdentifier())) return WireStatus::wrong_kind;
-  const auto* frame =
-      detail::verified_root<schema::Frame>(detail::aligned(message, message_), max_frame_tables);
+  const auto* frame = detail::verified_root<schema::Frame>(detail::aligned(message, message_), max_frame_tables);
   if (frame == nullptr) return WireStatus::damaged;
   header_.session = frame->session();
   header_.id = frame->id();
@@ -98,8 +95,7 @@ WireStatus FrameDecoder::open(std::span<const std::byte> message) {
 }
 
 WireStatus FrameDecoder::open_cloud(std::span<const std::byte> bytes) {
-  const auto* cloud =
-      detail::verified_root<foxglove::PointCloud>(detail::aligned(bytes, cloud_), max_frame_tables);
+  const auto* cloud = detail::verified_root<foxglove::PointCloud>(detail::aligned(bytes, cloud_), max_frame_tables);
   if (cloud == nullptr) return WireStatus::bad_cloud;
   header_.cloud = bytes;
   if (!to_stamp(cloud->timestamp(), header_.stamp_ns)) return WireStatus::bad_stamp;
@@ -108,8 +104,7 @@ WireStatus FrameDecoder::open_cloud(std::span<const std::byte> bytes) {
   if (const WireStatus status = find_axes(*cloud, offsets_); status != WireStatus::ok) return status;
   stride_ = cloud->point_stride();
   data_ = {};
-  if (cloud->data() != nullptr)
-    data_ = std::as_bytes(std::span{cloud->data()->data(), cloud->data()->size()});
+  if (cloud->data() != nullptr) data_ = std::as_bytes(std::span{cloud->data()->data(), cloud->data()->size()});
   if (data_.size() % stride_ != 0) return WireStatus::bad_layout;
   if (data_.size() / stride_ > limits_.max_points) return WireStatus::too_many_points;
   header_.points = static_cast<std::uint32_t>(data_.size() / stride_);
@@ -143,11 +138,9 @@ WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into, 
   return status;
 }
 
-std::span<const std::byte> Encoder::frame(const Frame& frame, std::uint64_t session,
-                                          std::string_view frame_id) {
+std::span<const std::byte> Encoder::frame(const Frame& frame, std::uint64_t session, std::string_view frame_id) {
   const std::size_t most_points = (detail::max_flatbuffer_bytes - 2 * room_for_the_rest) / sizeof(Point);
-  if (!is_sendable_stamp(frame.stamp_ns) || frame.points.size() > most_points ||
-      frame_id.size() > room_for_the_rest)
+  if (!is_sendable_stamp(frame.stamp_ns) || frame.points.size() > most_points || frame_id.size() > room_for_the_rest)
     return {};
   auto& cloud = buffers_->cloud;
   cloud.Clear();
@@ -162,8 +155,7 @@ std::span<const std::byte> Encoder::frame_of_cloud(std::span<const std::byte> cl
   message.Clear();
   message.ForceDefaults(true);  // so that relabel_frame finds an id of 0 too
   message.ForceVectorAlignment(cloud.size(), 1, detail::flatbuffer_alignment);
-  const auto nested =
-      message.CreateVector(reinterpret_cast<const std::uint8_t*>(cloud.data()), cloud.size());
+  const auto nested = message.CreateVector(reinterpret_cast<const std::uint8_t*>(cloud.data()), cloud.size());
   schema::FinishFrameBuffer(message, schema::CreateFrame(message, session, id, nested));
   return detail::finished(message);
 }

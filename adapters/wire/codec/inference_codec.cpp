@@ -5,7 +5,6 @@
 #include "inference_generated.h"
 
 namespace lbea::wire {
-
 namespace {
 
 using detail::text;
@@ -24,9 +23,10 @@ std::span<const std::byte> Encoder::inference(const WireInference& inference) {
   builder.Clear();
   const auto field = builder.CreateString(inference.field), unit = builder.CreateString(inference.unit);
   const auto mean = builder.CreateVector(inference.values), spread = builder.CreateVector(inference.spread);
-  schema::FinishInferenceBuffer(
-      builder, schema::CreateInference(builder, inference.sequence, inference.session, inference.frame_id, inference.stamp_ns, field, unit,
-                                     static_cast<schema::FieldLocation>(inference.location), mean, spread, inference.model_checksum));
+  schema::FinishInferenceBuffer(builder, schema::CreateInference(builder, inference.sequence, inference.session,
+                                                                 inference.frame_id, inference.stamp_ns, field, unit,
+                                                                 static_cast<schema::FieldLocation>(inference.location),
+                                                                 mean, spread, inference.model_checksum));
   return detail::finished(builder);
 }
 
@@ -36,9 +36,16 @@ WireStatus decode_inference(std::span<const std::byte> message, WireInference& i
   std::vector<std::uint64_t> scratch;
   const auto* from = detail::verified_root<schema::Inference>(detail::aligned(message, scratch), max_inference_tables);
   if (from == nullptr || from->location() > schema::FieldLocation::MAX) return WireStatus::damaged;
-  into = {from->sequence(),   from->session(),    from->frame_id(),
-          from->stamp_ns(),   text(from->field()), text(from->unit()),
-          static_cast<FieldInfo::Location>(from->location()), values(from->values()), values(from->spread()), from->model_checksum()};
+  into = {from->sequence(),
+          from->session(),
+          from->frame_id(),
+          from->stamp_ns(),
+          text(from->field()),
+          text(from->unit()),
+          static_cast<FieldInfo::Location>(from->location()),
+          values(from->values()),
+          values(from->spread()),
+          from->model_checksum()};
   return into.spread.size() == into.values.size() ? WireStatus::ok : WireStatus::damaged;
 }
 

@@ -1,7 +1,6 @@
 #include "adapters/wire/codec/messages.hpp"
 
 namespace lbea::wire {
-
 namespace {
 
 struct StatusText {
@@ -21,7 +20,8 @@ constexpr std::array<StatusText, wire_status_count> status_texts{{
     {"wrong_kind", Fate::rejected,
      "the message is not of the kind that belongs on this socket (its file identifier says so); check what "
      "the sender is connected to"},
-    {"damaged", Fate::rejected, "the message is cut short, its offsets lead outside it, or its id is 2^32 or more beyond the last one"},
+    {"damaged", Fate::rejected,
+     "the message is cut short, its offsets lead outside it, or its id is 2^32 or more beyond the last one"},
     {"bad_cloud", Fate::rejected, "the frame holds no intact foxglove.PointCloud"},
     {"bad_layout", Fate::rejected,
      "the cloud's point_stride does not divide its data or a field reaches beyond the stride"},
@@ -53,22 +53,32 @@ Fate fate_of(WireStatus status) noexcept { return text_of(status).fate; }
 
 std::string_view to_string(WireVerdict verdict) noexcept {
   switch (verdict) {
-    case WireVerdict::unknown: return "unknown";
-    case WireVerdict::matched: return "matched";
-    case WireVerdict::low_coverage: return "low_coverage";
-    case WireVerdict::refused: return "refused";
-    case WireVerdict::ambiguous: return "ambiguous";
-    case WireVerdict::no_simulation_fits: return "no_simulation_fits";
+    case WireVerdict::unknown:
+      return "unknown";
+    case WireVerdict::matched:
+      return "matched";
+    case WireVerdict::low_coverage:
+      return "low_coverage";
+    case WireVerdict::refused:
+      return "refused";
+    case WireVerdict::ambiguous:
+      return "ambiguous";
+    case WireVerdict::no_simulation_fits:
+      return "no_simulation_fits";
   }
   return "unknown_verdict";
 }
 
 std::string_view to_string(RecordingPhase phase) noexcept {
   switch (phase) {
-    case RecordingPhase::armed: return "armed";
-    case RecordingPhase::recording: return "recording";
-    case RecordingPhase::finished: return "finished";
-    case RecordingPhase::failed: return "failed";
+    case RecordingPhase::armed:
+      return "armed";
+    case RecordingPhase::recording:
+      return "recording";
+    case RecordingPhase::finished:
+      return "finished";
+    case RecordingPhase::failed:
+      return "failed";
   }
   return "unknown_phase";
 }

@@ -204,7 +204,8 @@ struct WireInference {
   std::uint64_t model_checksum = 0;
 };
 
-/// Failed: something that was to be recorded is not in the file, from the first loss on, or the file could not be ended.
+/// Failed: something that was to be recorded is not in the file, from the first loss on, or the file could not be
+/// ended.
 enum class RecordingPhase : std::uint8_t { armed, recording, finished, failed };
 [[nodiscard]] std::string_view to_string(RecordingPhase phase) noexcept;
 
@@ -229,8 +230,8 @@ struct WireState {
   std::uint32_t queue_used = 0;
   Counters counters;
   ModelSummary model;
-  std::uint64_t max_message_bytes = 0;  // larger ones never arrive
-  std::vector<WireSender> senders{};    // the latest ones
+  std::uint64_t max_message_bytes = 0;       // larger ones never arrive
+  std::vector<WireSender> senders{};         // the latest ones
   std::optional<WireRecording> recording{};  // none: nothing is recorded
 };
 

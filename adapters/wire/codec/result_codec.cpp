@@ -11,22 +11,21 @@
 #include <algorithm>
 
 namespace lbea::wire {
-
 namespace {
 
+using detail::text;
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
-using detail::text;
 
 constexpr std::size_t max_result_bytes = 16 << 20;
 constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
 
 Offset<schema::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
   const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());
-  return schema::CreateCounters(builder, counters.received, counters.sum(Fate::matched),
-                              counters.sum(Fate::rejected), counters.sum(Fate::dropped), by_status,
-                              counters.missed, counters.duplicates, counters.sessions, counters.unannounced,
-                              counters.recorded, counters.unrecorded, counters.reordered, counters.silent);
+  return schema::CreateCounters(builder, counters.received, counters.sum(Fate::matched), counters.sum(Fate::rejected),
+                                counters.sum(Fate::dropped), by_status, counters.missed, counters.duplicates,
+                                counters.sessions, counters.unannounced, counters.recorded, counters.unrecorded,
+                                counters.reordered, counters.silent);
 }
 
 Counters read(const schema::Counters* from) {
@@ -51,17 +50,23 @@ Counters read(const schema::Counters* from) {
 Offset<schema::Match> build(FlatBufferBuilder& builder, const WireMatch& match) {
   const auto name = builder.CreateSharedString(match.simulation_name);
   return schema::CreateMatch(builder, match.sample.simulation, name, match.sample.time_step, match.time_s,
-                           match.distance);
+                             match.distance);
 }
 
 WireMatch read(const schema::Match& from) {
-  return {
-      {from.simulation(), from.time_step()}, text(from.simulation_name()), from.time_s(), from.distance()};
+  return {{from.simulation(), from.time_step()}, text(from.simulation_name()), from.time_s(), from.distance()};
 }
 
 schema::StageTimes build(const WireTimes& times) {
-  return {times.decode,           times.queue,          times.match.index,    times.match.correspondence,
-          times.match.projection, times.match.matching, times.match.coverage, times.match.fit, times.total};
+  return {times.decode,
+          times.queue,
+          times.match.index,
+          times.match.correspondence,
+          times.match.projection,
+          times.match.matching,
+          times.match.coverage,
+          times.match.fit,
+          times.total};
 }
 
 WireTimes read(const schema::StageTimes* from) {
@@ -85,7 +90,8 @@ Offset<schema::Fit> build(FlatBufferBuilder& builder, const WireFit& fit) {
   for (const WeightedSample& s : fit.estimate) estimate.emplace_back(s.sample.simulation, s.sample.time_step, s.weight);
   const auto candidate_vector = builder.CreateVectorOfStructs(candidates);
   const auto share_vector = builder.CreateVectorOfStructs(estimate);
-  return schema::CreateFit(builder, fit.residual, fit.estimate_residual, fit.misfit, fit.spread, candidate_vector, share_vector);
+  return schema::CreateFit(builder, fit.residual, fit.estimate_residual, fit.misfit, fit.spread, candidate_vector,
+                           share_vector);
 }
 
 WireFit read(const schema::Fit* from) {
@@ -93,7 +99,8 @@ WireFit read(const schema::Fit* from) {
   if (from == nullptr) return fit;
   fit = {from->residual(), from->estimate_residual(), from->misfit(), from->spread(), {}, {}};
   if (from->candidates() != nullptr)
-    for (const auto* c : *from->candidates()) fit.candidates.push_back({{c->simulation(), c->time_step()}, c->residual()});
+    for (const auto* c : *from->candidates())
+      fit.candidates.push_back({{c->simulation(), c->time_step()}, c->residual()});
   if (from->estimate() != nullptr)
     for (const auto* s : *from->estimate()) fit.estimate.push_back({{s->simulation(), s->time_step()}, s->weight()});
   return fit;
@@ -106,14 +113,20 @@ Offset<schema::TestState> build(FlatBufferBuilder& builder, const WireTestState&
   const auto chance_vector = builder.CreateVectorOfStructs(chances);
   const auto branches = builder.CreateVector(test.branches);
   return schema::CreateTestState(builder, test.frames, test.simulation, test.sample.simulation, test.sample.time_step,
-                               test.sample_probability, chance_vector, branches, test.misfit,
-                               static_cast<schema::Verdict>(test.verdict));
+                                 test.sample_probability, chance_vector, branches, test.misfit,
+                                 static_cast<schema::Verdict>(test.verdict));
 }
 
 WireTestState read(const schema::TestState* from) {
   WireTestState test;
   if (from == nullptr) return test;
-  test = {from->frames(), from->simulation(), {from->sample_simulation(), from->sample_time_step()}, from->sample_probability(), {}, {}, from->misfit(),
+  test = {from->frames(),
+          from->simulation(),
+          {from->sample_simulation(), from->sample_time_step()},
+          from->sample_probability(),
+          {},
+          {},
+          from->misfit(),
           static_cast<WireVerdict>(from->verdict())};
   if (from->simulations() != nullptr)
     for (const auto* c : *from->simulations()) test.simulations.push_back({c->simulation(), c->probability()});
@@ -122,20 +135,24 @@ WireTestState read(const schema::TestState* from) {
 }
 
 Offset<schema::Sender> build(FlatBufferBuilder& builder, const WireSender& sender) {
-  return schema::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received,
-                            sender.missed, sender.withheld,
-                            static_cast<schema::SenderCondition>(sender.condition));
+  return schema::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received, sender.missed,
+                              sender.withheld, static_cast<schema::SenderCondition>(sender.condition));
 }
 
 WireSender read(const schema::Sender& from) {
-  return {from.session(), from.first_id(), from.next_id(),
-          from.received(), from.missed(), from.withheld(),
+  return {from.session(),
+          from.first_id(),
+          from.next_id(),
+          from.received(),
+          from.missed(),
+          from.withheld(),
           static_cast<SenderCondition>(from.condition())};
 }
 
 Offset<schema::Recording> build(FlatBufferBuilder& builder, const std::optional<WireRecording>& recording) {
   if (!recording) return 0;
-  return schema::CreateRecording(builder, static_cast<schema::RecordingPhase>(recording->phase), recording->bytes, recording->free_bytes);
+  return schema::CreateRecording(builder, static_cast<schema::RecordingPhase>(recording->phase), recording->bytes,
+                                 recording->free_bytes);
 }
 
 std::optional<WireRecording> read(const schema::Recording* from) {
@@ -148,7 +165,7 @@ Offset<schema::ModelSummary> build(FlatBufferBuilder& builder, const ModelSummar
   const auto unit = builder.CreateString(model.length_unit);
   const auto simulations = builder.CreateVectorOfStrings(model.simulations);
   return schema::CreateModelSummary(builder, file, model.checksum, model.vertices, model.modes, model.samples,
-                                  model.references, unit, simulations);
+                                    model.references, unit, simulations);
 }
 
 ModelSummary read(const schema::ModelSummary* from) {
@@ -163,8 +180,8 @@ ModelSummary read(const schema::ModelSummary* from) {
 
 /// The root, or null and why in `status`.
 template <class Root>
-const Root* open(std::span<const std::byte> message, const char* identifier,
-                 std::vector<std::uint64_t>& scratch, WireStatus& status) {
+const Root* open(std::span<const std::byte> message, const char* identifier, std::vector<std::uint64_t>& scratch,
+                 WireStatus& status) {
   status = WireStatus::message_too_large;
   if (message.size() > max_result_bytes) return nullptr;
   status = WireStatus::wrong_kind;
@@ -198,18 +215,19 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   for (const WireMatch& match : result.matches) matches.push_back(build(builder, match));
   const auto match_vector = builder.CreateVector(matches);
   const auto counters = build(builder, result.counters);
-  const auto coordinates = builder.CreateVector(result.leading_coordinates.data(), result.matches.empty() ? 0 : result.leading_coordinates.size());
+  const auto coordinates = builder.CreateVector(result.leading_coordinates.data(),
+                                                result.matches.empty() ? 0 : result.leading_coordinates.size());
   const auto fit = build(builder, result.fit);
   const auto test = build(builder, result.test);
   const schema::PointTally points(result.points.received, result.points.invalid, result.points.culled,
-                                result.points.used);
+                                  result.points.used);
   const schema::StageTimes times = build(result.elapsed_ns);
   schema::FinishResultBuffer(
-      builder, schema::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
-                                  static_cast<schema::WireStatus>(result.status),
-                                  static_cast<schema::Verdict>(result.verdict), result.reference,
-                                  result.coverage, &points, match_vector, &times, counters, result.receive_ns,
-                                  result.publish_ns, result.model_checksum, coordinates, fit, test));
+      builder,
+      schema::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
+                           static_cast<schema::WireStatus>(result.status), static_cast<schema::Verdict>(result.verdict),
+                           result.reference, result.coverage, &points, match_vector, &times, counters,
+                           result.receive_ns, result.publish_ns, result.model_checksum, coordinates, fit, test));
   return detail::finished(builder);
 }
 
@@ -237,7 +255,8 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.publish_ns = from->publish_ns();
   into.model_checksum = from->model_checksum();
   if (from->leading_coordinates() != nullptr && from->leading_coordinates()->size() == into.leading_coordinates.size())
-    std::copy(from->leading_coordinates()->begin(), from->leading_coordinates()->end(), into.leading_coordinates.begin());
+    std::copy(from->leading_coordinates()->begin(), from->leading_coordinates()->end(),
+              into.leading_coordinates.begin());
   into.fit = read(from->fit());
   into.test = read(from->test());
   return WireStatus::ok;
@@ -256,8 +275,8 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
   const auto recording = build(builder, state.recording);
   schema::FinishStateBuffer(
       builder, schema::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
-                                 state.max_points, state.queue_slots, state.queue_used, counters, model,
-                                 state.max_message_bytes, sender_vector, recording));
+                                   state.max_points, state.queue_slots, state.queue_used, counters, model,
+                                   state.max_message_bytes, sender_vector, recording));
   return detail::finished(builder);
 }
 
@@ -266,9 +285,10 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   WireStatus status;
   const auto* from = open<schema::State>(message, schema::StateIdentifier(), scratch, status);
   if (from == nullptr) return status;
-  into = {from->sequence(),       from->publish_ns(), from->start_ns(),    text(from->version()),
-          text(from->method()),   from->max_points(), from->queue_slots(), from->queue_used(),
-          read(from->counters()), read(from->model()), from->max_message_bytes(), {}, read(from->recording())};
+  into = {from->sequence(),       from->publish_ns(),  from->start_ns(),          text(from->version()),
+          text(from->method()),   from->max_points(),  from->queue_slots(),       from->queue_used(),
+          read(from->counters()), read(from->model()), from->max_message_bytes(), {},
+          read(from->recording())};
   if (from->senders() == nullptr) return WireStatus::ok;
   for (const auto* sender : *from->senders()) into.senders.push_back(read(*sender));
   return WireStatus::ok;

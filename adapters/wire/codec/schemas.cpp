@@ -6,7 +6,6 @@
 #include "state_bfbs_generated.h"
 
 namespace lbea::wire {
-
 namespace {
 template <class Schema>
 std::span<const std::byte> bytes_of() noexcept {
@@ -14,9 +13,7 @@ std::span<const std::byte> bytes_of() noexcept {
 }
 }  // namespace
 
-std::span<const std::byte> point_cloud_schema() noexcept {
-  return bytes_of<foxglove::PointCloudBinarySchema>();
-}
+std::span<const std::byte> point_cloud_schema() noexcept { return bytes_of<foxglove::PointCloudBinarySchema>(); }
 std::span<const std::byte> frame_schema() noexcept { return bytes_of<schema::FrameBinarySchema>(); }
 std::span<const std::byte> result_schema() noexcept { return bytes_of<schema::ResultBinarySchema>(); }
 std::span<const std::byte> state_schema() noexcept { return bytes_of<schema::StateBinarySchema>(); }

@@ -15,15 +15,13 @@ namespace lbea::wire::detail {
 
 static_assert(std::endian::native == std::endian::little, "clouds are copied as they lie in the message");
 
-inline constexpr std::size_t flatbuffer_alignment =
-    8;  // of the widest scalar, counted from the buffer's begin
+inline constexpr std::size_t flatbuffer_alignment = 8;  // of the widest scalar, counted from the buffer's begin
 inline constexpr std::size_t max_flatbuffer_bytes = FLATBUFFERS_MAX_BUFFER_SIZE - 1;
 inline constexpr flatbuffers::uoffset_t max_depth = 8;
 
 /// `bytes`, or a copy of them in `scratch` when they lie at an address that is not divisible by 8: the
 /// verifier checks alignment relative to the begin only, and received payloads may begin anywhere.
-inline std::span<const std::byte> aligned(std::span<const std::byte> bytes,
-                                          std::vector<std::uint64_t>& scratch) {
+inline std::span<const std::byte> aligned(std::span<const std::byte> bytes, std::vector<std::uint64_t>& scratch) {
   if (bytes.empty() || std::bit_cast<std::uintptr_t>(bytes.data()) % flatbuffer_alignment == 0) return bytes;
   scratch.resize((bytes.size() + 7) / 8);
   std::memcpy(scratch.data(), bytes.data(), bytes.size());

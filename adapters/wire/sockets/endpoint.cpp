@@ -15,11 +15,9 @@
 #include <unistd.h>
 
 namespace lbea::wire {
-
 namespace {
 
-constexpr std::string_view known_forms =
-    "write ipc:///tmp/frames.ipc or tcp://127.0.0.1:5555";
+constexpr std::string_view known_forms = "write ipc:///tmp/frames.ipc or tcp://127.0.0.1:5555";
 
 [[noreturn]] void refuse(const std::string& address, const std::string& why) {
   throw Error{Status::bad_config, "endpoint \"" + address + "\": " + why};
@@ -46,8 +44,8 @@ std::filesystem::path ipc_path(const std::string& address) {
   if (path.empty() || path[0] == '@' || path[0] == '*')
     refuse(address, "needs the path of a file; " + std::string(known_forms));
   if (path.size() > longest)
-    refuse(address, "the path is longer than the " + std::to_string(longest) +
-                        " bytes a socket may have; choose a shorter one");
+    refuse(address,
+           "the path is longer than the " + std::to_string(longest) + " bytes a socket may have; choose a shorter one");
   return path;
 }
 
@@ -70,7 +68,8 @@ bool somebody_listens(const std::filesystem::path& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   path.string().copy(address.sun_path, sizeof(address.sun_path) - 1);
-  const bool listens = ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0 || errno == EAGAIN;
+  const bool listens =
+      ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0 || errno == EAGAIN;
   ::close(socket);
   return listens;
 }
@@ -78,9 +77,9 @@ bool somebody_listens(const std::filesystem::path& path) {
 int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
   if (descriptor >= 0) return descriptor;
-  throw Error{Status::endpoint_unavailable,
-              "endpoint \"" + endpoint.address + "\": cannot open the lock file " + file.string() + " (" +
-                  std::strerror(errno) + "); choose a path in a folder you may write to"};
+  throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\": cannot open the lock file " +
+                                                file.string() + " (" + std::strerror(errno) +
+                                                "); choose a path in a folder you may write to"};
 }
 
 }  // namespace
@@ -117,9 +116,9 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
     descriptor_ = open_lock_file(endpoint, file_);
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
       ::close(std::exchange(descriptor_, -1));
-      throw Error{Status::endpoint_unavailable,
-                  "endpoint \"" + endpoint.address + "\" is in use by another process (it holds " +
-                      file_.string() + "); stop that one or choose another path"};
+      throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address +
+                                                    "\" is in use by another process (it holds " + file_.string() +
+                                                    "); stop that one or choose another path"};
     }
     if (is_same_file(descriptor_, file_)) break;
     ::close(std::exchange(descriptor_, -1));
@@ -127,8 +126,11 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
   // ZeroMQ unlinks whatever stands at the path, and would do so to a file that is somebody's.
   struct stat found;
   if (::stat(endpoint.path.c_str(), &found) != 0) return;
-  if (!S_ISSOCK(found.st_mode)) give_back(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
-  if (somebody_listens(endpoint.path)) give_back(endpoint, " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
+  if (!S_ISSOCK(found.st_mode))
+    give_back(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
+  if (somebody_listens(endpoint.path))
+    give_back(endpoint,
+              " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
 }
 
 void EndpointLock::give_back(const Endpoint& endpoint, const std::string& why) {
@@ -144,8 +146,7 @@ EndpointLock::~EndpointLock() {
 }
 
 EndpointLock::EndpointLock(EndpointLock&& other) noexcept
-    : file_(std::move(other.file_)),
-      descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 EndpointLock& EndpointLock::operator=(EndpointLock&& other) noexcept {
   std::swap(file_, other.file_);

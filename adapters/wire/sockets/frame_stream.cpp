@@ -45,13 +45,10 @@ struct FrameSource::State {
 
 FrameSource::FrameSource(WireContext& context, const std::string& address, WireLimits limits,
                          const ServerAccess& access) try {
-  const detail::SocketOptions options{
-      .high_water_mark = static_cast<int>(limits.queued_messages),
-      .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
+  const detail::SocketOptions options{.high_water_mark = static_cast<int>(limits.queued_messages),
+                                      .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
   state_.reset(new State{{context, zmq::socket_type::pull, options, address, access}, {}});
-} catch (const std::bad_alloc&) {
-  context.state().lost_a_socket = true;
-}
+} catch (const std::bad_alloc&) { context.state().lost_a_socket = true; }
 
 FrameSource::~FrameSource() = default;
 FrameSource::FrameSource(FrameSource&&) noexcept = default;
@@ -96,9 +93,7 @@ FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint
   detail::SendRoom room(context.state().context, socket, endpoint);
   detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), std::move(room)});
-} catch (const std::bad_alloc&) {
-  context.state().lost_a_socket = true;
-}
+} catch (const std::bad_alloc&) { context.state().lost_a_socket = true; }
 
 FrameSink::~FrameSink() = default;
 FrameSink::FrameSink(FrameSink&&) noexcept = default;
@@ -115,7 +110,8 @@ bool FrameSink::send(Message message, std::chrono::milliseconds timeout) noexcep
 }
 
 bool FrameSink::tell(Message message, std::chrono::milliseconds timeout) noexcept {
-  return state_->hand_over(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), false, timeout);
+  return state_->hand_over(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), false,
+                           timeout);
 }
 
 bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,

@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace lbea::wire {
-
 namespace {
 constexpr int result_linger_ms = 1000;
 constexpr std::int64_t largest_subscription = 1024;
@@ -20,14 +19,11 @@ struct ResultSink::State {
 };
 
 ResultSink::ResultSink(WireContext& context, const std::string& address, int held, const ServerAccess& access) try {
-  const detail::SocketOptions options{.high_water_mark = held,
-                                      .max_message_bytes = largest_subscription,
-                                      .linger_ms = result_linger_ms};
+  const detail::SocketOptions options{
+      .high_water_mark = held, .max_message_bytes = largest_subscription, .linger_ms = result_linger_ms};
   state_.reset(new State{{context, zmq::socket_type::xpub, options, address, access}});
   state_->bound.socket.set(zmq::sockopt::xpub_verbose, true);  // every subscription, not every first one
-} catch (const std::bad_alloc&) {
-  context.state().lost_a_socket = true;
-}
+} catch (const std::bad_alloc&) { context.state().lost_a_socket = true; }
 
 ResultSink::~ResultSink() = default;
 ResultSink::ResultSink(ResultSink&&) noexcept = default;
@@ -65,17 +61,13 @@ struct ResultSource::State {
   zmq::message_t message;
 };
 
-ResultSource::ResultSource(WireContext& context, const std::string& address, int held,
-                           const ClientAccess& access) try {
+ResultSource::ResultSource(WireContext& context, const std::string& address, int held, const ClientAccess& access) try {
   const Endpoint endpoint = parse_endpoint(address);
-  auto socket =
-      detail::make_socket(context.state().context, zmq::socket_type::sub,
-                          {.high_water_mark = held, .max_message_bytes = largest_result});
+  auto socket = detail::make_socket(context.state().context, zmq::socket_type::sub,
+                                    {.high_water_mark = held, .max_message_bytes = largest_result});
   detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), {}});
-} catch (const std::bad_alloc&) {
-  context.state().lost_a_socket = true;
-}
+} catch (const std::bad_alloc&) { context.state().lost_a_socket = true; }
 
 ResultSource::~ResultSource() = default;
 ResultSource::ResultSource(ResultSource&&) noexcept = default;

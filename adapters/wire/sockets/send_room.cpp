@@ -10,14 +10,14 @@
 #include <atomic>
 
 namespace lbea::wire::detail {
-
 namespace {
 
 // By the time its number is read the connection may be gone, and the number another file's.
 bool leads_to(int connection, const std::string& path) noexcept {
   sockaddr_un peer{};
   socklen_t size = sizeof(peer);
-  return getpeername(connection, reinterpret_cast<sockaddr*>(&peer), &size) == 0 && peer.sun_family == AF_UNIX && path == peer.sun_path;
+  return getpeername(connection, reinterpret_cast<sockaddr*>(&peer), &size) == 0 && peer.sun_family == AF_UNIX &&
+         path == peer.sun_path;
 }
 
 }  // namespace

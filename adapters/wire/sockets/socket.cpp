@@ -4,20 +4,21 @@
 #include <unistd.h>
 
 namespace lbea::wire {
-
 namespace {
 
 constexpr int io_threads = 1;  // one carries 5 GB/s
 
-/// ZeroMQ starts its threads with the first socket. A context that could not, whether it says so or throws std::bad_alloc, waits
-/// for ever when it is ended (libzmq 4.3.4): it is left behind, once, by a program that cannot start.
+/// ZeroMQ starts its threads with the first socket. A context that could not, whether it says so or throws
+/// std::bad_alloc, waits for ever when it is ended (libzmq 4.3.4): it is left behind, once, by a program that cannot
+/// start.
 zmq::context_t started_context() {
   auto* const context = new zmq::context_t(io_threads);
   void* const first = zmq_socket(context->handle(), ZMQ_PAIR);
   if (first == nullptr) {
     const int error = zmq_errno();
     if (error == ENOMEM) throw std::bad_alloc();
-    throw Error{Status::endpoint_unavailable, std::string("ZeroMQ cannot start (") + zmq_strerror(error) + "); raise the limit of open files (ulimit -n)"};
+    throw Error{Status::endpoint_unavailable, std::string("ZeroMQ cannot start (") + zmq_strerror(error) +
+                                                  "); raise the limit of open files (ulimit -n)"};
   }
   zmq_close(first);
   const std::unique_ptr<zmq::context_t> started(context);
@@ -96,8 +97,8 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess
     }
     socket.connect(endpoint.address);
   } catch (const zmq::error_t& error) {
-    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address +
-                                                  "\" cannot be connected to (" + error.what() +
+    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" cannot be connected to (" +
+                                                  error.what() +
                                                   "); check its spelling and that the other program runs"};
   }
 }

@@ -2,8 +2,8 @@
 // Only the .cpp files of this folder include it.
 #pragma once
 
-#include "adapters/wire/sockets/endpoint.hpp"
 #include "adapters/wire/access/gate.hpp"
+#include "adapters/wire/sockets/endpoint.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 
 #include <zmq.hpp>
@@ -36,8 +36,8 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess
 
 /// A bound socket and what has to outlive it.
 struct BoundSocket {
-  BoundSocket(WireContext& context, zmq::socket_type type, const SocketOptions& options,
-              const std::string& address, const ServerAccess& access);
+  BoundSocket(WireContext& context, zmq::socket_type type, const SocketOptions& options, const std::string& address,
+              const ServerAccess& access);
   ~BoundSocket();
   BoundSocket(const BoundSocket&) = delete;
   BoundSocket& operator=(const BoundSocket&) = delete;
@@ -45,7 +45,7 @@ struct BoundSocket {
   EndpointLock lock;
   zmq::socket_t socket;
   std::shared_ptr<Door> door;  // not for inproc
-  std::string endpoint;  // as bound
+  std::string endpoint;        // as bound
 };
 
 enum class Io { done, would_block, closed };

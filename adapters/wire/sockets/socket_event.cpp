@@ -8,7 +8,8 @@ namespace lbea::wire::detail {
 EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept {
   event = {};
   zmq::message_t said, address;
-  if (zmq_msg_recv(said.handle(), monitor.handle(), ZMQ_DONTWAIT) < 0) return zmq_errno() == EAGAIN ? EventRead::none : EventRead::closed;
+  if (zmq_msg_recv(said.handle(), monitor.handle(), ZMQ_DONTWAIT) < 0)
+    return zmq_errno() == EAGAIN ? EventRead::none : EventRead::closed;
   zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
   if (said.size() < sizeof event.kind + sizeof event.value) return EventRead::done;
   std::memcpy(&event.kind, said.data(), sizeof event.kind);

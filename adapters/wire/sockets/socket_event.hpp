@@ -8,8 +8,8 @@
 namespace lbea::wire::detail {
 
 struct SocketEvent {
-  std::uint16_t kind = 0;   // ZMQ_EVENT_...
-  std::int32_t value = 0;   // a file descriptor, an error number, ...: what the kind says
+  std::uint16_t kind = 0;  // ZMQ_EVENT_...
+  std::int32_t value = 0;  // a file descriptor, an error number, ...: what the kind says
 };
 
 enum class EventRead { done, none, closed };

@@ -80,8 +80,8 @@ class FrameSink {
     std::uint64_t refused = 0;  // the receiver was absent or its queue full
   };
 
-  FrameSink(WireContext& context, const std::string& endpoint,
-            std::uint32_t queued_messages = default_queued_messages, const ClientAccess& access = {});
+  FrameSink(WireContext& context, const std::string& endpoint, std::uint32_t queued_messages = default_queued_messages,
+            const ClientAccess& access = {});
   ~FrameSink();
   FrameSink(FrameSink&&) noexcept;
   FrameSink& operator=(FrameSink&&) noexcept;
@@ -95,9 +95,10 @@ class FrameSink {
   bool send(const std::shared_ptr<const std::vector<std::byte>>& message,
             std::chrono::milliseconds timeout = {}) noexcept;
   [[nodiscard]] const Tally& tally() const noexcept;
-  /// Frames taken over by the socket and still in this process; waits up to `timeout` for no message at all, and over ipc until the
-  /// receiver has read the connection empty: ZeroMQ throws away what is unread in one whose sender leaves while the receiver's
-  /// queue is full. Over tcp only results tell what has been read. To be called before a sink is destroyed.
+  /// Frames taken over by the socket and still in this process; waits up to `timeout` for no message at all, and over
+  /// ipc until the receiver has read the connection empty: ZeroMQ throws away what is unread in one whose sender leaves
+  /// while the receiver's queue is full. Over tcp only results tell what has been read. To be called before a sink is
+  /// destroyed.
   [[nodiscard]] std::uint64_t flush(std::chrono::milliseconds timeout) noexcept;
 
  private:
@@ -121,7 +122,7 @@ class ResultSink {
   /// Whether anyone subscribed since the last call: who comes late wants the state.
   [[nodiscard]] bool has_newcomer() noexcept;
   [[nodiscard]] PeerCounts peers() const noexcept;  // any thread
-  [[nodiscard]] std::vector<PeerVisit> visits();        // any thread
+  [[nodiscard]] std::vector<PeerVisit> visits();    // any thread
 
  private:
   struct State;

@@ -19,13 +19,14 @@ struct Inferred {
 
 /// Candidates (SurfaceFit's, with their residuals) weighted as the Tracker weighs them:
 /// exp(-sharpness * excess of the squared residual over the least one + noise^2). Weights add up to 1.
-[[nodiscard]] LBEA_API std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config = {});
+[[nodiscard]] LBEA_API std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates,
+                                                                     const TrackerConfig& config = {});
 
 /// `estimate`: SurfaceFit's, weights that add up to 1. Both throw Error{bad_input} for samples that the model does not
 /// hold; the field must be one of model.fields().
 LBEA_API void infer_field(const Model& model, std::uint32_t field, std::span<const WeightedSample> estimate,
                           std::span<const WeightedSample> plausible, Inferred& into);
-LBEA_API void infer_positions(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible,
-                              Inferred& into);
+LBEA_API void infer_positions(const Model& model, std::span<const WeightedSample> estimate,
+                              std::span<const WeightedSample> plausible, Inferred& into);
 
 }  // namespace lbea

@@ -96,12 +96,12 @@ typedef struct lbea_weighted_sample {
 /** Fill with lbea_config_init, then change what you need. */
 typedef struct lbea_config {
   uint32_t struct_size;
-  uint32_t max_points;  /**< a larger frame is refused, never cut short */
-  uint32_t max_matches; /**< how many samples to return, best first */
-  int32_t method;       /**< lbea_method */
-  float trusted_distance; /**< length unit; a vertex counts as seen when a point lies this near */
-  float min_coverage;     /**< below this share seen, the status is LBEA_LOW_COVERAGE */
-  int64_t trigger_ns;     /**< the sender's clock at impact: picks the reference mesh over time */
+  uint32_t max_points;          /**< a larger frame is refused, never cut short */
+  uint32_t max_matches;         /**< how many samples to return, best first */
+  int32_t method;               /**< lbea_method */
+  float trusted_distance;       /**< length unit; a vertex counts as seen when a point lies this near */
+  float min_coverage;           /**< below this share seen, the status is LBEA_LOW_COVERAGE */
+  int64_t trigger_ns;           /**< the sender's clock at impact: picks the reference mesh over time */
   float T_reference_sensor[12]; /**< row-major 3x4: reference = R * sensor + t */
 } lbea_config;
 
@@ -113,7 +113,7 @@ typedef struct lbea_result {
   uint32_t reference;   /**< which reference mesh was used */
   uint64_t frame_id;
   int64_t stamp_ns;
-  float coverage; /**< share of the best sample's observed surface that the frame shows */
+  float coverage;               /**< share of the best sample's observed surface that the frame shows */
   float leading_coordinates[3]; /**< the coefficients that vary most over the samples */
   const lbea_match* matches;    /**< match_count, best first */
   const float* coefficients;    /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
@@ -167,8 +167,8 @@ typedef struct lbea_field_info {
 LBEA_API uint32_t lbea_version(void);                        /**< LBEA_VERSION of the loaded library */
 LBEA_API const char* lbea_build_info(void);                  /**< version, commit, compiler, flags: for bug reports */
 LBEA_API const char* lbea_status_string(lbea_status status); /**< stable lower-case name, never NULL */
-/** The sentence about this thread's last failure, which says what to do; "" when there was none. Never NULL; valid until
- *  this thread's next failure. */
+/** The sentence about this thread's last failure, which says what to do; "" when there was none. Never NULL; valid
+ * until this thread's next failure. */
 LBEA_API const char* lbea_last_error(void);
 
 /* Models. */
@@ -184,10 +184,12 @@ LBEA_API lbea_status lbea_model_get_field(const lbea_model* model, uint32_t fiel
 LBEA_API const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation);
 /** nodes x 3: the sample's whole deformed mesh, also what no camera sees. */
 LBEA_API const float* lbea_model_node_positions(const lbea_model* model, uint32_t sample);
-/** values_per_sample of the field; NULL also when the field is stored in 16 bits: lbea_model_read_field reads both kinds. */
+/** values_per_sample of the field; NULL also when the field is stored in 16 bits: lbea_model_read_field reads both
+ * kinds. */
 LBEA_API const float* lbea_model_field_values(const lbea_model* model, uint32_t field, uint32_t sample);
 /** Writes values_per_sample of the field; count: how many there is room for. */
-LBEA_API lbea_status lbea_model_read_field(const lbea_model* model, uint32_t field, uint32_t sample, float* values, size_t count);
+LBEA_API lbea_status lbea_model_read_field(const lbea_model* model, uint32_t field, uint32_t sample, float* values,
+                                           size_t count);
 
 /* Matching. */
 /** The defaults. struct_size is sizeof(lbea_config). */
@@ -197,7 +199,6 @@ LBEA_API lbea_status lbea_matcher_create(const lbea_model* model, const lbea_con
 LBEA_API void lbea_matcher_destroy(lbea_matcher* matcher);
 /** Returns result->status, or LBEA_BAD_ARGUMENT. Set result->struct_size once. */
 LBEA_API lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, lbea_result* result);
-
 
 /* Over time. */
 /** One per test. *tracker is NULL unless LBEA_OK is returned. */

@@ -119,15 +119,15 @@ struct WeightedSample {
   float weight = 0;  // shares are positive and add up to 1
 };
 
-struct ModelView;   // the validated sections of a model file, runtime-internal
-struct ViewData;    // the depth images and their camera, runtime-internal
+struct ModelView;  // the validated sections of a model file, runtime-internal
+struct ViewData;   // the depth images and their camera, runtime-internal
 
 /// The baked file, immutable. Copies share one mapping; share it freely between threads.
 class LBEA_API Model {
  public:
-  /// Maps `file` read-only and checks every byte that is later trusted, reading it once from front to end. What matching
-  /// reads is in memory then; the rest comes from the file when it is asked for: a model may be larger than memory.
-  /// Throws Error{file_not_found | not_a_model | unsupported_version | corrupt_model}.
+  /// Maps `file` read-only and checks every byte that is later trusted, reading it once from front to end. What
+  /// matching reads is in memory then; the rest comes from the file when it is asked for: a model may be larger than
+  /// memory. Throws Error{file_not_found | not_a_model | unsupported_version | corrupt_model}.
   static Model open(const std::filesystem::path& file);
   /// The same for an image in memory, 64-byte aligned, which the caller keeps alive.
   static Model view(std::span<const std::byte> image);
@@ -136,17 +136,18 @@ class LBEA_API Model {
   [[nodiscard]] std::uint64_t bytes() const noexcept;
   /// Of what matching by `method` may read in any frame; by vtp that is everything.
   [[nodiscard]] std::uint64_t hot_bytes(Method method = Method::lbea) const noexcept;
-  /// Keeps that in RAM as long as the model is open, and nothing else of it, also when the process has locked all its memory
-  /// before. False when the system refuses: errno says why. Models in the caller's memory are the caller's business.
+  /// Keeps that in RAM as long as the model is open, and nothing else of it, also when the process has locked all its
+  /// memory before. False when the system refuses: errno says why. Models in the caller's memory are the caller's
+  /// business.
   bool lock(Method method = Method::lbea) const;
 
   // sizes
-  [[nodiscard]] std::uint32_t vertices() const noexcept;     // n, of the observed region
-  [[nodiscard]] std::uint32_t modes() const noexcept;        // p
-  [[nodiscard]] std::uint32_t samples() const noexcept;      // s
+  [[nodiscard]] std::uint32_t vertices() const noexcept;  // n, of the observed region
+  [[nodiscard]] std::uint32_t modes() const noexcept;     // p
+  [[nodiscard]] std::uint32_t samples() const noexcept;   // s
   [[nodiscard]] std::uint32_t simulations() const noexcept;
-  [[nodiscard]] std::uint32_t references() const noexcept;   // 1 at impact, time steps over time
-  [[nodiscard]] std::uint32_t nodes() const noexcept;        // of the whole component
+  [[nodiscard]] std::uint32_t references() const noexcept;  // 1 at impact, time steps over time
+  [[nodiscard]] std::uint32_t nodes() const noexcept;       // of the whole component
   [[nodiscard]] std::uint32_t elements() const noexcept;
   [[nodiscard]] ReferenceMode reference_mode() const noexcept;
   [[nodiscard]] std::string_view length_unit() const noexcept;
@@ -164,10 +165,11 @@ class LBEA_API Model {
   [[nodiscard]] std::uint32_t sample_index(Sample sample) const noexcept;
 
   // the component: every sample's whole mesh, also what the cameras cannot see
-  [[nodiscard]] std::span<const std::uint32_t> node_ids() const noexcept;          // nodes(), the solver's numbering
-  [[nodiscard]] std::span<const std::uint32_t> element_ids() const noexcept;       // elements()
-  [[nodiscard]] std::span<const std::uint32_t> element_parts() const noexcept;     // elements(), part ids
-  [[nodiscard]] std::span<const std::uint32_t> element_nodes() const noexcept;     // elements() x 4; a triangle repeats its last node
+  [[nodiscard]] std::span<const std::uint32_t> node_ids() const noexcept;       // nodes(), the solver's numbering
+  [[nodiscard]] std::span<const std::uint32_t> element_ids() const noexcept;    // elements()
+  [[nodiscard]] std::span<const std::uint32_t> element_parts() const noexcept;  // elements(), part ids
+  [[nodiscard]] std::span<const std::uint32_t> element_nodes()
+      const noexcept;  // elements() x 4; a triangle repeats its last node
   [[nodiscard]] std::span<const float> node_positions(std::uint32_t sample) const noexcept;  // nodes() x 3
   [[nodiscard]] std::uint32_t fields() const noexcept;
   [[nodiscard]] FieldInfo field(std::uint32_t field) const noexcept;
@@ -179,9 +181,10 @@ class LBEA_API Model {
   [[nodiscard]] std::span<const float> field_values(std::uint32_t field, std::uint32_t sample) const noexcept;
 
   // the observed region and its basis, per reference mesh
-  [[nodiscard]] std::span<const std::uint32_t> vertex_nodes(std::uint32_t reference) const noexcept;  // n: vertex -> node
-  [[nodiscard]] std::span<const float> vertex_positions(std::uint32_t reference) const noexcept;      // n x 3
-  [[nodiscard]] std::span<const double> eigenvalues(std::uint32_t reference) const noexcept;          // p, ascending
+  [[nodiscard]] std::span<const std::uint32_t> vertex_nodes(
+      std::uint32_t reference) const noexcept;                                                    // n: vertex -> node
+  [[nodiscard]] std::span<const float> vertex_positions(std::uint32_t reference) const noexcept;  // n x 3
+  [[nodiscard]] std::span<const double> eigenvalues(std::uint32_t reference) const noexcept;      // p, ascending
   [[nodiscard]] double reference_time_s(std::uint32_t reference) const noexcept;
   /// The three (mode, coordinate) pairs with the highest variance over the samples, as places in a mode-major
   /// p x 3 array of coefficients: the axes of the joint low-dimensional view (method step 8).
@@ -265,7 +268,7 @@ struct SurfaceFit {
   float residual = std::numeric_limits<float>::quiet_NaN();  // root mean square depth difference of the best candidate,
                                                              // cell by cell, capped, length unit
   float estimate_residual = std::numeric_limits<float>::quiet_NaN();  // the same of the estimate
-  float misfit = std::numeric_limits<float>::quiet_NaN();  // residual over the one expected of an unseen run
+  float misfit = std::numeric_limits<float>::quiet_NaN();             // residual over the one expected of an unseen run
   float spread = std::numeric_limits<float>::quiet_NaN();  // mean distance of the plausible samples from the estimate
 };
 
@@ -274,12 +277,13 @@ struct MatchResult {
   Status status = Status::ok;
   std::uint64_t frame_id = 0;
   std::int64_t stamp_ns = 0;
-  std::uint32_t reference = 0;              // which reference mesh was used
+  std::uint32_t reference = 0;  // which reference mesh was used
   PointTally points{};
-  float coverage = 0;                       // share of the best sample's observed surface that the frame shows
-  std::span<const float> coefficients{};    // the frame's positions in the basis, modes() x 3, mode-major
-  std::span<const Match> matches{};         // best first; by fit: distance and residual decide
-  std::array<float, 3> leading_coordinates{};  // the coefficients that vary most over the samples, Model::leading_axes()
+  float coverage = 0;                     // share of the best sample's observed surface that the frame shows
+  std::span<const float> coefficients{};  // the frame's positions in the basis, modes() x 3, mode-major
+  std::span<const Match> matches{};       // best first; by fit: distance and residual decide
+  std::array<float, 3>
+      leading_coordinates{};  // the coefficients that vary most over the samples, Model::leading_axes()
   SurfaceFit fit{};
   Verdict verdict = Verdict::unknown;
   StageTimes elapsed_ns{};

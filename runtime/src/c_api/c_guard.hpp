@@ -20,13 +20,9 @@ template <typename Action>
 lbea_status guarded(Action&& action) noexcept {
   try {
     return action();
-  } catch (const Error& error) {
-    return failed(to_c(error.status), error.what());
-  } catch (const std::bad_alloc&) {
+  } catch (const Error& error) { return failed(to_c(error.status), error.what()); } catch (const std::bad_alloc&) {
     return failed(LBEA_OUT_OF_MEMORY, "out of memory; ask for fewer points or free some");
-  } catch (const std::exception& error) {
-    return failed(LBEA_INTERNAL_ERROR, error.what());
-  } catch (...) {
+  } catch (const std::exception& error) { return failed(LBEA_INTERNAL_ERROR, error.what()); } catch (...) {
     return failed(LBEA_INTERNAL_ERROR, "an exception of unknown type; report it with lbea_build_info()");
   }
 }

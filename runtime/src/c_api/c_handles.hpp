@@ -30,8 +30,10 @@ struct lbea_model {
 
 struct lbea_matcher {
   lbea_matcher(const lbea::Model& model, const lbea::MatcherConfig& config)
-      : matcher(model, config), matches(std::min(config.max_matches, model.samples())),
-        candidates(config.method == lbea::Method::fit ? lbea::FitSettings{}.candidates : 0), estimate(candidates.size()) {}
+      : matcher(model, config),
+        matches(std::min(config.max_matches, model.samples())),
+        candidates(config.method == lbea::Method::fit ? lbea::FitSettings{}.candidates : 0),
+        estimate(candidates.size()) {}
   lbea::Matcher matcher;
   lbea::MatchResult last;  // what a tracker takes in
   std::vector<lbea_match> matches, candidates;

@@ -5,10 +5,10 @@
 #include <cstddef>
 
 namespace lbea {
-
 namespace {
 
-static_assert(sizeof(lbea_status) == 4 && sizeof(lbea_method) == 4 && sizeof(lbea_verdict) == 4, "enums are four bytes wide");
+static_assert(sizeof(lbea_status) == 4 && sizeof(lbea_method) == 4 && sizeof(lbea_verdict) == 4,
+              "enums are four bytes wide");
 static_assert(sizeof(lbea_point) == sizeof(Point) && alignof(lbea_point) == alignof(Point));
 static_assert(LBEA_METHOD_LBEA == static_cast<int>(Method::lbea) && LBEA_METHOD_VTP == static_cast<int>(Method::vtp) &&
               LBEA_METHOD_FIT == static_cast<int>(Method::fit));
@@ -45,10 +45,14 @@ MatcherConfig from_c(const lbea_config& c) noexcept {
 
 lbea_verdict to_c(Verdict verdict) noexcept {
   switch (verdict) {
-    case Verdict::unknown: break;
-    case Verdict::matched: return LBEA_VERDICT_MATCHED;
-    case Verdict::ambiguous: return LBEA_VERDICT_AMBIGUOUS;
-    case Verdict::no_simulation_fits: return LBEA_VERDICT_NO_SIMULATION_FITS;
+    case Verdict::unknown:
+      break;
+    case Verdict::matched:
+      return LBEA_VERDICT_MATCHED;
+    case Verdict::ambiguous:
+      return LBEA_VERDICT_AMBIGUOUS;
+    case Verdict::no_simulation_fits:
+      return LBEA_VERDICT_NO_SIMULATION_FITS;
   }
   return LBEA_VERDICT_UNKNOWN;
 }
@@ -90,7 +94,9 @@ lbea_result to_c(const MatchResult& result) noexcept {
 void add_lists(lbea_matcher& m, lbea_result& c) noexcept {
   const Model& model = m.matcher.model();
   const auto match = [&](const Match& from) { return to_c(from, model); };
-  const auto share = [&](const WeightedSample& from) { return lbea_weighted_sample{model.sample_index(from.sample), from.weight}; };
+  const auto share = [&](const WeightedSample& from) {
+    return lbea_weighted_sample{model.sample_index(from.sample), from.weight};
+  };
   std::ranges::transform(m.last.matches, m.matches.begin(), match);
   std::ranges::transform(m.last.fit.candidates, m.candidates.begin(), match);
   std::ranges::transform(m.last.fit.estimate, m.estimate.begin(), share);
@@ -110,7 +116,6 @@ lbea_status refuse(lbea_result* result, std::string_view sentence) noexcept {
 }
 
 }  // namespace
-
 }  // namespace lbea
 
 using namespace lbea;
@@ -148,7 +153,8 @@ lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, l
   if (matcher == nullptr || frame == nullptr) return refuse(result, "lbea_matcher_match: matcher or frame is NULL");
   lbea_frame full{};
   if (!is_plausible_size(frame->struct_size, least_frame)) return refuse(result, size_not_set);
-  if (!read_c_struct(frame, full)) return refuse(result, "lbea_matcher_match: the frame sets a field this older library does not know");
+  if (!read_c_struct(frame, full))
+    return refuse(result, "lbea_matcher_match: the frame sets a field this older library does not know");
   if (full.points == nullptr && full.point_count > 0) return refuse(result, "lbea_matcher_match: points is NULL");
   const std::span points(reinterpret_cast<const Point*>(full.points), full.point_count);
   matcher->last = matcher->matcher.match({full.id, full.stamp_ns, points});
@@ -175,7 +181,8 @@ lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* match
     return bad_argument("lbea_tracker_update: tracker, matcher or state is NULL");
   if (!is_plausible_size(state->struct_size, least_test_state)) return bad_argument(size_not_set);
   if (matcher->matcher.model().checksum() != tracker->model_checksum)
-    return bad_argument("lbea_tracker_update: the matcher is of another model; create the tracker with the matcher's model");
+    return bad_argument(
+        "lbea_tracker_update: the matcher is of another model; create the tracker with the matcher's model");
   const TestState& now = tracker->tracker.update(matcher->last);
   lbea_test_state c{};
   c.frames = now.frames;

@@ -17,7 +17,8 @@ template <typename Open>
 lbea_status open_model(const void* source, lbea_model** model, Open&& open) noexcept {
   if (model == nullptr) return bad_argument("lbea_model_open: model is NULL; give the address of a pointer");
   *model = nullptr;
-  if (source == nullptr) return bad_argument("lbea_model_open: the path or image is NULL; give a file's name or a model's bytes");
+  if (source == nullptr)
+    return bad_argument("lbea_model_open: the path or image is NULL; give a file's name or a model's bytes");
   return guarded([&] {
     *model = new lbea_model(open());
     return LBEA_OK;
@@ -40,8 +41,9 @@ lbea_status lbea_model_get_info(const lbea_model* model, lbea_model_info* info) 
   if (model == nullptr || info == nullptr) return bad_argument("lbea_model_get_info: model or info is NULL");
   if (!is_plausible_size(info->struct_size, least_model_info)) return bad_argument(size_not_set);
   const Model& m = model->model;
-  write_c_struct({0, m.vertices(), m.modes(), m.samples(), m.simulations(), m.references(), m.nodes(), m.elements(), m.fields(),
-                  m.checksum(), model->length_unit.c_str()}, info);
+  write_c_struct({0, m.vertices(), m.modes(), m.samples(), m.simulations(), m.references(), m.nodes(), m.elements(),
+                  m.fields(), m.checksum(), model->length_unit.c_str()},
+                 info);
   return LBEA_OK;
 }
 
@@ -49,7 +51,8 @@ lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_f
   if (model == nullptr || info == nullptr) return bad_argument("lbea_model_get_field: model or info is NULL");
   if (!is_plausible_size(info->struct_size, least_field_info)) return bad_argument(size_not_set);
   const Model& m = model->model;
-  if (field >= m.fields()) return bad_argument("lbea_model_get_field: no such field; give less than lbea_model_info.fields");
+  if (field >= m.fields())
+    return bad_argument("lbea_model_get_field: no such field; give less than lbea_model_info.fields");
   const auto& [name, unit] = model->fields[field];
   write_c_struct({0, m.field_size(field), name.c_str(), unit.c_str(), m.field(field).largest_error}, info);
   return LBEA_OK;
@@ -70,11 +73,14 @@ const float* lbea_model_field_values(const lbea_model* model, uint32_t field, ui
   return model->model.field_values(field, sample).data();
 }
 
-lbea_status lbea_model_read_field(const lbea_model* model, uint32_t field, uint32_t sample, float* values, size_t count) {
+lbea_status lbea_model_read_field(const lbea_model* model, uint32_t field, uint32_t sample, float* values,
+                                  size_t count) {
   if (model == nullptr || values == nullptr) return bad_argument("lbea_model_read_field: model or values is NULL");
   const Model& m = model->model;
-  if (field >= m.fields() || sample >= m.samples()) return bad_argument("lbea_model_read_field: no such field or sample");
-  if (count < m.field_size(field)) return bad_argument("lbea_model_read_field: too little room; give lbea_field_info.values_per_sample");
+  if (field >= m.fields() || sample >= m.samples())
+    return bad_argument("lbea_model_read_field: no such field or sample");
+  if (count < m.field_size(field))
+    return bad_argument("lbea_model_read_field: too little room; give lbea_field_info.values_per_sample");
   m.read_field(field, sample, {values, m.field_size(field)});
   return LBEA_OK;
 }

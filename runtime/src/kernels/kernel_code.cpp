@@ -6,7 +6,6 @@
 #include "runtime/src/kernels/point_lanes.hpp"
 
 namespace lbea::LBEA_KERNELS {
-
 namespace {
 
 // The last, incomplete group: its last point again and again.
@@ -28,14 +27,16 @@ Ints fine_cell_along(Floats position, const GridView& grid, std::size_t axis, In
   return to_ints(minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1)));  // what an int can represent
 }
 
-void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed, std::uint32_t* rank) {
+void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
+           std::uint32_t* rank) {
   const auto halvings = static_cast<std::int32_t>(grid.halvings);
   constexpr std::int32_t counted[lanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   const Ints first_numbers = loaded<Ints>(counted);
   const auto nx = static_cast<std::int32_t>(grid.cells[0]), ny = static_cast<std::int32_t>(grid.cells[1]);
   const std::int32_t no_cell = nx * ny * static_cast<std::int32_t>(grid.cells[2]);
   for (std::size_t begin = 0; begin < count; begin += lanes) {
-    const Block sensor = count - begin >= lanes ? load_points(points + 3 * begin) : load_last_points(points + 3 * begin, count - begin);
+    const Block sensor =
+        count - begin >= lanes ? load_points(points + 3 * begin) : load_last_points(points + 3 * begin, count - begin);
     const Floats position[3] = {row(T, sensor), row(T + 4, sensor), row(T + 8, sensor)};
     Ints inside = all_of(std::int32_t{-1});
     const Ints x = fine_cell_along(position[0], grid, 0, inside), y = fine_cell_along(position[1], grid, 1, inside),
@@ -46,7 +47,8 @@ void place(const float* points, std::size_t count, const float* T, const GridVie
     std::uint32_t octant[lanes];
     store(cell, cells);
     store(octant, octants);
-    store_placed({position[0], position[1], position[2]}, first_numbers + static_cast<std::int32_t>(begin), placed + begin);
+    store_placed({position[0], position[1], position[2]}, first_numbers + static_cast<std::int32_t>(begin),
+                 placed + begin);
     for (std::size_t i = 0; i < lanes; ++i) rank[begin + i] = grid.rank[cell[i]] | octant[i];
   }
 }
@@ -137,7 +139,8 @@ float mode_distance(const float* const e[3], const float* sample, std::size_t st
 extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
-const Kernels table{LBEA_NAME(LBEA_KERNELS), place, find_runs, fill_leaves, enclose, nearest, nearest_16, project, mode_distance,
-                    add_depths,             compare_views, subtract_views};
+const Kernels table{
+    LBEA_NAME(LBEA_KERNELS), place,      find_runs,     fill_leaves,   enclose, nearest, nearest_16, project,
+    mode_distance,           add_depths, compare_views, subtract_views};
 
 }  // namespace lbea::LBEA_KERNELS

@@ -4,7 +4,6 @@
 #include "runtime/src/kernels/lanes.hpp"
 
 namespace lbea::LBEA_KERNELS {
-
 namespace {
 
 constexpr float infinity = __builtin_inff(), largest_finite = 3.4028234e38f;
@@ -30,7 +29,8 @@ Floats squared_distances(const BoxGroup& group, const float query[3]) {
 }
 
 // Nearest box first. A box at the bound may still hold an equally near point of lower place.
-void search_group(const CloudTree& tree, std::size_t level, std::size_t group, const float query[3], NearestPoint& best) {
+void search_group(const CloudTree& tree, std::size_t level, std::size_t group, const float query[3],
+                  NearestPoint& best) {
   float squared[lanes];
   const Floats distances = squared_distances(tree.groups[level][group], query);
   store(squared, distances);
@@ -51,8 +51,8 @@ void search_group(const CloudTree& tree, std::size_t level, std::size_t group, c
   }
 }
 
-// Sixteen queries on their way through the tree. Which leaf may answer which query is hard to foretell: what can be looked
-// at is listed first and looked at in one go, so that little hangs on a branch.
+// Sixteen queries on their way through the tree. Which leaf may answer which query is hard to foretell: what can be
+// looked at is listed first and looked at in one go, so that little hangs on a branch.
 struct Search {
   static constexpr std::size_t enough = 24;  // looks after which the bounds are worth another look themselves
 
@@ -96,7 +96,8 @@ Floats bounds_of(const Search& search) {
 }
 
 Floats squared_distances(const Leaf& leaf, const float* const planes[3], std::size_t query) {
-  const Floats dx = load(leaf.x) - planes[0][query], dy = load(leaf.y) - planes[1][query], dz = load(leaf.z) - planes[2][query];
+  const Floats dx = load(leaf.x) - planes[0][query], dy = load(leaf.y) - planes[1][query],
+               dz = load(leaf.z) - planes[2][query];
   return dx * dx + dy * dy + dz * dz;
 }
 
@@ -130,7 +131,8 @@ void look(Search& search, std::uint32_t leaf, std::size_t query) {
 }
 
 void look_at_listed(Search& search) {
-  for (std::size_t i = 0; i < search.looks; ++i) look(search, static_cast<std::uint32_t>(search.listed[i] / lanes), search.listed[i] % lanes);
+  for (std::size_t i = 0; i < search.looks; ++i)
+    look(search, static_cast<std::uint32_t>(search.listed[i] / lanes), search.listed[i] % lanes);
   search.looks = 0;
 }
 
@@ -150,7 +152,8 @@ void list(Search& search, std::size_t group, std::uint32_t open) {
   for (; open != 0; open &= open - 1) {
     const auto i = static_cast<std::size_t>(__builtin_ctz(open));
     const auto first = static_cast<std::uint32_t>((group * lanes + i) * lanes);
-    search.looks += append_lanes(search.listed + search.looks, first, hoping_for(search.tree.groups[0][group], i, search, bounds));
+    search.looks +=
+        append_lanes(search.listed + search.looks, first, hoping_for(search.tree.groups[0][group], i, search, bounds));
   }
 }
 
@@ -158,7 +161,8 @@ void list(Search& search, std::size_t group, std::uint32_t open) {
 Floats squared_gaps(const BoxGroup& group, const Search& search) {
   Floats squared{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Floats gap = maximum(maximum(load(group.low[axis]) - search.high[axis], search.low[axis] - load(group.high[axis])), Floats{});
+    const Floats gap = maximum(
+        maximum(load(group.low[axis]) - search.high[axis], search.low[axis] - load(group.high[axis])), Floats{});
     squared += gap * gap;
   }
   return squared;

@@ -3,7 +3,6 @@
 #include "runtime/src/kernels/lanes.hpp"
 
 namespace lbea::LBEA_KERNELS {
-
 namespace {
 
 constexpr float largest_cell = 1e6f;
@@ -39,13 +38,15 @@ Cells compare(Floats observed, Floats sample, const CellPrices& prices) {
 
 }  // namespace
 
-void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies) {
+void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster,
+                CellTally* tallies) {
   const auto columns = static_cast<std::int32_t>(raster.columns), rows = static_cast<std::int32_t>(raster.rows);
   for (std::size_t leaf = 0; leaf < count; ++leaf) {
     const Floats x = load(leaves[leaf].x), y = load(leaves[leaf].y), z = load(leaves[leaf].z);
     const Floats depth = row(T + 8, x, y, z);
     const Floats scale = raster.focal / depth;
-    const Floats u = row(T, x, y, z) * scale + raster.centre_column, v = row(T + 4, x, y, z) * scale + raster.centre_row;
+    const Floats u = row(T, x, y, z) * scale + raster.centre_column,
+                 v = row(T + 4, x, y, z) * scale + raster.centre_row;
     const Ints column = cell_number(u), line = cell_number(v);
     const Ints inside = (u >= 0.0f) & (v >= 0.0f) & (column < columns) & (line < rows) & (depth > 0.0f);
     const Ints cells = choose(inside, line * columns + column, all_of(columns * rows));
@@ -61,7 +62,8 @@ void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const 
   }
 }
 
-CellSums compare_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices) {
+CellSums compare_views(const float* observed, const std::uint16_t* sample, std::size_t cells,
+                       const CellPrices& prices) {
   Floats squares{}, filled{};
   for (std::size_t i = 0; i < cells; i += lanes) {
     const Cells compared = compare(load(observed + i), load_depths(sample + i), prices);
@@ -71,7 +73,8 @@ CellSums compare_views(const float* observed, const std::uint16_t* sample, std::
   return {sum(squares), sum(filled)};
 }
 
-void subtract_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices, float* residual) {
+void subtract_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,
+                    float* residual) {
   for (std::size_t i = 0; i < cells; i += lanes) {
     const Floats seen = load(observed + i), expected = load_depths(sample + i);
     const Ints in_frame = seen >= 0.0f, in_sample = (expected > 0.0f) & (seen > not_observed);

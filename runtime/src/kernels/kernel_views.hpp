@@ -7,6 +7,7 @@ namespace lbea::LBEA_KERNELS {
 
 void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies);
 CellSums compare_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices);
-void subtract_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices, float* residual);
+void subtract_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,
+                    float* residual);
 
 }  // namespace lbea::LBEA_KERNELS

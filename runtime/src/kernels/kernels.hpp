@@ -45,9 +45,9 @@ struct CloudTree {
 /// A point of the cloud as seen from a query position.
 struct NearestPoint {
   static constexpr std::uint32_t none = 0xffff'ffff;
-  std::uint32_t point = none;         // its place in the frame
-  float squared = __builtin_inff();   // distance
-  float x = 0, y = 0, z = 0;          // reference coordinates
+  std::uint32_t point = none;        // its place in the frame
+  float squared = __builtin_inff();  // distance
+  float x = 0, y = 0, z = 0;         // reference coordinates
 };
 
 /// The nearest points of 16 queries. On entry to a search no points, but bounds.
@@ -64,7 +64,8 @@ struct CellRaster {
   std::uint32_t columns, rows;
 };
 
-/// Cells of a frame's depth image without a depth: the sensor looked and nothing was there; something hid what was there.
+/// Cells of a frame's depth image without a depth: the sensor looked and nothing was there; something hid what was
+/// there.
 inline constexpr float nothing_seen = -1e9f, not_observed = -2e9f;
 
 /// What a cell costs at most, and what one costs that only one of two images fills; in depth steps.
@@ -86,11 +87,12 @@ struct CellSums {
 struct Kernels {
   const char* name;
 
-  /// placed: the `count` points (3 floats each) times the 3x4 matrix T, numbered; rank: of each one's cell. Whole groups
-  /// of 16 are written; those beyond `count` mean nothing.
+  /// placed: the `count` points (3 floats each) times the 3x4 matrix T, numbered; rank: of each one's cell. Whole
+  /// groups of 16 are written; those beyond `count` mean nothing.
   void (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
                 std::uint32_t* rank);
-  /// Where runs of equal ranks begin, and at last `count`; returns how many runs. `rank` and `begins` have room for 16 more.
+  /// Where runs of equal ranks begin, and at last `count`; returns how many runs. `rank` and `begins` have room for 16
+  /// more.
   std::size_t (*find_runs)(const std::uint32_t* rank, std::size_t count, std::uint32_t* begins);
   /// Turns the bytes of `count` PlacedPoints, sixteen in the place of each leaf, into leaves and encloses each.
   void (*fill_leaves)(std::size_t count, Leaf* leaves, BoxGroup* boxes);
@@ -101,7 +103,8 @@ struct Kernels {
   NearestPoint (*nearest)(const CloudTree& tree, const float query[3], NearestPoint bound);
   /// The same for 16 queries that lie near each other: x, y, z of each. hints[i]: a slot whose leaf query i looks at
   /// first, or none; a good one bounds the search, no one changes its answer.
-  void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
+  void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints,
+                     NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
   void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
   /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Stops early, with what it has, as
@@ -109,12 +112,15 @@ struct Kernels {
   float (*mode_distance)(const float* const e[3], const float* sample, std::size_t stride, float bound);
   /// Adds every point of the leaves, seen from a camera at T (camera coordinates from the leaves'), to its cell: depth
   /// and number. What lies outside is added to cell columns * rows.
-  void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies);
-  /// A frame's depth image (nothing_seen: empty; not_observed: counts for nothing) against a sample's (0: empty); `cells`
-  /// is a multiple of 16.
-  CellSums (*compare_views)(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices);
+  void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster,
+                     CellTally* tallies);
+  /// A frame's depth image (nothing_seen: empty; not_observed: counts for nothing) against a sample's (0: empty);
+  /// `cells` is a multiple of 16.
+  CellSums (*compare_views)(const float* observed, const std::uint16_t* sample, std::size_t cells,
+                            const CellPrices& prices);
   /// The same cell by cell, with its sign: sample less frame.
-  void (*subtract_views)(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices, float* residual);
+  void (*subtract_views)(const float* observed, const std::uint16_t* sample, std::size_t cells,
+                         const CellPrices& prices, float* residual);
 };
 
 /// The best that this processor runs; every one gives the same bits.

@@ -1,7 +1,7 @@
 // Sixteen floats at a time, in the compiler's own vector types: one source becomes SSE2, AVX2, AVX-512 or NEON code,
 // whichever the file that includes it is compiled for. Sixteen lanes everywhere, so that sums are added in the same
-// order and every machine gets the same bits. Where a register holds fewer, sixteen lanes are several registers: said in
-// so many words, because compilers keep a vector that is wider than their registers in memory.
+// order and every machine gets the same bits. Where a register holds fewer, sixteen lanes are several registers: said
+// in so many words, because compilers keep a vector that is wider than their registers in memory.
 //
 // Included by the kernel files alone. No standard-library templates here: an inline function compiled for AVX-512 must
 // not be the copy that the linker keeps for everyone.
@@ -49,18 +49,18 @@ static inline Lanes<Scalar> all_of(Scalar value) {
 }
 static inline Floats all(float value) { return all_of(value); }
 
-#define LBEA_LANES_BINARY(op)                                                              \
-  template <typename Scalar>                                                               \
+#define LBEA_LANES_BINARY(op)                                                               \
+  template <typename Scalar>                                                                \
   static inline Lanes<Scalar> operator op(const Lanes<Scalar>& a, const Lanes<Scalar>& b) { \
-    return each<Lanes<Scalar>>([&](std::size_t i) { return a.part[i] op b.part[i]; });     \
-  }                                                                                        \
-  template <typename Scalar>                                                               \
-  static inline Lanes<Scalar> operator op(const Lanes<Scalar>& a, Scalar b) {              \
-    return each<Lanes<Scalar>>([&](std::size_t i) { return a.part[i] op b; });             \
-  }                                                                                        \
-  template <typename Scalar>                                                               \
-  static inline Lanes<Scalar> operator op(Scalar a, const Lanes<Scalar>& b) {              \
-    return each<Lanes<Scalar>>([&](std::size_t i) { return a op b.part[i]; });             \
+    return each<Lanes<Scalar>>([&](std::size_t i) { return a.part[i] op b.part[i]; });      \
+  }                                                                                         \
+  template <typename Scalar>                                                                \
+  static inline Lanes<Scalar> operator op(const Lanes<Scalar>& a, Scalar b) {               \
+    return each<Lanes<Scalar>>([&](std::size_t i) { return a.part[i] op b; });              \
+  }                                                                                         \
+  template <typename Scalar>                                                                \
+  static inline Lanes<Scalar> operator op(Scalar a, const Lanes<Scalar>& b) {               \
+    return each<Lanes<Scalar>>([&](std::size_t i) { return a op b.part[i]; });              \
   }
 LBEA_LANES_BINARY(+)
 LBEA_LANES_BINARY(-)
@@ -74,15 +74,15 @@ LBEA_LANES_BINARY(>>)
 #undef LBEA_LANES_BINARY
 
 /// All bits of a lane where it holds, none elsewhere.
-#define LBEA_LANES_COMPARISON(op)                                                              \
-  static inline Ints operator op(const Floats& a, const Floats& b) {                           \
-    return each<Ints>([&](std::size_t i) { return a.part[i] op b.part[i]; });                  \
-  }                                                                                            \
-  static inline Ints operator op(const Floats& a, float b) {                                   \
-    return each<Ints>([&](std::size_t i) { return a.part[i] op (Floats::Part{} + b); });       \
-  }                                                                                            \
-  static inline Ints operator op(const Ints& a, std::int32_t b) {                              \
-    return each<Ints>([&](std::size_t i) { return a.part[i] op (Ints::Part{} + b); });         \
+#define LBEA_LANES_COMPARISON(op)                                                       \
+  static inline Ints operator op(const Floats& a, const Floats& b) {                    \
+    return each<Ints>([&](std::size_t i) { return a.part[i] op b.part[i]; });           \
+  }                                                                                     \
+  static inline Ints operator op(const Floats& a, float b) {                            \
+    return each<Ints>([&](std::size_t i) { return a.part[i] op(Floats::Part{} + b); }); \
+  }                                                                                     \
+  static inline Ints operator op(const Ints& a, std::int32_t b) {                       \
+    return each<Ints>([&](std::size_t i) { return a.part[i] op(Ints::Part{} + b); });   \
   }
 LBEA_LANES_COMPARISON(<)
 LBEA_LANES_COMPARISON(>)
@@ -124,7 +124,8 @@ static inline Floats load(const float* from) { return loaded<Floats>(from); }
 template <typename Scalar, typename Vector>
 static inline void store(Scalar* to, const Vector& value) {
   static_assert(sizeof(Scalar) * lanes == sizeof(Vector));
-  for (std::size_t i = 0; i < Vector::parts; ++i) __builtin_memcpy(to + i * Vector::width, &value.part[i], sizeof(value.part[i]));
+  for (std::size_t i = 0; i < Vector::parts; ++i)
+    __builtin_memcpy(to + i * Vector::width, &value.part[i], sizeof(value.part[i]));
 }
 
 /// Truncated; what an int cannot represent is the caller's to avoid.
@@ -198,7 +199,8 @@ static inline std::uint32_t at_most(const Floats& a, const Floats& b) {
     const int part = _mm_movemask_ps(_mm_cmple_ps(__m128(a.part[i]), __m128(b.part[i])));
 #else
     int part = 0;
-    for (std::size_t lane = 0; lane < Floats::width; ++lane) part |= (a.part[i][lane] <= b.part[i][lane] ? 1 : 0) << lane;
+    for (std::size_t lane = 0; lane < Floats::width; ++lane)
+      part |= (a.part[i][lane] <= b.part[i][lane] ? 1 : 0) << lane;
 #endif
     bits |= static_cast<std::uint32_t>(part) << (Floats::width * i);
   }
@@ -214,7 +216,8 @@ static inline std::uint32_t differing(const Ints& a, const Ints& b) {
   std::uint32_t equal = 0;
   for (std::size_t i = 0; i < Ints::parts; ++i) {
 #if defined(__AVX2__)
-    const int part = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(__m256i(a.part[i]), __m256i(b.part[i]))));
+    const int part =
+        _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(__m256i(a.part[i]), __m256i(b.part[i]))));
 #elif defined(__SSE2__)
     const int part = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(__m128i(a.part[i]), __m128i(b.part[i]))));
 #else
@@ -236,7 +239,8 @@ static inline std::size_t append_lanes(std::uint32_t* to, std::uint32_t first, s
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), numbers));
 #else
   std::size_t count = 0;
-  for (std::uint32_t rest = bits; rest != 0; rest &= rest - 1) to[count++] = first + static_cast<std::uint32_t>(__builtin_ctz(rest));
+  for (std::uint32_t rest = bits; rest != 0; rest &= rest - 1)
+    to[count++] = first + static_cast<std::uint32_t>(__builtin_ctz(rest));
 #endif
   return static_cast<std::size_t>(__builtin_popcount(bits));
 }
@@ -268,7 +272,8 @@ static inline Fours transposed(const Fours& rows) {
   const Four low_ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), high_ab = __builtin_shufflevector(a, b, 2, 6, 3, 7);
   const Four low_cd = __builtin_shufflevector(c, d, 0, 4, 1, 5), high_cd = __builtin_shufflevector(c, d, 2, 6, 3, 7);
   return {{__builtin_shufflevector(low_ab, low_cd, 0, 1, 4, 5), __builtin_shufflevector(low_ab, low_cd, 2, 3, 6, 7),
-           __builtin_shufflevector(high_ab, high_cd, 0, 1, 4, 5), __builtin_shufflevector(high_ab, high_cd, 2, 3, 6, 7)}};
+           __builtin_shufflevector(high_ab, high_cd, 0, 1, 4, 5),
+           __builtin_shufflevector(high_ab, high_cd, 2, 3, 6, 7)}};
 }
 
 #if !defined(__AVX512F__)
@@ -299,10 +304,14 @@ static inline float folded(const Floats& value, Fold fold) {
   for (std::size_t half = Floats::parts / 2; half > 0; half /= 2)
     for (std::size_t i = 0; i < half; ++i) part[i] = fold(part[i], part[i + half]);
 #if defined(__AVX512F__)
-  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7));
-  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11));
-  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13));
-  part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14));
+  part[0] =
+      fold(part[0], __builtin_shufflevector(part[0], part[0], 8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7));
+  part[0] =
+      fold(part[0], __builtin_shufflevector(part[0], part[0], 4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11));
+  part[0] =
+      fold(part[0], __builtin_shufflevector(part[0], part[0], 2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13));
+  part[0] =
+      fold(part[0], __builtin_shufflevector(part[0], part[0], 1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14));
 #elif defined(__AVX2__)
   part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 4, 5, 6, 7, 0, 1, 2, 3));
   part[0] = fold(part[0], __builtin_shufflevector(part[0], part[0], 2, 3, 0, 1, 6, 7, 4, 5));
@@ -313,12 +322,8 @@ static inline float folded(const Floats& value, Fold fold) {
 #endif
   return part[0][0];
 }
-static inline float greatest(const Floats& value) {
-  return folded(value, greater);
-}
-static inline float least(const Floats& value) {
-  return folded(value, lesser);
-}
+static inline float greatest(const Floats& value) { return folded(value, greater); }
+static inline float least(const Floats& value) { return folded(value, lesser); }
 
 /// In a fixed order: halves, quarters, eighths, sixteenths.
 static inline float sum(const Floats& value) {

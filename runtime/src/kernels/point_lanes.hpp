@@ -6,7 +6,6 @@
 #include "runtime/src/kernels/lanes.hpp"
 
 namespace lbea::LBEA_KERNELS {
-
 namespace {
 
 constexpr float infinity = __builtin_inff();
@@ -39,10 +38,18 @@ void store_placed(const Block& position, const Ints& number, PlacedPoint* to) {
   const auto& [x, y, z] = position;
   Floats p;
   __builtin_memcpy(&p, &number, sizeof(p));
-  const auto lower_pairs = [](const Floats& a, const Floats& b) { return pick<0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23>(a, b); };
-  const auto upper_pairs = [](const Floats& a, const Floats& b) { return pick<8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31>(a, b); };
-  const auto lower_fours = [](const Floats& a, const Floats& b) { return pick<0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23>(a, b); };
-  const auto upper_fours = [](const Floats& a, const Floats& b) { return pick<8, 9, 24, 25, 10, 11, 26, 27, 12, 13, 28, 29, 14, 15, 30, 31>(a, b); };
+  const auto lower_pairs = [](const Floats& a, const Floats& b) {
+    return pick<0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23>(a, b);
+  };
+  const auto upper_pairs = [](const Floats& a, const Floats& b) {
+    return pick<8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31>(a, b);
+  };
+  const auto lower_fours = [](const Floats& a, const Floats& b) {
+    return pick<0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23>(a, b);
+  };
+  const auto upper_fours = [](const Floats& a, const Floats& b) {
+    return pick<8, 9, 24, 25, 10, 11, 26, 27, 12, 13, 28, 29, 14, 15, 30, 31>(a, b);
+  };
   const Floats xy[2] = {lower_pairs(x, y), upper_pairs(x, y)}, zp[2] = {lower_pairs(z, p), upper_pairs(z, p)};
   for (std::size_t half = 0; half < 2; ++half) {
     store(&to[8 * half].x, lower_fours(xy[half], zp[half]));
@@ -63,10 +70,18 @@ Corners corners(Floats low, Floats high) {
 }
 
 // Of eight points x y z p: eight x and eight y, or eight z and eight p.
-Floats pick_xy(const Floats& a, const Floats& b) { return pick<0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29>(a, b); }
-Floats pick_zp(const Floats& a, const Floats& b) { return pick<2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31>(a, b); }
-Floats first_halves(const Floats& a, const Floats& b) { return pick<0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23>(a, b); }
-Floats second_halves(const Floats& a, const Floats& b) { return pick<8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31>(a, b); }
+Floats pick_xy(const Floats& a, const Floats& b) {
+  return pick<0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29>(a, b);
+}
+Floats pick_zp(const Floats& a, const Floats& b) {
+  return pick<2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31>(a, b);
+}
+Floats first_halves(const Floats& a, const Floats& b) {
+  return pick<0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23>(a, b);
+}
+Floats second_halves(const Floats& a, const Floats& b) {
+  return pick<8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31>(a, b);
+}
 
 // The bytes of sixteen placed points become a leaf; its box.
 Corners fill_whole_leaf(Leaf& leaf) {
@@ -85,8 +100,10 @@ Corners fill_whole_leaf(Leaf& leaf) {
 
 // x y z x | y z x y | z x y z: four points.
 Fours apart(Four a, Four b, Four c) {
-  const Four x = __builtin_shufflevector(a, b, 0, 3, 6, 6), y = __builtin_shufflevector(a, b, 1, 4, 7, 7), z = __builtin_shufflevector(a, b, 2, 5, 5, 5);
-  return {{__builtin_shufflevector(x, c, 0, 1, 2, 5), __builtin_shufflevector(y, c, 0, 1, 2, 6), __builtin_shufflevector(z, c, 0, 1, 4, 7), Four{}}};
+  const Four x = __builtin_shufflevector(a, b, 0, 3, 6, 6), y = __builtin_shufflevector(a, b, 1, 4, 7, 7),
+             z = __builtin_shufflevector(a, b, 2, 5, 5, 5);
+  return {{__builtin_shufflevector(x, c, 0, 1, 2, 5), __builtin_shufflevector(y, c, 0, 1, 2, 6),
+           __builtin_shufflevector(z, c, 0, 1, 4, 7), Four{}}};
 }
 
 Block load_points(const float* points) {
@@ -135,5 +152,4 @@ Corners fill_whole_leaf(Leaf& leaf) {
 #endif
 
 }  // namespace
-
 }  // namespace lbea::LBEA_KERNELS

@@ -5,7 +5,6 @@
 #include <utility>
 
 namespace lbea {
-
 namespace {
 
 constexpr std::size_t most_octants = 1 << 20;  // an index keeps eight bytes for each
@@ -60,12 +59,14 @@ CellGrid bounding_grid(std::span<const std::array<float, 3>> positions, std::uin
   constexpr float least_relative = 1e-3f, least = 1e-6f;
   float longest = least;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    longest = std::max({longest, high[axis] - low[axis], least_relative * std::abs(low[axis]), least_relative * std::abs(high[axis])});
+    longest = std::max(
+        {longest, high[axis] - low[axis], least_relative * std::abs(low[axis]), least_relative * std::abs(high[axis])});
   float volume = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) volume *= std::max((high[axis] - low[axis]) / longest, 0.01f);
   const float edge = longest * std::cbrt(volume / static_cast<float>(cell_count));
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    grid.cells[axis] = static_cast<std::uint32_t>((high[axis] - low[axis]) / edge) + 2;  // half a cell to spare on both sides
+    grid.cells[axis] =
+        static_cast<std::uint32_t>((high[axis] - low[axis]) / edge) + 2;  // half a cell to spare on both sides
     grid.corner[axis] = low[axis] - 0.5f * edge;
   }
   grid.cells_per_length = 1.0f / edge;

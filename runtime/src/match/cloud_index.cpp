@@ -7,21 +7,29 @@
 #include <utility>
 
 namespace lbea {
-
 namespace {
 
-constexpr std::size_t groups_of(std::size_t count) noexcept { return (count + CloudIndex::fanout - 1) / CloudIndex::fanout; }
+constexpr std::size_t groups_of(std::size_t count) noexcept {
+  return (count + CloudIndex::fanout - 1) / CloudIndex::fanout;
+}
 
 void count_outside(std::span<const Point> points, PointTally& tally) noexcept {
-  for (const Point& p : points) ++(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? tally.culled : tally.invalid);
+  for (const Point& p : points)
+    ++(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? tally.culled : tally.invalid);
 }
 
 }  // namespace
 
 CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code)
-    : kernels_(code), grid_(std::move(grid)), placed_(groups_of(max_points) * fanout), rank_(placed_.size() + fanout),
-      run_begin_(std::size_t{max_points} + fanout + 1), run_shift_(max_points),
-      cells_(grid_.ranks), occupied_((grid_.ranks + 63) / 64), leaves_(groups_of(max_points)) {
+    : kernels_(code),
+      grid_(std::move(grid)),
+      placed_(groups_of(max_points) * fanout),
+      rank_(placed_.size() + fanout),
+      run_begin_(std::size_t{max_points} + fanout + 1),
+      run_shift_(max_points),
+      cells_(grid_.ranks),
+      occupied_((grid_.ranks + 63) / 64),
+      leaves_(groups_of(max_points)) {
   for (std::size_t boxes = leaves_.size(); levels_.empty() || boxes > 1; boxes = groups_of(boxes))
     levels_.emplace_back(groups_of(boxes));
   tree_.leaves = leaves_.data();
@@ -29,8 +37,11 @@ CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& c
 }
 
 PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform& T) noexcept {
-  const GridView grid{{grid_.corner[0], grid_.corner[1], grid_.corner[2]}, grid_.cells_per_length,
-                      {grid_.cells[0], grid_.cells[1], grid_.cells[2]}, grid_.halvings, grid_.rank.data()};
+  const GridView grid{{grid_.corner[0], grid_.corner[1], grid_.corner[2]},
+                      grid_.cells_per_length,
+                      {grid_.cells[0], grid_.cells[1], grid_.cells[2]},
+                      grid_.halvings,
+                      grid_.rank.data()};
   const float* coordinates = points.empty() ? nullptr : &points.front().x;
   PointTally tally{.received = static_cast<std::uint32_t>(points.size())};
   kernels_.place(coordinates, points.size(), T.data(), grid, placed_.data(), rank_.data());
@@ -43,8 +54,8 @@ PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform
   return tally;
 }
 
-// A counting sort by cell, but by runs: neighbours in a frame mostly fall into the same cell, and a count that is raised
-// point by point waits for itself. Where a run ends is hard to foretell: these loops do not branch on it.
+// A counting sort by cell, but by runs: neighbours in a frame mostly fall into the same cell, and a count that is
+// raised point by point waits for itself. Where a run ends is hard to foretell: these loops do not branch on it.
 void CloudIndex::count_runs(std::span<const Point> points, PointTally& tally) noexcept {
   std::ranges::fill(occupied_, 0u);
   for (std::size_t run = 0; run < run_count_; ++run) {

@@ -1,8 +1,8 @@
 // An index over one fresh cloud: the points in Morton order, in leaves of 16, under a 16-ary tree of boxes.
 #pragma once
 
-#include "runtime/src/match/cell_grid.hpp"
 #include "runtime/src/kernels/kernels.hpp"
+#include "runtime/src/match/cell_grid.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -46,7 +46,8 @@ class CloudIndex {
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
 
   /// Kernels::add_depths for the indexed points, seen from a camera at T_sensor_reference.
-  void add_depths(const RigidTransform& T_sensor_reference, const CellRaster& raster, CellTally* tallies) const noexcept {
+  void add_depths(const RigidTransform& T_sensor_reference, const CellRaster& raster,
+                  CellTally* tallies) const noexcept {
     kernels_.add_depths(leaves_.data(), (size_ + fanout - 1) / fanout, T_sensor_reference.data(), raster, tallies);
   }
 
@@ -63,15 +64,15 @@ class CloudIndex {
   const Kernels& kernels_;
   CellGrid grid_;
   std::uint32_t size_ = 0;
-  std::vector<PlacedPoint> placed_;      // per point of the frame: reference coordinates
-  std::vector<std::uint32_t> rank_;      // and the rank of its cell
+  std::vector<PlacedPoint> placed_;  // per point of the frame: reference coordinates
+  std::vector<std::uint32_t> rank_;  // and the rank of its cell
   // Runs: points that follow each other in the frame and lie in one cell.
   std::size_t run_count_ = 0;
-  std::vector<std::uint32_t> run_begin_;  // place in the frame; the last one's end is the next one's begin
-  std::vector<std::uint32_t> run_shift_;  // place after sorting less place in the frame, modulo 2^32
-  std::vector<Cell> cells_;              // per rank
-  std::vector<std::uint64_t> occupied_;  // bit per rank
-  std::vector<Leaf> leaves_;             // while they are being filled the bytes of 16 sorted points each
+  std::vector<std::uint32_t> run_begin_;       // place in the frame; the last one's end is the next one's begin
+  std::vector<std::uint32_t> run_shift_;       // place after sorting less place in the frame, modulo 2^32
+  std::vector<Cell> cells_;                    // per rank
+  std::vector<std::uint64_t> occupied_;        // bit per rank
+  std::vector<Leaf> leaves_;                   // while they are being filled the bytes of 16 sorted points each
   std::vector<std::vector<BoxGroup>> levels_;  // [0]: the leaves' boxes
   CloudTree tree_{};
 };

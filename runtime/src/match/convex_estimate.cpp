@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace lbea {
-
 namespace {
 
 // An upper bound of the largest eigenvalue: the largest absolute row sum.
@@ -20,7 +19,8 @@ float eigenvalue_bound(std::span<const float> gram, std::size_t stride, std::siz
 
 }  // namespace
 
-std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::size_t stride, std::span<const float> linear) noexcept {
+std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::size_t stride,
+                                             std::span<const float> linear) noexcept {
   constexpr int most_steps = 200;
   constexpr float least_change = 1e-5f;
   const std::size_t k = linear.size();

@@ -4,7 +4,6 @@
 #include <limits>
 
 namespace lbea {
-
 namespace {
 
 constexpr std::size_t group = CloudIndex::fanout;
@@ -56,7 +55,8 @@ class Coverage {
  private:
   void settle() noexcept {
     if (count_ == 0) return;
-    for (std::size_t i = count_; i < group; ++i) waiting_.set(i, {waiting_.planes[0][0], waiting_.planes[1][0], waiting_.planes[2][0]}, NearestPoint::none);
+    for (std::size_t i = count_; i < group; ++i)
+      waiting_.set(i, {waiting_.planes[0][0], waiting_.planes[1][0], waiting_.planes[2][0]}, NearestPoint::none);
     waiting_.search(index_, squared_);
     for (std::size_t i = 0; i < count_; ++i)
       if (waiting_.nearest.point[i] != NearestPoint::none) seen_ += mass_[i];

@@ -14,8 +14,8 @@ class FrameView {
   /// All memory is allocated here.
   explicit FrameView(const ViewCamera& camera);
 
-  /// The mean depth of the indexed points in every cell, in depth steps; nothing_seen where fewer fall than a quarter of
-  /// what a filled cell holds on average: edges that a single outlier reaches are not surface. No allocation.
+  /// The mean depth of the indexed points in every cell, in depth steps; nothing_seen where fewer fall than a quarter
+  /// of what a filled cell holds on average: edges that a single outlier reaches are not surface. No allocation.
   void build(const CloudIndex& index) noexcept;
   /// padded_cells() values.
   [[nodiscard]] std::span<float> cells() noexcept { return cells_; }

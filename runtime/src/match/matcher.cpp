@@ -2,13 +2,13 @@
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 #include "runtime/src/match/matcher_config.hpp"
-#include "runtime/src/model/model_view.hpp"
 #include "runtime/src/match/nearest_samples.hpp"
 #include "runtime/src/match/projection.hpp"
 #include "runtime/src/match/sample_surface.hpp"
-#include "runtime/src/model/sample_tree.hpp"
 #include "runtime/src/match/stopwatch.hpp"
 #include "runtime/src/match/surface_fit.hpp"
+#include "runtime/src/model/model_view.hpp"
+#include "runtime/src/model/sample_tree.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -20,18 +20,29 @@ namespace lbea {
 
 struct Matcher::State {
   State(Model m, const MatcherConfig& c, SensorViews views)
-      : model(std::move(m)), config(c), view(model.view()), index(envelope_grid(view.envelope), config.max_points),
-        corresponding(view.info.vertices), coefficients(view.info.modes), public_coefficients(std::size_t{3} * view.info.modes),
-        best(std::min(config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches, view.info.samples)),
-        matches(std::min(config.max_matches, view.info.samples)), surface(view) {
+      : model(std::move(m)),
+        config(c),
+        view(model.view()),
+        index(envelope_grid(view.envelope), config.max_points),
+        corresponding(view.info.vertices),
+        coefficients(view.info.modes),
+        public_coefficients(std::size_t{3} * view.info.modes),
+        best(std::min(
+            config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches,
+            view.info.samples)),
+        matches(std::min(config.max_matches, view.info.samples)),
+        surface(view) {
     if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
     if (config.method != Method::vtp && is_worth_a_tree(view.info.samples, best.capacity()))
-      for (const ReferenceView& reference : view.references) trees.emplace_back(reference.coefficients, view.info.modes);
+      for (const ReferenceView& reference : view.references)
+        trees.emplace_back(reference.coefficients, view.info.modes);
   }
 
   void search(std::uint32_t reference) noexcept;
   void fit(MatchResult& result) noexcept;
-  [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return fitter ? fitter->matches() : best.ranked(); }
+  [[nodiscard]] std::span<const RankedSample> ranked() const noexcept {
+    return fitter ? fitter->matches() : best.ranked();
+  }
   float coverage_of(const RankedSample& sample, const ReferenceView& reference) noexcept;
   void publish(MatchResult& result, const ReferenceView& reference) noexcept;
 
@@ -68,16 +79,16 @@ MatchResult Matcher::match(const Frame& frame) noexcept {
   Stopwatch watch;
   result.reference = reference_at(s.view, seconds_between(s.config.trigger_ns, frame.stamp_ns));  // step 2 (a), (b)
   const ReferenceView& reference = s.view.references[result.reference];
-  result.points = s.index.build(frame.points, s.config.T_reference_sensor);               // steps 1 and 2: transform, cull
+  result.points = s.index.build(frame.points, s.config.T_reference_sensor);  // steps 1 and 2: transform, cull
   result.elapsed_ns.index = watch.lap();
   if (result.points.used == 0) return refused(result, Status::empty_frame);
-  correspond(s.index, reference.vertex_positions, s.corresponding);                       // step 3: e_i
+  correspond(s.index, reference.vertex_positions, s.corresponding);  // step 3: e_i
   result.elapsed_ns.correspondence = watch.lap();
-  project(reference.projection, s.corresponding, s.coefficients);                         // step 5: Psi' M e
+  project(reference.projection, s.corresponding, s.coefficients);  // step 5: Psi' M e
   result.elapsed_ns.projection = watch.lap();
-  s.search(result.reference);                                                                // eq. 1 or eq. 3
+  s.search(result.reference);  // eq. 1 or eq. 3
   result.elapsed_ns.matching = watch.lap();
-  s.fit(result);                                                                          // what the sensor would see decides
+  s.fit(result);  // what the sensor would see decides
   result.elapsed_ns.fit = watch.lap();
   result.coverage = s.coverage_of(s.ranked().front(), reference);
   result.elapsed_ns.coverage = watch.lap();
@@ -108,9 +119,11 @@ void Matcher::State::publish(MatchResult& result, const ReferenceView& reference
   for (std::size_t k = 0; k < nearest.size(); ++k) matches[k] = {model.sample(nearest[k].sample), nearest[k].distance};
   result.coefficients = public_coefficients;
   result.matches = std::span(matches).first(nearest.size());
-  for (std::size_t axis = 0; axis < 3; ++axis) result.leading_coordinates[axis] = public_coefficients[reference.leading_axes[axis]];
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    result.leading_coordinates[axis] = public_coefficients[reference.leading_axes[axis]];
   // Little of it in view proves nothing, but a strange surface does.
-  if (fitter && (result.status == Status::ok || fitter->verdict() == Verdict::no_simulation_fits)) result.verdict = fitter->verdict();
+  if (fitter && (result.status == Status::ok || fitter->verdict() == Verdict::no_simulation_fits))
+    result.verdict = fitter->verdict();
 }
 
 }  // namespace lbea

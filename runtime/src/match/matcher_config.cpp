@@ -5,7 +5,6 @@
 #include <string>
 
 namespace lbea {
-
 namespace {
 
 constexpr std::uint32_t most_points = 1u << 28;
@@ -43,10 +42,12 @@ void check(const MatcherConfig& config, const ModelView& model, const SensorView
           "min_coverage is " + std::to_string(config.min_coverage) + "; give a share from 0 to 1");
   require(config.method == Method::lbea || config.method == Method::vtp || config.method == Method::fit,
           "unknown method; give lbea, vtp or fit");
-  require(config.method != Method::fit || !views.empty(),
-          "the model was baked without a sensor, so there are no depth images to compare with; bake it with one, render "
-          "them for the sensor's pose, or match by lbea");
-  require(views.empty() || views.data()->expected.size() == model.info.samples, "the depth images are those of another model");
+  require(
+      config.method != Method::fit || !views.empty(),
+      "the model was baked without a sensor, so there are no depth images to compare with; bake it with one, render "
+      "them for the sensor's pose, or match by lbea");
+  require(views.empty() || views.data()->expected.size() == model.info.samples,
+          "the depth images are those of another model");
   require(config.method != Method::vtp ||
               std::ranges::none_of(model.references, [](const ReferenceView& r) { return r.correspondence.empty(); }),
           "the model was baked without the samples' correspondences; bake it with them or match by lbea");

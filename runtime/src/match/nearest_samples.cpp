@@ -9,7 +9,9 @@ namespace lbea {
 
 void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
   constexpr float farthest = std::numeric_limits<float>::max();
-  const auto is_before = [&](const RankedSample& other) { return distance < other.distance || (distance == other.distance && sample < other.sample); };
+  const auto is_before = [&](const RankedSample& other) {
+    return distance < other.distance || (distance == other.distance && sample < other.sample);
+  };
   if (!(distance <= farthest)) distance = farthest;
   if (size_ == ranked_.size() && !is_before(ranked_.back())) return;
   if (size_ < ranked_.size()) ++size_;
@@ -21,7 +23,8 @@ void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
 void search_lbea(const ReferenceView& reference, const Positions& coefficients, BestSamples& best) noexcept {
   const Kernels& code = kernels();
   const std::size_t stride = coefficients.planes[0].size();
-  const float* const e[3] = {coefficients.planes[0].data(), coefficients.planes[1].data(), coefficients.planes[2].data()};
+  const float* const e[3] = {coefficients.planes[0].data(), coefficients.planes[1].data(),
+                             coefficients.planes[2].data()};
   const std::size_t samples = reference.coefficients.size() / (3 * stride);
   best.clear();
   for (std::size_t s = 0; s < samples; ++s) {
@@ -30,7 +33,8 @@ void search_lbea(const ReferenceView& reference, const Positions& coefficients, 
   }
 }
 
-void search_vtp(const ModelView& model, const ReferenceView& reference, const Positions& corresponding, BestSamples& best) noexcept {
+void search_vtp(const ModelView& model, const ReferenceView& reference, const Positions& corresponding,
+                BestSamples& best) noexcept {
   const std::size_t n = corresponding.count, nodes = model.info.nodes;
   constexpr std::size_t block = 64;
   best.clear();

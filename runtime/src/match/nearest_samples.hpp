@@ -1,8 +1,8 @@
 // The search of the ensemble: eq. 3 (LBEA) and eq. 1 (VtP), exact, the best k in ascending order.
 #pragma once
 
-#include "runtime/src/model/model_view.hpp"
 #include "runtime/src/match/positions.hpp"
+#include "runtime/src/model/model_view.hpp"
 
 #include <cstdint>
 #include <limits>
@@ -16,7 +16,8 @@ struct RankedSample {
   float distance = 0;
 };
 
-/// The k least distances offered so far, in any order; ties go to the lower index. What no float can hold is the farthest.
+/// The k least distances offered so far, in any order; ties go to the lower index. What no float can hold is the
+/// farthest.
 class BestSamples {
  public:
   explicit BestSamples(std::uint32_t capacity) : ranked_(capacity) {}
@@ -38,6 +39,7 @@ class BestSamples {
 void search_lbea(const ReferenceView& reference, const Positions& coefficients, BestSamples& best) noexcept;
 
 /// Eq. 1 over n: mean over vertices i of |e_i - s_i|.
-void search_vtp(const ModelView& model, const ReferenceView& reference, const Positions& corresponding, BestSamples& best) noexcept;
+void search_vtp(const ModelView& model, const ReferenceView& reference, const Positions& corresponding,
+                BestSamples& best) noexcept;
 
 }  // namespace lbea

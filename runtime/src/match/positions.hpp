@@ -12,7 +12,9 @@ namespace lbea {
 struct Positions {
   explicit Positions(std::size_t n) : count(n), planes{plane(n), plane(n), plane(n)} {}
 
-  [[nodiscard]] std::array<float, 3> operator[](std::size_t i) const noexcept { return {planes[0][i], planes[1][i], planes[2][i]}; }
+  [[nodiscard]] std::array<float, 3> operator[](std::size_t i) const noexcept {
+    return {planes[0][i], planes[1][i], planes[2][i]};
+  }
   void set(std::size_t i, const std::array<float, 3>& position) noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = position[axis];
   }

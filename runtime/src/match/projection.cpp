@@ -6,8 +6,8 @@ namespace lbea {
 
 void project(std::span<const float> projection, const Positions& positions, Positions& coefficients) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis)
-    kernels().project(projection.data(), coefficients.count, positions.planes[axis].size(), positions.planes[axis].data(),
-                      coefficients.planes[axis].data());
+    kernels().project(projection.data(), coefficients.count, positions.planes[axis].size(),
+                      positions.planes[axis].data(), coefficients.planes[axis].data());
 }
 
 }  // namespace lbea

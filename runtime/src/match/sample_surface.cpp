@@ -3,7 +3,6 @@
 #include <cstring>
 
 namespace lbea {
-
 namespace {
 
 std::span<const float> landmarks(const ModelView& model, std::uint32_t sample) noexcept {
@@ -11,7 +10,8 @@ std::span<const float> landmarks(const ModelView& model, std::uint32_t sample) n
   return model.landmark_positions.subspan(sample * floats, floats);
 }
 
-/// The mass of the vertices that each landmark stands for. They are the same nodes in every reference, in another order.
+/// The mass of the vertices that each landmark stands for. They are the same nodes in every reference, in another
+/// order.
 std::vector<double> masses(const ModelView& model, const ReferenceView& reference) {
   const std::uint32_t n = model.info.vertices, count = format::surface_landmarks(n);
   std::vector<std::uint32_t> landmark_of_node(model.info.nodes);
@@ -38,7 +38,8 @@ void SampleSurface::take(std::uint32_t sample, const ReferenceView& reference) n
     return;
   }
   const float* const nodes = model_.node_positions.data() + std::size_t{3} * model_.info.nodes * sample;
-  for (std::size_t v = 0; v < positions_.size(); ++v) std::memcpy(&positions_[v], nodes + std::size_t{3} * reference.vertex_nodes[v], sizeof(positions_[v]));
+  for (std::size_t v = 0; v < positions_.size(); ++v)
+    std::memcpy(&positions_[v], nodes + std::size_t{3} * reference.vertex_nodes[v], sizeof(positions_[v]));
 }
 
 std::span<const double> SampleSurface::mass(const ReferenceView& reference) const noexcept {

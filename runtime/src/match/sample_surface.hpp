@@ -1,4 +1,5 @@
-// The observed surface of a sample, to be held against a frame: all its vertices, or landmarks where the model has them.
+// The observed surface of a sample, to be held against a frame: all its vertices, or landmarks where the model has
+// them.
 #pragma once
 
 #include "runtime/src/model/model_view.hpp"

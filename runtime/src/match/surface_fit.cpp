@@ -7,7 +7,6 @@
 #include <cmath>
 
 namespace lbea {
-
 namespace {
 
 std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
@@ -19,20 +18,37 @@ std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
 
 }  // namespace
 
-SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings)
-    : model_(model), views_(std::move(views)), settings_(settings), code_(kernels()), frame_(views_.data()->camera),
-      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings.metric), matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
-      matched_(matches_.capacity()), residuals_(best_.capacity() * padded_cells(views_.data()->camera)), gram_(best_.capacity() * best_.capacity()),
-      products_(best_.capacity()), linear_(best_.capacity()), simplex_(best_.capacity()),
-      landmark_nodes_(spread_out(model.info.nodes)), landmark_floats_(3 * landmark_nodes_.size()),
-      landmarks_(best_.capacity() * landmark_floats_), estimate_landmarks_(landmark_floats_), from_best_(best_.capacity()), from_estimate_(best_.capacity()),
-      plausibility_(best_.capacity()), shares_(best_.capacity()), candidates_(best_.capacity()), estimate_(best_.capacity()) {}
+SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches,
+                             const FitSettings& settings)
+    : model_(model),
+      views_(std::move(views)),
+      settings_(settings),
+      code_(kernels()),
+      frame_(views_.data()->camera),
+      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings.metric),
+      matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
+      matched_(matches_.capacity()),
+      residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
+      gram_(best_.capacity() * best_.capacity()),
+      products_(best_.capacity()),
+      linear_(best_.capacity()),
+      simplex_(best_.capacity()),
+      landmark_nodes_(spread_out(model.info.nodes)),
+      landmark_floats_(3 * landmark_nodes_.size()),
+      landmarks_(best_.capacity() * landmark_floats_),
+      estimate_landmarks_(landmark_floats_),
+      from_best_(best_.capacity()),
+      from_estimate_(best_.capacity()),
+      plausibility_(best_.capacity()),
+      shares_(best_.capacity()),
+      candidates_(best_.capacity()),
+      estimate_(best_.capacity()) {}
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
   SurfaceFit result;
-  frame_.build(index);           // what the sensor saw
-  choose_candidates(proposed);   // ... against what it would see
-  combine_candidates();          // the shape between them
+  frame_.build(index);          // what the sensor saw
+  choose_candidates(proposed);  // ... against what it would see
+  combine_candidates();         // the shape between them
   weigh(result);
   judge(result);
   return result;
@@ -44,7 +60,8 @@ void SurfaceFitter::choose_candidates(std::span<const RankedSample> proposed) no
   const float step = views.camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
-    candidates_[k] = {{model_.samples[sample.sample][0], model_.samples[sample.sample][1]}, step * std::sqrt(sample.distance)};
+    candidates_[k] = {{model_.samples[sample.sample][0], model_.samples[sample.sample][1]},
+                      step * std::sqrt(sample.distance)};
     take_landmarks(sample.sample, landmarks(k));
   }
 }
@@ -55,7 +72,8 @@ void SurfaceFitter::combine_candidates() noexcept {
   const ViewData& views = *views_.data();
   const std::size_t k = count(), cells = padded_cells(views.camera);
   for (std::size_t i = 0; i < k; ++i)
-    code_.subtract_views(frame_.cells().data(), views.of_sample(best_.ranked()[i].sample).data(), cells, best_.prices(), &residuals_[i * cells]);
+    code_.subtract_views(frame_.cells().data(), views.of_sample(best_.ranked()[i].sample).data(), cells, best_.prices(),
+                         &residuals_[i * cells]);
   const auto image = views.of_sample(best_.ranked()[0].sample);
   filled_ = std::max(code_.compare_views(frame_.cells().data(), image.data(), cells, best_.prices()).filled, 1.0f);
   const float scale = views.camera.depth_step * views.camera.depth_step / filled_;  // to a mean square in length units
@@ -97,8 +115,9 @@ void SurfaceFitter::rank() noexcept {
   matches_.clear();
   for (std::uint32_t i = 0; i < count(); ++i)
     matches_.offer(i, square(from_estimate_[i]) + settings_.residual_rank * square(candidates_[i].distance));
-  std::ranges::transform(matches_.ranked(), matched_.begin(),
-                         [this](const RankedSample& match) { return RankedSample{best_.ranked()[match.sample].sample, from_estimate_[match.sample]}; });
+  std::ranges::transform(matches_.ranked(), matched_.begin(), [this](const RankedSample& match) {
+    return RankedSample{best_.ranked()[match.sample].sample, from_estimate_[match.sample]};
+  });
 }
 
 void SurfaceFitter::judge(SurfaceFit& result) noexcept {
@@ -117,9 +136,11 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
   constexpr float clearly_plausible = 0.5f, clearly_different = 1.5f;  // of the best's plausibility; of its residual
   bool several = false;
   for (std::size_t i = 1; i < count(); ++i)
-    several |= candidates_[i].sample.simulation != candidates_[0].sample.simulation && plausibility_[i] > clearly_plausible &&
-               from_best_[i] > clearly_different * std::sqrt(best + noise);
-  verdict_ = result.misfit > views.misfit_limit ? Verdict::no_simulation_fits : several ? Verdict::ambiguous : Verdict::matched;
+    several |= candidates_[i].sample.simulation != candidates_[0].sample.simulation &&
+               plausibility_[i] > clearly_plausible && from_best_[i] > clearly_different * std::sqrt(best + noise);
+  verdict_ = result.misfit > views.misfit_limit ? Verdict::no_simulation_fits
+             : several                          ? Verdict::ambiguous
+                                                : Verdict::matched;
 }
 
 void SurfaceFitter::take_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {
@@ -128,7 +149,8 @@ void SurfaceFitter::take_landmarks(std::uint32_t sample, std::span<float> into) 
     return;
   }
   const float* positions = model_.node_positions.data() + std::size_t{3} * model_.info.nodes * sample;
-  for (std::size_t i = 0; i < landmark_nodes_.size(); ++i) std::copy_n(positions + std::size_t{3} * landmark_nodes_[i], 3, &into[3 * i]);
+  for (std::size_t i = 0; i < landmark_nodes_.size(); ++i)
+    std::copy_n(positions + std::size_t{3} * landmark_nodes_[i], 3, &into[3 * i]);
 }
 
 float SurfaceFitter::mean_distance(std::span<const float> a, std::span<const float> b) const noexcept {

@@ -4,9 +4,9 @@
 
 #include "runtime/src/match/convex_estimate.hpp"
 #include "runtime/src/match/frame_view.hpp"
-#include "runtime/src/model/model_view.hpp"
 #include "runtime/src/match/nearest_samples.hpp"
 #include "runtime/src/match/view_ranking.hpp"
+#include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -18,15 +18,16 @@
 namespace lbea {
 
 struct FitSettings {
-  std::uint32_t proposals = 256;   // samples by eq. 3 whose depth images are compared
-  std::uint32_t candidates = 24;   // the best of them, which the estimate combines
+  std::uint32_t proposals = 256;  // samples by eq. 3 whose depth images are compared
+  std::uint32_t candidates = 24;  // the best of them, which the estimate combines
   ViewMetric metric;
   // What a share of a sample costs in the estimate, beside the squared residual of the combination:
-  float residual_price = 0.2f;     // its own squared residual
-  float distance_price = 0.05f;    // its squared mean distance from the best candidate: a blend of two branches is no shape
+  float residual_price = 0.2f;  // its own squared residual
+  float distance_price =
+      0.05f;  // its squared mean distance from the best candidate: a blend of two branches is no shape
   // What a candidate's squared residual weighs in its rank, beside its squared mean distance from the estimate:
   float residual_rank = 0.2f;
-  float sharpness = 8;             // plausibility = exp(-sharpness * excess of the squared residual over the best one's)
+  float sharpness = 8;  // plausibility = exp(-sharpness * excess of the squared residual over the best one's)
 };
 
 class SurfaceFitter {
@@ -38,7 +39,9 @@ class SurfaceFitter {
   /// The answer's spans, and matches(), are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
   /// The candidates by nearness to the estimate and own residual, best first; distance: to the estimate.
-  [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return std::span(matched_).first(matches_.ranked().size()); }
+  [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
+    return std::span(matched_).first(matches_.ranked().size());
+  }
   [[nodiscard]] Verdict verdict() const noexcept { return verdict_; }
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
@@ -60,10 +63,10 @@ class SurfaceFitter {
   FitSettings settings_;
   const Kernels& code_;
   FrameView frame_;
-  ViewRanking best_;                    // by residual
-  BestSamples matches_;                 // by nearness to the estimate and own residual; candidates, not samples
+  ViewRanking best_;     // by residual
+  BestSamples matches_;  // by nearness to the estimate and own residual; candidates, not samples
   std::vector<RankedSample> matched_;
-  std::vector<float> residuals_;        // candidates x cells, depth steps
+  std::vector<float> residuals_;  // candidates x cells, depth steps
   std::vector<float> gram_, products_, linear_;
   SimplexProblem simplex_;
   std::vector<std::uint32_t> landmark_nodes_;

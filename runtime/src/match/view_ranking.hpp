@@ -19,7 +19,8 @@ class ViewRanking {
   /// observed: padded_cells() depths in steps; depths: the images of all samples; proposed: of which these are ranked.
   /// Cells that every one of the best fills and the sensor did not are taken for hidden, not for a hole in the
   /// component: they become `not_observed`, and count for nothing from then on. No allocation.
-  void rank(std::span<float> observed, std::span<const std::uint16_t> depths, std::span<const RankedSample> proposed) noexcept;
+  void rank(std::span<float> observed, std::span<const std::uint16_t> depths,
+            std::span<const RankedSample> proposed) noexcept;
 
   /// distance: the mean square over the cells that either image fills, in squared depth steps.
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
@@ -27,7 +28,8 @@ class ViewRanking {
   [[nodiscard]] const CellPrices& prices() const noexcept { return prices_; }
 
  private:
-  void compare(std::span<const float> observed, std::span<const std::uint16_t> depths, std::span<const RankedSample> proposed) noexcept;
+  void compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
+               std::span<const RankedSample> proposed) noexcept;
   void hide(std::span<float> observed, std::span<const std::uint16_t> depths) noexcept;
 
   const Kernels& code_;

@@ -16,6 +16,7 @@ void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into);
 
 /// into[i] = sqrt(sum of weight * |values[i] - about[i]|^2 / sum of weight), per group of `components` values: the
 /// standard deviation of what the rows say, about a value that need not be their mean.
-void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components, std::vector<float>& into);
+void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
+                     std::vector<float>& into);
 
 }  // namespace lbea

@@ -52,7 +52,8 @@ inline void decode(std::span<const FieldCode> codes, const FieldRange& range, st
     range.low = std::min(range.low, value);
     range.high = std::max(range.high, value);
   }
-  return range.low <= range.high ? FieldRange{range.low + 0.0f, range.high + 0.0f} : FieldRange{};  // no -0: its codes would say 0
+  return range.low <= range.high ? FieldRange{range.low + 0.0f, range.high + 0.0f}
+                                 : FieldRange{};  // no -0: its codes would say 0
 }
 
 [[nodiscard]] inline FieldCode encoded(float value, const FieldRange& range) noexcept {

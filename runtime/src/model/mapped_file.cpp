@@ -13,7 +13,6 @@
 #include <unistd.h>
 
 namespace lbea {
-
 namespace {
 
 class Descriptor {
@@ -35,11 +34,13 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
   static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
   const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data()), first = begin / page * page;
   const auto end = (begin + bytes.size() + page - 1) / page * page;
-  return {const_cast<std::byte*>(bytes.data()) - (begin - first), end - first};  // advice wants an address without const
+  return {const_cast<std::byte*>(bytes.data()) - (begin - first),
+          end - first};  // advice wants an address without const
 }
 
 [[noreturn]] void fail(const std::filesystem::path& file, const char* what) {
-  throw Error(Status::file_not_found, file.string() + ": " + what + ": " + std::strerror(errno) + "; check its path and rights");
+  throw Error(Status::file_not_found,
+              file.string() + ": " + what + ": " + std::strerror(errno) + "; check its path and rights");
 }
 
 }  // namespace
@@ -63,7 +64,8 @@ MappedFile::~MappedFile() {
 }
 
 void MappedFile::expect_sequential(bool is_sequential) const noexcept {
-  if (!bytes_.empty()) ::madvise(const_cast<std::byte*>(bytes_.data()), bytes_.size(), is_sequential ? MADV_SEQUENTIAL : MADV_NORMAL);
+  if (!bytes_.empty())
+    ::madvise(const_cast<std::byte*>(bytes_.data()), bytes_.size(), is_sequential ? MADV_SEQUENTIAL : MADV_NORMAL);
 }
 
 void release_pages(std::span<const std::byte> bytes) noexcept {

@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lbea {
-
 namespace {
 
 // Row `row` of a row-major table.
@@ -46,7 +45,8 @@ Model Model::open(const std::filesystem::path& file) {
   auto mapping = std::make_shared<const MappedFile>(file);
   mapping->expect_sequential(true);
   auto view = std::make_shared<ModelView>(read_model(mapping->bytes(), file.string(), release_pages));
-  mapping->expect_sequential(false);  // ... but no random access either: what is cold is asked for in whole rows, which read-ahead serves
+  mapping->expect_sequential(
+      false);  // ... but no random access either: what is cold is asked for in whole rows, which read-ahead serves
   // After set-up the loop should meet no page that is not in memory.
   for (const auto part : hot_parts(*view)) load_pages(part);
   view->owner = std::move(mapping);
@@ -82,18 +82,25 @@ std::string_view Model::length_unit() const noexcept { return view_->length_unit
 std::uint64_t Model::checksum() const noexcept { return view_->file_checksum; }
 std::string_view Model::provenance() const noexcept { return view_->provenance; }
 
-std::string_view Model::simulation_name(std::uint32_t simulation) const noexcept { return view_->simulation_names[simulation]; }
+std::string_view Model::simulation_name(std::uint32_t simulation) const noexcept {
+  return view_->simulation_names[simulation];
+}
 std::uint32_t Model::parameters() const noexcept { return view_->info.parameters; }
-std::string_view Model::parameter_name(std::uint32_t parameter) const noexcept { return view_->parameter_names[parameter]; }
+std::string_view Model::parameter_name(std::uint32_t parameter) const noexcept {
+  return view_->parameter_names[parameter];
+}
 double Model::parameter(std::uint32_t simulation, std::uint32_t parameter) const noexcept {
   return row_of(view_->parameters, simulation, parameters())[parameter];
 }
-Sample Model::sample(std::uint32_t index) const noexcept { return {view_->samples[index][0], view_->samples[index][1]}; }
+Sample Model::sample(std::uint32_t index) const noexcept {
+  return {view_->samples[index][0], view_->samples[index][1]};
+}
 double Model::sample_time_s(std::uint32_t index) const noexcept { return view_->sample_times[index]; }
 std::uint32_t Model::sample_index(Sample sample) const noexcept {
   const std::array<std::uint32_t, 2> key{sample.simulation, sample.time_step};
   const auto found = std::ranges::lower_bound(view_->samples, key);
-  return found != view_->samples.end() && *found == key ? static_cast<std::uint32_t>(found - view_->samples.begin()) : samples();
+  return found != view_->samples.end() && *found == key ? static_cast<std::uint32_t>(found - view_->samples.begin())
+                                                        : samples();
 }
 
 std::span<const std::uint32_t> Model::node_ids() const noexcept { return view_->node_ids; }
@@ -108,7 +115,9 @@ FieldInfo Model::field(std::uint32_t field) const noexcept { return view_->field
 std::span<const float> Model::field_values(std::uint32_t field, std::uint32_t sample) const noexcept {
   return view_->fields[field].values_of(sample);
 }
-std::uint32_t Model::field_size(std::uint32_t field) const noexcept { return static_cast<std::uint32_t>(view_->fields[field].places); }
+std::uint32_t Model::field_size(std::uint32_t field) const noexcept {
+  return static_cast<std::uint32_t>(view_->fields[field].places);
+}
 void Model::read_field(std::uint32_t field, std::uint32_t sample, std::span<float> into) const noexcept {
   view_->fields[field].read(sample, into);
 }
@@ -122,7 +131,9 @@ std::span<const float> Model::vertex_positions(std::uint32_t reference) const no
 std::span<const double> Model::eigenvalues(std::uint32_t reference) const noexcept {
   return view_->references[reference].eigenvalues;
 }
-std::array<std::uint32_t, 3> Model::leading_axes(std::uint32_t reference) const noexcept { return view_->references[reference].leading_axes; }
+std::array<std::uint32_t, 3> Model::leading_axes(std::uint32_t reference) const noexcept {
+  return view_->references[reference].leading_axes;
+}
 std::array<float, 3> Model::leading_coordinates(std::uint32_t reference, std::uint32_t sample) const noexcept {
   const ReferenceView& ref = view_->references[reference];
   const std::size_t plane = format::padded(view_->info.modes);
@@ -134,7 +145,9 @@ std::array<float, 3> Model::leading_coordinates(std::uint32_t reference, std::ui
   return coordinates;
 }
 std::uint32_t Model::branches() const noexcept { return view_->branches; }
-std::uint32_t Model::branch_of(std::uint32_t simulation) const noexcept { return view_->simulation_branches[simulation]; }
+std::uint32_t Model::branch_of(std::uint32_t simulation) const noexcept {
+  return view_->simulation_branches[simulation];
+}
 double Model::reference_time_s(std::uint32_t reference) const noexcept { return view_->reference_times[reference]; }
 
 }  // namespace lbea

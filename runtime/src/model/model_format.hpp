@@ -36,12 +36,16 @@ static_assert(sizeof(Header) == 64 && std::is_trivially_copyable_v<Header>);
 enum class ElementType : std::uint32_t { u8 = 1, u32 = 2, u64 = 3, f32 = 4, f64 = 5, u16 = 6 };
 inline constexpr std::size_t size_of(ElementType type) noexcept {
   switch (type) {
-    case ElementType::u8: return 1;
-    case ElementType::u16: return 2;
+    case ElementType::u8:
+      return 1;
+    case ElementType::u16:
+      return 2;
     case ElementType::u32:
-    case ElementType::f32: return 4;
+    case ElementType::f32:
+      return 4;
     case ElementType::u64:
-    case ElementType::f64: return 8;
+    case ElementType::f64:
+      return 8;
   }
   return 0;
 }
@@ -97,22 +101,31 @@ inline constexpr bool is_cold(SectionId id, bool has_landmarks) noexcept {
     case SectionId::field_values:
     case SectionId::field_codes:
     case SectionId::field_ranges:
-    case SectionId::correspondence: return true;
-    case SectionId::node_positions: return has_landmarks;
-    default: return false;
+    case SectionId::correspondence:
+      return true;
+    case SectionId::node_positions:
+      return has_landmarks;
+    default:
+      return false;
   }
 }
 
-/// Of large models, matching reads landmarks: vertices that stand for those around them, and nodes all over the component.
+/// Of large models, matching reads landmarks: vertices that stand for those around them, and nodes all over the
+/// component.
 inline constexpr std::uint32_t most_surface_landmarks = 1024, most_mesh_landmarks = 512;
-inline constexpr std::uint32_t surface_landmarks(std::uint32_t vertices) noexcept { return vertices < most_surface_landmarks ? vertices : most_surface_landmarks; }
-inline constexpr std::uint32_t mesh_landmarks(std::uint32_t nodes) noexcept { return nodes < most_mesh_landmarks ? nodes : most_mesh_landmarks; }
+inline constexpr std::uint32_t surface_landmarks(std::uint32_t vertices) noexcept {
+  return vertices < most_surface_landmarks ? vertices : most_surface_landmarks;
+}
+inline constexpr std::uint32_t mesh_landmarks(std::uint32_t nodes) noexcept {
+  return nodes < most_mesh_landmarks ? nodes : most_mesh_landmarks;
+}
 /// The k-th of `landmarks` equal parts of `count` things begins here.
 inline constexpr std::uint32_t part_begin(std::uint64_t k, std::uint64_t landmarks, std::uint64_t count) noexcept {
   return static_cast<std::uint32_t>(k * count / landmarks);
 }
 /// The vertex that stands for the k-th part of the vertices.
-inline constexpr std::uint32_t landmark_vertex(std::uint64_t k, std::uint64_t landmarks, std::uint64_t vertices) noexcept {
+inline constexpr std::uint32_t landmark_vertex(std::uint64_t k, std::uint64_t landmarks,
+                                               std::uint64_t vertices) noexcept {
   return static_cast<std::uint32_t>((2 * k + 1) * vertices / (2 * landmarks));
 }
 

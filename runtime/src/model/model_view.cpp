@@ -8,7 +8,6 @@
 #include <string>
 
 namespace lbea {
-
 namespace {
 
 using format::SectionId;
@@ -50,11 +49,13 @@ class ModelReader {
     const auto words = sections_.required<std::uint32_t>(SectionId::info, {sizeof(format::Info) / 4, 1, 1});
     std::memcpy(&view_.info, words.data(), sizeof(format::Info));
     const format::Info& info = view_.info;
-    require(info.reference_mode <= static_cast<std::uint32_t>(ReferenceMode::over_time), SectionId::info, 0, "unknown reference mode");
+    require(info.reference_mode <= static_cast<std::uint32_t>(ReferenceMode::over_time), SectionId::info, 0,
+            "unknown reference mode");
     require(info.vertices > 0 && info.modes > 0 && info.samples > 0 && info.simulations > 0 && info.references > 0 &&
                 info.nodes > 0 && info.elements > 0,
             SectionId::info, 0, "a count is zero");
-    require(info.modes <= info.vertices && info.vertices <= info.nodes, SectionId::info, 0, "more modes than vertices or more vertices than nodes");
+    require(info.modes <= info.vertices && info.vertices <= info.nodes, SectionId::info, 0,
+            "more modes than vertices or more vertices than nodes");
   }
 
   std::vector<std::string_view> read_strings(SectionId id, std::uint64_t expected) const {
@@ -78,11 +79,12 @@ class ModelReader {
     view_.parameters = sections_.required<double>(SectionId::parameters, {info.simulations, info.parameters, 1});
     view_.samples = sections_.required<std::array<std::uint32_t, 2>>(SectionId::samples, {info.samples, 2, 1});
     view_.sample_times = sections_.required<double>(SectionId::sample_times, {info.samples, 1, 1});
-    require(std::ranges::adjacent_find(view_.samples, std::ranges::greater_equal{}) == view_.samples.end(), SectionId::samples, 0,
-            "not strictly ascending");
+    require(std::ranges::adjacent_find(view_.samples, std::ranges::greater_equal{}) == view_.samples.end(),
+            SectionId::samples, 0, "not strictly ascending");
     require(view_.samples.back()[0] < info.simulations, SectionId::samples, 0, "an index is out of range");
     require_measured(SectionId::sample_times);
-    view_.simulation_branches = sections_.required<std::uint32_t>(SectionId::simulation_branches, {info.simulations, 1, 1});
+    view_.simulation_branches =
+        sections_.required<std::uint32_t>(SectionId::simulation_branches, {info.simulations, 1, 1});
     require_below(info.simulations, SectionId::simulation_branches, 0);
     view_.branches = *std::ranges::max_element(view_.simulation_branches) + 1;
   }
@@ -92,11 +94,13 @@ class ModelReader {
     view_.node_ids = sections_.required<std::uint32_t>(SectionId::node_ids, {info.nodes, 1, 1});
     view_.element_ids = sections_.required<std::uint32_t>(SectionId::element_ids, {info.elements, 1, 1});
     view_.element_parts = sections_.required<std::uint32_t>(SectionId::element_parts, {info.elements, 1, 1});
-    view_.element_nodes = sections_.required<std::array<std::uint32_t, 4>>(SectionId::element_nodes, {info.elements, 4, 1});
+    view_.element_nodes =
+        sections_.required<std::array<std::uint32_t, 4>>(SectionId::element_nodes, {info.elements, 4, 1});
     view_.node_positions = sections_.required<float>(SectionId::node_positions, {info.samples, info.nodes, 3});
     require_below(info.nodes, SectionId::element_nodes, 0);
     require_measured(SectionId::node_positions);
-    const std::uint64_t landmarks = std::uint64_t{format::surface_landmarks(info.vertices)} + format::mesh_landmarks(info.nodes);
+    const std::uint64_t landmarks =
+        std::uint64_t{format::surface_landmarks(info.vertices)} + format::mesh_landmarks(info.nodes);
     view_.landmark_positions = sections_.optional<float>(SectionId::landmark_positions, {info.samples, landmarks, 3});
     if (!view_.landmark_positions.empty()) require_measured(SectionId::landmark_positions);
   }
@@ -106,7 +110,8 @@ class ModelReader {
     const auto names = read_strings(SectionId::field_names, 2 * std::uint64_t{info.fields});
     const auto locations = sections_.required<std::uint32_t>(SectionId::field_locations, {info.fields, 1, 1});
     for (std::uint32_t f = 0; f < info.fields; ++f) {
-      require(locations[f] <= static_cast<std::uint32_t>(FieldInfo::Location::node), SectionId::field_locations, 0, "unknown location");
+      require(locations[f] <= static_cast<std::uint32_t>(FieldInfo::Location::node), SectionId::field_locations, 0,
+              "unknown location");
       const auto location = static_cast<FieldInfo::Location>(locations[f]);
       FieldView field;
       field.info = {names[2 * f], names[2 * f + 1], location};
@@ -122,12 +127,15 @@ class ModelReader {
       field.values = sections_.required<float>(SectionId::field_values, {samples, field.places, 1}, f);
       return;
     }
-    require(sections_.find(SectionId::field_values, f) == nullptr, SectionId::field_codes, f, "the field is stored twice");
+    require(sections_.find(SectionId::field_values, f) == nullptr, SectionId::field_codes, f,
+            "the field is stored twice");
     field.codes = sections_.required<FieldCode>(SectionId::field_codes, {samples, field.places, 1}, f);
     field.ranges = sections_.required<std::array<float, 3>>(SectionId::field_ranges, {samples, 3, 1}, f);
     for (const auto& [low, high, error] : field.ranges) {
-      require(std::isfinite(low) && std::isfinite(high) && low <= high, SectionId::field_ranges, f, "the least value is not below the greatest");
-      require(error == largest_error({low, high}), SectionId::field_ranges, f, "the error is not that of 16 bits between the least and the greatest value");
+      require(std::isfinite(low) && std::isfinite(high) && low <= high, SectionId::field_ranges, f,
+              "the least value is not below the greatest");
+      require(error == largest_error({low, high}), SectionId::field_ranges, f,
+              "the error is not that of 16 bits between the least and the greatest value");
       field.info.largest_error = std::max(field.info.largest_error, error);
     }
   }
@@ -138,11 +146,14 @@ class ModelReader {
     require(grid[3] > 0, SectionId::envelope_grid, 0, "the cells have no size");
     const auto& cells = view_.info.envelope_cells;
     constexpr std::uint32_t most_cells_along_an_axis = 1u << 16;
-    require(std::ranges::all_of(cells, [](std::uint32_t c) { return c > 0 && c <= most_cells_along_an_axis; }), SectionId::info, 0,
-            "an impossible number of envelope cells");
+    require(std::ranges::all_of(cells, [](std::uint32_t c) { return c > 0 && c <= most_cells_along_an_axis; }),
+            SectionId::info, 0, "an impossible number of envelope cells");
     const std::uint64_t count = std::uint64_t{cells[0]} * cells[1] * cells[2];
-    require(count < std::uint64_t{1} << 31, SectionId::info, 0, "an impossible number of envelope cells");  // numbered in 32 bits
-    view_.envelope = {{grid[0], grid[1], grid[2]}, grid[3], cells,
+    require(count < std::uint64_t{1} << 31, SectionId::info, 0,
+            "an impossible number of envelope cells");  // numbered in 32 bits
+    view_.envelope = {{grid[0], grid[1], grid[2]},
+                      grid[3],
+                      cells,
                       sections_.required<std::uint64_t>(SectionId::envelope_bits, {(count + 63) / 64, 1, 1})};
   }
 

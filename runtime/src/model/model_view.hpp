@@ -24,7 +24,7 @@ struct ReferenceView {
   std::span<const std::array<float, 3>> vertex_positions;
   std::span<const double> mass;
   std::span<const double> eigenvalues;
-  std::span<const float> projection;              // p x padded(n)
+  std::span<const float> projection;  // p x padded(n)
   VertexTree tree;
   std::span<const float> coefficients;            // s x 3 x padded(p)
   std::span<const std::uint32_t> correspondence;  // s x n, empty when baked without VtP
@@ -34,9 +34,9 @@ struct ReferenceView {
 /// Stored as values, or as codes with a range per sample.
 struct FieldView {
   FieldInfo info;
-  std::size_t places = 0;          // elements or nodes
-  std::span<const float> values;   // s x places
-  std::span<const FieldCode> codes;  // s x places
+  std::size_t places = 0;                        // elements or nodes
+  std::span<const float> values;                 // s x places
+  std::span<const FieldCode> codes;              // s x places
   std::span<const std::array<float, 3>> ranges;  // s: low, high, largest error
 
   [[nodiscard]] FieldRange range(std::size_t sample) const noexcept { return {ranges[sample][0], ranges[sample][1]}; }
@@ -66,17 +66,17 @@ struct ModelView {
   std::span<const double> sample_times;
   std::span<const std::uint32_t> node_ids, element_ids, element_parts;
   std::span<const std::array<std::uint32_t, 4>> element_nodes;
-  std::span<const float> node_positions;  // s x N x 3
+  std::span<const float> node_positions;      // s x N x 3
   std::span<const float> landmark_positions;  // s x (surface_landmarks + mesh_landmarks) x 3; empty: positions will do
   std::vector<FieldView> fields;
   EnvelopeView envelope;
   std::span<const double> reference_times;
   std::vector<ReferenceView> references;
   std::shared_ptr<const ViewData> views;  // null when baked without a sensor
-  std::uint64_t file_checksum = 0;  // of the directory, which covers every section: names this model
+  std::uint64_t file_checksum = 0;        // of the directory, which covers every section: names this model
   std::span<const std::byte> image;
   std::vector<std::span<const std::byte>> cold;  // of the image: what match() by lbea and fit does not read, ascending
-  std::shared_ptr<const void> owner;  // the mapping, when the model owns one
+  std::shared_ptr<const void> owner;             // the mapping, when the model owns one
 };
 
 /// Checks `image` as FORMAT.md says; `name` stands in the sentences of errors. release: see SectionReader.

@@ -6,7 +6,6 @@
 #include <numeric>
 
 namespace lbea {
-
 namespace {
 
 constexpr std::size_t most_leading = 24;
@@ -50,8 +49,12 @@ struct SampleTree::Search {
 };
 
 SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
-    : code_(kernels()), coefficients_(coefficients), stride_(format::padded(modes)), leading_(leading_coefficients(coefficients, 3 * stride_)),
-      order_(coefficients.size() / (3 * stride_)), from_centre_(order_.size()) {
+    : code_(kernels()),
+      coefficients_(coefficients),
+      stride_(format::padded(modes)),
+      leading_(leading_coefficients(coefficients, 3 * stride_)),
+      order_(coefficients.size() / (3 * stride_)),
+      from_centre_(order_.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
   if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
 }
@@ -96,8 +99,10 @@ std::size_t SampleTree::widest(std::uint32_t begin, std::uint32_t end) const {
 }
 
 void SampleTree::search(const Positions& coefficients, BestSamples& best) const noexcept {
-  Search search{{coefficients.planes[0].data(), coefficients.planes[1].data(), coefficients.planes[2].data()}, best, infinity};
-  if (best.ranked().size() == best.capacity()) {  // as many samples as are asked for are no farther than the farthest of these
+  Search search{
+      {coefficients.planes[0].data(), coefficients.planes[1].data(), coefficients.planes[2].data()}, best, infinity};
+  if (best.ranked().size() ==
+      best.capacity()) {  // as many samples as are asked for are no farther than the farthest of these
     search.bound = 0;
     for (const RankedSample& before : best.ranked())
       search.bound = std::max(search.bound, code_.mode_distance(search.e, sample(before.sample), stride_, infinity));
@@ -126,7 +131,9 @@ void SampleTree::visit(Search& search, std::uint32_t at, float distance) const n
 // A distance that stops at the bound may be cut short there: a tie is counted to its end.
 void SampleTree::visit_leaf(Search& search, const Node& node, float distance_of_centre) const noexcept {
   for (std::uint32_t i = node.begin; i < node.end; ++i) {
-    if (std::abs(distance_of_centre - from_centre_[i]) > search.bound + rounding * (distance_of_centre + from_centre_[i])) continue;
+    if (std::abs(distance_of_centre - from_centre_[i]) >
+        search.bound + rounding * (distance_of_centre + from_centre_[i]))
+      continue;
     const float* const other = sample(order_[i]);
     if (i + 1 < node.end) fetch(sample(order_[i + 1]), stride_);
     float distance = code_.mode_distance(search.e, other, stride_, search.bound);

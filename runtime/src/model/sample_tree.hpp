@@ -11,12 +11,14 @@
 namespace lbea {
 
 /// Whether a tree finds the best `wanted` of so many samples sooner than a look at each does.
-[[nodiscard]] constexpr bool is_worth_a_tree(std::size_t samples, std::size_t wanted) noexcept { return samples >= 2048 && samples >= 32 * wanted; }
+[[nodiscard]] constexpr bool is_worth_a_tree(std::size_t samples, std::size_t wanted) noexcept {
+  return samples >= 2048 && samples >= 32 * wanted;
+}
 
 class SampleTree {
  public:
-  /// coefficients: s x 3 x padded(modes), which must outlive the tree. Some 50 ns per sample and level; its memory is that
-  /// of one sample in sixteen.
+  /// coefficients: s x 3 x padded(modes), which must outlive the tree. Some 50 ns per sample and level; its memory is
+  /// that of one sample in sixteen.
   SampleTree(std::span<const float> coefficients, std::size_t modes);
 
   /// What search_lbea() finds, to the bit. `best`: on entry the answer of an earlier search, which bounds this one from
@@ -43,11 +45,11 @@ class SampleTree {
   const Kernels& code_;
   std::span<const float> coefficients_;
   std::size_t stride_;
-  std::vector<std::size_t> leading_;   // the coefficients that vary most: by them samples are divided
-  std::vector<std::uint32_t> order_;   // samples, node by node
-  std::vector<float> from_centre_;     // of each in that order: how far from its leaf's centre
+  std::vector<std::size_t> leading_;  // the coefficients that vary most: by them samples are divided
+  std::vector<std::uint32_t> order_;  // samples, node by node
+  std::vector<float> from_centre_;    // of each in that order: how far from its leaf's centre
   std::vector<Node> nodes_;
-  std::vector<float> centres_;         // nodes x 3 x stride
+  std::vector<float> centres_;  // nodes x 3 x stride
 };
 
 }  // namespace lbea

@@ -10,7 +10,6 @@
 #include <utility>
 
 namespace lbea {
-
 namespace {
 
 using format::SectionEntry;
@@ -63,13 +62,15 @@ bool multiply(std::uint64_t a, std::uint64_t b, std::uint64_t& product) noexcept
 
 bool byte_count(const SectionEntry& entry, std::uint64_t& bytes) noexcept {
   bytes = format::size_of(static_cast<format::ElementType>(entry.element_type));
-  return bytes != 0 && std::ranges::all_of(entry.shape, [&](std::uint64_t extent) { return multiply(bytes, extent, bytes); });
+  return bytes != 0 &&
+         std::ranges::all_of(entry.shape, [&](std::uint64_t extent) { return multiply(bytes, extent, bytes); });
 }
 
 // Without the sign, bits of floating-point numbers are ordered as they are; infinities and what is no number come last.
 template <typename Float, typename Word>
 bool all_measured(std::span<const std::byte> bytes) noexcept {
-  constexpr Word magnitude = static_cast<Word>(~Word{0} >> 1), largest = std::bit_cast<Word>(static_cast<Float>(format::largest_measure));
+  constexpr Word magnitude = static_cast<Word>(~Word{0} >> 1),
+                 largest = std::bit_cast<Word>(static_cast<Float>(format::largest_measure));
   bool is_measured = true;
   for (std::size_t at = 0; at < bytes.size(); at += sizeof(Word)) {
     Word word;
@@ -90,10 +91,17 @@ std::uint32_t greatest_of(std::span<const std::byte> bytes, std::uint32_t greate
 
 void look_at(std::span<const std::byte> bytes, std::uint32_t type, SectionContent& content) noexcept {
   switch (static_cast<format::ElementType>(type)) {
-    case format::ElementType::f32: content.is_measured &= all_measured<float, std::uint32_t>(bytes); break;
-    case format::ElementType::f64: content.is_measured &= all_measured<double, std::uint64_t>(bytes); break;
-    case format::ElementType::u32: content.greatest = greatest_of(bytes, content.greatest); break;
-    default: break;
+    case format::ElementType::f32:
+      content.is_measured &= all_measured<float, std::uint32_t>(bytes);
+      break;
+    case format::ElementType::f64:
+      content.is_measured &= all_measured<double, std::uint64_t>(bytes);
+      break;
+    case format::ElementType::u32:
+      content.greatest = greatest_of(bytes, content.greatest);
+      break;
+    default:
+      break;
   }
 }
 
@@ -106,7 +114,8 @@ std::string title(SectionId id) {
   return found == std::end(titles) ? "unknown" : found->second;
 }
 
-SectionReader::SectionReader(std::span<const std::byte> image, std::string name, const Release& release) : image_(image), name_(std::move(name)) {
+SectionReader::SectionReader(std::span<const std::byte> image, std::string name, const Release& release)
+    : image_(image), name_(std::move(name)) {
   check_header();
   check_directory(release);
 }
@@ -115,9 +124,12 @@ void SectionReader::check_header() {
   format::Header header;
   if (image_.size() < format::magic.size() ||
       std::memcmp(image_.data(), format::magic.data(), format::magic.size()) != 0)
-    throw Error(Status::not_a_model, name_ + ": byte 0: not an lbea model (the first eight bytes are another format's); "
-                                             "make one with lbea-bake");
-  const auto corrupt = [&](const std::string& what) -> Error { return {Status::corrupt_model, name_ + ": header, " + what + bake_again}; };
+    throw Error(Status::not_a_model, name_ +
+                                         ": byte 0: not an lbea model (the first eight bytes are another format's); "
+                                         "make one with lbea-bake");
+  const auto corrupt = [&](const std::string& what) -> Error {
+    return {Status::corrupt_model, name_ + ": header, " + what + bake_again};
+  };
   if (image_.size() < sizeof(header)) throw corrupt("byte " + std::to_string(image_.size()) + ": cut short");
   if (reinterpret_cast<std::uintptr_t>(image_.data()) % format::alignment != 0)
     throw Error(Status::bad_config, name_ + ": the image in memory does not start at a multiple of 64; align it");
@@ -125,9 +137,10 @@ void SectionReader::check_header() {
   if (checksum(image_.first(offsetof(format::Header, header_checksum))) != header.header_checksum)
     throw corrupt("byte 56: checksum does not match");
   if (header.version_major != format::version_major)
-    throw Error(Status::unsupported_version,
-                name_ + ": header, byte 12: model format " + std::to_string(header.version_major) + ", this library reads " +
-                    std::to_string(format::version_major) + "; bake the ensemble with a matching lbea-bake");
+    throw Error(Status::unsupported_version, name_ + ": header, byte 12: model format " +
+                                                 std::to_string(header.version_major) + ", this library reads " +
+                                                 std::to_string(format::version_major) +
+                                                 "; bake the ensemble with a matching lbea-bake");
   if (header.endian_tag != format::endian_tag) throw corrupt("byte 8: written on a machine of another byte order");
   if (header.file_size != image_.size())
     throw corrupt("byte 16: the file has " + std::to_string(image_.size()) + " bytes and should have " +
@@ -157,22 +170,26 @@ void SectionReader::check_directory(const Release& release) {
     previous = &entry;
   }
   if (format::aligned(end) != image_.size())
-    throw Error(Status::corrupt_model, name_ + ": byte " + std::to_string(end) + ": bytes behind the last section" + bake_again);
+    throw Error(Status::corrupt_model,
+                name_ + ": byte " + std::to_string(end) + ": bytes behind the last section" + bake_again);
   check_zero(end, image_.size());
 }
 
 void SectionReader::check_entry(const SectionEntry& entry, std::uint64_t expected_offset) const {
   const auto id = static_cast<SectionId>(entry.id);
   std::uint64_t bytes = 0;
-  if (!byte_count(entry, bytes) || bytes != entry.length) fail(id, entry.part, "element type, shape and length disagree");
+  if (!byte_count(entry, bytes) || bytes != entry.length)
+    fail(id, entry.part, "element type, shape and length disagree");
   if (entry.rank < 1 || entry.rank > entry.shape.size() ||
-      std::any_of(entry.shape.begin() + entry.rank, entry.shape.end(), [](std::uint64_t extent) { return extent != 1; }))
+      std::any_of(entry.shape.begin() + entry.rank, entry.shape.end(),
+                  [](std::uint64_t extent) { return extent != 1; }))
     fail(id, entry.part, "rank and shape disagree");
   if (entry.offset != expected_offset) fail(id, entry.part, "does not follow its predecessor");
-  if (entry.offset > image_.size() || entry.length > image_.size() - entry.offset) fail(id, entry.part, "reaches beyond the end of the file");
+  if (entry.offset > image_.size() || entry.length > image_.size() - entry.offset)
+    fail(id, entry.part, "reaches beyond the end of the file");
   if (title(id) == "unknown" && entry.id < format::first_optional_id)
-    throw Error(Status::unsupported_version, name_ + ": section " + std::to_string(entry.id) +
-                                                 " is not known to this library; use a newer one");
+    throw Error(Status::unsupported_version,
+                name_ + ": section " + std::to_string(entry.id) + " is not known to this library; use a newer one");
 }
 
 SectionContent SectionReader::check_content(const SectionEntry& entry, const Release& release) const {
@@ -196,7 +213,8 @@ SectionContent SectionReader::check_content(const SectionEntry& entry, const Rel
 
 bool SectionReader::is_cold(const SectionEntry& entry) const noexcept {
   constexpr auto landmarks = static_cast<std::uint32_t>(SectionId::landmark_positions);
-  return format::is_cold(static_cast<SectionId>(entry.id), std::ranges::any_of(entries_, [](const SectionEntry& e) { return e.id == landmarks; }));
+  return format::is_cold(static_cast<SectionId>(entry.id),
+                         std::ranges::any_of(entries_, [](const SectionEntry& e) { return e.id == landmarks; }));
 }
 
 const SectionContent& SectionReader::content(SectionId id, std::uint32_t part) const noexcept {
@@ -206,7 +224,8 @@ const SectionContent& SectionReader::content(SectionId id, std::uint32_t part) c
 void SectionReader::check_zero(std::uint64_t begin, std::uint64_t end) const {
   for (std::uint64_t byte = begin; byte < end; ++byte)
     if (image_[byte] != std::byte{0})
-      throw Error(Status::corrupt_model, name_ + ": byte " + std::to_string(byte) + ": padding is not zero" + bake_again);
+      throw Error(Status::corrupt_model,
+                  name_ + ": byte " + std::to_string(byte) + ": padding is not zero" + bake_again);
 }
 
 void SectionReader::check_shape(const SectionEntry& entry, format::ElementType type, const Shape& shape) const {
@@ -224,15 +243,16 @@ std::string_view SectionReader::text(SectionId id) const {
 
 const SectionEntry* SectionReader::find(SectionId id, std::uint32_t part) const noexcept {
   const std::pair key(static_cast<std::uint32_t>(id), part);
-  const auto found = std::ranges::lower_bound(entries_, key, {}, [](const SectionEntry& e) { return std::pair(e.id, e.part); });
+  const auto found =
+      std::ranges::lower_bound(entries_, key, {}, [](const SectionEntry& e) { return std::pair(e.id, e.part); });
   return found != entries_.end() && std::pair(found->id, found->part) == key ? &*found : nullptr;
 }
 
 void SectionReader::fail(SectionId id, std::uint32_t part, const std::string& what) const {
   const SectionEntry* entry = find(id, part);
   const std::string at = entry == nullptr ? "" : " at byte " + std::to_string(entry->offset);
-  throw Error(Status::corrupt_model, name_ + ": section " + std::to_string(static_cast<std::uint32_t>(id)) + " '" + title(id) +
-                                         "' part " + std::to_string(part) + at + ": " + what + bake_again);
+  throw Error(Status::corrupt_model, name_ + ": section " + std::to_string(static_cast<std::uint32_t>(id)) + " '" +
+                                         title(id) + "' part " + std::to_string(part) + at + ": " + what + bake_again);
 }
 
 void SectionReader::fail_missing(SectionId id, std::uint32_t part) const { fail(id, part, "missing"); }

@@ -70,11 +70,16 @@ class SectionReader {
   template <typename T>
   static constexpr format::ElementType element_type() {
     using S = typename Scalar<T>::type;
-    if constexpr (std::is_same_v<S, std::uint8_t> || std::is_same_v<S, char>) return format::ElementType::u8;
-    else if constexpr (std::is_same_v<S, std::uint16_t>) return format::ElementType::u16;
-    else if constexpr (std::is_same_v<S, std::uint32_t>) return format::ElementType::u32;
-    else if constexpr (std::is_same_v<S, std::uint64_t>) return format::ElementType::u64;
-    else if constexpr (std::is_same_v<S, float>) return format::ElementType::f32;
+    if constexpr (std::is_same_v<S, std::uint8_t> || std::is_same_v<S, char>)
+      return format::ElementType::u8;
+    else if constexpr (std::is_same_v<S, std::uint16_t>)
+      return format::ElementType::u16;
+    else if constexpr (std::is_same_v<S, std::uint32_t>)
+      return format::ElementType::u32;
+    else if constexpr (std::is_same_v<S, std::uint64_t>)
+      return format::ElementType::u64;
+    else if constexpr (std::is_same_v<S, float>)
+      return format::ElementType::f32;
     else {
       static_assert(std::is_same_v<S, double>);
       return format::ElementType::f64;

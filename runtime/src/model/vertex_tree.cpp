@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace lbea {
-
 namespace {
 
 float squared_distance(const std::array<float, 3>& a, const std::array<float, 3>& b) noexcept {

@@ -16,7 +16,7 @@ namespace lbea {
 /// of the part of the image that any sample can fill.
 struct ViewCamera {
   RigidTransform T_reference_sensor = identity_transform;
-  float focal = 0;                        // in cells
+  float focal = 0;                          // in cells
   float centre_column = 0, centre_row = 0;  // of the principal point, in cells from the corner
   float depth_origin = 0, depth_step = 1;   // depth = origin + step * stored value, length unit
   std::uint32_t columns = 0, rows = 0;
@@ -25,7 +25,9 @@ struct ViewCamera {
 };
 
 /// Rows of `depths` are padded with empty cells to whole 64-byte lines.
-[[nodiscard]] inline std::size_t padded_cells(const ViewCamera& camera) noexcept { return (camera.cells() + 31) / 32 * 32; }
+[[nodiscard]] inline std::size_t padded_cells(const ViewCamera& camera) noexcept {
+  return (camera.cells() + 31) / 32 * 32;
+}
 inline constexpr std::uint16_t empty_cell = 0;
 
 struct ViewData {
@@ -44,9 +46,9 @@ struct ViewData {
 
 /// How two depth images are told apart; measured on left-out runs of a rail ensemble, where these gave the least EE.
 struct ViewMetric {
-  float cap = 40;         // length unit: a cell where both see something counts no more than this,
-  float one_sided = 25;   // and this much where only one does: the silhouette
-  float mesh_noise = 1;   // what sampling a curved surface by cells leaves between a frame and its own sample
+  float cap = 40;        // length unit: a cell where both see something counts no more than this,
+  float one_sided = 25;  // and this much where only one does: the silhouette
+  float mesh_noise = 1;  // what sampling a curved surface by cells leaves between a frame and its own sample
 };
 
 }  // namespace lbea

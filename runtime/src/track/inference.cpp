@@ -1,5 +1,5 @@
-#include "runtime/src/track/evidence.hpp"
 #include "runtime/src/match/weighted_rows.hpp"
+#include "runtime/src/track/evidence.hpp"
 
 #include <lbea/inference.hpp>
 
@@ -7,7 +7,6 @@
 #include <cmath>
 
 namespace lbea {
-
 namespace {
 
 /// Rows of a model, those that are not stored as they are read into memory of their own.
@@ -21,15 +20,17 @@ Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const 
   Rows result;
   for (const WeightedSample& sample : samples) {
     const std::uint32_t row = model.sample_index(sample.sample);
-    if (row == model.samples()) throw Error(Status::bad_input, "an estimate names a sample this model does not hold; give the model that the matcher uses");
+    if (row == model.samples())
+      throw Error(Status::bad_input,
+                  "an estimate names a sample this model does not hold; give the model that the matcher uses");
     result.rows.push_back({values(row, result.read), sample.weight});
   }
   return result;
 }
 
 template <class Values>
-void infer(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible, std::size_t components,
-           const Values& values, Inferred& into) {
+void infer(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible,
+           std::size_t components, const Values& values, Inferred& into) {
   weighted_mean(rows_of(model, estimate, values).rows, into.mean);
   weighted_spread(rows_of(model, plausible, values).rows, into.mean, components, into.spread);
 }
@@ -42,7 +43,8 @@ void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into) 
     for (std::size_t i = 0; i < into.size(); ++i) into[i] += row.weight * row.values[i];
 }
 
-void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components, std::vector<float>& into) {
+void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
+                     std::vector<float>& into) {
   into.assign(about.size() / components, 0.0f);
   float all = 0;
   for (const WeightedRow& row : rows) {
@@ -79,9 +81,10 @@ void infer_field(const Model& model, std::uint32_t field, std::span<const Weight
   infer(model, estimate, plausible, 1, values, into);
 }
 
-void infer_positions(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible,
-                     Inferred& into) {
-  infer(model, estimate, plausible, 3, [&](std::uint32_t sample, auto&) { return model.node_positions(sample); }, into);
+void infer_positions(const Model& model, std::span<const WeightedSample> estimate,
+                     std::span<const WeightedSample> plausible, Inferred& into) {
+  infer(
+      model, estimate, plausible, 3, [&](std::uint32_t sample, auto&) { return model.node_positions(sample); }, into);
 }
 
 }  // namespace lbea

@@ -8,7 +8,6 @@
 #include <vector>
 
 namespace lbea {
-
 namespace {
 
 constexpr double never = -std::numeric_limits<double>::infinity();
@@ -16,17 +15,22 @@ constexpr double never = -std::numeric_limits<double>::infinity();
 struct Trellis {
   const Model& model;
   double log_stop, log_step, log_stay, log_change;
-  std::vector<double> score;                      // per sample: of the best path that ends there
-  std::vector<std::vector<std::uint32_t>> before; // per frame but the first, per sample: where that path came from
+  std::vector<double> score;                       // per sample: of the best path that ends there
+  std::vector<std::vector<std::uint32_t>> before;  // per frame but the first, per sample: where that path came from
 
   Trellis(const Model& m, const TrackerConfig& config)
-      : model(m), log_stop(std::log(1 - double{config.persistence})), log_step(std::log(double{config.persistence})),
-        log_stay(std::log(1 - double{config.change})), log_change(std::log(double{config.change} / m.samples())), score(m.samples(), 0.0) {}
+      : model(m),
+        log_stop(std::log(1 - double{config.persistence})),
+        log_step(std::log(double{config.persistence})),
+        log_stay(std::log(1 - double{config.change})),
+        log_change(std::log(double{config.change} / m.samples())),
+        score(m.samples(), 0.0) {}
 
   void weigh(std::span<const Match> evidence, const TrackerConfig& config) {
     const Plausibility plausibility(evidence.front().distance, config);
     std::vector<double> likelihood(score.size(), std::log(plausibility(evidence.back().distance)));
-    for (const Match& candidate : evidence) likelihood[model.sample_index(candidate.sample)] = std::log(plausibility(candidate.distance));
+    for (const Match& candidate : evidence)
+      likelihood[model.sample_index(candidate.sample)] = std::log(plausibility(candidate.distance));
     for (std::size_t s = 0; s < score.size(); ++s) score[s] += likelihood[s];
   }
 
@@ -58,7 +62,8 @@ struct Trellis {
 
 }  // namespace
 
-std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence, const TrackerConfig& config) {
+std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence,
+                                   const TrackerConfig& config) {
   Trellis trellis(model, config);
   for (std::size_t frame = 0; frame < evidence.size(); ++frame) {
     if (frame > 0) trellis.advance();

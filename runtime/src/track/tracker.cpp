@@ -1,5 +1,5 @@
-#include "runtime/src/track/evidence.hpp"
 #include "runtime/src/model/view_data.hpp"
+#include "runtime/src/track/evidence.hpp"
 
 #include <lbea/tracker.hpp>
 
@@ -10,17 +10,19 @@
 #include <vector>
 
 namespace lbea {
-
 namespace {
 
 void require(bool holds, const char* name, float value, const char* range) {
-  if (!holds) throw Error(Status::bad_config, std::string("tracker configuration: ") + name + " is " + std::to_string(value) + "; give " + range);
+  if (!holds)
+    throw Error(Status::bad_config,
+                std::string("tracker configuration: ") + name + " is " + std::to_string(value) + "; give " + range);
 }
 
 void check(const TrackerConfig& config) {
   require(config.sharpness > 0 && std::isfinite(config.sharpness), "sharpness", config.sharpness, "a positive number");
   require(config.noise > 0 && std::isfinite(config.noise), "noise", config.noise, "a positive length");
-  require(config.persistence >= 0 && config.persistence < 1, "persistence", config.persistence, "a share from 0 to below 1");
+  require(config.persistence >= 0 && config.persistence < 1, "persistence", config.persistence,
+          "a share from 0 to below 1");
   require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
 }
 
@@ -28,8 +30,14 @@ void check(const TrackerConfig& config) {
 
 struct Tracker::State {
   State(Model m, const TrackerConfig& c, const SensorViews& views)
-      : model(std::move(m)), config(c), misfit_limit(views.test_misfit_limit()), probability(model.samples()), likelihood(model.samples()), first(model.simulations() + 1),
-        simulations(model.simulations()), branches(model.branches()) {
+      : model(std::move(m)),
+        config(c),
+        misfit_limit(views.test_misfit_limit()),
+        probability(model.samples()),
+        likelihood(model.samples()),
+        first(model.simulations() + 1),
+        simulations(model.simulations()),
+        branches(model.branches()) {
     for (std::uint32_t s = 0; s < model.samples(); ++s) ++first[model.sample(s).simulation + 1];
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
     reset();
@@ -45,7 +53,7 @@ struct Tracker::State {
   TrackerConfig config;
   float misfit_limit;  // 0: no views, no verdict
   double log_misfits = 0, weights = 0;
-  std::uint64_t judged = 0;  // frames
+  std::uint64_t judged = 0;                     // frames
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
   std::vector<float> simulations, branches;
@@ -60,8 +68,8 @@ void Tracker::State::reset() noexcept {
   publish();
 }
 
-// Forward in time: a geometric number of steps within each simulation; a share starts anew in any simulation, no earlier
-// than the time step it has reached.
+// Forward in time: a geometric number of steps within each simulation; a share starts anew in any simulation, no
+// earlier than the time step it has reached.
 void Tracker::State::predict() noexcept {
   const double stay = 1 - double{config.change};
   double reached = 0;  // mean time step, by which those that change are placed
@@ -75,7 +83,8 @@ void Tracker::State::predict() noexcept {
       const bool newcomer = model.sample(s).time_step + 1 >= reached;
       probability[s] = stay * carried + (newcomer ? double{config.change} / std::max(newcomers, 1.0) : 0);
     }
-    if (first[simulation] < first[simulation + 1]) probability[first[simulation + 1] - 1] += stay * double{config.persistence} * carried;  // the end holds
+    if (first[simulation] < first[simulation + 1])
+      probability[first[simulation + 1] - 1] += stay * double{config.persistence} * carried;  // the end holds
   }
 }
 
@@ -83,7 +92,8 @@ void Tracker::State::predict() noexcept {
 void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
   const Plausibility plausibility(evidence.front().distance, config);
   std::ranges::fill(likelihood, plausibility(evidence.back().distance));
-  for (const Match& candidate : evidence) likelihood[model.sample_index(candidate.sample)] = plausibility(candidate.distance);
+  for (const Match& candidate : evidence)
+    likelihood[model.sample_index(candidate.sample)] = plausibility(candidate.distance);
   double all = 0;
   for (std::size_t s = 0; s < probability.size(); ++s) all += probability[s] *= likelihood[s];
   for (double& p : probability) p /= all;
@@ -92,7 +102,8 @@ void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
 void Tracker::State::publish() noexcept {
   std::ranges::fill(simulations, 0.0f);
   std::ranges::fill(branches, 0.0f);
-  for (std::uint32_t s = 0; s < model.samples(); ++s) simulations[model.sample(s).simulation] += static_cast<float>(probability[s]);
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    simulations[model.sample(s).simulation] += static_cast<float>(probability[s]);
   for (std::uint32_t i = 0; i < model.simulations(); ++i) branches[model.branch_of(i)] += simulations[i];
   const auto likeliest = static_cast<std::uint32_t>(std::ranges::max_element(probability) - probability.begin());
   state.sample = model.sample(likeliest);
@@ -102,8 +113,9 @@ void Tracker::State::publish() noexcept {
   state.branch_probabilities = branches;
 }
 
-// Misfits scatter from frame to frame; over a test their mean tells an unknown branch from an unseen run. Frames in which
-// unseen runs leave little count for more: a frame's weight is one over the square of the residual expected of it.
+// Misfits scatter from frame to frame; over a test their mean tells an unknown branch from an unseen run. Frames in
+// which unseen runs leave little count for more: a frame's weight is one over the square of the residual expected of
+// it.
 void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   if (!(fit.misfit > 0) || !(misfit_limit > 0)) return;
   constexpr std::uint64_t least_frames = 4;
@@ -115,7 +127,9 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   state.misfit = static_cast<float>(std::exp(log_misfits / weights));
   if (++judged < least_frames) return;
   const bool one_branch = *std::ranges::max_element(branches) >= sure;
-  state.verdict = state.misfit > misfit_limit ? Verdict::no_simulation_fits : one_branch ? Verdict::matched : Verdict::ambiguous;
+  state.verdict = state.misfit > misfit_limit ? Verdict::no_simulation_fits
+                  : one_branch                ? Verdict::matched
+                                              : Verdict::ambiguous;
 }
 
 Tracker::Tracker(Model model, const TrackerConfig& config, SensorViews views) {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -35,12 +34,19 @@ nlohmann::json to_json(const wire::Counters& counters) {
   nlohmann::json reasons = nlohmann::json::object();
   for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
     const auto status = static_cast<wire::WireStatus>(i);
-    const bool is_trouble = wire::fate_of(status) == wire::Fate::rejected || wire::fate_of(status) == wire::Fate::dropped;
+    const bool is_trouble =
+        wire::fate_of(status) == wire::Fate::rejected || wire::fate_of(status) == wire::Fate::dropped;
     if (is_trouble && counters.by_status[i] > 0) reasons[std::string(wire::to_string(status))] = counters.by_status[i];
   }
-  return {{"received", counters.received}, {"matched", counters.sum(wire::Fate::matched)}, {"rejected", counters.sum(wire::Fate::rejected)},
-          {"dropped", counters.sum(wire::Fate::dropped)}, {"missed", counters.missed}, {"duplicates", counters.duplicates},
-          {"recorded", counters.recorded}, {"unrecorded", counters.unrecorded}, {"reasons", reasons}};
+  return {{"received", counters.received},
+          {"matched", counters.sum(wire::Fate::matched)},
+          {"rejected", counters.sum(wire::Fate::rejected)},
+          {"dropped", counters.sum(wire::Fate::dropped)},
+          {"missed", counters.missed},
+          {"duplicates", counters.duplicates},
+          {"recorded", counters.recorded},
+          {"unrecorded", counters.unrecorded},
+          {"reasons", reasons}};
 }
 
 }  // namespace
@@ -80,8 +86,10 @@ void Health::note(const wire::WireState& state, Clock::time_point now) {
   heard_ = now;
   counters_ = state.counters;
   state_ = state;
-  if (state.recording) note_recording(*state.recording, now);
-  else sizes_.clear();
+  if (state.recording)
+    note_recording(*state.recording, now);
+  else
+    sizes_.clear();
 }
 
 void Health::note_recording(const wire::WireRecording& recording, Clock::time_point now) {
@@ -109,13 +117,23 @@ nlohmann::json Health::report(Clock::time_point now) const {
   };
   Histogram histogram = previous_;
   for (std::size_t bin = 0; bin < bins; ++bin) histogram[bin] += current_[bin];
-  nlohmann::json report{{"counters", to_json(counters_)}, {"results_lost_here", lost_}, {"unreadable_here", unreadable_},
-                        {"heard_ms", age_ms(heard_)}, {"last_frame_ms", age_ms(last_frame_)},
+  nlohmann::json report{{"counters", to_json(counters_)},
+                        {"results_lost_here", lost_},
+                        {"unreadable_here", unreadable_},
+                        {"heard_ms", age_ms(heard_)},
+                        {"last_frame_ms", age_ms(last_frame_)},
                         {"rate", now - rate_begin_ < 3s ? rate_ : 0.0},
-                        {"latency", {{"bins", histogram}, {"first_edge_ms", first_edge_ms}, {"p50_ms", quantile_ms(histogram, 0.5)}, {"p99_ms", quantile_ms(histogram, 0.99)}}}};
+                        {"latency",
+                         {{"bins", histogram},
+                          {"first_edge_ms", first_edge_ms},
+                          {"p50_ms", quantile_ms(histogram, 0.5)},
+                          {"p99_ms", quantile_ms(histogram, 0.99)}}}};
   if (state_)
-    report["server"] = {{"version", state_->version}, {"method", state_->method}, {"queue_used", state_->queue_used},
-                        {"queue_slots", state_->queue_slots}, {"start_ns", std::to_string(state_->start_ns)}};
+    report["server"] = {{"version", state_->version},
+                        {"method", state_->method},
+                        {"queue_used", state_->queue_used},
+                        {"queue_slots", state_->queue_slots},
+                        {"start_ns", std::to_string(state_->start_ns)}};
   if (state_ && state_->recording) report["server"]["recording"] = recording_report();
   return report;
 }

@@ -8,14 +8,13 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr auto receive_timeout = 100ms;
-constexpr auto heartbeat = 500ms;       // a snapshot at least so often: ages grow also while nothing comes
-constexpr auto cloudless_after = 1s;    // without a new cloud the view goes on without
+constexpr auto heartbeat = 500ms;     // a snapshot at least so often: ages grow also while nothing comes
+constexpr auto cloudless_after = 1s;  // without a new cloud the view goes on without
 constexpr std::size_t recent_results = 256, waiting_clouds = 8;
 constexpr std::size_t rows_at_once = 2048;
 constexpr int previews_held = 2;
@@ -54,15 +53,20 @@ void LiveFeed::receive_results() {
     const auto message = results_.receive(receive_timeout);
     if (!message) continue;
     const wire::MessageKind kind = wire::message_kind(*message);
-    const bool is_result = kind == wire::MessageKind::result && wire::decode_result(*message, result) == wire::WireStatus::ok;
-    const bool is_state = kind == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok;
+    const bool is_result =
+        kind == wire::MessageKind::result && wire::decode_result(*message, result) == wire::WireStatus::ok;
+    const bool is_state =
+        kind == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok;
     if (is_result) relay(ViewerChannel::results, result.publish_ns, *message);
     if (is_state) relay(ViewerChannel::state, state.publish_ns, *message);
     const std::lock_guard lock(mutex_);
     ++version_;
-    if (is_result) take(result);
-    else if (is_state) health_.note(state);
-    else health_.note_unreadable();
+    if (is_result)
+      take(result);
+    else if (is_state)
+      health_.note(state);
+    else
+      health_.note_unreadable();
     if (is_state) model_differs_ = state.model.checksum != model_.checksum();
   }
 }
@@ -91,7 +95,8 @@ void LiveFeed::take(const wire::WireResult& result) {
   health_.note(result);
   if (result.status == wire::WireStatus::end_of_stream) return;
   latest_ = result;
-  const auto mine = std::ranges::find_if(waiting_, [&](const Waiting& w) { return w.session == result.session && w.frame_id == result.frame_id; });
+  const auto mine = std::ranges::find_if(
+      waiting_, [&](const Waiting& w) { return w.session == result.session && w.frame_id == result.frame_id; });
   if (mine != waiting_.end()) {
     show(result, std::move(mine->cloud));
     waiting_.erase(waiting_.begin(), mine + 1);
@@ -103,7 +108,8 @@ void LiveFeed::take(const wire::WireResult& result) {
 }
 
 void LiveFeed::take(Waiting cloud) {
-  const auto its = std::ranges::find_if(recent_, [&](const wire::WireResult& r) { return r.session == cloud.session && r.frame_id == cloud.frame_id; });
+  const auto its = std::ranges::find_if(
+      recent_, [&](const wire::WireResult& r) { return r.session == cloud.session && r.frame_id == cloud.frame_id; });
   if (its != recent_.end()) return show(*its, std::move(cloud.cloud));
   waiting_.push_back(std::move(cloud));
   if (waiting_.size() > waiting_clouds) waiting_.pop_front();
@@ -130,7 +136,8 @@ void LiveFeed::build_snapshots() {
       last = begin;
     }
     // At most half of one core.
-    std::this_thread::sleep_for(std::max<Clock::duration>(config_.interval - (Clock::now() - begin), Clock::now() - begin));
+    std::this_thread::sleep_for(
+        std::max<Clock::duration>(config_.interval - (Clock::now() - begin), Clock::now() - begin));
   }
 }
 
@@ -143,8 +150,11 @@ Snapshot LiveFeed::build() {
     head["version"] = version_;
     head["result"] = to_json(latest_);
     head["health"] = health_.report();
-    head["test"] = {{"epoch", log_.epoch()}, {"results", log_.results()}, {"complete", log_.is_complete()},
-                    {"seconds", log_.seconds(latest_.stamp_ns)}, {"session", std::to_string(log_.session())}};
+    head["test"] = {{"epoch", log_.epoch()},
+                    {"results", log_.results()},
+                    {"complete", log_.is_complete()},
+                    {"seconds", log_.seconds(latest_.stamp_ns)},
+                    {"session", std::to_string(log_.session())}};
     head["model_differs"] = model_differs_;
     head["has_preview"] = previews_.has_value();
   }

@@ -1,12 +1,13 @@
-// A running test: results and previews are taken in as they come, whoever looks; scenes are built only while somebody does.
+// A running test: results and previews are taken in as they come, whoever looks; scenes are built only while somebody
+// does.
 #pragma once
 
 #include "adapters/wire/sockets/streams.hpp"
-#include "tools/monitor/web/exports.hpp"
 #include "tools/monitor/feeds/feed.hpp"
-#include "tools/monitor/web/foxglove.hpp"
 #include "tools/monitor/feeds/health.hpp"
 #include "tools/monitor/scene/scene.hpp"
+#include "tools/monitor/web/exports.hpp"
+#include "tools/monitor/web/foxglove.hpp"
 
 #include <atomic>
 #include <deque>
@@ -22,8 +23,8 @@ struct LiveConfig {
 
 class LiveFeed final : public Feed {
  public:
-  /// `publish` is called from a thread of the feed with every new snapshot, `is_awaited` before one is built; `relay`, which may
-  /// be empty, from several with every message that was understood.
+  /// `publish` is called from a thread of the feed with every new snapshot, `is_awaited` before one is built; `relay`,
+  /// which may be empty, from several with every message that was understood.
   struct Audience {
     std::function<void(Snapshot)> publish;
     std::function<bool()> is_awaited;

@@ -2,15 +2,14 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/monitor/web/access.hpp"
-#include "tools/shared/recording/run_audit.hpp"
 #include "tools/shared/matching/preview.hpp"
+#include "tools/shared/recording/run_audit.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <charconv>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::uint32_t most_points_read = std::uint32_t{1} << 24;
@@ -32,9 +31,12 @@ HttpAnswer binary(std::string packet) { return {200, "application/octet-stream",
 }  // namespace
 
 Model open_model(const std::string& file, std::uint64_t checksum) {
-  if (file.empty()) throw Error(Status::bad_config, "which model the frames were matched with is not said; give it with --model");
+  if (file.empty())
+    throw Error(Status::bad_config, "which model the frames were matched with is not said; give it with --model");
   Model model = Model::open(file);
-  if (model.checksum() != checksum) throw Error(Status::bad_config, file + ": is not the model any more that the frames were matched with; give that one with --model");
+  if (model.checksum() != checksum)
+    throw Error(Status::bad_config,
+                file + ": is not the model any more that the frames were matched with; give that one with --model");
   return model;
 }
 
@@ -52,14 +54,16 @@ RecordingFeed::RecordingFeed(const std::filesystem::path& file, Model model)
 void RecordingFeed::read_all() {
   std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t> frames;
   while (const auto message = run_.next()) {
-    if (message->kind == RecordedMessage::Kind::frame) frames.try_emplace({message->session, message->id}, message->log_time_ns);
+    if (message->kind == RecordedMessage::Kind::frame)
+      frames.try_emplace({message->session, message->id}, message->log_time_ns);
   }
   run_.rewind();
   while (const auto message = run_.next())
     if (message->kind == RecordedMessage::Kind::result) note_result(*message, frames);
 }
 
-void RecordingFeed::note_result(const RecordedMessage& message, const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames) {
+void RecordingFeed::note_result(const RecordedMessage& message,
+                                const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames) {
   wire::WireResult result;
   if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.note_unreadable();
   health_.note(result, whole_);
@@ -80,8 +84,9 @@ wire::WireResult RecordingFeed::result_of(const Entry& entry) {
   run_.rewind();
   run_.limit(entry.result_ns, entry.result_ns);
   while (const auto message = run_.next())
-    if (message->kind == RecordedMessage::Kind::result && wire::decode_result(message->data, result) == wire::WireStatus::ok &&
-        result.session == entry.session && result.frame_id == entry.id)
+    if (message->kind == RecordedMessage::Kind::result &&
+        wire::decode_result(message->data, result) == wire::WireStatus::ok && result.session == entry.session &&
+        result.frame_id == entry.id)
       return result;
   return {};
 }
@@ -91,10 +96,13 @@ std::shared_ptr<const std::vector<Point>> RecordingFeed::cloud_of(const Entry& e
   run_.rewind();
   run_.limit(entry.frame_ns, entry.frame_ns);
   while (const auto message = run_.next()) {
-    if (message->kind != RecordedMessage::Kind::frame || message->session != entry.session || message->id != entry.id) continue;
+    if (message->kind != RecordedMessage::Kind::frame || message->session != entry.session || message->id != entry.id)
+      continue;
     wire::Encoder encoder;
     wire::DecodedFrame frame;
-    if (wire::decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame, {.max_points = most_points_read}) != wire::WireStatus::ok) return nullptr;
+    if (wire::decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame,
+                           {.max_points = most_points_read}) != wire::WireStatus::ok)
+      return nullptr;
     thin(frame.points, PreviewConfig{}.max_points, run_.settings().matcher.T_reference_sensor);
     return std::make_shared<const std::vector<Point>>(std::move(frame.points));
   }
@@ -106,10 +114,17 @@ std::string RecordingFeed::frame_packet(const Entry& entry) {
   const TestLog& log = log_of(entry.session);
   Health health = health_;
   health.note(moment.result, whole_);
-  nlohmann::json head{{"type", "snapshot"}, {"result", to_json(moment.result)}, {"health", health.report(whole_)}, {"has_preview", true},
+  nlohmann::json head{{"type", "snapshot"},
+                      {"result", to_json(moment.result)},
+                      {"health", health.report(whole_)},
+                      {"has_preview", true},
                       {"model_differs", moment.result.model_checksum != model_.checksum()},
-                      {"test", {{"epoch", log.epoch()}, {"results", log.results()}, {"complete", false}, {"session", std::to_string(entry.session)},
-                                {"seconds", log.seconds(moment.result.stamp_ns)}}}};
+                      {"test",
+                       {{"epoch", log.epoch()},
+                        {"results", log.results()},
+                        {"complete", false},
+                        {"session", std::to_string(entry.session)},
+                        {"seconds", log.seconds(moment.result.stamp_ns)}}}};
   head["health"]["recording"] = words_;
   return scenes_.build(moment, std::move(head));
 }
@@ -132,10 +147,15 @@ std::optional<HttpAnswer> RecordingFeed::answer(std::string_view target) {
   if (path == "/api/model") return binary(model_answer());
   if (path == "/api/recording/rows") return binary(rows_packet(target));
   if (path == "/export/curves.csv")
-    return HttpAnswer{200, "text/csv; charset=utf-8", to_csv(log_of(number_in<std::uint64_t>(target, "session", entries_.empty() ? 0 : entries_.front().session)), exports_.simulation_names()), "curves.csv"};
+    return HttpAnswer{
+        200, "text/csv; charset=utf-8",
+        to_csv(log_of(number_in<std::uint64_t>(target, "session", entries_.empty() ? 0 : entries_.front().session)),
+               exports_.simulation_names()),
+        "curves.csv"};
   if (path != "/api/recording/frame") return exports_.answer(target);
   const auto number = number_in<std::size_t>(target, "number", entries_.size());
-  if (number >= entries_.size()) return HttpAnswer{404, "text/plain; charset=utf-8", "number= wants one of the recording's frames, from 0\n", ""};
+  if (number >= entries_.size())
+    return HttpAnswer{404, "text/plain; charset=utf-8", "number= wants one of the recording's frames, from 0\n", ""};
   return binary(frame_packet(entries_[number]));
 }
 

@@ -1,10 +1,10 @@
 // A recording to look at afterwards: its frames one by one, the curves of its tests.
 #pragma once
 
-#include "tools/monitor/web/exports.hpp"
 #include "tools/monitor/feeds/feed.hpp"
 #include "tools/monitor/feeds/health.hpp"
 #include "tools/monitor/scene/scene.hpp"
+#include "tools/monitor/web/exports.hpp"
 #include "tools/shared/recording/recorded_run.hpp"
 
 #include <map>
@@ -29,7 +29,8 @@ class RecordingFeed final : public Feed {
     std::uint64_t session = 0, id = 0;
   };
   void read_all();
-  void note_result(const RecordedMessage& message, const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames);
+  void note_result(const RecordedMessage& message,
+                   const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames);
   [[nodiscard]] std::string model_answer() const;
   [[nodiscard]] std::string frame_packet(const Entry& entry);
   [[nodiscard]] std::string rows_packet(std::string_view target) const;
@@ -45,7 +46,8 @@ class RecordingFeed final : public Feed {
   RecordedRun run_;
   SceneBuilder scenes_;
   Health health_;
-  Health::Clock::time_point whole_ = Health::Clock::now();  // one moment for all of it: the latencies are the whole recording's
+  Health::Clock::time_point whole_ =
+      Health::Clock::now();  // one moment for all of it: the latencies are the whole recording's
   std::vector<Entry> entries_;
   std::map<std::uint64_t, TestLog> logs_;
 };

@@ -2,15 +2,14 @@
 
 #include "tools/monitor/scene/packet.hpp"
 
-#include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
@@ -68,7 +67,9 @@ void TestLog::add(const wire::WireResult& result) {
   if (rows_.size() >= capacity_) thin();
   // A refused frame may not even have a time; it stands where it came.
   const bool has_time = fate == wire::Fate::matched || (result.session == session_ && result.stamp_ns != 0);
-  rows_.push_back(row_of(result, has_time ? seconds(result.stamp_ns) : rows_.empty() ? 0 : static_cast<double>(rows_.back()[time_s])));
+  rows_.push_back(row_of(result, has_time        ? seconds(result.stamp_ns)
+                                 : rows_.empty() ? 0
+                                                 : static_cast<double>(rows_.back()[time_s])));
 }
 
 void TestLog::begin(const wire::WireResult& first) {
@@ -97,27 +98,39 @@ std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most) {
   if (count == 0 && !is_new) return {};
   std::vector<float> values;
   values.reserve(count * TestLog::row_values);
-  for (const TestLog::Row& row : log.rows().subspan(cursor.row, count)) values.insert(values.end(), row.begin(), row.end());
+  for (const TestLog::Row& row : log.rows().subspan(cursor.row, count))
+    values.insert(values.end(), row.begin(), row.end());
   Packet packet;
   packet.add("rows", std::move(values));
-  const nlohmann::json head{{"type", "rows"}, {"epoch", log.epoch()}, {"first", cursor.row}, {"every", log.every()}, {"row_values", TestLog::row_values}};
+  const nlohmann::json head{{"type", "rows"},
+                            {"epoch", log.epoch()},
+                            {"first", cursor.row},
+                            {"every", log.every()},
+                            {"row_values", TestLog::row_values}};
   cursor.row += count;
   return packet.finish(head);
 }
 
 std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names) {
-  std::string csv = "time_s,frame,verdict,status,simulation,time_step,distance,residual,estimate_residual,misfit,spread,coverage,x,y,z,latency_ms";
+  std::string csv =
+      "time_s,frame,verdict,status,simulation,time_step,distance,residual,estimate_residual,misfit,spread,coverage,x,y,"
+      "z,latency_ms";
   for (std::size_t k = 1; k <= TestLog::chances; ++k) csv += fmt::format(",simulation_{0},probability_{0}", k);
   csv += '\n';
   for (const TestLog::Row& row : log.rows()) {
     for (std::size_t column = 0; column < TestLog::row_values; ++column) {
       const float value = row[column];
       if (column > 0) csv += ',';
-      const bool is_name = column == TestLog::simulation || (column >= TestLog::column_count && (column - TestLog::column_count) % 2 == 0);
-      if (is_name) csv += name_of(value, simulation_names);
-      else if (column == TestLog::verdict) csv += wire::to_string(static_cast<wire::WireVerdict>(value));
-      else if (column == TestLog::status) csv += wire::to_string(static_cast<wire::WireStatus>(value));
-      else csv += number(value);
+      const bool is_name = column == TestLog::simulation ||
+                           (column >= TestLog::column_count && (column - TestLog::column_count) % 2 == 0);
+      if (is_name)
+        csv += name_of(value, simulation_names);
+      else if (column == TestLog::verdict)
+        csv += wire::to_string(static_cast<wire::WireVerdict>(value));
+      else if (column == TestLog::status)
+        csv += wire::to_string(static_cast<wire::WireStatus>(value));
+      else
+        csv += number(value);
     }
     csv += '\n';
   }

@@ -22,8 +22,23 @@ class TestLog {
   static constexpr std::size_t chances = 8;
   /// In this order; probabilities of simulations follow: `chances` pairs of (simulation, probability). NaN: not known.
   enum Column : std::size_t {
-    time_s, frame, verdict, status, simulation, time_step, distance, residual, estimate_residual, misfit, spread, coverage,
-    x, y, z, latency_ms, column_count
+    time_s,
+    frame,
+    verdict,
+    status,
+    simulation,
+    time_step,
+    distance,
+    residual,
+    estimate_residual,
+    misfit,
+    spread,
+    coverage,
+    x,
+    y,
+    z,
+    latency_ms,
+    column_count
   };
   static constexpr std::size_t row_values = column_count + 2 * chances;
   using Row = std::array<float, row_values>;
@@ -40,7 +55,9 @@ class TestLog {
   [[nodiscard]] bool is_complete() const noexcept { return complete_; }
   [[nodiscard]] std::uint64_t results() const noexcept { return results_; }
   [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
-  [[nodiscard]] double seconds(std::int64_t stamp_ns) const noexcept { return static_cast<double>(stamp_ns - first_stamp_ns_) * 1e-9; }
+  [[nodiscard]] double seconds(std::int64_t stamp_ns) const noexcept {
+    return static_cast<double>(stamp_ns - first_stamp_ns_) * 1e-9;
+  }
 
  private:
   void begin(const wire::WireResult& first);

@@ -9,7 +9,6 @@
 #include <limits>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::uint32_t most_ranged_samples = 400;
@@ -41,7 +40,8 @@ std::vector<float> curves_of(const Model& model) {
   std::vector<float> curves;
   for_picked_samples(model, most_curve_points, [&](std::uint32_t sample) {
     const auto at = model.leading_coordinates(0, sample);
-    curves.insert(curves.end(), {static_cast<float>(model.sample(sample).simulation), static_cast<float>(model.sample_time_s(sample)), at[0], at[1], at[2]});
+    curves.insert(curves.end(), {static_cast<float>(model.sample(sample).simulation),
+                                 static_cast<float>(model.sample_time_s(sample)), at[0], at[1], at[2]});
   });
   return curves;
 }
@@ -50,8 +50,10 @@ nlohmann::json simulations_of(const Model& model) {
   nlohmann::json simulations = nlohmann::json::array();
   for (std::uint32_t i = 0; i < model.simulations(); ++i) {
     nlohmann::json parameters = nlohmann::json::array();
-    for (std::uint32_t k = 0; k < model.parameters(); ++k) parameters.push_back(model.parameter(i, k));  // NaN becomes null
-    simulations.push_back({{"name", model.simulation_name(i)}, {"branch", model.branch_of(i)}, {"parameters", parameters}});
+    for (std::uint32_t k = 0; k < model.parameters(); ++k)
+      parameters.push_back(model.parameter(i, k));  // NaN becomes null
+    simulations.push_back(
+        {{"name", model.simulation_name(i)}, {"branch", model.branch_of(i)}, {"parameters", parameters}});
   }
   return simulations;
 }
@@ -60,8 +62,11 @@ nlohmann::json fields_of(const Model& model, const ModelRanges& ranges) {
   nlohmann::json fields = nlohmann::json::array();
   for (std::uint32_t i = 0; i < model.fields(); ++i) {
     const FieldInfo info = model.field(i);
-    fields.push_back({{"name", info.name}, {"unit", info.unit}, {"location", info.location == FieldInfo::Location::node ? "node" : "element"},
-                      {"lo", ranges.fields[i].lo}, {"hi", ranges.fields[i].hi}});
+    fields.push_back({{"name", info.name},
+                      {"unit", info.unit},
+                      {"location", info.location == FieldInfo::Location::node ? "node" : "element"},
+                      {"lo", ranges.fields[i].lo},
+                      {"hi", ranges.fields[i].hi}});
   }
   return fields;
 }
@@ -100,10 +105,19 @@ std::vector<std::string> simulation_names(const Model& model) {
 std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording) {
   nlohmann::json parameters = nlohmann::json::array();
   for (std::uint32_t i = 0; i < model.parameters(); ++i) parameters.push_back(model.parameter_name(i));
-  const nlohmann::json head{{"type", "model"}, {"unit", model.length_unit()}, {"simulations", simulations_of(model)}, {"parameters", parameters},
-                            {"fields", fields_of(model, ranges)}, {"lo", ranges.lo}, {"hi", ranges.hi}, {"nodes", model.nodes()},
-                            {"samples", model.samples()}, {"axes", model.leading_axes(0)}, {"branches", model.branches()},
-                            {"references", model.references()}, {"recording", recording}};
+  const nlohmann::json head{{"type", "model"},
+                            {"unit", model.length_unit()},
+                            {"simulations", simulations_of(model)},
+                            {"parameters", parameters},
+                            {"fields", fields_of(model, ranges)},
+                            {"lo", ranges.lo},
+                            {"hi", ranges.hi},
+                            {"nodes", model.nodes()},
+                            {"samples", model.samples()},
+                            {"axes", model.leading_axes(0)},
+                            {"branches", model.branches()},
+                            {"references", model.references()},
+                            {"recording", recording}};
   Packet packet;
   const auto elements = model.element_nodes();
   packet.add("elements", std::vector<std::uint32_t>(elements.begin(), elements.end()));

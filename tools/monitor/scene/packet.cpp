@@ -5,7 +5,6 @@
 #include <cstring>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::size_t alignment = 8;

@@ -8,7 +8,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::uint32_t most_fields = 8;
@@ -19,24 +18,33 @@ Shape alone(Sample sample) { return {{sample, 1.0f}}; }
 
 nlohmann::json to_json(const Shape& shape) {
   nlohmann::json shares = nlohmann::json::array();
-  for (const WeightedSample& share : shape) shares.push_back({share.sample.simulation, share.sample.time_step, share.weight});
+  for (const WeightedSample& share : shape)
+    shares.push_back({share.sample.simulation, share.sample.time_step, share.weight});
   return shares;
 }
 
-std::uint16_t quantised(float share) { return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0f, 1.0f) * full_scale)); }
+std::uint16_t quantised(float share) {
+  return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0f, 1.0f) * full_scale));
+}
 
 nlohmann::json to_json(const wire::WireTestState& test) {
   nlohmann::json simulations = nlohmann::json::array();
-  for (const wire::SimulationChance& chance : test.simulations) simulations.push_back({chance.simulation, chance.probability});
-  return {{"frames", test.frames}, {"simulation", test.simulation}, {"sample", {test.sample.simulation, test.sample.time_step}},
-          {"sample_probability", test.sample_probability}, {"simulations", simulations}, {"branches", test.branches}};
+  for (const wire::SimulationChance& chance : test.simulations)
+    simulations.push_back({chance.simulation, chance.probability});
+  return {{"frames", test.frames},
+          {"simulation", test.simulation},
+          {"sample", {test.sample.simulation, test.sample.time_step}},
+          {"sample_probability", test.sample_probability},
+          {"simulations", simulations},
+          {"branches", test.branches}};
 }
 
 nlohmann::json to_json(const wire::WireFit& fit) {
   nlohmann::json candidates = nlohmann::json::array();
   for (const Match& candidate : fit.candidates)
     candidates.push_back({candidate.sample.simulation, candidate.sample.time_step, candidate.distance});
-  return {{"residual", fit.residual}, {"estimate_residual", fit.estimate_residual}, {"misfit", fit.misfit}, {"spread", fit.spread},
+  return {{"residual", fit.residual}, {"estimate_residual", fit.estimate_residual},
+          {"misfit", fit.misfit},     {"spread", fit.spread},
           {"candidates", candidates}, {"estimate", to_json(fit.estimate)}};
 }
 
@@ -49,8 +57,10 @@ Leaders leaders_of(const wire::WireResult& result) {
   Leaders leaders;
   if (ranked.empty()) return leaders;
   leaders.match = alone(ranked.front());
-  leaders.estimate = result.fit.estimate.empty() ? leaders.match : Shape(result.fit.estimate.begin(), result.fit.estimate.end());
-  const auto other = std::ranges::find_if(ranked, [&](const Sample& sample) { return sample.simulation != ranked.front().simulation; });
+  leaders.estimate =
+      result.fit.estimate.empty() ? leaders.match : Shape(result.fit.estimate.begin(), result.fit.estimate.end());
+  const auto other = std::ranges::find_if(
+      ranked, [&](const Sample& sample) { return sample.simulation != ranked.front().simulation; });
   if (other != ranked.end()) leaders.ghost = alone(*other);
   return leaders;
 }
@@ -58,12 +68,22 @@ Leaders leaders_of(const wire::WireResult& result) {
 nlohmann::json to_json(const wire::WireResult& result) {
   nlohmann::json matches = nlohmann::json::array();
   for (const wire::WireMatch& match : result.matches)
-    matches.push_back({{"simulation", match.sample.simulation}, {"name", match.simulation_name}, {"time_step", match.sample.time_step},
-                       {"time_s", match.time_s}, {"distance", match.distance}});
-  nlohmann::json json{{"frame", result.frame_id}, {"session", std::to_string(result.session)}, {"stamp_ns", std::to_string(result.stamp_ns)},
-                      {"status", wire::to_string(result.status)}, {"verdict", wire::to_string(result.verdict)}, {"coverage", result.coverage},
-                      {"points", result.points.received}, {"used", result.points.used}, {"matches", matches},
-                      {"reference", result.reference}, {"xyz", result.leading_coordinates}};
+    matches.push_back({{"simulation", match.sample.simulation},
+                       {"name", match.simulation_name},
+                       {"time_step", match.sample.time_step},
+                       {"time_s", match.time_s},
+                       {"distance", match.distance}});
+  nlohmann::json json{{"frame", result.frame_id},
+                      {"session", std::to_string(result.session)},
+                      {"stamp_ns", std::to_string(result.stamp_ns)},
+                      {"status", wire::to_string(result.status)},
+                      {"verdict", wire::to_string(result.verdict)},
+                      {"coverage", result.coverage},
+                      {"points", result.points.received},
+                      {"used", result.points.used},
+                      {"matches", matches},
+                      {"reference", result.reference},
+                      {"xyz", result.leading_coordinates}};
   if (!result.fit.candidates.empty()) json["fit"] = to_json(result.fit);
   if (result.test.frames > 0) json["test"] = to_json(result.test);
   return json;
@@ -71,7 +91,8 @@ nlohmann::json to_json(const wire::WireResult& result) {
 
 SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges)
     : model_(model), ranges_(std::move(ranges)), distance_(model.element_nodes(), model.nodes()) {
-  const float size = std::max({ranges_.hi[0] - ranges_.lo[0], ranges_.hi[1] - ranges_.lo[1], ranges_.hi[2] - ranges_.lo[2], 1e-6f});
+  const float size =
+      std::max({ranges_.hi[0] - ranges_.lo[0], ranges_.hi[1] - ranges_.lo[1], ranges_.hi[2] - ranges_.lo[2], 1e-6f});
   for (std::size_t k = 0; k < 3; ++k) {
     ranges_.lo[k] -= margin * size;
     ranges_.hi[k] += margin * size;
@@ -109,7 +130,8 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet&
     for (std::size_t k = 0; k < 3; ++k) share[k] = (at[k] - ranges_.lo[k]) / (ranges_.hi[k] - ranges_.lo[k]);
     if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
     const float distance = surface_.empty() ? distance_limit : distance_.at(point);
-    values.insert(values.end(), {quantised(share[0]), quantised(share[1]), quantised(share[2]), quantised(distance / distance_limit)});
+    values.insert(values.end(), {quantised(share[0]), quantised(share[1]), quantised(share[2]),
+                                 quantised(distance / distance_limit)});
   }
   const std::size_t shown = values.size() / 4;
   packet.add("cloud", std::move(values));
@@ -118,7 +140,8 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet&
 
 std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) {
   Packet packet;
-  nlohmann::json scene{{"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit}};
+  nlohmann::json scene{
+      {"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit}};
   const bool of_this_model = moment.result.model_checksum == model_.checksum();
   scene["meshes"] = of_this_model ? add_meshes(leaders_of(moment.result), packet) : nlohmann::json::object();
   if (moment.cloud != nullptr) scene["cloud"] = add_cloud(*moment.cloud, packet);

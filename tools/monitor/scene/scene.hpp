@@ -34,9 +34,9 @@ struct Leaders {
 class SceneBuilder {
  public:
   SceneBuilder(const Model& model, ModelRanges ranges);
-  /// Adds "scene" to `head` and finishes the packet. Sections: "estimate", "match", "ghost": nodes x 3; "field0", ...: of the
-  /// estimate; "match_field0", ...: of the match; "cloud": points x 4, u16: position in the scene's box, and distance from the
-  /// estimate as a share of its limit.
+  /// Adds "scene" to `head` and finishes the packet. Sections: "estimate", "match", "ghost": nodes x 3; "field0", ...:
+  /// of the estimate; "match_field0", ...: of the match; "cloud": points x 4, u16: position in the scene's box, and
+  /// distance from the estimate as a share of its limit.
   [[nodiscard]] std::string build(const Moment& moment, nlohmann::json head);
 
  private:

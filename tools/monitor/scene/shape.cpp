@@ -5,7 +5,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::size_t most_samples = 256;
@@ -41,7 +40,8 @@ bool is_shape_of(const Model& model, const Shape& shape) noexcept {
 }
 
 std::vector<float> positions_of(const Model& model, const Shape& shape) {
-  return blend(model, shape, std::size_t{model.nodes()} * 3, [&](std::uint32_t sample) { return model.node_positions(sample); });
+  return blend(model, shape, std::size_t{model.nodes()} * 3,
+               [&](std::uint32_t sample) { return model.node_positions(sample); });
 }
 
 std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field) {
@@ -54,7 +54,8 @@ std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_
 
 double time_of(const Model& model, const Shape& shape) noexcept {
   double time_s = 0;
-  for (const WeightedSample& share : shape) time_s += static_cast<double>(share.weight) * model.sample_time_s(model.sample_index(share.sample));
+  for (const WeightedSample& share : shape)
+    time_s += static_cast<double>(share.weight) * model.sample_time_s(model.sample_index(share.sample));
   return time_s;
 }
 
@@ -62,7 +63,9 @@ std::optional<Shape> parse_shape(std::string_view text) {
   Shape shape;
   while (!text.empty() && shape.size() < most_samples) {
     WeightedSample share;
-    if (!take(text, share.sample.simulation, ':') || !take(text, share.sample.time_step, ':') || !take(text, share.weight, ',')) return {};
+    if (!take(text, share.sample.simulation, ':') || !take(text, share.sample.time_step, ':') ||
+        !take(text, share.weight, ','))
+      return {};
     if (!std::isfinite(share.weight)) return {};
     shape.push_back(share);
   }

@@ -4,14 +4,15 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::int64_t most_cells = 128;  // along an axis
 
 Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 float dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Point moved(const Point& a, const Point& along, float by) { return {a.x + along.x * by, a.y + along.y * by, a.z + along.z * by}; }
+Point moved(const Point& a, const Point& along, float by) {
+  return {a.x + along.x * by, a.y + along.y * by, a.z + along.z * by};
+}
 
 float to_segment(const Point& p, const Point& a, const Point& b) {
   const Point ab = b - a, ap = p - a;
@@ -36,7 +37,8 @@ float to_triangle(const Point& p, const Point& a, const Point& b, const Point& c
 }
 
 /// Counting sort: from keys to the places where each key's members begin, and the members.
-void group(std::span<const std::uint32_t> keys, std::size_t groups, std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& members) {
+void group(std::span<const std::uint32_t> keys, std::size_t groups, std::vector<std::uint32_t>& first,
+           std::vector<std::uint32_t>& members) {
   first.assign(groups + 1, 0);
   for (const std::uint32_t key : keys) ++first[key + 1];
   for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
@@ -47,7 +49,8 @@ void group(std::span<const std::uint32_t> keys, std::size_t groups, std::vector<
 
 }  // namespace
 
-SurfaceDistance::SurfaceDistance(std::span<const std::uint32_t> element_nodes, std::uint32_t nodes) : element_nodes_(element_nodes), nodes_(nodes) {
+SurfaceDistance::SurfaceDistance(std::span<const std::uint32_t> element_nodes, std::uint32_t nodes)
+    : element_nodes_(element_nodes), nodes_(nodes) {
   group(element_nodes, nodes, first_element_, elements_);
   for (std::uint32_t& corner : elements_) corner /= 4;
 }
@@ -74,7 +77,8 @@ void SurfaceDistance::set_shape(std::span<const float> positions, float limit) {
   std::vector<std::uint32_t> cell_of(nodes_);
   for (std::uint32_t i = 0; i < nodes_; ++i) {
     std::int64_t cell = 0;
-    for (std::size_t k = 0; k < 3; ++k) cell = cell * cells_[k] + std::clamp<std::int64_t>(cell_along(positions[i * 3 + k], k), 0, cells_[k] - 1);
+    for (std::size_t k = 0; k < 3; ++k)
+      cell = cell * cells_[k] + std::clamp<std::int64_t>(cell_along(positions[i * 3 + k], k), 0, cells_[k] - 1);
     cell_of[i] = static_cast<std::uint32_t>(cell);
   }
   group(cell_of, static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]), first_node_, sorted_nodes_);
@@ -90,7 +94,8 @@ SurfaceDistance::Nearest SurfaceDistance::nearest_node(const Point& point) const
       // Cells along z lie side by side.
       const std::int64_t row = (x * cells_[1] + y) * cells_[2];
       const std::uint32_t last = begin(2) < end(2) ? first_node_[static_cast<std::size_t>(row + end(2))] : 0;
-      for (std::uint32_t i = begin(2) < end(2) ? first_node_[static_cast<std::size_t>(row + begin(2))] : 0; i < last; ++i) {
+      for (std::uint32_t i = begin(2) < end(2) ? first_node_[static_cast<std::size_t>(row + begin(2))] : 0; i < last;
+           ++i) {
         const float* at = positions_.data() + std::size_t{sorted_nodes_[i]} * 3;
         const Point d{point.x - at[0], point.y - at[1], point.z - at[2]};
         if (const float squared = dot(d, d); squared < nearest.squared) nearest = {sorted_nodes_[i], squared};
@@ -106,7 +111,8 @@ float SurfaceDistance::to_elements(std::uint32_t node, const Point& point) const
   };
   float squared = limit_ * limit_;
   for (std::uint32_t i = first_element_[node]; i < first_element_[node + 1]; ++i) {
-    const Point a = corner(elements_[i], 0), b = corner(elements_[i], 1), c = corner(elements_[i], 2), d = corner(elements_[i], 3);
+    const Point a = corner(elements_[i], 0), b = corner(elements_[i], 1), c = corner(elements_[i], 2),
+                d = corner(elements_[i], 3);
     squared = std::min({squared, to_triangle(point, a, b, c), to_triangle(point, a, c, d)});
   }
   return squared;

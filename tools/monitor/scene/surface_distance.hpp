@@ -10,7 +10,8 @@
 
 namespace lbea::tool {
 
-/// Over one shape of a mesh whose elements stay the same: `elements` x 4 node indices, a triangle repeats its last node.
+/// Over one shape of a mesh whose elements stay the same: `elements` x 4 node indices, a triangle repeats its last
+/// node.
 class SurfaceDistance {
  public:
   explicit SurfaceDistance(std::span<const std::uint32_t> element_nodes, std::uint32_t nodes);
@@ -31,7 +32,8 @@ class SurfaceDistance {
 
   std::span<const std::uint32_t> element_nodes_;
   std::uint32_t nodes_;
-  std::vector<std::uint32_t> first_element_, elements_;  // of every node: elements_[first_element_[i] ... first_element_[i + 1]]
+  std::vector<std::uint32_t> first_element_,
+      elements_;  // of every node: elements_[first_element_[i] ... first_element_[i + 1]]
   std::span<const float> positions_;
   float limit_ = 0, cell_ = 1;
   std::array<float, 3> lo_{};

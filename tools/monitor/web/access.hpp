@@ -27,10 +27,11 @@ enum class Access : std::uint8_t {
 
 class AccessRules {
  public:
-  /// `names`: under which hosts the page is asked for, beside the address. `token`: empty when none is needed, which only
-  /// a loopback address allows: throws Error{bad_config} otherwise.
-  /// `viewer_origins`: pages of other sites whose viewers may connect, such as "https://viewer.example".
-  AccessRules(HttpAddress address, std::vector<std::string> names, std::string token, std::vector<std::string> viewer_origins = {});
+  /// `names`: under which hosts the page is asked for, beside the address. `token`: empty when none is needed, which
+  /// only a loopback address allows: throws Error{bad_config} otherwise. `viewer_origins`: pages of other sites whose
+  /// viewers may connect, such as "https://viewer.example".
+  AccessRules(HttpAddress address, std::vector<std::string> names, std::string token,
+              std::vector<std::string> viewer_origins = {});
 
   [[nodiscard]] Access check(const RequestHead& head) const;
   /// For a viewer, which has no cookies: the token may stay in the address.

@@ -8,7 +8,6 @@
 #include <array>
 
 namespace lbea::tool {
-
 namespace {
 
 struct Kind {
@@ -30,9 +29,7 @@ std::optional<std::string> bytes_of(std::string_view name, const std::filesystem
   }
   try {
     return std::string(io::as_text(io::read_file(folder / name)));
-  } catch (const Error&) {
-    return {};
-  }
+  } catch (const Error&) { return {}; }
 }
 
 }  // namespace

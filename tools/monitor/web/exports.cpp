@@ -2,17 +2,17 @@
 
 #include "adapters/export/vtu.hpp"
 #include "adapters/files/atomic_file.hpp"
-#include "tools/shared/cli/scratch_folder.hpp"
 #include "tools/monitor/web/access.hpp"
+#include "tools/shared/cli/scratch_folder.hpp"
 
 #include <nlohmann/json.hpp>
 
-
 namespace lbea::tool {
-
 namespace {
 
-HttpAnswer refusal(unsigned status, std::string sentence) { return {status, "text/plain; charset=utf-8", std::move(sentence), ""}; }
+HttpAnswer refusal(unsigned status, std::string sentence) {
+  return {status, "text/plain; charset=utf-8", std::move(sentence), ""};
+}
 
 }  // namespace
 
@@ -24,7 +24,8 @@ std::optional<HttpAnswer> ModelExports::answer(std::string_view target) const {
   if (path == "/api/model") return HttpAnswer{200, "application/octet-stream", packet_, ""};
   if (path != "/export/mesh.vtu") return {};
   const auto shape = parse_shape(query_value(target, "shape"));
-  if (!shape || !is_shape_of(model_, *shape)) return refusal(400, "shape= wants samples of this model with weights, e.g. 3:17:0.75,4:16:0.25");
+  if (!shape || !is_shape_of(model_, *shape))
+    return refusal(400, "shape= wants samples of this model with weights, e.g. 3:17:0.75,4:16:0.25");
   return mesh(*shape);
 }
 

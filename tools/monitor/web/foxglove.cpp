@@ -12,7 +12,6 @@
 #include <span>
 
 namespace lbea::tool {
-
 namespace {
 
 using nlohmann::json;
@@ -29,9 +28,14 @@ std::string base64(std::span<const std::byte> bytes) {
   return text;
 }
 
-json channel(ViewerChannel id, std::string_view topic, std::string_view schema_name, std::span<const std::byte> schema) {
-  return {{"id", static_cast<std::uint32_t>(id)}, {"topic", topic}, {"encoding", "flatbuffer"}, {"schemaName", schema_name},
-          {"schema", base64(schema)}, {"schemaEncoding", "flatbuffer"}};
+json channel(ViewerChannel id, std::string_view topic, std::string_view schema_name,
+             std::span<const std::byte> schema) {
+  return {{"id", static_cast<std::uint32_t>(id)},
+          {"topic", topic},
+          {"encoding", "flatbuffer"},
+          {"schemaName", schema_name},
+          {"schema", base64(schema)},
+          {"schemaEncoding", "flatbuffer"}};
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -66,12 +70,17 @@ std::string_view viewer_subprotocol(std::string_view offered) noexcept {
 }
 
 std::array<std::string, 2> viewer_greeting(std::string_view session) {
-  const json info{{"op", "serverInfo"}, {"name", "lbea-monitor"}, {"capabilities", json::array()}, {"supportedEncodings", json::array()},
-                  {"metadata", json::object()}, {"sessionId", session}};
+  const json info{{"op", "serverInfo"},
+                  {"name", "lbea-monitor"},
+                  {"capabilities", json::array()},
+                  {"supportedEncodings", json::array()},
+                  {"metadata", json::object()},
+                  {"sessionId", session}};
   const json channels{{"op", "advertise"},
-                      {"channels", {channel(ViewerChannel::frames, frames_topic, "foxglove.PointCloud", wire::point_cloud_schema()),
-                                    channel(ViewerChannel::results, results_topic, "lbea.wire.Result", wire::result_schema()),
-                                    channel(ViewerChannel::state, state_topic, "lbea.wire.State", wire::state_schema())}}};
+                      {"channels",
+                       {channel(ViewerChannel::frames, frames_topic, "foxglove.PointCloud", wire::point_cloud_schema()),
+                        channel(ViewerChannel::results, results_topic, "lbea.wire.Result", wire::result_schema()),
+                        channel(ViewerChannel::state, state_topic, "lbea.wire.State", wire::state_schema())}}};
   return {info.dump(), channels.dump()};
 }
 
@@ -83,18 +92,21 @@ std::array<char, viewer_head_bytes> viewer_head(std::uint32_t subscription, std:
 }
 
 std::string viewer_notice(ViewerNotice level, std::string_view sentence) {
-  return json{{"op", "status"}, {"level", static_cast<unsigned>(level)}, {"message", sentence}}.dump(-1, ' ', false, json::error_handler_t::replace);
+  return json{{"op", "status"}, {"level", static_cast<unsigned>(level)}, {"message", sentence}}.dump(
+      -1, ' ', false, json::error_handler_t::replace);
 }
 
 std::string ViewerSubscriptions::take(std::string_view text) {
   const json said = json::parse(text, nullptr, false);
-  const json &op = member(said, "op"), &wanted = member(said, "subscriptions"), &unwanted = member(said, "subscriptionIds");
+  const json &op = member(said, "op"), &wanted = member(said, "subscriptions"),
+             &unwanted = member(said, "subscriptionIds");
   if (!op.is_string()) return "This is no JSON object with an op.";
   std::string complaint;
   if (op == "subscribe" && wanted.is_array()) {
     for (const json& subscription : wanted) {
       const auto id = number(member(subscription, "id")), channel_id = number(member(subscription, "channelId"));
-      const std::string wrong = id && channel_id ? subscribe(*id, *channel_id) : "A subscription needs the numbers id and channelId.";
+      const std::string wrong =
+          id && channel_id ? subscribe(*id, *channel_id) : "A subscription needs the numbers id and channelId.";
       if (!wrong.empty()) complaint = wrong;
     }
     return complaint;
@@ -112,7 +124,8 @@ std::string ViewerSubscriptions::take(std::string_view text) {
 
 std::string ViewerSubscriptions::subscribe(std::uint32_t number, std::uint32_t channel) {
   if (channel >= viewer_channels) return "There is no channel of that number.";
-  if (std::ranges::find(numbers_, std::optional(number)) != numbers_.end()) return "That subscription's number is in use.";
+  if (std::ranges::find(numbers_, std::optional(number)) != numbers_.end())
+    return "That subscription's number is in use.";
   if (numbers_[channel]) return "That channel is subscribed to already.";
   numbers_[channel] = number;
   return {};

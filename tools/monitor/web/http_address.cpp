@@ -7,7 +7,6 @@
 #include <arpa/inet.h>
 
 namespace lbea::tool {
-
 namespace {
 
 bool is_ipv4(const std::string& host) {
@@ -21,7 +20,8 @@ bool is_ipv6(const std::string& host) {
 }
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
-  throw Error(Status::bad_config, "--http \"" + text + "\": " + why + "; give an address in numbers and a port, e.g. 127.0.0.1:8080");
+  throw Error(Status::bad_config,
+              "--http \"" + text + "\": " + why + "; give an address in numbers and a port, e.g. 127.0.0.1:8080");
 }
 
 }  // namespace

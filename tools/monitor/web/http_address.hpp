@@ -7,7 +7,7 @@
 namespace lbea::tool {
 
 struct HttpAddress {
-  std::string host;  // a numeric address, without brackets
+  std::string host;        // a numeric address, without brackets
   std::uint16_t port = 0;  // 0: any free one
   bool is_loopback = false;
 };

@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace lbea::tool::web {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -20,7 +19,11 @@ std::size_t place(ViewerChannel channel) { return static_cast<std::size_t>(chann
 }  // namespace
 
 Viewer::Viewer(beast::tcp_stream stream, Shared& shared, Seat seat)
-    : stream_(std::move(stream)), shared_(shared), connection_(std::move(seat)), viewing_(shared.viewing), buffer_(largest_viewer_message) {
+    : stream_(std::move(stream)),
+      shared_(shared),
+      connection_(std::move(seat)),
+      viewing_(shared.viewing),
+      buffer_(largest_viewer_message) {
   for (std::string& text : viewer_greeting(shared.session)) greeting_.push_back(std::move(text));
   shared_.viewers.insert(this);
 }
@@ -45,8 +48,10 @@ void Viewer::accept(const Request& request, std::string_view subprotocol) {
 
 void Viewer::read() {
   stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
-    if (error) self->open_ = false;
-    else self->take();
+    if (error)
+      self->open_ = false;
+    else
+      self->take();
   });
 }
 
@@ -84,7 +89,9 @@ void Viewer::write_next() {
   }
   if (!complaint_.empty()) return write_text(viewer_notice(ViewerNotice::error, std::exchange(complaint_, {})));
   if (left_out_ > 0)
-    return write_text(viewer_notice(ViewerNotice::warning, std::to_string(std::exchange(left_out_, 0)) + " messages were left out: this viewer reads too slowly."));
+    return write_text(viewer_notice(
+        ViewerNotice::warning,
+        std::to_string(std::exchange(left_out_, 0)) + " messages were left out: this viewer reads too slowly."));
   while (!waiting_.empty()) {
     in_flight_ = std::move(waiting_.front());
     waiting_.pop_front();
@@ -98,15 +105,18 @@ void Viewer::write_text(std::string text) {
   writing_ = true;
   text_ = std::move(text);
   stream_.text(true);
-  stream_.async_write(boost::asio::buffer(text_), [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });
+  stream_.async_write(boost::asio::buffer(text_),
+                      [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });
 }
 
 void Viewer::write_message() {
   writing_ = true;
   head_ = viewer_head(*subscriptions_.number_of(in_flight_->channel), in_flight_->time_ns);
   stream_.binary(true);
-  const std::array<boost::asio::const_buffer, 2> parts{boost::asio::buffer(head_), boost::asio::buffer(in_flight_->payload)};
-  stream_.async_write(parts, [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });
+  const std::array<boost::asio::const_buffer, 2> parts{boost::asio::buffer(head_),
+                                                       boost::asio::buffer(in_flight_->payload)};
+  stream_.async_write(parts,
+                      [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });
 }
 
 void Viewer::written(beast::error_code error) {

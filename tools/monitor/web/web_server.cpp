@@ -17,7 +17,20 @@ using tcp = asio::ip::tcp;
 
 struct WebServer::State {
   State(const HttpAddress& bound, const WebConfig& config, Assets assets, Feed& feed)
-      : address(bound), shared{AccessRules(bound, config.allowed_names, config.token, config.viewer_origins), std::move(assets), feed, config.limits, config.has_viewers, random_token(), {}, {}, {}, {}, {}, {}, {}} {}
+      : address(bound),
+        shared{AccessRules(bound, config.allowed_names, config.token, config.viewer_origins),
+               std::move(assets),
+               feed,
+               config.limits,
+               config.has_viewers,
+               random_token(),
+               {},
+               {},
+               {},
+               {},
+               {},
+               {},
+               {}} {}
   void accept();
   void take_newest();
   void take_relayed();
@@ -47,8 +60,9 @@ tcp::acceptor bind(asio::io_context& io, const HttpAddress& address) {
     acceptor.listen();
     return acceptor;
   } catch (const boost::system::system_error& error) {
-    throw Error(Status::endpoint_unavailable, "cannot serve on " + address.host + " port " + std::to_string(address.port) + " (" +
-                                                  error.code().message() + "); stop what uses it or choose another with --http");
+    throw Error(Status::endpoint_unavailable, "cannot serve on " + address.host + " port " +
+                                                  std::to_string(address.port) + " (" + error.code().message() +
+                                                  "); stop what uses it or choose another with --http");
   }
 }
 
@@ -57,7 +71,8 @@ tcp::acceptor bind(asio::io_context& io, const HttpAddress& address) {
 void WebServer::State::accept() {
   acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
-    if (!error && shared.connections < shared.limits.connections) std::make_shared<web::Conversation>(std::move(socket), shared)->read();
+    if (!error && shared.connections < shared.limits.connections)
+      std::make_shared<web::Conversation>(std::move(socket), shared)->read();
     if (!error) return accept();
     // Out of descriptors, for example: look again a little later.
     pause.expires_after(std::chrono::milliseconds(100));

@@ -1,10 +1,10 @@
-// HTTP and WebSocket, on one thread. Reads only what a browser must say to be served; whoever is slow gets fewer snapshots,
-// whoever stalls is let go.
+// HTTP and WebSocket, on one thread. Reads only what a browser must say to be served; whoever is slow gets fewer
+// snapshots, whoever stalls is let go.
 #pragma once
 
+#include "tools/monitor/feeds/feed.hpp"
 #include "tools/monitor/web/access.hpp"
 #include "tools/monitor/web/assets.hpp"
-#include "tools/monitor/feeds/feed.hpp"
 #include "tools/monitor/web/foxglove.hpp"
 
 #include <chrono>

@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace lbea::tool::web {
-
 namespace {
 
 using namespace std::chrono_literals;
@@ -19,7 +18,8 @@ constexpr auto upgrade_timeout = 5s;
 constexpr int send_buffer_bytes = 256 * 1024;  // a snapshot or two: more would only be old when it arrives
 // Nothing but this program's own files, no inline script or style, nowhere to send anything, in nobody's frame.
 constexpr auto content_policy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; font-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; font-src "
+    "'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 std::string_view text_of(beast::string_view text) { return {text.data(), text.size()}; }
@@ -60,7 +60,8 @@ Response refusal(const Request& request, Access access) {
 }
 
 std::optional<Response> refuse_crowd(Shared& shared, const Request& request) {
-  if (shared.watching + shared.viewing >= shared.limits.watchers) return refusal(request, 503, "Too many browsers watch already; close one.");
+  if (shared.watching + shared.viewing >= shared.limits.watchers)
+    return refusal(request, 503, "Too many browsers watch already; close one.");
   return {};
 }
 
@@ -68,7 +69,8 @@ std::optional<Response> refuse_crowd(Shared& shared, const Request& request) {
 Response to_cookie(const Request& request, const AccessRules& rules) {
   Response response = make_response(request, 303, "text/plain; charset=utf-8", "");
   response.set(http::field::location, "/");
-  response.set(http::field::set_cookie, rules.cookie_name() + "=" + rules.token() + "; Path=/; HttpOnly; SameSite=Strict");
+  response.set(http::field::set_cookie,
+               rules.cookie_name() + "=" + rules.token() + "; Path=/; HttpOnly; SameSite=Strict");
   return response;
 }
 
@@ -76,8 +78,8 @@ Response to_cookie(const Request& request, const AccessRules& rules) {
 
 RequestHead head_of(const Request& request) {
   const auto field = [&](http::field name) { return text_of(request[name]); };
-  return {text_of(request.method_string()), text_of(request.target()), field(http::field::host), field(http::field::origin),
-          field(http::field::cookie), field(http::field::authorization)};
+  return {text_of(request.method_string()), text_of(request.target()),  field(http::field::host),
+          field(http::field::origin),       field(http::field::cookie), field(http::field::authorization)};
 }
 
 Response respond(Shared& shared, const Request& request) {
@@ -85,32 +87,36 @@ Response respond(Shared& shared, const Request& request) {
   if (access == Access::token_in_address) return to_cookie(request, shared.rules);
   if (access != Access::granted) return refusal(request, access);
   const std::string_view target = text_of(request.target());
-  if (auto asset = shared.assets.find(target.substr(0, target.find('?')))) return make_response(request, 200, asset->content_type, std::move(asset->bytes));
+  if (auto asset = shared.assets.find(target.substr(0, target.find('?'))))
+    return make_response(request, 200, asset->content_type, std::move(asset->bytes));
   try {
     auto answer = shared.feed.answer(target);
     if (!answer) return refusal(request, 404, "There is nothing of that name here.");
     Response response = make_response(request, answer->status, answer->content_type, std::move(answer->body));
-    if (!answer->file_name.empty()) response.set(http::field::content_disposition, "attachment; filename=\"" + answer->file_name + "\"");
+    if (!answer->file_name.empty())
+      response.set(http::field::content_disposition, "attachment; filename=\"" + answer->file_name + "\"");
     return response;
-  } catch (const std::exception& error) {
-    return refusal(request, 500, error.what());
-  }
+  } catch (const std::exception& error) { return refusal(request, 500, error.what()); }
 }
 
 std::optional<Response> refuse_watcher(Shared& shared, const Request& request) {
   const RequestHead head = head_of(request);
-  if (const Access access = shared.rules.check(head); access != Access::granted) return refusal(request, access == Access::token_in_address ? Access::wrong_token : access);
+  if (const Access access = shared.rules.check(head); access != Access::granted)
+    return refusal(request, access == Access::token_in_address ? Access::wrong_token : access);
   if (head.target != "/live") return refusal(request, 404, "There is nothing to watch under that name.");
   return refuse_crowd(shared, request);
 }
 
 std::optional<Response> refuse_viewer(Shared& shared, const Request& request) {
-  if (!shared.has_viewers) return refusal(request, 404, "Start lbea-monitor with --foxglove for viewers that speak Foxglove's protocol.");
-  if (const Access access = shared.rules.check_viewer(head_of(request)); access != Access::granted) return refusal(request, access);
+  if (!shared.has_viewers)
+    return refusal(request, 404, "Start lbea-monitor with --foxglove for viewers that speak Foxglove's protocol.");
+  if (const Access access = shared.rules.check_viewer(head_of(request)); access != Access::granted)
+    return refusal(request, access);
   return refuse_crowd(shared, request);
 }
 
-Conversation::Conversation(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared), seat_(shared.connections) {}
+Conversation::Conversation(tcp::socket socket, Shared& shared)
+    : stream_(std::move(socket)), shared_(shared), seat_(shared.connections) {}
 
 void Conversation::read() {
   parser_.emplace();
@@ -130,10 +136,13 @@ void Conversation::answer() {
 
 void Conversation::upgrade(const Request& request) {
   const std::string_view subprotocol = viewer_subprotocol(text_of(request[http::field::sec_websocket_protocol]));
-  if (auto refused = subprotocol.empty() ? refuse_watcher(shared_, request) : refuse_viewer(shared_, request)) return send(std::move(*refused));
+  if (auto refused = subprotocol.empty() ? refuse_watcher(shared_, request) : refuse_viewer(shared_, request))
+    return send(std::move(*refused));
   stream_.expires_never();
-  if (subprotocol.empty()) std::make_shared<Watcher>(std::move(stream_), shared_, std::move(seat_))->accept(request);
-  else std::make_shared<Viewer>(std::move(stream_), shared_, std::move(seat_))->accept(request, subprotocol);
+  if (subprotocol.empty())
+    std::make_shared<Watcher>(std::move(stream_), shared_, std::move(seat_))->accept(request);
+  else
+    std::make_shared<Viewer>(std::move(stream_), shared_, std::move(seat_))->accept(request, subprotocol);
 }
 
 void Conversation::send(Response response) {
@@ -145,17 +154,23 @@ void Conversation::send(Response response) {
 }
 
 Watcher::Watcher(beast::tcp_stream stream, Shared& shared, Seat seat)
-    : stream_(std::move(stream)), shared_(shared), connection_(std::move(seat)), watching_(shared.watching), buffer_(largest_client_message) {
+    : stream_(std::move(stream)),
+      shared_(shared),
+      connection_(std::move(seat)),
+      watching_(shared.watching),
+      buffer_(largest_client_message) {
   shared_.watchers.insert(this);
   boost::system::error_code ignored;
-  beast::get_lowest_layer(stream_).socket().set_option(boost::asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
+  beast::get_lowest_layer(stream_).socket().set_option(boost::asio::socket_base::send_buffer_size(send_buffer_bytes),
+                                                       ignored);
 }
 
 Watcher::~Watcher() { shared_.watchers.erase(this); }
 
 void Watcher::accept(const Request& request) {
   stream_.set_option(websocket::stream_base::timeout{upgrade_timeout, shared_.limits.silence, true});
-  stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) { response.set(http::field::server, "lbea-monitor"); }));
+  stream_.set_option(websocket::stream_base::decorator(
+      [](websocket::response_type& response) { response.set(http::field::server, "lbea-monitor"); }));
   stream_.auto_fragment(false);  // else a system call for every 4 kB
   stream_.read_message_max(largest_client_message);
   stream_.binary(true);
@@ -198,10 +213,11 @@ void Watcher::write_next() {
 void Watcher::write(Snapshot message) {
   ready_.reset();
   in_flight_ = std::move(message);
-  stream_.async_write(boost::asio::buffer(*in_flight_), [self = shared_from_this()](beast::error_code error, std::size_t) {
-    self->in_flight_.reset();
-    if (!error && self->open_) self->write_next();
-  });
+  stream_.async_write(boost::asio::buffer(*in_flight_),
+                      [self = shared_from_this()](beast::error_code error, std::size_t) {
+                        self->in_flight_.reset();
+                        if (!error && self->open_) self->write_next();
+                      });
 }
 
 }  // namespace lbea::tool::web

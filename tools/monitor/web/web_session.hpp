@@ -1,9 +1,9 @@
 // One connection. Only the web server's own files include this: Beast is large.
 #pragma once
 
+#include "tools/monitor/feeds/feed.hpp"
 #include "tools/monitor/web/access.hpp"
 #include "tools/monitor/web/assets.hpp"
-#include "tools/monitor/feeds/feed.hpp"
 #include "tools/monitor/web/web_server.hpp"
 
 #include <boost/beast/core.hpp>

@@ -9,7 +9,6 @@
 #include <string_view>
 
 namespace lbea::tool {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -12,7 +12,8 @@ void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std
     if (address.empty() || address.ends_with(":*")) continue;
     const auto [owner, is_new] = owners.emplace(address, name);
     if (!is_new)
-      throw WrongUsage(std::string(owner->second) + " and " + name + " are both \"" + address + "\"; give each an endpoint of its own");
+      throw WrongUsage(std::string(owner->second) + " and " + name + " are both \"" + address +
+                       "\"; give each an endpoint of its own");
   }
 }
 

@@ -8,7 +8,8 @@
 
 namespace lbea::tool {
 
-inline const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
+inline const std::map<std::string, Method> method_names{
+    {"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
 
 [[nodiscard]] inline std::string name_of(Method method) {
   for (const auto& [name, value] : method_names)

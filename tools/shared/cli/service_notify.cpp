@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 namespace lbea::tool {
-
 namespace {
 
 std::string taken_from_environment(const char* name) {

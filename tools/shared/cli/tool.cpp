@@ -16,7 +16,6 @@
 #include <unistd.h>
 
 namespace lbea::tool {
-
 namespace {
 
 thread_local bool has_run_out = false;  // of memory, at some time
@@ -26,14 +25,12 @@ thread_local bool has_run_out = false;  // of memory, at some time
 }
 [[maybe_unused]] const std::new_handler without_handler = std::set_new_handler(note_no_memory);
 
-/// What ends the program. Where a function that must not throw was put into another one the compiler no longer says what was
-/// thrown, only that something was.
+/// What ends the program. Where a function that must not throw was put into another one the compiler no longer says
+/// what was thrown, only that something was.
 bool is_want_of_memory() {
   try {
     if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
-  } catch (const std::bad_alloc&) {
-    return true;
-  } catch (...) {
+  } catch (const std::bad_alloc&) { return true; } catch (...) {
     return false;
   }
   return has_run_out && std::uncaught_exceptions() > 0;
@@ -72,9 +69,11 @@ bool is_decimal_integer(std::string_view text, bool is_signed) {
   const char* const end = digits.data() + digits.size();
   std::int64_t within = 0;
   std::uint64_t value = 0;
-  if (is_signed && text.starts_with('-')) return std::from_chars(text.data(), end, within) == std::from_chars_result{end, std::errc{}};
+  if (is_signed && text.starts_with('-'))
+    return std::from_chars(text.data(), end, within) == std::from_chars_result{end, std::errc{}};
   const auto [read, error] = std::from_chars(digits.data(), end, value);
-  return read == end && error == std::errc{} && (!is_signed || value <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
+  return read == end && error == std::errc{} &&
+         (!is_signed || value <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
 }
 
 /// The library's ranges let through what compares with nothing.
@@ -82,10 +81,12 @@ void refuse_what_is_no_number(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name();
     for (const std::string& text : option->results()) {
-      if (double value = 0; type.starts_with("FLOAT") && CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
+      if (double value = 0;
+          type.starts_with("FLOAT") && CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
         throw CLI::ValidationError(option->get_name(), "\"" + text + "\" is not a finite number");
       if ((type.starts_with("INT") || type.starts_with("UINT")) && !is_decimal_integer(text, type.starts_with("INT")))
-        throw CLI::ValidationError(option->get_name(), "\"" + text + "\" is not a whole number that fits, in decimals without leading zeros");
+        throw CLI::ValidationError(
+            option->get_name(), "\"" + text + "\" is not a whole number that fits, in decimals without leading zeros");
     }
   }
   for (const CLI::App* command : app.get_subcommands()) refuse_what_is_no_number(*command);
@@ -112,9 +113,7 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   try {
     parse(argc, argv);
     refuse_what_is_no_number(*this);
-  } catch (const CLI::ParseError& error) {
-    return exit(error) == 0 ? exit_ok : exit_usage;
-  }
+  } catch (const CLI::ParseError& error) { return exit(error) == 0 ? exit_ok : exit_usage; }
   // A file-size limit is a failed write with a sentence, not a signal.
   std::signal(SIGXFSZ, SIG_IGN);
   try {
@@ -126,9 +125,7 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
     std::fprintf(stderr, "%s: error: out of memory\n", get_name().c_str());
   } catch (const std::system_error& error) {
     std::fprintf(stderr, "%s: error: %s\n", get_name().c_str(), sentence_of(error).c_str());
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: error: %s\n", get_name().c_str(), error.what());
-  }
+  } catch (const std::exception& error) { std::fprintf(stderr, "%s: error: %s\n", get_name().c_str(), error.what()); }
   return exit_failed;
 }
 

@@ -12,7 +12,8 @@ namespace lbea::tool {
 
 enum ExitCode : int { exit_ok = 0, exit_failed = 1, exit_usage = 2 };
 
-/// Options that each may be given and together make no sense: a sentence that says why and what to do. Ends with exit_usage.
+/// Options that each may be given and together make no sense: a sentence that says why and what to do. Ends with
+/// exit_usage.
 struct WrongUsage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -28,7 +29,8 @@ class Tool : public CLI::App {
   int run(int argc, char** argv, const std::function<int()>& body);
 };
 
-/// Set by SIGINT, SIGTERM and SIGHUP (the terminal is gone) after catch_stop_signals(): loops look at it and leave in good order.
+/// Set by SIGINT, SIGTERM and SIGHUP (the terminal is gone) after catch_stop_signals(): loops look at it and leave in
+/// good order.
 extern volatile std::sig_atomic_t stop_requested;
 void catch_stop_signals();
 

@@ -9,7 +9,6 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 
 std::string label(const std::string& name, const std::string& unit) {
@@ -40,15 +39,15 @@ std::string run_name(const std::filesystem::path& run) {
 std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, const std::string& name) {
   const auto found = std::ranges::find_if(
       runs, [&](const std::filesystem::path& run) { return run == name || run_name(run) == name; });
-  if (found == runs.end())
-    throw Error(Status::bad_config, "the reference run '" + name + "' is none of the runs");
+  if (found == runs.end()) throw Error(Status::bad_config, "the reference run '" + name + "' is none of the runs");
   return *found;
 }
 
 bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
   bake::Ensemble ensemble;
   for (const std::filesystem::path& run : description.runs)
-    ensemble.runs.push_back({run_name(run), {}, [run] { return io::open_simulation(run); }, std::filesystem::absolute(run).string()});
+    ensemble.runs.push_back(
+        {run_name(run), {}, [run] { return io::open_simulation(run); }, std::filesystem::absolute(run).string()});
   if (!description.reference_run.empty()) {
     const auto found = std::ranges::find(description.runs, description.reference_run);
     ensemble.reference_run = static_cast<std::size_t>(found - description.runs.begin());
@@ -76,9 +75,10 @@ decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescript
 decltype(bake::BakeOptions::views) view_rendering(const std::filesystem::path& sensor) {
   if (sensor.empty()) return {};
   const io::SensorDescription description = io::read_sensor_json(sensor);
-  return [description](const bake::CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
-    return bake::depth_views(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
-  };
+  return
+      [description](const bake::CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+        return bake::depth_views(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
+      };
 }
 
 }  // namespace lbea::tool

@@ -14,8 +14,7 @@ namespace lbea::tool {
 [[nodiscard]] std::string run_name(const std::filesystem::path& run);
 
 /// The run that has this path or name. Throws Error{bad_config} when there is none.
-[[nodiscard]] std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs,
-                                             const std::string& name);
+[[nodiscard]] std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, const std::string& name);
 
 /// Throws Error{bad_config | bad_input | file_not_found}: runs that the parameter table lacks are refused.
 [[nodiscard]] bake::Ensemble open_ensemble(const bake::EnsembleDescription& description);
@@ -25,7 +24,7 @@ void read_region_nodes(bake::RegionDescription& region);
 
 /// BakeOptions::visible_nodes for the region's sensor; empty when there is none.
 [[nodiscard]] decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region,
-                                                              unsigned threads);
+                                                                    unsigned threads);
 
 /// BakeOptions::views for the rig that `sensor` describes; empty when that is.
 [[nodiscard]] decltype(bake::BakeOptions::views) view_rendering(const std::filesystem::path& sensor);

@@ -5,9 +5,11 @@
 namespace lbea::tool {
 
 void ServerAccessOptions::add_to(CLI::App& app) {
-  app.add_option("--key", key_file, "this program's secret key (.key of lbea-keygen): encrypts, and lets in only --allow");
+  app.add_option("--key", key_file,
+                 "this program's secret key (.key of lbea-keygen): encrypts, and lets in only --allow");
   app.add_option("--allow", allow_files, "public keys (.pub of lbea-keygen) of those who may connect; may be repeated");
-  app.add_option("--max-peers", max_peers, "connections per endpoint; more are turned away")->check(CLI::Range(1u, 1000u));
+  app.add_option("--max-peers", max_peers, "connections per endpoint; more are turned away")
+      ->check(CLI::Range(1u, 1000u));
 }
 
 wire::ServerAccess ServerAccessOptions::load() const {

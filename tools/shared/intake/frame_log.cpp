@@ -5,7 +5,6 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 
 /// Whether session and id of the message could be read.
@@ -52,8 +51,8 @@ void FrameLog::note(const wire::WireState& state) {
     const auto before = known == known_.end() ? wire::SenderCondition::active : known->condition;
     if (sender.condition == before) continue;
     if (sender.condition == wire::SenderCondition::silent)
-      spdlog::warn("session {:016x} is silent after frame {} without goodbye; is its program alive?",
-                   sender.session, sender.next_id - 1);
+      spdlog::warn("session {:016x} is silent after frame {} without goodbye; is its program alive?", sender.session,
+                   sender.next_id - 1);
     else if (before == wire::SenderCondition::silent)
       spdlog::info("session {:016x} is back, next frame {}", sender.session, sender.next_id);
   }

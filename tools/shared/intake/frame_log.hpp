@@ -1,9 +1,9 @@
 // What the operator reads while frames come in: one line per kind of trouble and second, however much there is.
 #pragma once
 
-#include "tools/shared/intake/id_tracker.hpp"
 #include "adapters/wire/codec/messages.hpp"
 #include "tools/shared/cli/log_line.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 namespace lbea::tool {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 constexpr std::size_t most_sessions = 64;
 constexpr std::size_t most_gaps = 64;  // remembered per session
@@ -13,7 +12,8 @@ constexpr std::uint64_t no_id = ~std::uint64_t{0};  // has no next one
 
 IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Clock::time_point now) {
   Session* known = find(id_of_session);
-  if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= furthest_jump)) return {Arrival::impossible, {}};
+  if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= furthest_jump))
+    return {Arrival::impossible, {}};
   Session& session = session_of(id_of_session, id, now);
   if (known == nullptr) session.earliest = id - std::min(id, most_earlier);
   wire::WireSender& sender = session.sender;
@@ -55,7 +55,8 @@ IdRange IdTracker::begin_at(Session& session, std::uint64_t id) {
 
 IdTracker::Told IdTracker::told(const wire::Control& control, Clock::time_point now) {
   const Session* known = find(control.session);
-  const bool is_far = known != nullptr && control.next_id > known->sender.next_id && control.next_id - known->sender.next_id >= furthest_jump;
+  const bool is_far = known != nullptr && control.next_id > known->sender.next_id &&
+                      control.next_id - known->sender.next_id >= furthest_jump;
   if (control.withheld >= furthest_jump || is_far) return {{}, {}, false};
   const std::uint64_t first_withheld = control.next_id - control.withheld;
   Session& session = session_of(control.session, first_withheld, now);
@@ -86,7 +87,8 @@ IdRange IdTracker::advance(Session& session, std::uint64_t id) {
 
 bool IdTracker::take_missing(Session& session, std::uint64_t id) {
   auto& missing = session.missing;
-  const auto gap = std::find_if(missing.begin(), missing.end(), [&](const IdRange& g) { return id >= g.first && id - g.first < g.count; });
+  const auto gap = std::find_if(missing.begin(), missing.end(),
+                                [&](const IdRange& g) { return id >= g.first && id - g.first < g.count; });
   if (gap == missing.end()) return false;
   const IdRange before{gap->first, id - gap->first};
   const IdRange after{id + 1, gap->count - before.count - 1};
@@ -97,14 +99,14 @@ bool IdTracker::take_missing(Session& session, std::uint64_t id) {
 }
 
 IdTracker::Session* IdTracker::find(std::uint64_t session) noexcept {
-  const auto found = std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.sender.session == session; });
+  const auto found =
+      std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.sender.session == session; });
   return found == recent_.end() ? nullptr : &*found;
 }
 
-IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t first_id,
-                                          Clock::time_point now) {
-  auto found = std::find_if(recent_.begin(), recent_.end(),
-                            [&](const Session& s) { return s.sender.session == session; });
+IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t first_id, Clock::time_point now) {
+  auto found =
+      std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.sender.session == session; });
   if (found == recent_.end()) {
     ++sessions_;
     if (recent_.size() < most_sessions) {

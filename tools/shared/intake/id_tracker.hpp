@@ -34,8 +34,8 @@ class IdTracker {
 
   /// A frame arrived. Gaps count from the first id of a session on: what was sent before this receiver listened
   /// is nobody's loss. An id that was missed and comes after all is late and no longer missed, as long as the gap
-  /// is among the latest ones of its session; so is one of the 1,024 before the first that came. Impossible are the highest
-  /// number of all, which has no next one, and ids that are 2^32 or more beyond what their session has reached.
+  /// is among the latest ones of its session; so is one of the 1,024 before the first that came. Impossible are the
+  /// highest number of all, which has no next one, and ids that are 2^32 or more beyond what their session has reached.
   Seen saw(std::uint64_t session, std::uint64_t id, Clock::time_point now = {});
   /// A sender spoke of its ids: those below next_id are missed unless they came, but for the withheld ones.
   Told told(const wire::Control& control, Clock::time_point now = {});

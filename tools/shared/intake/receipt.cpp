@@ -5,7 +5,6 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::chrono::milliseconds longest_wait{5000};
@@ -37,12 +36,17 @@ void Receipts::ask(wire::Handshake& handshake, std::uint64_t session, std::uint6
 
 std::string receipt_text(const Receipt& receipt) {
   if (!receipt.is_whole) return "; the matcher did not say what arrived";
-  return "; the matcher has received " + std::to_string(receipt.received) + ", missed " + std::to_string(receipt.missed) +
-         (receipt.dropped > 0 ? ", and dropped " + std::to_string(receipt.dropped) + " for want of room in its queue" : "");
+  return "; the matcher has received " + std::to_string(receipt.received) + ", missed " +
+         std::to_string(receipt.missed) +
+         (receipt.dropped > 0 ? ", and dropped " + std::to_string(receipt.dropped) + " for want of room in its queue"
+                              : "");
 }
 
 nlohmann::ordered_json receipt_json(const Receipt& receipt) {
-  return {{"received", receipt.received}, {"withheld", receipt.withheld}, {"missed", receipt.missed}, {"dropped", receipt.dropped}};
+  return {{"received", receipt.received},
+          {"withheld", receipt.withheld},
+          {"missed", receipt.missed},
+          {"dropped", receipt.dropped}};
 }
 
 }  // namespace lbea::tool

@@ -12,7 +12,8 @@ namespace lbea::tool {
 struct Receipt {
   bool is_whole = true;  // it said so of each session
   std::uint64_t received = 0, missed = 0, withheld = 0;
-  std::uint64_t dropped = 0;  // received meanwhile, from whomever, and not matched for want of room in the matcher's queue
+  std::uint64_t dropped =
+      0;  // received meanwhile, from whomever, and not matched for want of room in the matcher's queue
 };
 
 class Receipts {

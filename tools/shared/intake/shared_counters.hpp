@@ -1,8 +1,8 @@
 // The pipeline's counters and what it knows of the senders, written by its threads and read by all of them.
 #pragma once
 
-#include "tools/shared/intake/id_tracker.hpp"
 #include "adapters/wire/codec/messages.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -11,11 +11,14 @@ namespace lbea::tool {
 
 class ModelEngine final : public MatchEngine {
  public:
-  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {}) : matcher_(model, config, views) {
+  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {})
+      : matcher_(model, config, views) {
     if (config.method == Method::fit) tracker_.emplace(model, TrackerConfig{}, std::move(views));
   }
   MatchResult match(const Frame& frame) noexcept override { return matcher_.match(frame); }
-  const TestState* track(const MatchResult& result) noexcept override { return tracker_ ? &tracker_->update(result) : nullptr; }
+  const TestState* track(const MatchResult& result) noexcept override {
+    return tracker_ ? &tracker_->update(result) : nullptr;
+  }
   void begin_test() noexcept override {
     if (tracker_) tracker_->reset();
   }

@@ -3,17 +3,20 @@
 #include <algorithm>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::size_t published_chances = 8, most_candidates = 64, most_branches = 64;
 
 wire::WireStatus to_wire(Status status) noexcept {
   switch (status) {
-    case Status::ok: return wire::WireStatus::ok;
-    case Status::low_coverage: return wire::WireStatus::low_coverage;
-    case Status::too_many_points: return wire::WireStatus::too_many_points;
-    default: return wire::WireStatus::empty_frame;  // the loop has no other status
+    case Status::ok:
+      return wire::WireStatus::ok;
+    case Status::low_coverage:
+      return wire::WireStatus::low_coverage;
+    case Status::too_many_points:
+      return wire::WireStatus::too_many_points;
+    default:
+      return wire::WireStatus::empty_frame;  // the loop has no other status
   }
 }
 
@@ -25,10 +28,14 @@ wire::WireVerdict verdict_of(wire::WireStatus status) noexcept {
 
 wire::WireVerdict to_wire(Verdict verdict) noexcept {
   switch (verdict) {
-    case Verdict::matched: return wire::WireVerdict::matched;
-    case Verdict::ambiguous: return wire::WireVerdict::ambiguous;
-    case Verdict::no_simulation_fits: return wire::WireVerdict::no_simulation_fits;
-    case Verdict::unknown: break;
+    case Verdict::matched:
+      return wire::WireVerdict::matched;
+    case Verdict::ambiguous:
+      return wire::WireVerdict::ambiguous;
+    case Verdict::no_simulation_fits:
+      return wire::WireVerdict::no_simulation_fits;
+    case Verdict::unknown:
+      break;
   }
   return wire::WireVerdict::unknown;
 }
@@ -37,7 +44,8 @@ wire::WireVerdict to_wire(Verdict verdict) noexcept {
 void rank(std::span<const float> probabilities, std::vector<wire::SimulationChance>& chances) noexcept {
   chances.clear();
   for (std::uint32_t i = 0; i < probabilities.size(); ++i) {
-    const auto place = std::ranges::find_if(chances, [&](const wire::SimulationChance& c) { return c.probability < probabilities[i]; });
+    const auto place = std::ranges::find_if(
+        chances, [&](const wire::SimulationChance& c) { return c.probability < probabilities[i]; });
     if (chances.size() == published_chances) {
       if (place == chances.end()) continue;
       std::copy_backward(place, chances.end() - 1, chances.end());
@@ -102,8 +110,8 @@ void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* t
 void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {
   into = outcome.result;
   for (const Match& match : outcome.matches)
-    into.matches.push_back(
-        {match.sample, std::string(engine.simulation_name(match.sample.simulation)), engine.time_s(match.sample), match.distance});
+    into.matches.push_back({match.sample, std::string(engine.simulation_name(match.sample.simulation)),
+                            engine.time_s(match.sample), match.distance});
   if (!outcome.fit.candidates.empty()) into.fit = outcome.fit;
   if (outcome.test.frames > 0) into.test = outcome.test;
 }

@@ -7,9 +7,9 @@
 namespace lbea::tool {
 
 struct Outcome {
-  wire::WireResult result;           // without matches
+  wire::WireResult result;     // without matches
   std::vector<Match> matches;  // whoever composes the result names them
-  wire::WireFit fit;                 // room for what the engine can find
+  wire::WireFit fit;           // room for what the engine can find
   wire::WireTestState test;
 };
 

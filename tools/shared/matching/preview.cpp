@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr int clouds_held = 2;  // per subscriber; older ones interest nobody

@@ -39,8 +39,8 @@ class Preview final : public RunObserver {
 
   PreviewConfig config_;
   wire::ResultSink sink_;
-  Clock::time_point last_{};  // the receiving thread's
-  wire::FrameDecoder decoder_;      // the publishing thread's, like what follows
+  Clock::time_point last_{};    // the receiving thread's
+  wire::FrameDecoder decoder_;  // the publishing thread's, like what follows
   wire::Encoder encoder_;
   std::vector<Point> points_;
   std::mutex mutex_;  // of the rest
@@ -50,7 +50,8 @@ class Preview final : public RunObserver {
   std::thread thread_;
 };
 
-/// At most `most` of the points, evenly over their order, moved by `T_to_from`; points that are not finite are left out.
+/// At most `most` of the points, evenly over their order, moved by `T_to_from`; points that are not finite are left
+/// out.
 void thin(std::vector<Point>& points, std::uint32_t most, const RigidTransform& T_to_from);
 
 }  // namespace lbea::tool

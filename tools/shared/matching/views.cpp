@@ -1,8 +1,8 @@
 #include "tools/shared/matching/views.hpp"
 
 #include "adapters/rig/sensor_json.hpp"
-#include "precompute/depth_images/sample_views.hpp"
 #include "precompute/depth_images/depth_views.hpp"
+#include "precompute/depth_images/sample_views.hpp"
 #include "tools/shared/cli/progress.hpp"
 
 #include <spdlog/spdlog.h>
@@ -14,7 +14,6 @@
 #include <vector>
 
 namespace lbea::tool {
-
 namespace {
 
 struct Box {
@@ -67,8 +66,10 @@ SensorViews views_for(const MatcherConfig& config, const Model& model, const std
   const SensorViews baked = SensorViews::baked_into(model);
   if (!baked.empty() && suits(baked.T_reference_sensor(), config.T_reference_sensor)) return baked;
   if (pose_file.empty())
-    throw Error(Status::bad_config, baked.empty() ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
-                                                  : "the model's depth images are for a rig elsewhere; give this one with --pose sensor.json");
+    throw Error(Status::bad_config,
+                baked.empty()
+                    ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
+                    : "the model's depth images are for a rig elsewhere; give this one with --pose sensor.json");
   spdlog::info("the model holds no depth images for this pose: rendering {} samples", model.samples());
   return rendered(model, io::read_sensor_json(pose_file).sensor);
 }

@@ -7,12 +7,12 @@
 #include <limits>
 
 namespace lbea::tool {
-
 namespace {
 
 using Kind = RecordedMessage::Kind;
 constexpr std::size_t chunk_times_bytes = 2 * sizeof(std::uint64_t);
-constexpr std::int64_t first_time = std::numeric_limits<std::int64_t>::min(), last_time = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t first_time = std::numeric_limits<std::int64_t>::min(),
+                       last_time = std::numeric_limits<std::int64_t>::max();
 
 std::int64_t time_of(std::uint64_t ns) {
   return static_cast<std::int64_t>(std::min<std::uint64_t>(ns, static_cast<std::uint64_t>(last_time)));
@@ -64,9 +64,11 @@ RecordedMessage recorded_message(const mcap::Message& message, const RecordedCha
 
 RecordedRun::RecordedRun(const std::filesystem::path& file)
     : source_(file), walk_(source_, mcap::magic.size(), source_.size()), from_ns_(first_time), to_ns_(last_time) {
-  if (!begins_with_magic(source_)) throw Error(Status::bad_input, source_.name() + ": not a recording (MCAP); check the name");
+  if (!begins_with_magic(source_))
+    throw Error(Status::bad_input, source_.name() + ": not a recording (MCAP); check the name");
   if (!ends_with_magic(source_))
-    throw Error(Status::bad_input, source_.name() + ": the recording was cut off; make a whole one of it with lbea-inspect --recover");
+    throw Error(Status::bad_input,
+                source_.name() + ": the recording was cut off; make a whole one of it with lbea-inspect --recover");
   read_front();
 }
 
@@ -113,7 +115,8 @@ bool RecordedRun::next_chunk() {
     if (front->opcode != mcap::Opcode::chunk) {
       const auto record = walk_.next();
       take_channel(*record);
-      if (record->opcode == mcap::Opcode::message) fail(at, "messages outside chunks, which lbea does not write; see lbea-inspect --recover");
+      if (record->opcode == mcap::Opcode::message)
+        fail(at, "messages outside chunks, which lbea does not write; see lbea-inspect --recover");
       continue;
     }
     mcap::ByteCursor times(front->content);

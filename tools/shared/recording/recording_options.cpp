@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr auto log_interval = std::chrono::seconds(1);
@@ -27,7 +26,8 @@ const std::map<std::string, mcap::Compression> compression_names{
 std::optional<std::chrono::nanoseconds> seconds(std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= most_window_s)) return std::nullopt;
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= most_window_s))
+    return std::nullopt;
   return std::chrono::nanoseconds(static_cast<std::int64_t>(value * 1e9));
 }
 
@@ -45,11 +45,13 @@ void check_memory(std::size_t bytes) {
   const auto pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGE_SIZE);
   const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
   if (bytes > installed / 2)
-    throw Error(Status::bad_config, fmt::format("--record-memory {} MB is more than half of this machine's {} MB; ask for less",
-                                                bytes / megabyte, installed / megabyte));
+    throw Error(Status::bad_config,
+                fmt::format("--record-memory {} MB is more than half of this machine's {} MB; ask for less",
+                            bytes / megabyte, installed / megabyte));
 }
 
-constexpr std::string_view conversions = "%YCymBbhdejHIMSFTRpZzaAuwUWVGgs";  // of strftime: those without slashes and line ends
+constexpr std::string_view conversions =
+    "%YCymBbhdejHIMSFTRpZzaAuwUWVGgs";  // of strftime: those without slashes and line ends
 
 /// Empty when `pattern` is no name, or one that would come out empty.
 std::string name_at(const std::string& pattern, std::time_t time) {
@@ -68,12 +70,14 @@ std::string reason(int error) { return error == 0 ? "" : ": " + std::generic_cat
 void add_recording_options(Tool& tool, RecordingOptions& options) {
   tool.add_option("--record-memory", options.memory_mb, "memory for frames that wait for the disk, MB")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 24));
-  tool.add_option("--record-compression", options.config.compression, "none: as fast as the disk; lz4, zstd: smaller, and slower")
+  tool.add_option("--record-compression", options.config.compression,
+                  "none: as fast as the disk; lz4, zstd: smaller, and slower")
       ->transform(CLI::CheckedTransformer(compression_names))
       ->default_str("none");
-  tool.add_option("--record-window", options.window,
-                  "BEFORE:AFTER, seconds: keep only what happens around a trigger, which is SIGUSR1 or the first frame captured at "
-                  "--trigger-ns or later");
+  tool.add_option(
+      "--record-window", options.window,
+      "BEFORE:AFTER, seconds: keep only what happens around a trigger, which is SIGUSR1 or the first frame captured at "
+      "--trigger-ns or later");
 }
 
 CLI::Validator recording_name() {
@@ -81,7 +85,10 @@ CLI::Validator recording_name() {
   const auto replace = [start](std::string& name) -> std::string {
     if (name.empty()) return "is empty; is a variable of the shell unset?";
     std::string named = name_at(name, start);
-    if (named.empty()) return "\"" + name + "\" is not a file name with a time in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for a percent sign";
+    if (named.empty())
+      return "\"" + name +
+             "\" is not a file name with a time in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for "
+             "a percent sign";
     name = std::move(named);
     return {};
   };
@@ -134,16 +141,19 @@ void RecordingWatch::note(const mcap::RecorderStatus& status) {
   const auto now = Clock::now();
   const std::uint64_t lost = this->lost();
   if ((lost != lost_ || status.failed_syncs != failed_syncs_) && now - last_loss_ >= log_interval) {
-    spdlog::error("recording: LOST so far {} frames and {} results and states for want of memory, {} and {} that the disk did not take{}",
-                  status.frames.no_room, status.notes.no_room, status.frames.write_failed, status.notes.write_failed,
-                  reason(status.last_error));
+    spdlog::error(
+        "recording: LOST so far {} frames and {} results and states for want of memory, {} and {} that the disk did "
+        "not take{}",
+        status.frames.no_room, status.notes.no_room, status.frames.write_failed, status.notes.write_failed,
+        reason(status.last_error));
     last_loss_ = now;
     lost_ = lost;
     failed_syncs_ = status.failed_syncs;
   }
   const bool crowded = status.state == mcap::RecorderState::recording && status.ring_used > status.ring_bytes / 4 * 3;
   if (crowded && now - last_crowd_ >= log_interval) {
-    spdlog::warn("recording: the disk is slow; {} MB of {} MB wait for it", status.ring_used / megabyte, status.ring_bytes / megabyte);
+    spdlog::warn("recording: the disk is slow; {} MB of {} MB wait for it", status.ring_used / megabyte,
+                 status.ring_bytes / megabyte);
     last_crowd_ = now;
   }
   if (status.state != state_ && status.state == mcap::RecorderState::recording) spdlog::info("recording: triggered");
@@ -155,12 +165,15 @@ std::uint64_t RecordingWatch::lost() const { return recorder_->counts().unrecord
 
 void RecordingWatch::note_end(const mcap::RecorderStatus& status) {
   if (status.has_ended_untriggered())
-    spdlog::error("recording: THE TRIGGER NEVER CAME: of {} frames nothing was kept, {} is empty", status.frames.outside, file_);
+    spdlog::error("recording: THE TRIGGER NEVER CAME: of {} frames nothing was kept, {} is empty",
+                  status.frames.outside, file_);
   else if (status.is_sound() && lost() == 0)
     spdlog::info("recording: {} is complete", file_);
   else
-    spdlog::error("recording: {} is closed, and NOT complete: {} frames, results and states are lost, {} failed attempts to force it to the disk{}",
-                  file_, lost(), status.failed_syncs, reason(status.last_error));
+    spdlog::error(
+        "recording: {} is closed, and NOT complete: {} frames, results and states are lost, {} failed attempts to "
+        "force it to the disk{}",
+        file_, lost(), status.failed_syncs, reason(status.last_error));
 }
 
 bool RecordingWatch::finish() {
@@ -171,8 +184,9 @@ bool RecordingWatch::finish() {
   if (status.state == mcap::RecorderState::failed)
     spdlog::error("recording: {} could not be ended{}; what was recorded is in {}, see lbea-inspect --recover", file_,
                   reason(status.last_error), mcap::partial_name(file_).string());
-  spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, most memory in use {} %", status.frames.recorded,
-               status.notes.recorded, status.bytes / megabyte, status.longest_write_ns / 1'000'000,
+  spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, most memory in use {} %",
+               status.frames.recorded, status.notes.recorded, status.bytes / megabyte,
+               status.longest_write_ns / 1'000'000,
                100 * status.ring_peak / std::max<std::size_t>(status.ring_bytes, 1));
   return status.is_sound() && lost() == 0;
 }

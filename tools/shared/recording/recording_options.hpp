@@ -10,12 +10,12 @@ struct RecordingOptions {
   std::string file;    // as it is called now, see recording_name(); empty: nothing is recorded
   std::string window;  // BEFORE:AFTER in seconds; empty: all is recorded
   std::size_t memory_mb = mcap::RecorderConfig{}.frame_ring_bytes >> 20;
-  mcap::RecorderConfig config;  // the rest
+  mcap::RecorderConfig config;               // the rest
   std::optional<std::int64_t> trigger_ns{};  // --trigger-ns, when it was given; 0 is a time like any other
 };
 
-/// For the option that names the file: puts the time of the start in place of strftime's conversions (%Y-%m-%d_%H-%M-%S; a
-/// percent sign is %%), and refuses a name that is empty or that strftime cannot read.
+/// For the option that names the file: puts the time of the start in place of strftime's conversions
+/// (%Y-%m-%d_%H-%M-%S; a percent sign is %%), and refuses a name that is empty or that strftime cannot read.
 [[nodiscard]] CLI::Validator recording_name();
 
 /// All but the file's name, which is an option of one program and an argument of another.

@@ -14,10 +14,10 @@ struct RunAudit {
   struct Session {
     std::uint64_t first_id = 0, last_id = 0;  // of the captures that ids, results or the sender's words tell of
     std::uint64_t frames = 0;
-    std::uint64_t missing = 0;     // captures of which there is no frame
+    std::uint64_t missing = 0;  // captures of which there is no frame
     std::uint64_t duplicates = 0;
-    bool ended = false;            // the sender said that this was all
-    bool silent = false;           // it went without a word
+    bool ended = false;   // the sender said that this was all
+    bool silent = false;  // it went without a word
   };
   /// Recorded was what happened around a trigger, in the recorder's time.
   struct Window {
@@ -31,13 +31,13 @@ struct RunAudit {
   bool is_replayed = false;  // results only, as lbea-replay writes them
   std::map<std::uint64_t, Session> sessions;
   std::uint64_t frames = 0, results = 0, states = 0, undecodable = 0;
-  std::uint64_t unanswered = 0;      // frames without a result
-  std::uint64_t answers_alone = 0;   // results of matched or dropped frames that are not there
-  std::uint64_t cut_apart = 0;       // the same at a window's edges, where one of the two lies outside
-  std::uint64_t lost = 0;            // what the recorder itself counted as lost
-  bool has_account = false;          // it ended the file and said so
+  std::uint64_t unanswered = 0;            // frames without a result
+  std::uint64_t answers_alone = 0;         // results of matched or dropped frames that are not there
+  std::uint64_t cut_apart = 0;             // the same at a window's edges, where one of the two lies outside
+  std::uint64_t lost = 0;                  // what the recorder itself counted as lost
+  bool has_account = false;                // it ended the file and said so
   std::optional<wire::Counters> counters;  // of the matcher, as its last message says; none: no matcher was heard
-  std::optional<Window> window;      // none: all was recorded
+  std::optional<Window> window;            // none: all was recorded
   std::map<std::string, std::uint64_t> results_by_status;
   std::int64_t start_ns = 0, end_ns = 0;  // of the frames, received
 

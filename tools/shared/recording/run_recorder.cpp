@@ -12,7 +12,6 @@
 #include <new>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
@@ -27,7 +26,8 @@ mcap::Schema flatbuffer_schema(std::uint16_t id, const char* name, std::span<con
   return {id, name, "flatbuffer", mcap::Buffer(compiled.begin(), compiled.end())};
 }
 
-mcap::Channel channel(std::uint16_t id, std::uint16_t schema, std::string_view topic, const char* encoding, mcap::Texts metadata = {}) {
+mcap::Channel channel(std::uint16_t id, std::uint16_t schema, std::string_view topic, const char* encoding,
+                      mcap::Texts metadata = {}) {
   return {id, schema, std::string(topic), encoding, std::move(metadata)};
 }
 
@@ -51,10 +51,14 @@ mcap::RecordingStart start_of(const RunSettings& settings) {
 wire::RecordingPhase phase_of(mcap::RecorderState state, bool is_whole_so_far) {
   if (!is_whole_so_far) return wire::RecordingPhase::failed;
   switch (state) {
-    case mcap::RecorderState::armed: return wire::RecordingPhase::armed;
-    case mcap::RecorderState::recording: return wire::RecordingPhase::recording;
-    case mcap::RecorderState::finished: return wire::RecordingPhase::finished;
-    case mcap::RecorderState::failed: break;
+    case mcap::RecorderState::armed:
+      return wire::RecordingPhase::armed;
+    case mcap::RecorderState::recording:
+      return wire::RecordingPhase::recording;
+    case mcap::RecorderState::finished:
+      return wire::RecordingPhase::finished;
+    case mcap::RecorderState::failed:
+      break;
   }
   return wire::RecordingPhase::failed;
 }
@@ -63,13 +67,15 @@ std::uint64_t time_of(std::int64_t ns) { return static_cast<std::uint64_t>(std::
 
 }  // namespace
 
-RunRecorder::RunRecorder(const std::filesystem::path& file, const mcap::RecorderConfig& config, const RunSettings& settings)
+RunRecorder::RunRecorder(const std::filesystem::path& file, const mcap::RecorderConfig& config,
+                         const RunSettings& settings)
     : RunRecorder(std::make_unique<mcap::PartialFile>(file), config, settings) {
   folder_ = std::filesystem::absolute(file).parent_path();
   look_at_disk();
 }
 
-RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const mcap::RecorderConfig& config, const RunSettings& settings)
+RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const mcap::RecorderConfig& config,
+                         const RunSettings& settings)
     : recorder_(std::move(sink), config, start_of(settings)), trigger_stamp_ns_(never) {
   channels_.reserve(max_frame_channels);
 }
@@ -82,7 +88,8 @@ void RunRecorder::frame(wire::Message, const wire::FrameHeader& header, std::int
     ++without_channel_;
     return;
   }
-  recorder_.put(mcap::Recorder::Lane::frames, {channel, static_cast<std::uint32_t>(header.id), time_of(receive_ns), time_of(header.stamp_ns), header.cloud});
+  recorder_.put(mcap::Recorder::Lane::frames, {channel, static_cast<std::uint32_t>(header.id), time_of(receive_ns),
+                                               time_of(header.stamp_ns), header.cloud});
 }
 
 std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) noexcept {
@@ -95,7 +102,8 @@ std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) n
   mcap::Buffer record;
   try {
     mcap::append(record, channel(next, frames_schema_id, frames_topic, "flatbuffer",
-                                 {{std::string(session_key), hexadecimal(session)}, {std::string(id_high_key), hexadecimal(id_high)}}));
+                                 {{std::string(session_key), hexadecimal(session)},
+                                  {std::string(id_high_key), hexadecimal(id_high)}}));
   } catch (const std::bad_alloc&) {
     return 0;  // this frame is lost and counted, the next one tries again
   }
@@ -106,12 +114,14 @@ std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) n
 
 void RunRecorder::result(wire::Message message, const wire::WireResult& result) noexcept {
   const std::uint64_t time = time_of(result.publish_ns);
-  recorder_.put(mcap::Recorder::Lane::notes, {results_channel, static_cast<std::uint32_t>(result.sequence), time, time, message});
+  recorder_.put(mcap::Recorder::Lane::notes,
+                {results_channel, static_cast<std::uint32_t>(result.sequence), time, time, message});
 }
 
 void RunRecorder::state(wire::Message message, const wire::WireState& state) noexcept {
   const std::uint64_t time = time_of(state.publish_ns);
-  recorder_.put(mcap::Recorder::Lane::notes, {state_channel, static_cast<std::uint32_t>(state.sequence), time, time, message});
+  recorder_.put(mcap::Recorder::Lane::notes,
+                {state_channel, static_cast<std::uint32_t>(state.sequence), time, time, message});
 }
 
 RunObserver::Counts RunRecorder::counts() const noexcept {
@@ -121,7 +131,8 @@ RunObserver::Counts RunRecorder::counts() const noexcept {
 
 std::optional<wire::WireRecording> RunRecorder::recording() const noexcept {
   const mcap::RecorderStatus status = recorder_.status();
-  return wire::WireRecording{phase_of(status.state, status.is_sound() && without_channel_ == 0), status.bytes, free_bytes_};
+  return wire::WireRecording{phase_of(status.state, status.is_sound() && without_channel_ == 0), status.bytes,
+                             free_bytes_};
 }
 
 void RunRecorder::look_at_disk() noexcept {
@@ -131,8 +142,6 @@ void RunRecorder::look_at_disk() noexcept {
   free_bytes_ = error ? wire::WireRecording::unknown : space.available;
 }
 
-void RunRecorder::trigger_now() noexcept {
-  recorder_.trigger(mcap::wall_clock_ns());
-}
+void RunRecorder::trigger_now() noexcept { recorder_.trigger(mcap::wall_clock_ns()); }
 
 }  // namespace lbea::tool

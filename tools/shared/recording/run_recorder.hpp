@@ -2,9 +2,9 @@
 #pragma once
 
 #include "adapters/mcap/recorder.hpp"
+#include "tools/shared/intake/run_observer.hpp"
 #include "tools/shared/recording/run_senders.hpp"
 #include "tools/shared/recording/run_settings.hpp"
-#include "tools/shared/intake/run_observer.hpp"
 
 namespace lbea::tool {
 

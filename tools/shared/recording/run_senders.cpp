@@ -4,7 +4,6 @@
 #include <sstream>
 
 namespace lbea::tool {
-
 namespace {
 
 constexpr std::array<std::string_view, 3> condition_names{"active", "ended", "silent"};
@@ -27,8 +26,8 @@ mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders) {
   for (const wire::WireSender& sender : senders) {
     std::ostringstream key, text;
     key << std::hex << sender.session;
-    text << sender.first_id << ' ' << sender.next_id << ' ' << sender.received << ' ' << sender.missed << ' ' << sender.withheld << ' '
-         << condition_names[static_cast<std::size_t>(sender.condition)];
+    text << sender.first_id << ' ' << sender.next_id << ' ' << sender.received << ' ' << sender.missed << ' '
+         << sender.withheld << ' ' << condition_names[static_cast<std::size_t>(sender.condition)];
     metadata.texts[key.str()] = text.str();
   }
   return metadata;
@@ -39,8 +38,10 @@ std::vector<wire::WireSender> senders_from(const mcap::Metadata& metadata) {
   for (const auto& [session, account] : metadata.texts) {
     wire::WireSender sender;
     std::istringstream key(session), text(account);
-    const bool is_read = key >> std::hex >> sender.session && text >> sender.first_id >> sender.next_id >> sender.received >> sender.missed >> sender.withheld &&
-                         read(text, sender.condition);
+    const bool is_read =
+        key >> std::hex >> sender.session &&
+        text >> sender.first_id >> sender.next_id >> sender.received >> sender.missed >> sender.withheld &&
+        read(text, sender.condition);
     if (is_read && sender.first_id <= sender.next_id) senders.push_back(sender);
   }
   return senders;

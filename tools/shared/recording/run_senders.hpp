@@ -8,8 +8,8 @@
 
 namespace lbea::tool {
 
-/// The metadata record of that name: a text for each session, its number hexadecimal, with first_id, next_id, received, missed,
-/// withheld, condition.
+/// The metadata record of that name: a text for each session, its number hexadecimal, with first_id, next_id, received,
+/// missed, withheld, condition.
 inline constexpr std::string_view senders_metadata_name = "lbea.recording.senders";
 [[nodiscard]] mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders);
 /// What is no sender's account is left out.

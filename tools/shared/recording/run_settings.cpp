@@ -4,7 +4,6 @@
 #include <charconv>
 
 namespace lbea::tool {
-
 namespace {
 
 /// The shortest text that reads back as the same number.
@@ -56,8 +55,9 @@ class Reader {
     return error == std::errc();
   }
   [[noreturn]] void fail(const std::string& key) const {
-    throw Error(Status::bad_input, file_ + ": its metadata \"" + std::string(settings_metadata_name) + "\" has no proper number in \"" +
-                                       key + "\"; give the setting on the command line of a matcher instead of replaying into a model");
+    throw Error(Status::bad_input,
+                file_ + ": its metadata \"" + std::string(settings_metadata_name) + "\" has no proper number in \"" +
+                    key + "\"; give the setting on the command line of a matcher instead of replaying into a model");
   }
   const mcap::Texts& texts_;
   std::string file_;

@@ -9,7 +9,6 @@
 #include <utility>
 
 namespace lbea::tool {
-
 namespace {
 
 using Kind = RecordedMessage::Kind;
@@ -46,7 +45,9 @@ struct Range {
   void widen(const std::vector<std::uint64_t>& sorted_ids) {
     if (!sorted_ids.empty()) widen(sorted_ids.front(), sorted_ids.back() + 1);
   }
-  [[nodiscard]] bool is_too_far(std::uint64_t past) const { return past_last != 0 && past > past_last && past - past_last >= IdTracker::furthest_jump; }
+  [[nodiscard]] bool is_too_far(std::uint64_t past) const {
+    return past_last != 0 && past > past_last && past - past_last >= IdTracker::furthest_jump;
+  }
 };
 
 /// Numbers that are no sender's next id are nobody's captures, whatever came with them.
@@ -94,7 +95,8 @@ void RunTally::take_result(const RecordedMessage& message) {
   if (fate == wire::Fate::not_a_capture) captures.end = named.id;
   if (fate == wire::Fate::matched) matched_.push_back(named);
   if (result_.status == wire::WireStatus::queue_full) dropped_.push_back(named);
-  if (result_.status == wire::WireStatus::missed || result_.status == wire::WireStatus::withheld) captures.absent.push_back(named.id);
+  if (result_.status == wire::WireStatus::missed || result_.status == wire::WireStatus::withheld)
+    captures.absent.push_back(named.id);
   if (fate != wire::Fate::rejected) return;
   refused_.push_back(named);
   captures.refused.push_back(named.id);
@@ -122,7 +124,8 @@ void RunTally::take_counters(std::uint64_t sequence, const wire::Counters& count
 }
 
 void RunTally::close() {
-  if (matcher_ && audit_.settings.model_checksum == 0) {  // recorded beside a matcher, of which nothing was known at the start
+  if (matcher_ &&
+      audit_.settings.model_checksum == 0) {  // recorded beside a matcher, of which nothing was known at the start
     audit_.settings.model_file = matcher_->model_file;
     audit_.settings.model_checksum = matcher_->model_checksum;
     audit_.settings.method = matcher_->method;
@@ -133,8 +136,8 @@ void RunTally::close() {
   match_answers();
 }
 
-/// What came but held no cloud is in no frame, and not missing either. What was sent before a recorder that is not the matcher
-/// listened is nobody's loss.
+/// What came but held no cloud is in no frame, and not missing either. What was sent before a recorder that is not the
+/// matcher listened is nobody's loss.
 void RunTally::close_session(std::uint64_t id, Captures& captures) {
   const std::uint64_t frames = captures.frames.size();
   sort_and_unite(captures.frames);
@@ -156,14 +159,18 @@ void RunTally::close_session(std::uint64_t id, Captures& captures) {
   if (range.past_last == 0) return;
   const bool silent = is_known && account->condition == wire::SenderCondition::silent;
   const bool ended = captures.end.has_value() || (is_known && account->condition == wire::SenderCondition::ended);
-  audit_.sessions[id] = {range.first, range.past_last - 1, frames, range.past_last - range.first - came.size(), frames - distinct, ended, silent};
+  audit_.sessions[id] = {
+      range.first, range.past_last - 1, frames, range.past_last - range.first - came.size(), frames - distinct, ended,
+      silent};
 }
 
 void RunTally::match_answers() {
   if (audit_.is_replayed) return;
   const auto answers = merged(matched_, dropped_);
   const auto unanswered = in_first_only(frames_, merged(answers, refused_)), alone = in_first_only(answers, frames_);
-  const auto is_before_window = [&](const Named& answer) { return audit_.window && answer.received_ns < audit_.window->begin_ns; };
+  const auto is_before_window = [&](const Named& answer) {
+    return audit_.window && answer.received_ns < audit_.window->begin_ns;
+  };
   const std::int64_t last_ns = audit_.window ? last_matched_ns() : 0;
   const auto is_cut_off = [&](const Named& frame) { return audit_.window && frame.received_ns > last_ns; };
   const auto before = static_cast<std::uint64_t>(std::ranges::count_if(alone, is_before_window));

@@ -29,7 +29,7 @@ class RunTally {
   struct Captures {
     std::vector<std::uint64_t> frames, refused, absent;  // ids; absent: of which the matcher says that no frame came
     std::optional<std::uint64_t> end;                    // the first id that the sender did not give
-    std::optional<wire::WireSender> account;                   // the matcher's, the latest
+    std::optional<wire::WireSender> account;             // the matcher's, the latest
     std::optional<wire::WireSender> recorders_account;
   };
 

@@ -6,9 +6,12 @@
 
 namespace lbea::tool {
 
-inline constexpr std::string_view frames_topic = "/frames", results_topic = "/results", state_topic = "/state", recorder_topic = "/recorder";
-inline constexpr std::string_view session_key = "session", id_high_key = "id_high";  // metadata of frames' channels, hexadecimal
-inline constexpr std::string_view recording_profile = "lbea", results_profile = "lbea.results";  // a run; what lbea-replay made of one
+inline constexpr std::string_view frames_topic = "/frames", results_topic = "/results", state_topic = "/state",
+                                  recorder_topic = "/recorder";
+inline constexpr std::string_view session_key = "session",
+                                  id_high_key = "id_high";  // metadata of frames' channels, hexadecimal
+inline constexpr std::string_view recording_profile = "lbea",
+                                  results_profile = "lbea.results";  // a run; what lbea-replay made of one
 
 /// Channel ids; those of frames follow, one per session and upper half of the frame ids.
 inline constexpr std::uint16_t results_channel = 1, state_channel = 2, recorder_channel = 3, first_frames_channel = 4;
