@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lbea::tool {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 constexpr std::uint32_t most_fields = 8;
 constexpr float margin = 0.3f;  // of the component's size, around it: points farther away are not shown
 constexpr float full_scale = 65535.0f;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Shape alone(Sample sample) { return {{sample, 1.0f}}; }
 
@@ -89,8 +91,10 @@ nlohmann::json to_json(const wire::WireResult& result) {
   return json;
 }
 
-SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges)
-    : model_(model), ranges_(std::move(ranges)), distance_(model.element_nodes(), model.nodes()) {
+SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges) : model_(model), ranges_(std::move(ranges)) {
+  const auto corners = model.element_nodes();
+  for (std::size_t e = 0; e < model.elements(); ++e)
+    elements_.push_back({corners[4 * e], corners[4 * e + 1], corners[4 * e + 2], corners[4 * e + 3]});
   const float size =
       std::max({ranges_.hi[0] - ranges_.lo[0], ranges_.hi[1] - ranges_.lo[1], ranges_.hi[2] - ranges_.lo[2], 1e-6f});
   for (std::size_t k = 0; k < 3; ++k) {
@@ -115,9 +119,8 @@ nlohmann::json SceneBuilder::add_meshes(const Leaders& leaders, Packet& packet) 
     if (is_shape_of(model_, leaders.estimate)) packet.add("field" + number, field_of(model_, leaders.estimate, field));
     if (is_shape_of(model_, leaders.match)) packet.add("match_field" + number, field_of(model_, leaders.match, field));
   }
-  surface_.clear();
-  if (is_shape_of(model_, leaders.estimate)) surface_ = positions_of(model_, leaders.estimate);
-  if (!surface_.empty()) distance_.set_shape(surface_, distance_limit);
+  surface_.reset();
+  if (is_shape_of(model_, leaders.estimate)) surface_.emplace(positions_of(model_, leaders.estimate), elements_);
   return shown;
 }
 
@@ -129,9 +132,13 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet&
     std::array<float, 3> share{};
     for (std::size_t k = 0; k < 3; ++k) share[k] = (at[k] - ranges_.lo[k]) / (ranges_.hi[k] - ranges_.lo[k]);
     if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
-    const float distance = surface_.empty() ? distance_limit : distance_.at(point);
+    // Infinite beyond the limit.
+    const double distance =
+        surface_
+            ? surface_->nearest({double{point.x}, double{point.y}, double{point.z}}, double{distance_limit}).distance
+            : infinity;
     values.insert(values.end(), {quantised(share[0]), quantised(share[1]), quantised(share[2]),
-                                 quantised(distance / distance_limit)});
+                                 quantised(static_cast<float>(distance) / distance_limit)});
   }
   const std::size_t shown = values.size() / 4;
   packet.add("cloud", std::move(values));

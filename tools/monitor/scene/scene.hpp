@@ -2,15 +2,16 @@
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
+#include "precompute/registration/surface_tree.hpp"
 #include "tools/monitor/scene/model_pages.hpp"
 #include "tools/monitor/scene/shape.hpp"
-#include "tools/monitor/scene/surface_distance.hpp"
 
 #include <lbea/lbea.hpp>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace lbea::tool {
@@ -45,8 +46,8 @@ class SceneBuilder {
 
   const Model& model_;
   ModelRanges ranges_;
-  SurfaceDistance distance_;
-  std::vector<float> surface_;  // what distance_ looks at; empty: no mesh
+  std::vector<std::array<std::uint32_t, 4>> elements_;
+  std::optional<bake::SurfaceTree> surface_;  // of the estimate; not set: no mesh
 };
 
 /// Beyond this a point is shown as "far from the mesh", length unit.
