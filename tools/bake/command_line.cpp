@@ -43,11 +43,11 @@ std::string with_default(const std::string& text, const T& value) {
 
 void declare_region(Tool& tool, BakeCommand& command) {
   const char* region = "Region (what all criteria agree on; default: the whole mesh)";
-  tool.add_option("--region-parts", command.region_parts, "part ids")->delimiter(',')->group(region)->default_str("");
+  tool.add_option("--region-parts", command.region_parts, "part ids")->delimiter(',')->group(region)->default_text("");
   tool.add_option("--region-box", command.region_box, "x y z of the least and of the greatest corner, at impact")
       ->expected(6)
       ->group(region)
-      ->default_str("");
+      ->default_text("");
   tool.add_option("--region-nodes", command.region_nodes, "text file of node ids")->group(region);
   tool.add_option("--sensor", command.sensor, "sensor.json: the nodes this rig sees at impact")->group(region);
 }
@@ -90,25 +90,25 @@ void declare(Tool& tool, BakeCommand& command) {
                   "the model (default: the TOML file's output, else its name with .lbea, here)");
   tool.add_option("--from", command.earlier,
                   "an earlier model: runs that it holds are taken from it and not read again")
-      ->default_str("");
+      ->default_text("");
   tool.add_option("--run", command.runs, "a run's first file or folder; repeat it, instead of the TOML file's runs")
-      ->default_str("");
+      ->default_text("");
   tool.add_option("--reference", command.reference_run,
                   "the run whose mesh is the reference: path or name (default: the first)");
   tool.add_option("--mode", command.mode, "impact: one reference mesh; over-time: one per step (default: impact)")
-      ->check(CLI::IsMember({"impact", "over-time"}));
+      ->check(one_of({"impact", "over-time"}));
   tool.add_option("--modes", command.modes, with_default("modes of the basis", defaults.modes));
   tool.add_option("--impact-step", command.impact_step,
                   with_default("the reference run's state at impact", defaults.impact_step));
   tool.add_option("--steps", command.steps,
                   "states that become samples: all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,... (default: "
                   "from impact on)")
-      ->check(CLI::Validator(check_steps, "STEPS"));
+      ->check(Check(check_steps, "STEPS"));
   declare_region(tool, command);
   tool.add_option("--fields", command.fields,
                   with_default("quantities to carry along, or all", defaults.fields.front()))
       ->delimiter(',')
-      ->default_str("");
+      ->default_text("");
   tool.add_option(
       "--compact-fields", command.compact_fields,
       "store fields in 16 bits, which halves them, with an error that is stated: true or false (default: false)");

@@ -48,10 +48,9 @@ int main(int argc, char** argv) {
   tool.list_formats_by(io::list_simulation_formats());
   tool.add_flag("--leave-out-broken", command.leave_out_broken,
                 "runs that cannot be read are left out and named, as plan does");
-  tool.final_callback([&] {
-    if (command.toml.empty() && command.runs.empty())
-      throw CLI::ValidationError("name an ensemble.toml, or runs with --run");
-    if (command.toml.empty() && command.output.empty()) throw CLI::ValidationError("name the model with -o");
+  tool.add_usage_check([&] {
+    if (command.toml.empty() && command.runs.empty()) throw WrongUsage("name an ensemble.toml, or runs with --run");
+    if (command.toml.empty() && command.output.empty()) throw WrongUsage("name the model with -o");
   });
   return tool.run(argc, argv, [&] { return run(command); });
 }

@@ -75,10 +75,9 @@ int main(int argc, char** argv) {
   command.threads = 1;  // a rank per core is what mpirun starts
   declare(tool, command);
   tool.add_option("--work", work, "the work folder, on a file system that all ranks share")->required();
-  tool.final_callback([&] {
-    if (command.toml.empty() && command.runs.empty())
-      throw CLI::ValidationError("name an ensemble.toml, or runs with --run");
-    if (command.toml.empty() && command.output.empty()) throw CLI::ValidationError("name the model with -o");
+  tool.add_usage_check([&] {
+    if (command.toml.empty() && command.runs.empty()) throw WrongUsage("name an ensemble.toml, or runs with --run");
+    if (command.toml.empty() && command.output.empty()) throw WrongUsage("name the model with -o");
   });
   return tool.run(argc, argv, [&] {
     catch_stop_signals();

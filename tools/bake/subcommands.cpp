@@ -33,10 +33,10 @@ void declare_shard(Tool& tool, StepCommand& command) {
 
 void declare_ensemble(Tool& tool, StepCommand& command) {
   declare(tool, command.bake);
-  tool.final_callback([&] {
+  tool.add_usage_check([&] {
     if (command.bake.toml.empty() && command.bake.runs.empty())
-      throw CLI::ValidationError("name an ensemble.toml, or runs with --run");
-    if (command.bake.toml.empty() && command.bake.output.empty()) throw CLI::ValidationError("name the model with -o");
+      throw WrongUsage("name an ensemble.toml, or runs with --run");
+    if (command.bake.toml.empty() && command.bake.output.empty()) throw WrongUsage("name the model with -o");
   });
 }
 
@@ -96,7 +96,7 @@ int merge(int argc, char** argv) {
             "lbea-bake merge --work work -o rail.lbea");
   StepCommand command;
   declare_work(tool, command);
-  tool.add_option("-o,--output", command.output, "the model (default: the plan's)")->default_str("");
+  tool.add_option("-o,--output", command.output, "the model (default: the plan's)")->default_text("");
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   tool.add_flag("--json", command.json, "print the summary as JSON");
   return tool.run(argc, argv, [&] {

@@ -37,22 +37,21 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("clouds", options.cloud_paths, "point clouds, or folders of them")->required();
   tool.add_option("--pose", options.pose_file,
                   "sensor.json with T_reference_sensor; without it frames are taken as they are")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   tool.add_option("--points", options.points, "thin every cloud to so many points; smaller clouds are refused")
-      ->check(CLI::Range(1u, 16'777'216u));
+      ->check(in_range(1u, 16'777'216u));
   tool.add_option("--frames", options.schedule.frames, "frames to time, the clouds in turn")
-      ->check(CLI::Range(1u, 10'000'000u));
+      ->check(in_range(1u, 10'000'000u));
   tool.add_option("--warm-up", options.schedule.warm_up, "frames before those, not timed")
-      ->check(CLI::Range(0u, 10'000'000u));
-  tool.add_option("--method", options.matcher.method, "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
-      ->transform(CLI::CheckedTransformer(method_names))
-      ->default_str("lbea");
+      ->check(in_range(0u, 10'000'000u));
+  tool.add_choice("--method", options.matcher.method, method_names,
+                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
   tool.add_option("--trigger-ns", options.matcher.trigger_ns, "the clouds' clock at impact");
   tool.add_option("--baseline", options.baselines,
                   "to compare with, frame by frame: nanoflann (a tree per frame, plain loops), portable (the product "
                   "with the loops that every processor of this kind runs)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"nanoflann", "portable"}));
+      ->check(one_of({"nanoflann", "portable"}));
   tool.add_option("--kernels", options.kernels_name,
                   "time the inner loops of this instruction set instead of the best one");
   tool.add_option("--csv", options.csv_file, "write every timed frame there");
@@ -69,7 +68,7 @@ void add_options(Tool& tool, Options& options) {
           "--rate", options.rate,
           "with --through: so many frames a second, without waiting; time from when a frame is due, and what was lost")
       ->needs(through)
-      ->check(CLI::Range(0.001, 1e6));
+      ->check(in_range(0.001, 1e6));
 }
 
 std::unique_ptr<Pipeline> make_product(const std::string& kernels_name, const Model& model,

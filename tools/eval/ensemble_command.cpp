@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <optional>
 
 namespace lbea::tool {
@@ -101,11 +102,12 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   return plan;
 }
 
-/// A number of that range; CLI::Range lets through what is none.
-CLI::Validator between(double least, double most) {
+/// A number of that range; in_range lets NaN through.
+Check between(double least, double most) {
   const auto check = [least, most](const std::string& text) {
-    double value = 0;
-    const bool is_inside = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    const bool is_inside = !text.empty() && *end == '\0' && value >= least && value <= most;
     return is_inside ? std::string()
                      : text + " is not between " + std::to_string(least).substr(0, 8) + " and " +
                            std::to_string(most).substr(0, 8);
@@ -115,7 +117,7 @@ CLI::Validator between(double least, double most) {
 
 }  // namespace
 
-void declare(CLI::App& app, EnsembleArguments& arguments) {
+void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments alike")->required();
   app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that films the experiments, and its noise")
       ->required();
@@ -125,14 +127,14 @@ void declare(CLI::App& app, EnsembleArguments& arguments) {
                                "the runs that do: names, or paths of runs outside the ensemble")
                     ->delimiter(',')
                     ->excludes(share)
-                    ->default_str("");
+                    ->default_text("");
   app.add_flag("--leave-one-out", arguments.leave_one_out, "every run once, with all others as simulations")
       ->excludes(share)
       ->excludes(named);
   app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
-      ->check(CLI::IsMember({"impact", "over-time", "both"}));
+      ->check(one_of({"impact", "over-time", "both"}));
   app.add_option("--first-step", arguments.first_step, "first state of an experiment that is sensed");
-  app.add_option("--every", arguments.every, "then every so many")->check(CLI::PositiveNumber);
+  app.add_option("--every", arguments.every, "then every so many")->check(positive_number());
   app.add_option("--seed", arguments.seed, "of the split, the noise and the disturbances");
   app.add_flag("--robustness", arguments.robustness,
                "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
@@ -148,15 +150,15 @@ void declare(CLI::App& app, EnsembleArguments& arguments) {
                  "standard deviation along the line of sight, length unit (default: sensor.json's)")
       ->check(between(0, 1e6))
       ->group(row)
-      ->default_str("");
+      ->default_text("");
   app.add_option("--outliers", arguments.outliers, "share of points that lie elsewhere (default: sensor.json's)")
       ->check(between(0, 1))
       ->group(row)
-      ->default_str("");
+      ->default_text("");
   app.add_option("--remove-branch", arguments.removed_branches,
                  "leave this deformation branch out of the simulations: will it be missed?")
       ->delimiter(',')
-      ->default_str("");
+      ->default_text("");
   app.add_flag("--icp,!--no-icp", arguments.icp, "the ICP baseline, which takes seconds per frame");
   app.add_flag("--contained,!--no-contained", arguments.contained, "also with the experiments among the simulations");
   app.add_flag("--strangers,!--no-strangers", arguments.strangers, "also frames of other components");

@@ -25,7 +25,7 @@ struct EnsembleArguments {
   unsigned threads = 0;
 };
 
-void declare(CLI::App& app, EnsembleArguments& arguments);
+void declare(CommandLine& app, EnsembleArguments& arguments);
 
 /// Runs the evaluation, prints its tables and writes its files.
 int evaluate_ensemble(const EnsembleArguments& arguments);

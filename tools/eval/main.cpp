@@ -25,7 +25,7 @@ struct LiveArguments {
   bool json = false;
 };
 
-void add_live(CLI::App& app, LiveArguments& arguments) {
+void add_live(CommandLine& app, LiveArguments& arguments) {
   app.add_option("model", arguments.model, "The model that the matcher uses (.lbea)")->required();
   app.add_option("--results", arguments.results, "Endpoint where the matcher publishes, e.g. ipc:///tmp/results")
       ->required();
@@ -36,7 +36,7 @@ void add_live(CLI::App& app, LiveArguments& arguments) {
   app.add_option("--pose", arguments.pose, "sensor.json of the frames, for clouds in reference coordinates");
   app.add_option("-o,--out", arguments.out, "Folder for results.csv and the meshes for ParaView");
   app.add_option("--silence", arguments.silence_s, "Give up after so many seconds without a message")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   app.add_flag("--json", arguments.json, "Print the results as JSON instead of a table");
 }
 
@@ -85,15 +85,13 @@ int main(int argc, char** argv) {
             "evaluation\n"
             "  lbea-eval ensemble ensemble.toml --sensor sensor.json --split 0.2 --robustness --out evaluation");
   LiveArguments arguments;
-  tool.require_subcommand(1);
-  CLI::App* live_command = tool.add_subcommand("live", "Watch a running test and print a row per frame");
-  live_command->option_defaults()->always_capture_default();
-  add_live(*live_command, arguments);
+  tool.require_subcommand();
+  CommandLine& live_command = tool.add_subcommand("live", "Watch a running test and print a row per frame");
+  add_live(live_command, arguments);
   EnsembleArguments ensemble;
-  CLI::App* ensemble_command = tool.add_subcommand(
+  CommandLine& ensemble_command = tool.add_subcommand(
       "ensemble", "Film runs of an ensemble, match them with the others, and tell how far off every method is");
-  ensemble_command->option_defaults()->always_capture_default();
-  declare(*ensemble_command, ensemble);
+  declare(ensemble_command, ensemble);
   return tool.run(argc, argv,
-                  [&] { return ensemble_command->parsed() ? evaluate_ensemble(ensemble) : live(arguments); });
+                  [&] { return ensemble_command.is_chosen() ? evaluate_ensemble(ensemble) : live(arguments); });
 }

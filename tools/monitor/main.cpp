@@ -44,7 +44,7 @@ void step_back(bool is_live) {
 void add_options(Tool& tool, Options& options) {
   auto* recording =
       tool.add_option("recording", options.recording_file, "a recording (.mcap) to look at instead of a running test")
-          ->check(CLI::ExistingFile);
+          ->check(existing_file());
   auto* results =
       tool.add_option("--results", options.results_endpoint, "endpoint on which lbea-serve publishes results")
           ->excludes(recording);
@@ -53,12 +53,12 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--model", options.model_file,
                   "the baked model (.lbea) that the frames are matched with; without it the file that lbea-serve or "
                   "the recording names")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   tool.add_option("--http", options.http, "address and port to serve the page on");
   tool.add_option("--allow-host", options.allowed_names,
                   "name under which browsers ask for the page, beside its address");
   tool.add_option("--token", options.token, "for addresses that other machines reach; drawn at random when not given");
-  tool.add_option("--watchers", options.limits.watchers, "browsers at a time")->check(CLI::Range(1u, 1024u));
+  tool.add_option("--watchers", options.limits.watchers, "browsers at a time")->check(in_range(1u, 1024u));
   auto* viewers =
       tool.add_flag(
               "--foxglove", options.has_viewers,
@@ -68,7 +68,7 @@ void add_options(Tool& tool, Options& options) {
                   "page of another site whose viewer may connect, such as https://viewer.example")
       ->needs(viewers);
   tool.add_option("--assets", options.assets_folder, "serve the page's files from this folder, while working on them")
-      ->check(CLI::ExistingDirectory);
+      ->check(existing_folder());
 }
 
 /// Says which one it uses in its states, twice a second.

@@ -32,11 +32,6 @@ constexpr auto description =
     "The exit code is 1 when anything could not be recorded, found no room at the matcher, or did not arrive,\n"
     "and when a sender fell silent without goodbye.";
 
-/// What an unset variable of a shell leaves of an argument.
-std::string refuse_empty(const std::string& text) {
-  return text.empty() ? "is empty; is a variable of the shell unset?" : "";
-}
-
 void add_options(Tool& tool, Options& options) {
   tool.add_option("FILE", options.recording.file,
                   "the recording (MCAP), which must not exist yet; its name may contain the time of the start in "
@@ -45,33 +40,31 @@ void add_options(Tool& tool, Options& options) {
       ->transform(recording_name());
   tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/rig.ipc")
       ->required()
-      ->check(refuse_empty);
-  auto* forward =
-      tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to")
-          ->check(refuse_empty);
-  auto* results =
-      tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too")
-          ->check(refuse_empty);
+      ->check(not_empty());
+  tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to")
+      ->check(not_empty());
+  tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too")
+      ->check(not_empty());
   add_recording_options(tool, options.recording);
   const auto take_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = stamp_ns; };
-  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")
-      ->default_str("0");
+  tool.add_option_function("--trigger-ns", take_trigger, "the sender's clock at impact")->default_text("0");
   tool.add_option(
           "--max-points", options.max_points,
           "what a matcher of this recording will take; larger frames are recorded like all others, counted and logged")
-      ->check(CLI::Range(1u, 16'777'216u));
+      ->check(in_range(1u, 16'777'216u));
   options.server_access.add_to(tool);
   auto* server_key = tool.add_option("--server-key", options.matcher_access.server_key_file,
                                      "public key (.pub) of the matcher, when it has one: for --forward and --results")
-                         ->check(refuse_empty);
+                         ->check(not_empty());
   tool.add_option("--client-key", options.matcher_access.key_file,
                   "this program's secret key (.key) towards the matcher, which the matcher allows")
       ->needs(server_key)
-      ->check(refuse_empty);
+      ->check(not_empty());
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
-  tool.callback([=] {
-    if (*server_key && !*forward && !*results)
-      throw CLI::ValidationError("--server-key", "is for --forward and --results, and neither is given");
+  tool.add_usage_check([&options] {
+    const bool has_matcher = !options.forward_endpoint.empty() || !options.results_endpoint.empty();
+    if (!options.matcher_access.server_key_file.empty() && !has_matcher)
+      throw WrongUsage("--server-key: is for --forward and --results, and neither is given");
   });
 }
 

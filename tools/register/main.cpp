@@ -33,15 +33,15 @@ void declare(Tool& tool, Arguments& arguments) {
       ->required();
   tool.add_option("--sensor", arguments.sensor, "sensor.json with the rough pose")->required();
   tool.add_option("-o,--out", arguments.out, "the refined sensor.json")->required();
-  tool.add_option("--frames", arguments.frames, "how many clouds, from the first on")->check(CLI::PositiveNumber);
+  tool.add_option("--frames", arguments.frames, "how many clouds, from the first on")->check(positive_number());
   tool.add_option("--noise", arguments.noise, "standard deviation of a point (default: sensor.json's)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   tool.add_option("--rough-shift", arguments.settings.rough_shift, "how far off the rough pose may be, length unit")
-      ->check(CLI::PositiveNumber);
-  tool.add_option("--rough-turn", arguments.settings.rough_turn_deg, "and turned, degrees")->check(CLI::PositiveNumber);
+      ->check(positive_number());
+  tool.add_option("--rough-turn", arguments.settings.rough_turn_deg, "and turned, degrees")->check(positive_number());
   tool.add_option("--tolerance", arguments.settings.tolerance,
                   "poses that move the component by less are the same, length unit")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   tool.add_flag("--even-if-ambiguous", arguments.even_if_ambiguous,
                 "write the pose although the clouds do not settle it");
   tool.add_flag("--json", arguments.json, "print the summary as JSON");

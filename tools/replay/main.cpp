@@ -38,50 +38,49 @@ constexpr auto description =
     "compare.";
 constexpr auto longest_wait = 5s;
 
-void add_sending_options(Tool& tool, Options& options, CLI::Option& to, CLI::Option& model) {
+void add_sending_options(Tool& tool, Options& options, Option* to, Option* model) {
   tool.add_option("--results", options.results_endpoint,
                   "with --to: endpoint of the matcher's results, to compare counts at the end")
-      ->needs(&to);
+      ->needs(to);
   auto* speed = tool.add_option("--speed", options.pace.speed, "times as fast as recorded")
-                    ->check(CLI::Range(1e-3, 1e6))
-                    ->excludes(&model);
+                    ->check(in_range(1e-3, 1e6))
+                    ->excludes(model);
   auto* fast =
       tool.add_flag("--fast", options.fast, "with --to: as fast as it goes; sending waits for room")->excludes(speed);
   tool.add_flag("--step", options.pace.steps, "one frame per line on standard input (Enter)")
       ->excludes(speed)
       ->excludes(fast)
-      ->excludes(&model);
+      ->excludes(model);
   tool.add_option("--loop", options.socket.rounds, "with --to: how often to play it; 0: until stopped")
-      ->check(CLI::Range(0, 1'000'000))
-      ->excludes(&model);
+      ->check(in_range(0, 1'000'000))
+      ->excludes(model);
   tool.add_flag("--end-of-stream,!--open-end", options.socket.ends_stream,
                 "with --to: say after the last frame that the test is over");
   options.access.add_to(tool);
 }
 
-void add_matching_options(Tool& tool, Options& options, CLI::Option& model) {
+void add_matching_options(Tool& tool, Options& options, Option* model) {
   SettingsOptions& settings = options.model.settings;
-  tool.add_option("--threads", options.model.threads, "with --model")->check(CLI::Range(1u, 256u));
-  tool.add_option("--method", settings.method, "with --model: another than that of the recording")
-      ->transform(CLI::CheckedTransformer(method_names))
-      ->needs(&model);
+  tool.add_option("--threads", options.model.threads, "with --model")->check(in_range(1u, 256u));
+  tool.add_choice("--method", settings.method, method_names, "with --model: another than that of the recording")
+      ->needs(model);
   auto* pose =
       tool.add_option("--pose", settings.pose_file, "with --model: another sensor.json than that of the recording")
-          ->check(CLI::ExistingFile)
-          ->needs(&model);
+          ->check(existing_file())
+          ->needs(model);
   tool.add_flag("--no-pose", settings.without_pose,
                 "with --model: frames are in the reference's coordinates, as for lbea-serve without --pose")
       ->excludes(pose)
-      ->needs(&model);
+      ->needs(model);
   tool.add_option("-o,--output", options.model.output, "with --model: write the results to this file (MCAP)")
-      ->needs(&model);
+      ->needs(model);
   auto* against =
       tool.add_flag("--against", options.model.compares, "with --model: compare the results with those recorded")
-          ->needs(&model);
+          ->needs(model);
   tool.add_option(
           "--tolerance", options.model.tolerance,
           "with --against: share by which best distance and coverage may differ; 0: everything is the same, to the bit")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(in_range(0.0, 1.0))
       ->needs(against);
 }
 
@@ -91,8 +90,8 @@ void add_options(Tool& tool, Options& options) {
   auto* model =
       tool.add_option("--model", options.model.settings.model_file, "baked model (.lbea) to match with")->excludes(to);
   tool.add_option("--range", options.range, "FROM:TO, seconds after the first frame; either may be left out");
-  add_sending_options(tool, options, *to, *model);
-  add_matching_options(tool, options, *model);
+  add_sending_options(tool, options, to, model);
+  add_matching_options(tool, options, model);
   tool.add_flag("--json", options.json, "print as JSON");
 }
 

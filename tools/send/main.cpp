@@ -37,13 +37,13 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--to", options.endpoint, "endpoint of the matcher's frames, e.g. ipc:///tmp/frames.ipc")->required();
   tool.add_option("--results", options.results_endpoint,
                   "endpoint of the matcher's results: agree on the start and compare counts at the end");
-  auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(CLI::Range(1e-3, 1e6));
+  auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(in_range(1e-3, 1e6));
   tool.add_flag("--realtime", options.realtime, "pace by the clouds' stamps")->excludes(rate);
   tool.add_option(
       "--stamps", options.stamps,
       "table of file,stamp_ns (or _us, _ms, _s): when each cloud was captured (default: stamps.csv beside them)");
   tool.add_option("--loop", options.play.rounds, "how often to send all of them; 0: until stopped")
-      ->check(CLI::Range(0, 1'000'000));
+      ->check(in_range(0, 1'000'000));
   tool.add_option("--frame-id", options.frame_id, "name of the coordinate system the points are in");
   tool.add_flag("--end-of-stream,!--open-end", options.play.ends_stream,
                 "say after the last frame that the test is over");

@@ -48,25 +48,25 @@ void declare(Tool& tool, Options& options) {
     return parse_steps(text) ? std::string() : "'" + text + "' is not all, N, FIRST:LAST or FIRST:LAST:STRIDE";
   };
   tool.add_option("--steps", options.steps, "stored states: all, N, FIRST:LAST or FIRST:LAST:STRIDE (inclusive)")
-      ->check(CLI::Validator(steps_check, "STEPS"));
+      ->check(Check(steps_check, "STEPS"));
   tool.add_option("--rate", options.rate_hz,
                   "frames per second, interpolated between all stored states from the first to the last of --steps")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   tool.add_option("--frames", options.max_frames, "stop after this many frames")
-      ->check(CLI::Range(std::uint32_t{1}, std::numeric_limits<std::uint32_t>::max()));
+      ->check(in_range(std::uint32_t{1}, std::numeric_limits<std::uint32_t>::max()));
   tool.add_option("--seed", options.seed, "seed of the noise");
   tool.add_option("--scale", options.scale, "resolution: scales width, height and focal length")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   const char* from_file = " (default: sensor.json's)";
   tool.add_option("--noise", options.sigma,
                   std::string("standard deviation along the line of sight, length unit") + from_file)
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   tool.add_option("--outliers", options.outliers, std::string("share of points that lie elsewhere") + from_file)
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(in_range(0.0, 1.0));
   tool.add_option("--dropout", options.dropout, std::string("share of points lost at random") + from_file)
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(in_range(0.0, 1.0));
   tool.add_option("--background", options.background, std::string("share of extra points on a wall behind") + from_file)
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   tool.add_option("--threads", options.threads, "0: all processors; the frames do not depend on it");
   tool.add_flag("--json", options.json, "print the summary as JSON");
 }

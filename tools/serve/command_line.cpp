@@ -8,30 +8,27 @@ namespace {
 
 void add_matching_options(Tool& tool, ServeOptions& options) {
   MatcherConfig& matcher = options.matcher;
-  tool.add_option(
-          "--method", matcher.method,
-          "fit: by what the sensor would see, with a verdict, an estimate between the samples and the test's history; "
-          "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)")
-      ->transform(CLI::CheckedTransformer(method_names))
-      ->default_str("lbea");
+  tool.add_choice(
+      "--method", matcher.method, method_names,
+      "fit: by what the sensor would see, with a verdict, an estimate between the samples and the test's history; "
+      "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
   tool.add_option(
           "--pose", options.pose_file,
           "sensor.json with T_reference_sensor; without it frames are taken as they are. With fit, the whole rig: when "
           "the model was not baked for this pose, its samples are rendered anew at the start")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   const auto take_trigger = [&](std::int64_t stamp_ns) {
     options.recording.trigger_ns = matcher.trigger_ns = stamp_ns;
   };
-  tool.add_option_function<std::int64_t>("--trigger-ns", take_trigger, "the sender's clock at impact")
-      ->default_str("0");
-  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")->check(CLI::Range(1u, 16'777'216u));
-  tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(CLI::Range(1u, 1000u));
+  tool.add_option_function("--trigger-ns", take_trigger, "the sender's clock at impact")->default_text("0");
+  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")->check(in_range(1u, 16'777'216u));
+  tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(in_range(1u, 1000u));
   tool.add_option("--trusted-distance", matcher.trusted_distance,
                   "a vertex counts as seen when a point lies this near, mm")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   tool.add_option("--min-coverage", matcher.min_coverage,
                   "share of the surface seen below which a match is not trusted")
-      ->check(CLI::Range(0.0f, 1.0f));
+      ->check(in_range(0.0f, 1.0f));
 }
 
 void add_operation_options(Tool& tool, ServeOptions& options) {
@@ -39,7 +36,7 @@ void add_operation_options(Tool& tool, ServeOptions& options) {
                   "address of this machine for Prometheus to read, e.g. 127.0.0.1:9464");
   tool.add_option("--pin", options.privileges.pin, "processor to keep the matching thread on");
   tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching thread")
-      ->check(CLI::Range(1, 99));
+      ->check(in_range(1, 99));
   tool.add_flag("--lock-memory", options.privileges.lock_memory, "keep all memory in RAM");
   tool.add_flag("--check", options.check,
                 "try everything that can be tried before the test, say how it went, and leave");
@@ -66,7 +63,7 @@ void add_options(Tool& tool, ServeOptions& options) {
   inferred->needs("--inference");
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
-      ->check(CLI::Range(1u, 4096u));
+      ->check(in_range(1u, 4096u));
   auto* record =
       tool.add_option("--record", options.recording.file,
                       "record all frames and results to this file (MCAP), which must not exist yet; its name may "

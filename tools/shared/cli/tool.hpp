@@ -1,7 +1,7 @@
 // What every program shares: --help with an example, --version, exit codes, Ctrl-C.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "tools/shared/cli/command_line.hpp"
 
 #include <csignal>
 #include <functional>
@@ -19,14 +19,19 @@ struct WrongUsage : std::runtime_error {
 };
 
 /// A command line with --version and an example under --help.
-class Tool : public CLI::App {
+class Tool : public CommandLine {
  public:
-  Tool(std::string name, std::string description, std::string example);
+  Tool(const std::string& name, const std::string& description, const std::string& example);
   /// --list-formats prints this text and ends the program, whatever else is asked for.
   void list_formats_by(const std::string& formats);
+  /// Runs after the command line is read; throws WrongUsage when options make no sense together.
+  void add_usage_check(std::function<void()> check) { usage_checks_.push_back(std::move(check)); }
   /// Parses, runs `body` and turns its outcome into an exit code: what body returns; 1 and one sentence on
   /// stderr for an exception, and when what was printed could not be written; 2 for a wrong command line.
   int run(int argc, char** argv, const std::function<int()>& body);
+
+ private:
+  std::vector<std::function<void()>> usage_checks_;
 };
 
 /// Set by SIGINT, SIGTERM and SIGHUP (the terminal is gone) after catch_stop_signals(): loops look at it and leave in

@@ -4,12 +4,12 @@
 
 namespace lbea::tool {
 
-void ServerAccessOptions::add_to(CLI::App& app) {
+void ServerAccessOptions::add_to(CommandLine& app) {
   app.add_option("--key", key_file,
                  "this program's secret key (.key of lbea-keygen): encrypts, and lets in only --allow");
   app.add_option("--allow", allow_files, "public keys (.pub of lbea-keygen) of those who may connect; may be repeated");
   app.add_option("--max-peers", max_peers, "connections per endpoint; more are turned away")
-      ->check(CLI::Range(1u, 1000u));
+      ->check(in_range(1u, 1000u));
 }
 
 wire::ServerAccess ServerAccessOptions::load() const {
@@ -22,7 +22,7 @@ wire::ServerAccess ServerAccessOptions::load() const {
   return access;
 }
 
-void ClientAccessOptions::add_to(CLI::App& app) {
+void ClientAccessOptions::add_to(CommandLine& app) {
   auto* server = app.add_option("--server-key", server_key_file, "public key (.pub) of the matcher, when it has one");
   app.add_option("--key", key_file, "this program's secret key (.key of lbea-keygen), which the matcher allows")
       ->needs(server);

@@ -3,7 +3,7 @@
 
 #include "adapters/wire/access/keys.hpp"
 
-#include <CLI/CLI.hpp>
+#include "tools/shared/cli/command_line.hpp"
 
 #include <string>
 #include <vector>
@@ -14,14 +14,14 @@ struct ServerAccessOptions {
   std::string key_file;
   std::vector<std::string> allow_files;
   std::uint32_t max_peers = wire::ServerAccess{}.max_peers;
-  void add_to(CLI::App& app);
+  void add_to(CommandLine& app);
   /// Reads the files. Throws Error.
   [[nodiscard]] wire::ServerAccess load() const;
 };
 
 struct ClientAccessOptions {
   std::string server_key_file, key_file;
-  void add_to(CLI::App& app);
+  void add_to(CommandLine& app);
   /// Reads the files. Throws Error.
   [[nodiscard]] wire::ClientAccess load() const;
 };

@@ -69,18 +69,16 @@ std::string reason(int error) { return error == 0 ? "" : ": " + std::generic_cat
 
 void add_recording_options(Tool& tool, RecordingOptions& options) {
   tool.add_option("--record-memory", options.memory_mb, "memory for frames that wait for the disk, MB")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 24));
-  tool.add_option("--record-compression", options.config.compression,
-                  "none: as fast as the disk; lz4, zstd: smaller, and slower")
-      ->transform(CLI::CheckedTransformer(compression_names))
-      ->default_str("none");
+      ->check(in_range(std::size_t{1}, std::size_t{1} << 24));
+  tool.add_choice("--record-compression", options.config.compression, compression_names,
+                  "none: as fast as the disk; lz4, zstd: smaller, and slower");
   tool.add_option(
       "--record-window", options.window,
       "BEFORE:AFTER, seconds: keep only what happens around a trigger, which is SIGUSR1 or the first frame captured at "
       "--trigger-ns or later");
 }
 
-CLI::Validator recording_name() {
+Check recording_name() {
   const std::time_t start = std::time(nullptr);
   const auto replace = [start](std::string& name) -> std::string {
     if (name.empty()) return "is empty; is a variable of the shell unset?";
@@ -92,7 +90,7 @@ CLI::Validator recording_name() {
     name = std::move(named);
     return {};
   };
-  return CLI::Validator(replace, "");
+  return Check(replace, "");
 }
 
 void catch_trigger_signal() {

@@ -16,7 +16,7 @@ struct RecordingOptions {
 
 /// For the option that names the file: puts the time of the start in place of strftime's conversions
 /// (%Y-%m-%d_%H-%M-%S; a percent sign is %%), and refuses a name that is empty or that strftime cannot read.
-[[nodiscard]] CLI::Validator recording_name();
+[[nodiscard]] Check recording_name();
 
 /// All but the file's name, which is an option of one program and an argument of another.
 void add_recording_options(Tool& tool, RecordingOptions& options);
