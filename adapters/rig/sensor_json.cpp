@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
-#include <string_view>
 
 namespace lbea::io {
 namespace {
@@ -124,10 +123,9 @@ std::string reason(const Json::exception& error) {
   return text.starts_with('[') && end != std::string::npos ? text.substr(end + 2) : text;
 }
 
-Json parse(const std::filesystem::path& path) {
-  const auto bytes = read_file(path);
+Json parse(std::string_view text, const std::filesystem::path& path) {
   try {
-    return Json::parse(as_text(bytes));
+    return Json::parse(text);
   } catch (const Json::exception& error) {
     throw Error(Status::bad_input, path.string() + " is not JSON: " + reason(error));
   }
@@ -173,8 +171,12 @@ bake::SensingNoise read_noise(const JsonTable& file, const std::string& length_u
 }  // namespace
 
 SensorDescription read_sensor_json(const std::filesystem::path& path) {
-  const Json json = parse(path);
-  const JsonTable file(json, path);
+  return parse_sensor_json(as_text(read_file(path)), path);
+}
+
+SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name) {
+  const Json json = parse(text, name);
+  const JsonTable file(json, name);
   file.refuse_unknown_keys({"length_unit", "T_reference_sensor", "sensor", "noise", "noise_mm", "outliers",
                             "min_cos_incidence", "dropout", "background", "comment"});
   SensorDescription description;
@@ -188,7 +190,7 @@ SensorDescription read_sensor_json(const std::filesystem::path& path) {
 }
 
 RigidTransform read_pose(const std::filesystem::path& path) {
-  const Json json = parse(path);
+  const Json json = parse(as_text(read_file(path)), path);
   return JsonTable(json, path).pose("T_reference_sensor");
 }
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace lbea::io {
 
@@ -20,6 +21,9 @@ struct SensorDescription {
 /// Throws Error{file_not_found | bad_input} that names file and key: also for unknown keys, for a rotation that is
 /// off by more than 1e-4 and for shares outside 0..1.
 [[nodiscard]] SensorDescription read_sensor_json(const std::filesystem::path& path);
+
+/// The same from the text of such a file; `name` stands for the file in errors.
+[[nodiscard]] SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name);
 
 /// T_reference_sensor alone; nothing else needs to be in the file.
 [[nodiscard]] RigidTransform read_pose(const std::filesystem::path& path);

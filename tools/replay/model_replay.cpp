@@ -1,7 +1,5 @@
 #include "tools/replay/model_replay.hpp"
 
-#include "adapters/files/atomic_file.hpp"
-#include "adapters/rig/sensor_json.hpp"
 #include "tools/replay/match_replay.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/replay/results_file.hpp"
@@ -13,39 +11,10 @@
 #include <cstdio>
 #include <memory>
 
-#include <unistd.h>
-
 namespace lbea::tool {
 namespace {
 
 constexpr std::uint64_t most_differences_shown = 20;
-
-/// The recording's description of the rig as a file, for as long as it is needed.
-class PoseFile {
- public:
-  explicit PoseFile(const std::string& sensor_json) {
-    if (sensor_json.empty()) return;
-    path_ = std::filesystem::temp_directory_path() / ("lbea-replay-" + std::to_string(::getpid()) + "-sensor.json");
-    io::AtomicFile file(path_);
-    file.write(sensor_json);
-    file.commit();
-  }
-  ~PoseFile() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove(path_, ignored);
-  }
-  PoseFile(const PoseFile&) = delete;
-  PoseFile& operator=(const PoseFile&) = delete;
-  [[nodiscard]] std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
-
-SensorViews views_of(const RunSettings& settings, const Model& model) {
-  const PoseFile pose(settings.sensor_json);
-  return views_for(settings.matcher, model, pose.path());
-}
 
 /// What becomes of each new result.
 class Takers {
@@ -134,7 +103,10 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   }
   Comparison* const compared = comparison ? &*comparison : nullptr;
   Takers takers(options, settings, compared);
-  MatchReplay replay(model, settings.matcher, views_of(settings, model), options.threads);
+  const std::string& pose_file = options.settings.pose_file;
+  const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
+                                      pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
+  MatchReplay replay(model, settings.matcher, views, options.threads);
   const ResultTaker take = [&](const wire::WireResult& result) { return takers(result); };
   if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, take)) return false;
   takers.finish();

@@ -28,10 +28,10 @@ std::string describe(const wire::ServerAccess& access) {
   return std::to_string(access.allowed.size()) + " keys may connect";
 }
 
-std::string describe_fit(const ServeOptions& options, const Model& model) {
-  MatcherConfig config = options.matcher;
-  if (!options.pose_file.empty()) config.T_reference_sensor = io::read_pose(options.pose_file);
-  const Matcher matcher(model, config, views_for(config, model, options.pose_file));
+std::string describe_fit(ServeOptions options, const Model& model) {
+  read_pose_file(options);
+  const MatcherConfig& config = options.matcher;
+  const Matcher matcher(model, config, views_for(config, model, options.sensor_json, options.pose_file));
   return "a matcher is ready, with depth images for this pose";
 }
 

@@ -1,5 +1,7 @@
 #include "tools/serve/command_line.hpp"
 
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/inference_publisher.hpp"
 #include "tools/shared/cli/method_names.hpp"
 
@@ -73,6 +75,12 @@ void add_options(Tool& tool, ServeOptions& options) {
   tool.get_option("--record-window")->needs(record);  // who asks for a window believes it is being recorded
   options.access.add_to(tool);
   add_operation_options(tool, options);
+}
+
+void read_pose_file(ServeOptions& options) {
+  if (options.pose_file.empty()) return;
+  options.matcher.T_reference_sensor = io::read_pose(options.pose_file);
+  options.sensor_json = io::as_text(io::read_file(options.pose_file));
 }
 
 std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {

@@ -14,6 +14,7 @@ namespace lbea::tool {
 struct ServeOptions {
   std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, inference_endpoint, inferred_field,
       pose_file, metrics_address;
+  std::string sensor_json;  // the text of pose_file
   MatcherConfig matcher;
   PipelineConfig pipeline;
   RecordingOptions recording;
@@ -24,6 +25,8 @@ struct ServeOptions {
 };
 
 void add_options(Tool& tool, ServeOptions& options);
+/// Reads the pose and the text of --pose, if it was given. Throws Error{file_not_found | bad_input}.
+void read_pose_file(ServeOptions& options);
 /// The place of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
 /// Every waiting frame has a slot for max_points, allocated at the start; in bytes.

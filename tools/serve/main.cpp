@@ -1,7 +1,5 @@
 // lbea-serve: takes frames from a socket, matches each one, publishes the results.
-#include "adapters/files/atomic_file.hpp"
 #include "adapters/http/metrics_server.hpp"
-#include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
 #include "tools/serve/inference_publisher.hpp"
@@ -52,9 +50,8 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
                        model.checksum(),
                        name_of(options.matcher.method),
                        options.matcher,
-                       "",
+                       options.sensor_json,
                        0};
-  if (!options.pose_file.empty()) settings.sensor_json = io::as_text(io::read_file(options.pose_file));
   settings.start_ns = mcap::wall_clock_ns();
   return settings;
 }
@@ -102,11 +99,11 @@ int serve(ServeOptions options) {
                               {"--preview", options.preview_endpoint},
                               {"--inference", options.inference_endpoint}});
   if (options.check) return check(options);
-  if (!options.pose_file.empty()) options.matcher.T_reference_sensor = io::read_pose(options.pose_file);
+  read_pose_file(options);
   const Model model = Model::open(options.model_file);
   report(ask_for_process(options.privileges, &model, options.matcher.method));
   check_memory(options);
-  ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.pose_file));
+  ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
   wire::WireContext context;
   const ServiceNotify service;
   PipelineConfig config = pipeline_config(options, model);

@@ -61,17 +61,18 @@ bool suits(const RigidTransform& baked, const RigidTransform& wanted) noexcept {
   return degrees <= most_degrees && std::sqrt(squared) <= most_distance;
 }
 
-SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& pose_file) {
+SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& sensor_json,
+                      const std::string& name) {
   if (config.method != Method::fit) return {};
   const SensorViews baked = SensorViews::baked_into(model);
   if (!baked.empty() && suits(baked.T_reference_sensor(), config.T_reference_sensor)) return baked;
-  if (pose_file.empty())
+  if (sensor_json.empty())
     throw Error(Status::bad_config,
                 baked.empty()
                     ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
                     : "the model's depth images are for a rig elsewhere; give this one with --pose sensor.json");
   spdlog::info("the model holds no depth images for this pose: rendering {} samples", model.samples());
-  return rendered(model, io::read_sensor_json(pose_file).sensor);
+  return rendered(model, io::parse_sensor_json(sensor_json, name).sensor);
 }
 
 }  // namespace lbea::tool

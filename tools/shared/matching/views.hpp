@@ -11,8 +11,10 @@ namespace lbea::tool {
 /// see the same surface.
 [[nodiscard]] bool suits(const RigidTransform& baked, const RigidTransform& wanted) noexcept;
 
-/// Empty unless the method is fit. pose_file: the rig's description; may be empty when the model's own images suit.
+/// Empty unless the method is fit. `sensor_json`: the text of the rig's description, which may be empty when the
+/// model's own images suit; `name`: its file, for errors.
 /// Throws Error{bad_config | bad_input} when images are needed and cannot be rendered.
-[[nodiscard]] SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& pose_file);
+[[nodiscard]] SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& sensor_json,
+                                    const std::string& name);
 
 }  // namespace lbea::tool
