@@ -1,4 +1,4 @@
-# For Doxygen: a comment behind code belongs to that code, and goes on in the comment-only lines indented below it.
+# Doxygen filter: marks trailing comments, and their indented continuation lines, as documentation of the code before them.
 /[^ \/].*[;,{)] *\/\/ / && !/^ *\/\// { sub(/ \/\/ /, " ///< "); behind = 1; print; next }
 behind && /^ {20,}\/\/ /             { sub(/\/\/ /, "///< "); print; next }
                                      { behind = 0; print }

@@ -1,4 +1,4 @@
-/* match.c - which simulation does a cloud look like? In C, inside your program, without ZeroMQ.
+/* match.c - find the simulation that matches a cloud, in C, without ZeroMQ.
  *   cc match.c $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea < cloud.xyz */
 #include <lbea/lbea.h>
 
@@ -7,7 +7,7 @@
 enum { room = 131072 };
 static lbea_point points[room];
 
-static size_t grab(void) { /* your camera; here lines of x y z */
+static size_t grab(void) { /* replace by your camera; reads lines of x y z */
   size_t count = 0;
   lbea_point* p = points;
   while (count < room && scanf("%f %f %f", &p->x, &p->y, &p->z) == 3) p = &points[++count];

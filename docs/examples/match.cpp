@@ -1,11 +1,11 @@
-// match.cpp - which simulation does a cloud look like? In C++, inside your program, without ZeroMQ.
+// match.cpp - find the simulation that matches a cloud, in C++, without ZeroMQ.
 //   c++ -std=c++20 match.cpp $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea < cloud.xyz
 #include <lbea/lbea.hpp>
 
 #include <iostream>
 #include <vector>
 
-void grab(std::vector<lbea::Point>& points) {  // your camera; here lines of x y z
+void grab(std::vector<lbea::Point>& points) {  // replace by your camera; reads lines of x y z
   points.clear();
   for (lbea::Point p; std::cin >> p.x >> p.y >> p.z;) points.push_back(p);
 }

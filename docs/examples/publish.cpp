@@ -1,6 +1,6 @@
 // publish.cpp - send clouds to a running lbea-serve, as a camera does.
-//   c++ -std=c++20 publish.cpp $(pkg-config --cflags --libs lbea-wire) -o publish && ./publish ipc:///tmp/frames <
-//   cloud.xyz
+//   c++ -std=c++20 publish.cpp $(pkg-config --cflags --libs lbea-wire) -o publish
+//   ./publish ipc:///tmp/frames < cloud.xyz
 #include <lbea/wire/codec.hpp>
 #include <lbea/wire/streams.hpp>
 
@@ -10,7 +10,7 @@
 
 using namespace std::chrono_literals;
 
-void grab(std::vector<lbea::Point>& points) {  // your camera; here lines of x y z
+void grab(std::vector<lbea::Point>& points) {  // replace by your camera; reads lines of x y z
   for (lbea::Point p; std::cin >> p.x >> p.y >> p.z;) points.push_back(p);
 }
 
@@ -18,11 +18,11 @@ int main(int argc, char** argv) try {
   lbea::wire::WireContext context;
   lbea::wire::FrameSink sink(context, argc > 1 ? argv[1] : "ipc:///tmp/frames");
   lbea::wire::Encoder encoder;
-  const std::uint64_t session = std::random_device{}();  // drawn anew at each start
+  const std::uint64_t session = std::random_device{}();  // a new random number at each start
   std::vector<lbea::Point> points;
   grab(points);
-  if (!sink.wait_ready(5s)) throw std::runtime_error("nobody takes frames there; start lbea-serve");
-  for (std::uint64_t id = 0; id < 10; ++id) {  // rises by one per capture, also when one is refused
+  if (!sink.wait_ready(5s)) throw std::runtime_error("no receiver at this endpoint; start lbea-serve");
+  for (std::uint64_t id = 0; id < 10; ++id) {  // increases by one per capture, also if it is refused
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     sink.send(encoder.frame({.id = id, .stamp_ns = std::chrono::nanoseconds(now).count(), .points = points}, session));
     std::this_thread::sleep_for(10ms);
