@@ -1,4 +1,4 @@
-# The reference of the public headers as web pages: target `docs`, where doxygen is installed; a warning is an error.
+# Public headers and guides as HTML: target `docs`, if doxygen is installed. A doxygen warning is an error.
 find_package(Doxygen QUIET)
 if(DOXYGEN_FOUND)
   configure_file(docs/Doxyfile.in ${PROJECT_BINARY_DIR}/Doxyfile @ONLY)

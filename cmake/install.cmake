@@ -1,5 +1,5 @@
-# Three components, which become three Debian packages: runtime (liblbea.so.N alone), dev (what it takes to build against
-# it), tools (the programs).
+# Each component is a Debian package: runtime (liblbea.so.N), dev (headers, static libraries, CMake and pkg-config files),
+# tools (the programs).
 include(CMakePackageConfigHelpers)
 
 set(lbea_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lbea)
@@ -14,7 +14,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/lbea-config-version.cmake
 install(FILES ${PROJECT_BINARY_DIR}/lbea-config.cmake ${PROJECT_BINARY_DIR}/lbea-config-version.cmake
         DESTINATION ${lbea_cmake_dir} COMPONENT dev)
 
-# pkg-config finds the prefix from where its file lies.
+# The .pc files define the prefix relative to their own location.
 file(RELATIVE_PATH lbea_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(lbea_pc_files lbea.pc)
 if(TARGET lbea_wire)
@@ -25,8 +25,8 @@ foreach(file ${lbea_pc_files})
   install(FILES ${PROJECT_BINARY_DIR}/${file} DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 endforeach()
 
-# Frames and results over ZeroMQ, for those who send or receive them: apart from the runtime, which knows no ZeroMQ.
-# Headers include each other by their place in this project; installed, by <lbea/wire/...>.
+# The wire library (frames and results over ZeroMQ) is separate, because the runtime does not depend on ZeroMQ.
+# In the project its headers include each other by project paths; the installed headers use <lbea/wire/...>.
 if(TARGET lbea_wire)
   install(FILES $<TARGET_FILE:lbea_wire> DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
   foreach(path codec/codec access/keys codec/messages sockets/streams)

@@ -1,13 +1,13 @@
-# Private to our own targets: consumers never see these flags. The ci preset adds -Werror.
+# Warnings for our own targets, not for consumers. The ci preset adds -Werror.
 add_library(lbea_warnings INTERFACE)
 target_compile_options(lbea_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor -Wold-style-cast
-  # GCC 12 raises these falsely at -O3: for plain std::string concatenation (GCC bug 105651), and for vectors inside
-  # aggregates that are moved. The sanitizers watch what they would.
+  # GCC 12 gives these falsely at -O3: for std::string concatenation (GCC bug 105651) and for vectors in moved aggregates.
+  # The sanitizers find the same errors.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-stringop-overflow -Wno-maybe-uninitialized>)
 
-# lbea_library(<target> [FOLDERS ...] [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): one static library, silent by design.
-# FOLDERS: every .cpp in them, relative to the CMakeLists.txt that calls; SOURCES: generated files and exceptions.
+# lbea_library(<target> [FOLDERS ...] [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): one static library.
+# FOLDERS: all .cpp files in them, relative to the calling CMakeLists.txt; SOURCES: generated files and exceptions.
 function(lbea_library target)
   cmake_parse_arguments(arg "" "" "FOLDERS;SOURCES;PUBLIC;PRIVATE" ${ARGN})
   list(TRANSFORM arg_FOLDERS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)

@@ -1,5 +1,4 @@
-# Manual pages from what the programs say about themselves under --help and --version: target man_pages, part of `all` where
-# help2man is installed.
+# Manual pages from --help and --version of the programs: target man_pages, part of `all` if help2man is installed.
 find_program(LBEA_HELP2MAN help2man)
 if(LBEA_HELP2MAN)
   option(LBEA_MAN_PAGES "Manual pages of the programs" ON)

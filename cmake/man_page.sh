@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# man_page.sh HELP2MAN PROGRAM PAGE: the page's one-line description is the first sentence the program says of itself.
+# man_page.sh HELP2MAN PROGRAM PAGE: the page's one-line description is the first sentence of the program's --help.
 set -euo pipefail
 help2man=$1 program=$2 page=$3
 mkdir -p "$(dirname "$page")"

@@ -1,4 +1,4 @@
-# Debian packages, by `cpack` in a build folder. Dependencies come from dpkg-shlibdeps.
+# Debian packages: run `cpack` in a build folder. dpkg-shlibdeps finds the dependencies.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_CONTACT "The lbea project <lbea@localhost>")
@@ -15,7 +15,7 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(version_needed "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 
-# lbea_package(<component> <package> <section> <summary> <sentence>...): and the file that says what may be done with it.
+# lbea_package(<component> <package> <section> <summary> <description>...): also installs the package's copyright file.
 set(CPACK_COMPONENTS_ALL)
 macro(lbea_package component package section summary)
   string(TOUPPER ${component} upper)
@@ -29,30 +29,30 @@ macro(lbea_package component package section summary)
 endmacro()
 
 lbea_package(runtime liblbea0 libs "matches point clouds with crash simulations, runtime library"
-  "Tells which finite-element simulation of an ensemble, and which time step"
-  "of it, looks like the point-cloud frame that a 3D camera rig has just"
-  "captured. For C and C++; needs nothing but the C++ runtime.")
+  "Finds the finite-element simulation of an ensemble, and its time step, that"
+  "best matches a point cloud captured by a 3D camera rig. For C and C++; needs"
+  "only the C++ runtime.")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
 lbea_package(dev liblbea-dev libdevel "matches point clouds with crash simulations, development files"
   "Headers, CMake and pkg-config files and static libraries of lbea: the"
-  "matcher, and the messages it exchanges over ZeroMQ.")
+  "matcher, and its messages over ZeroMQ.")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "liblbea0 ${version_needed}")
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libzmq3-dev, pkg-config")
 if(LBEA_BUILD_TOOLS)
   lbea_package(tools lbea-tools science "matches point clouds with crash simulations, programs"
-    "Bakes an ensemble of simulations into one model, matches frames over ZeroMQ"
-    "as they come in, sends and records them, and evaluates the results.")
+    "Bakes an ensemble of simulations into one model; matches, sends and records"
+    "frames over ZeroMQ; evaluates and shows the results.")
 endif()
 if(TARGET lbea-bake-mpi)
   lbea_package(mpi lbea-bake-mpi science "bakes ensembles of crash simulations, MPI driver"
-    "Bakes an ensemble of simulations into one model for lbea's matcher, as one"
-    "MPI job. Batch queues and single machines need lbea-tools only.")
+    "Bakes an ensemble of simulations into one model as one MPI job. Batch queues"
+    "and single machines need only lbea-tools.")
 endif()
 if(LBEA_PYTHON AND LBEA_BUILD_TOOLS)
   include(cmake/python.cmake)
   lbea_package(python python3-lbea python "matches point clouds with crash simulations, Python"
-    "The matcher on numpy arrays, and a client for the frames and results it"
-    "exchanges over ZeroMQ.")
+    "The matcher on numpy arrays, and a client for its frames and results over"
+    "ZeroMQ.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/python/prerm)
   math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}~), \

@@ -1,4 +1,4 @@
-# The system's Python, whatever stands before it in the path: packages are for that one.
+# Use the system's Python, also if another one comes first in PATH: the packages are for the system's.
 if(NOT DEFINED Python_EXECUTABLE AND EXISTS /usr/bin/python3)
   set(Python_EXECUTABLE /usr/bin/python3)
 endif()

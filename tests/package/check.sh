@@ -27,8 +27,8 @@ for name in liblbea0 liblbea-dev lbea-tools; do
   dpkg-deb --fsys-tarfile "$(package $name)" | tar -tv | awk '$2 != "root/root" {exit 1}' || fail "$name: files are not root's"
   contents $name | grep -vE '^\./(usr/(bin|include|lib|share)(/|$)|usr/$|$)' && fail "$name puts files elsewhere"
 done
-dpkg-deb --fsys-tarfile "$(package liblbea0)" | tar -xO ./usr/share/doc/liblbea0/copyright | grep -q "No licence has been chosen" ||
-  fail "liblbea0 does not say that there is no licence"
+dpkg-deb --fsys-tarfile "$(package liblbea0)" | tar -xO ./usr/share/doc/liblbea0/copyright | grep -q "The owners have not chosen a license" ||
+  fail "the copyright file of liblbea0 does not say that no license is chosen"
 
 holds liblbea0 '/liblbea\.so\.0$' '/liblbea\.so\.0\.[0-9.]+$'
 contents liblbea0 | grep -E '/include/|/bin/|\.a$|\.so$' && fail "liblbea0 holds more than the library"
