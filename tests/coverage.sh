@@ -18,9 +18,9 @@ parsers=(
   adapters/wire/'(frame_codec|result_codec|control_codec|inference_codec|verified|keys|endpoint)'
   adapters/mcap/'(byte_cursor|byte_source|mcap_parse|record_walk|salvage|compression|audit|audit_summary|recovery)'
   adapters/simulation/
-  adapters/clouds/'(pcd|ply|ply_ascii|ply_binary|pointcloud|stamps|stl_cloud|xyz)'
-  adapters/files/'(ply_header|stl_corners|text_line)'
-  adapters/'(ensemble|sensor)'/
+  adapters/clouds/'(formats|pcd|ply|stamps|stl|xyz)'
+  adapters/files/'(binary_numbers|ply_header|stl_corners|text_line)'
+  adapters/'(ensemble|rig)'/
   tools/monitor/'(access|http_address|foxglove|web_session)'
 )
 profdata=$(command -v llvm-profdata || ls /usr/lib/llvm-*/bin/llvm-profdata | tail -1)

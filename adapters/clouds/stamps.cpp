@@ -1,6 +1,5 @@
 #include "adapters/clouds/stamps.hpp"
 
-#include "adapters/clouds/xyz_columns.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"
 
@@ -100,12 +99,12 @@ struct TableColumns {
 char separator_of(std::string_view line) {
   for (const char separator : {';', '\t', ','})
     if (line.find(separator) != std::string_view::npos) return separator;
-  return clouds::Fields::blanks;
+  return text::Fields::blanks;
 }
 
 std::vector<std::string> split(std::string_view line, char separator) {
   std::vector<std::string> words;
-  clouds::Fields fields(line, separator);
+  text::Fields fields(line, separator);
   for (std::string_view field; fields.next(field);) words.emplace_back(field);
   return words;
 }

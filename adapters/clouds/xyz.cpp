@@ -1,17 +1,153 @@
-#include "adapters/clouds/xyz_columns.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 
-#include "adapters/clouds/pointcloud.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace lbea::io {
-
-namespace clouds {
 namespace {
 
+constexpr std::size_t longest_number = 64;
 constexpr std::string_view utf8_mark = "\xef\xbb\xbf";
+
+struct XyzColumns {
+  char separator = text::Fields::blanks;
+  bool has_decimal_comma = false;
+  std::array<std::size_t, 3> axes{0, 1, 2};  // columns of x, y, z, from 0
+};
+
+/// A field as a number; an empty one is NaN. False when it is neither.
+bool parse_field(std::string_view field, bool has_decimal_comma, float& value) noexcept {
+  if (field.empty()) {
+    value = std::numeric_limits<float>::quiet_NaN();
+    return true;
+  }
+  if (!has_decimal_comma || field.find(',') == std::string_view::npos) return text::parse_number(field, value);
+  std::array<char, longest_number> digits{};
+  if (field.size() > digits.size()) return false;
+  std::replace_copy(field.begin(), field.end(), digits.begin(), ',', '.');
+  return text::parse_number({digits.data(), field.size()}, value);
+}
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+std::vector<std::string_view> split(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  text::Fields reader(line, separator);
+  for (std::string_view field; reader.next(field);) fields.push_back(field);
+  return fields;
+}
+
+/// "1,5<tab>2,5": every comma stands between two digits.
+bool commas_are_decimal(std::string_view line) {
+  for (std::size_t i = line.find(','); i != std::string_view::npos; i = line.find(',', i + 1))
+    if (i == 0 || i + 1 == line.size() || !is_digit(line[i - 1]) || !is_digit(line[i + 1])) return false;
+  return true;
+}
+
+bool has_blank(std::string_view field) { return std::any_of(field.begin(), field.end(), text::is_blank); }
+
+char separator_of(std::string_view line) {
+  if (line.find(';') != std::string_view::npos) return ';';
+  if (line.find('\t') != std::string_view::npos && commas_are_decimal(line)) {
+    const auto fields = split(line, '\t');
+    return std::any_of(fields.begin(), fields.end(), has_blank) ? text::Fields::blanks : '\t';
+  }
+  return line.find(',') != std::string_view::npos ? ',' : text::Fields::blanks;
+}
+
+/// Names, unlike numbers, may have blanks in them, and no decimal comma.
+std::vector<std::string_view> split_names(std::string_view line) {
+  for (const char separator : {';', ',', '\t'})
+    if (line.find(separator) != std::string_view::npos) return split(line, separator);
+  return split(line, text::Fields::blanks);
+}
+
+/// "x [mm] y [mm]" -> "x  y ": units would look like columns.
+std::string without_units(std::string_view names) {
+  std::string text;
+  int depth = 0;
+  for (const char c : names) {
+    if (c == '[' || c == '(') ++depth;
+    if (depth == 0) text += c;
+    if ((c == ']' || c == ')') && depth > 0) --depth;
+  }
+  return text;
+}
+
+/// 'x' for "x", "X", "x_mm"; not for "xylem" or "x1".
+bool names_axis(std::string_view field, char axis) {
+  if (field.empty() || (field[0] != axis && field[0] != axis - 'a' + 'A')) return false;
+  return field.size() == 1 || !(is_letter(field[1]) || is_digit(field[1]));
+}
+
+using Axes = std::optional<std::array<std::size_t, 3>>;
+
+/// The columns named x, y, z. A `width` other than 0 is how many columns there must be.
+Axes named_axes(std::string_view line, std::size_t width) {
+  const std::string plain = without_units(line);
+  const auto names = split_names(plain);
+  if (width != 0 && names.size() != width) return std::nullopt;
+  std::array<std::size_t, 3> axes{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const char letter = static_cast<char>('x' + static_cast<int>(axis));
+    const auto at = std::find_if(names.begin(), names.end(), [&](auto field) { return names_axis(field, letter); });
+    if (at == names.end()) return std::nullopt;
+    axes[axis] = static_cast<std::size_t>(at - names.begin());
+  }
+  return axes;
+}
+
+Axes first_numeric(const std::vector<std::string_view>& fields, bool has_decimal_comma) {
+  std::array<std::size_t, 3> axes{};
+  std::size_t found = 0;
+  float ignored = 0;
+  for (std::size_t i = 0; i < fields.size() && found < 3; ++i)
+    if (!fields[i].empty() && parse_field(fields[i], has_decimal_comma, ignored)) axes[found++] = i;
+  return found == 3 ? std::optional(axes) : std::nullopt;
+}
+
+/// True for a line of names: letters, and no field that is a number.
+bool is_name_line(std::string_view line) {
+  if (std::none_of(line.begin(), line.end(), is_letter)) return false;
+  const auto fields = split(line, separator_of(line));
+  float ignored = 0;
+  return std::none_of(fields.begin(), fields.end(),
+                      [&](auto field) { return !field.empty() && parse_field(field, true, ignored); });
+}
+
+/// Separator and columns. `names` is the line of names, empty when there is none. `remark` is the last comment; it
+/// counts as a line of names only when it has as many as `numbers` has fields. On failure returns nothing and sets
+/// `problem`.
+std::optional<XyzColumns> find_columns(std::string_view names, std::string_view remark, std::string_view numbers,
+                                       std::string& problem) {
+  XyzColumns columns;
+  columns.separator = separator_of(numbers);
+  columns.has_decimal_comma = columns.separator == ';' || columns.separator == '\t';
+  const auto fields = split(numbers, columns.separator);
+  Axes axes = named_axes(names, 0);
+  if (!axes) axes = named_axes(remark, fields.size());
+  if (!axes && split_names(without_units(names)).size() > 3) {
+    problem = "the header names columns, but not x, y and z; name them so, or this is not a point cloud";
+    return std::nullopt;
+  }
+  if (!axes) axes = first_numeric(fields, columns.has_decimal_comma);
+  if (!axes) {
+    problem = "fewer than 3 columns with numbers; expected x, y, z separated by blanks, tabs, commas or semicolons";
+    return std::nullopt;
+  }
+  columns.axes = *axes;
+  return columns;
+}
 
 class XyzParser {
  public:
@@ -60,7 +196,7 @@ class XyzParser {
 
   void take_point(std::string_view line) {
     std::array<float, 3> position{};
-    Fields fields(line, columns_->separator);
+    text::Fields fields(line, columns_->separator);
     std::string_view field;
     for (std::size_t column = 0; column <= last_column_; ++column) {
       if (!fields.next(field)) fail_short(column);
@@ -88,13 +224,19 @@ class XyzParser {
 };
 
 }  // namespace
-}  // namespace clouds
 
+/// Any file without a zero byte: text is tried last.
+bool is_xyz(std::string_view start, std::size_t) noexcept { return start.find('\0') == std::string_view::npos; }
+
+/// Text, a point per line. Columns are separated by blanks, tabs, commas or semicolons (with semicolons and with tabs,
+/// a comma may be the decimal sign). A line of names, which may be a comment, tells the columns x, y, z; without it
+/// they are the first three that hold numbers. Empty fields and "nan" give NaN. Lines that begin with #, % or // are
+/// comments.
 PointCloud parse_xyz(std::span<const std::byte> bytes, const std::string& name) {
   if (bytes.empty()) throw Error(Status::bad_input, name + ": the file is empty");
   std::string_view text = as_text(bytes);
-  if (text.starts_with(clouds::utf8_mark)) text.remove_prefix(clouds::utf8_mark.size());
-  return clouds::XyzParser(text, name).parse();
+  if (text.starts_with(utf8_mark)) text.remove_prefix(utf8_mark.size());
+  return XyzParser(text, name).parse();
 }
 
 }  // namespace lbea::io

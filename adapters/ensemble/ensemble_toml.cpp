@@ -1,14 +1,17 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
 
-#include "adapters/ensemble/run_list.hpp"
-#include "adapters/ensemble/suggestion.hpp"
 #include "adapters/ensemble/toml_table.hpp"
-#include "adapters/files/atomic_file.hpp"
+
+#include <lbea/lbea.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <unordered_set>
 #include <utility>
+
+#include <fnmatch.h>
+#include <glob.h>
 
 namespace lbea::io {
 namespace {
@@ -60,9 +63,8 @@ void read_reference_run(TomlTable& table, bake::EnsembleDescription& into) {
 /// steps = [0, 4, 8], or a table with first, last, stride.
 void read_steps(TomlTable& table, bake::EnsembleDescription& into) {
   into.steps.first = into.impact_step;
-  const toml::node* node = table.find("steps");
-  if (node == nullptr) return;
-  if (node->is_array()) {
+  if (!table.has("steps")) return;
+  if (table.is_list("steps")) {
     table.read("steps", into.steps.list);
     if (into.steps.list.empty()) table.fail("steps", "is empty");
     std::sort(into.steps.list.begin(), into.steps.list.end());
@@ -83,7 +85,7 @@ void read_box(TomlTable& region, bake::RegionDescription& into) {
   const auto box = region.table("box");
   if (!box) return;
   bake::Box value;
-  if (!box->find("min") || !box->find("max")) region.fail("box", "needs min and max, three numbers each");
+  if (!box->has("min") || !box->has("max")) region.fail("box", "needs min and max, three numbers each");
   box->read("min", value.min);
   box->read("max", value.max);
   box->refuse_unknown_keys();
@@ -97,8 +99,7 @@ void read_region(TomlTable& table, bake::RegionDescription& into) {
   if (!region) return;
   region->read("parts", into.parts);
   read_box(*region, into);
-  const toml::node* nodes = region->find("nodes");
-  if (nodes != nullptr && nodes->is_string())
+  if (region->is_text("nodes"))
     region->read_path("nodes", into.node_file);
   else
     region->read("nodes", into.node_ids);
@@ -107,8 +108,7 @@ void read_region(TomlTable& table, bake::RegionDescription& into) {
 }
 
 void read_fields(TomlTable& table, std::vector<std::string>& into) {
-  const toml::node* fields = table.find("fields");
-  if (fields == nullptr || fields->is_array()) return table.read("fields", into);
+  if (!table.has("fields") || table.is_list("fields")) return table.read("fields", into);
   std::string word;
   table.read("fields", word);
   if (word != "all") table.fail("fields", "needs a list of names, or \"all\"");
@@ -117,8 +117,7 @@ void read_fields(TomlTable& table, std::vector<std::string>& into) {
 
 /// time_unit = "ms", or a number of seconds.
 void read_time_unit(TomlTable& table, double& factor) {
-  const toml::node* unit = table.find("time_unit");
-  if (unit != nullptr && unit->is_string()) {
+  if (table.is_text("time_unit")) {
     constexpr std::array<double, 4> seconds{1, 1e-3, 1e-6, 1e-9};
     factor = seconds[read_choice(table, "time_unit", {"s", "ms", "us", "ns"}, 0)];
   } else {
@@ -152,7 +151,7 @@ bake::EnsembleDescription read_description(TomlTable table) {
   table.read("envelope_margin", description.envelope_margin);
   if (description.envelope_margin < 0) table.fail("envelope_margin", "must not be negative");
   table.read("correspondence", description.correspondence);
-  if (table.find("landmarks") != nullptr) table.read("landmarks", description.landmarks.emplace());
+  if (table.has("landmarks")) table.read("landmarks", description.landmarks.emplace());
   table.read_path("views", description.views);
   if (description.views.empty()) description.views = description.region.sensor;
   table.read_path("output", description.output);
@@ -160,18 +159,59 @@ bake::EnsembleDescription read_description(TomlTable table) {
   return description;
 }
 
+struct GlobResult {
+  glob_t value{};
+  GlobResult() = default;
+  GlobResult(const GlobResult&) = delete;
+  GlobResult& operator=(const GlobResult&) = delete;
+  ~GlobResult() { globfree(&value); }
+};
+
+/// The folder's own name may hold signs of a pattern.
+std::string literal(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == '*' || c == '?' || c == '[' || c == ']' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text;
+}
+
+std::filesystem::path without_trailing_slash(const std::filesystem::path& path) {
+  return path.has_filename() ? path : path.parent_path();
+}
+
 }  // namespace
 
 bake::EnsembleDescription read_ensemble_toml(const std::filesystem::path& path) {
-  const auto bytes = read_file(path);
-  toml::table table;
-  try {
-    table = toml::parse(as_text(bytes));
-  } catch (const toml::parse_error& error) {
-    throw Error(Status::bad_input, path.string() + ", line " + std::to_string(error.source().begin.line) + ": " +
-                                       std::string(error.description()));
-  }
-  return read_description(TomlTable(table, path));
+  return read_description(TomlTable(path));
+}
+
+std::vector<std::filesystem::path> matching_paths(const std::filesystem::path& folder, const std::string& pattern) {
+  const bool is_absolute = std::filesystem::path(pattern).is_absolute();
+  const std::string base = is_absolute || folder.empty() ? "" : literal(folder.string()) + "/";
+  GlobResult found;
+  const auto stops = [](const char*, int error) {
+    return error == ENOENT ? 0 : 1;
+  };  // what is not there matches nothing
+  const int outcome = ::glob((base + pattern).c_str(), GLOB_NOSORT, stops, &found.value);
+  if (outcome != 0 && outcome != GLOB_NOMATCH)
+    throw Error(Status::bad_input, "cannot look through the folders of \"" + pattern + "\" in " +
+                                       (folder.empty() ? "." : folder.string()) + "; check their rights");
+  std::vector<std::filesystem::path> paths;
+  for (std::size_t i = 0; i < found.value.gl_pathc; ++i)
+    paths.push_back(without_trailing_slash(std::filesystem::path(found.value.gl_pathv[i]).lexically_normal()));
+  std::sort(paths.begin(), paths.end());  // by bytes, not by the locale
+  return paths;
+}
+
+bool means_run(const std::string& name, const std::filesystem::path& folder, const std::filesystem::path& run) {
+  const auto matches = [&](const std::filesystem::path& path) {
+    return ::fnmatch(path.c_str(), run.c_str(), FNM_PATHNAME) == 0 || path == run;
+  };
+  if (matches(without_trailing_slash((literal(folder.string()) / std::filesystem::path(name)).lexically_normal())))
+    return true;
+  return ::fnmatch(name.c_str(), run.filename().c_str(), FNM_PATHNAME) == 0;
 }
 
 }  // namespace lbea::io

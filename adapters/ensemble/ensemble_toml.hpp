@@ -18,6 +18,15 @@ namespace lbea::io {
 /// Throws Error{file_not_found | bad_input} that names file, line and key.
 [[nodiscard]] bake::EnsembleDescription read_ensemble_toml(const std::filesystem::path& path);
 
+/// The paths in `folder` that `pattern` (with * ? []) matches, in the order of their names. A pattern without these
+/// characters matches the path of its own name, when that exists.
+[[nodiscard]] std::vector<std::filesystem::path> matching_paths(const std::filesystem::path& folder,
+                                                                const std::string& pattern);
+
+/// Whether `name` (a path below `folder`, a run's name, or a pattern of either) refers to `run`.
+[[nodiscard]] bool means_run(const std::string& name, const std::filesystem::path& folder,
+                             const std::filesystem::path& run);
+
 /// What was varied between the runs.
 struct ParameterTable {
   std::vector<std::string> names, units;  // "t_front [mm]" is name "t_front", unit "mm"; no brackets: unit ""

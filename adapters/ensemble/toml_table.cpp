@@ -1,14 +1,18 @@
 #include "adapters/ensemble/toml_table.hpp"
 
-#include "adapters/ensemble/suggestion.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <lbea/lbea.hpp>
+
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 namespace lbea::io {
 namespace {
@@ -45,87 +49,145 @@ std::string type_of(const toml::node& node) {
   return text.str();
 }
 
-constexpr const char* a_count = "a whole number from 0 to 4294967295";
-
 }  // namespace
 
-TomlTable::TomlTable(const toml::table& table, const std::filesystem::path& file, std::string prefix)
-    : table_(table), file_(file), prefix_(std::move(prefix)) {}
+struct TomlTable::Node {
+  std::shared_ptr<const toml::table> file_table;  // owns all tables of the file
+  const toml::table* table;
+  std::filesystem::path file;
+  std::string prefix;  // stands before the keys in messages: "region."
+  std::vector<std::string> known;
 
-const toml::node* TomlTable::find(const char* key) {
-  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
-  return table_.get(key);
-}
-
-template <class T>
-void TomlTable::read_one(const char* key, T& into, const char* expected) {
-  const toml::node* node = find(key);
-  if (node == nullptr) return;
-  const auto value = as<T>(*node);
-  if (!value) fail(key, std::string("needs ") + expected + ", not this " + type_of(*node));
-  into = *value;
-}
-
-template <class T>
-void TomlTable::read_list(const char* key, std::vector<T>& into, const char* expected) {
-  const toml::node* node = find(key);
-  if (node == nullptr) return;
-  if (!node->is_array()) fail(key, std::string("needs a list of ") + expected + ", not " + type_of(*node));
-  std::vector<T> values;
-  for (const toml::node& item : *node->as_array()) {
-    const auto value = as<T>(item);
-    if (!value)
-      fail_at(item.source(), "\"" + prefix_ + key + "\" needs a list of " + expected + ", but one is " + type_of(item));
-    values.push_back(*value);
+  const toml::node* find(const char* key) {
+    if (std::find(known.begin(), known.end(), key) == known.end()) known.emplace_back(key);
+    return table->get(key);
   }
-  into = std::move(values);
+
+  template <class T>
+  void read_one(const char* key, T& into, const char* expected) {
+    const toml::node* node = find(key);
+    if (node == nullptr) return;
+    const auto value = as<T>(*node);
+    if (!value) fail(key, std::string("needs ") + expected + ", not this " + type_of(*node));
+    into = *value;
+  }
+
+  template <class T>
+  void read_list(const char* key, std::vector<T>& into, const char* expected) {
+    const toml::node* node = find(key);
+    if (node == nullptr) return;
+    if (!node->is_array()) fail(key, std::string("needs a list of ") + expected + ", not " + type_of(*node));
+    std::vector<T> values;
+    for (const toml::node& item : *node->as_array()) {
+      const auto value = as<T>(item);
+      if (!value)
+        fail_at(item.source(),
+                "\"" + prefix + key + "\" needs a list of " + expected + ", but one is " + type_of(item));
+      values.push_back(*value);
+    }
+    into = std::move(values);
+  }
+
+  [[noreturn]] void fail(const char* key, const std::string& what) const {
+    const toml::node* node = table->get(key);
+    fail_at(node != nullptr ? node->source() : table->source(), "\"" + prefix + key + "\" " + what);
+  }
+
+  [[noreturn]] void fail_at(const toml::source_region& where, const std::string& what) const {
+    throw Error(Status::bad_input, file.string() + ", line " + std::to_string(where.begin.line) + ": " + what);
+  }
+};
+
+TomlTable::TomlTable(Node node) : node_(std::make_unique<Node>(std::move(node))) {}
+TomlTable::~TomlTable() = default;
+TomlTable::TomlTable(TomlTable&&) noexcept = default;
+
+TomlTable::TomlTable(const std::filesystem::path& file) {
+  const auto bytes = read_file(file);
+  try {
+    auto table = std::make_shared<const toml::table>(toml::parse(as_text(bytes)));
+    node_ = std::make_unique<Node>(Node{table, table.get(), file, "", {}});
+  } catch (const toml::parse_error& error) {
+    throw Error(Status::bad_input, file.string() + ", line " + std::to_string(error.source().begin.line) + ": " +
+                                       std::string(error.description()));
+  }
 }
 
-void TomlTable::read(const char* key, bool& into) { read_one(key, into, "true or false"); }
-void TomlTable::read(const char* key, double& into) { read_one(key, into, "a finite number"); }
-void TomlTable::read(const char* key, std::uint32_t& into) { read_one(key, into, a_count); }
-void TomlTable::read(const char* key, std::string& into) { read_one(key, into, "text in quotes"); }
-void TomlTable::read(const char* key, std::vector<std::string>& into) { read_list(key, into, "texts in quotes"); }
+void TomlTable::read(const char* key, bool& into) { node_->read_one(key, into, "true or false"); }
+void TomlTable::read(const char* key, double& into) { node_->read_one(key, into, "a finite number"); }
+void TomlTable::read(const char* key, std::uint32_t& into) {
+  node_->read_one(key, into, "a whole number from 0 to 4294967295");
+}
+void TomlTable::read(const char* key, std::string& into) { node_->read_one(key, into, "text in quotes"); }
+void TomlTable::read(const char* key, std::vector<std::string>& into) {
+  node_->read_list(key, into, "texts in quotes");
+}
 void TomlTable::read(const char* key, std::vector<std::uint32_t>& into) {
-  read_list(key, into, "whole numbers from 0 to 4294967295");
+  node_->read_list(key, into, "whole numbers from 0 to 4294967295");
 }
 
 void TomlTable::read(const char* key, std::array<double, 3>& into) {
+  if (!has(key)) return;
   std::vector<double> values;
-  read_list(key, values, "three finite numbers");
-  if (!table_.contains(key)) return;
+  node_->read_list(key, values, "three finite numbers");
   if (values.size() != 3) fail(key, "needs three finite numbers");
   std::copy(values.begin(), values.end(), into.begin());
 }
 
 void TomlTable::read_path(const char* key, std::filesystem::path& into) {
+  if (!has(key)) return;
   std::string text;
   read(key, text);
-  if (!table_.contains(key)) return;
   if (text.empty()) fail(key, "is empty");
   into = (folder() / text).lexically_normal();
 }
 
+bool TomlTable::has(const char* key) { return node_->find(key) != nullptr; }
+bool TomlTable::is_list(const char* key) { return has(key) && node_->find(key)->is_array(); }
+bool TomlTable::is_text(const char* key) { return has(key) && node_->find(key)->is_string(); }
+
 std::unique_ptr<TomlTable> TomlTable::table(const char* key) {
-  const toml::node* node = find(key);
+  const toml::node* node = node_->find(key);
   if (node == nullptr) return nullptr;
   if (!node->is_table()) fail(key, "needs a table, not " + type_of(*node));
-  return std::make_unique<TomlTable>(*node->as_table(), file_, prefix_ + key + ".");
+  return std::unique_ptr<TomlTable>(
+      new TomlTable(Node{node_->file_table, node->as_table(), node_->file, node_->prefix + key + ".", {}}));
 }
 
 void TomlTable::refuse_unknown_keys() const {
-  for (const auto& [key, node] : table_)
-    if (std::find(known_.begin(), known_.end(), key.str()) == known_.end())
-      fail_at(key.source(), "unknown key \"" + prefix_ + std::string(key.str()) + "\"" + suggestion(key.str(), known_));
+  for (const auto& [key, node] : *node_->table)
+    if (std::find(node_->known.begin(), node_->known.end(), key.str()) == node_->known.end())
+      node_->fail_at(key.source(), "unknown key \"" + node_->prefix + std::string(key.str()) + "\"" +
+                                       suggestion(key.str(), node_->known));
 }
 
-void TomlTable::fail(const char* key, const std::string& what) const {
-  const toml::node* node = table_.get(key);
-  fail_at(node != nullptr ? node->source() : table_.source(), "\"" + prefix_ + key + "\" " + what);
+std::filesystem::path TomlTable::folder() const { return node_->file.parent_path(); }
+
+void TomlTable::fail(const char* key, const std::string& what) const { node_->fail(key, what); }
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);  // distances of a's first i letters to every beginning of b
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
 }
 
-void TomlTable::fail_at(const toml::source_region& where, const std::string& what) const {
-  throw Error(Status::bad_input, file_.string() + ", line " + std::to_string(where.begin.line) + ": " + what);
+std::string suggestion(std::string_view word, std::span<const std::string> known) {
+  const auto distance = [&](const std::string& other) { return edit_distance(word, other); };
+  const auto nearest = std::min_element(known.begin(), known.end(),
+                                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  if (nearest != known.end() && distance(*nearest) <= std::max<std::size_t>(2, word.size() / 3))
+    return "; did you mean \"" + *nearest + "\"?";
+  std::string list;
+  for (const std::string& other : known) list += (list.empty() ? "" : ", ") + other;
+  return "; known here: " + list;
 }
 
 }  // namespace lbea::io

@@ -1,12 +1,11 @@
-// A TOML table that is read key by key: absent keys leave the default, wrong types and unknown keys are refused.
+// A TOML file that is read key by key: absent keys keep the default, wrong types and unknown keys are refused.
 #pragma once
-
-#include <toml++/toml.h>
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,12 +14,14 @@ namespace lbea::io {
 
 class TomlTable {
  public:
-  /// `table` and `file` must outlive this; `prefix` is what stands before the keys in messages: "region.".
-  TomlTable(const toml::table& table, const std::filesystem::path& file, std::string prefix = "");
+  /// The top table of a file. Throws Error{file_not_found | bad_input}.
+  explicit TomlTable(const std::filesystem::path& file);
+  ~TomlTable();
+  TomlTable(TomlTable&&) noexcept;
 
-  /// Each overwrites `into` when the key is there. Throws Error{bad_input} when it has another type.
+  /// Each overwrites `into` when the key is there. Throws Error{bad_input} when its value has another type.
   void read(const char* key, bool& into);
-  void read(const char* key, double& into);         // an integer will do
+  void read(const char* key, double& into);         // an integer is converted
   void read(const char* key, std::uint32_t& into);  // from 0
   void read(const char* key, std::string& into);
   void read(const char* key, std::vector<std::string>& into);
@@ -28,28 +29,30 @@ class TomlTable {
   void read(const char* key, std::array<double, 3>& into);
   void read_path(const char* key, std::filesystem::path& into);  // resolved against the file's folder
 
-  /// The value of a key that may have several types; null when it is absent.
-  [[nodiscard]] const toml::node* find(const char* key);
+  /// For keys whose value may have several types.
+  [[nodiscard]] bool has(const char* key);
+  [[nodiscard]] bool is_list(const char* key);
+  [[nodiscard]] bool is_text(const char* key);
   /// A table below this one; null when the key is absent.
   [[nodiscard]] std::unique_ptr<TomlTable> table(const char* key);
-  /// Throws Error{bad_input} for the first key that was never asked for.
+  /// Throws Error{bad_input} for the first key that was never read or asked for.
   void refuse_unknown_keys() const;
 
-  [[nodiscard]] std::filesystem::path folder() const { return file_.parent_path(); }
+  [[nodiscard]] std::filesystem::path folder() const;
   /// Throws Error{bad_input} "file, line: key what".
   [[noreturn]] void fail(const char* key, const std::string& what) const;
-  [[noreturn]] void fail_at(const toml::source_region& where, const std::string& what) const;
 
  private:
-  template <class T>
-  void read_one(const char* key, T& into, const char* expected);
-  template <class T>
-  void read_list(const char* key, std::vector<T>& into, const char* expected);
+  struct Node;
+  explicit TomlTable(Node node);
 
-  const toml::table& table_;
-  const std::filesystem::path& file_;
-  std::string prefix_;
-  std::vector<std::string> known_;
+  std::unique_ptr<Node> node_;
 };
+
+/// "; did you mean \"modes\"?", or the list of known words when none is near.
+[[nodiscard]] std::string suggestion(std::string_view word, std::span<const std::string> known);
+
+/// The least number of letters inserted, removed or replaced that turns `a` into `b`.
+[[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace lbea::io

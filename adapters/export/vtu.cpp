@@ -1,16 +1,45 @@
 #include "adapters/export/vtu.hpp"
 
-#include "adapters/export/xml_text.hpp"
 #include "adapters/files/atomic_file.hpp"
 
 #include <lbea/lbea.hpp>
 
+#include <array>
 #include <bit>
+#include <charconv>
+#include <cmath>
 
 namespace lbea::io {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "values are written as they lie");
+static_assert(std::endian::native == std::endian::little, "values are written in their memory layout");
+
+/// `text` between quotes. Throws Error{bad_config} for control characters, which XML cannot hold.
+std::string xml_quoted(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20)
+      throw Error(Status::bad_config, "a name with a control character cannot be written to XML: rename it");
+    if (c == '&')
+      quoted += "&amp;";
+    else if (c == '<')
+      quoted += "&lt;";
+    else if (c == '>')
+      quoted += "&gt;";
+    else if (c == '"')
+      quoted += "&quot;";
+    else
+      quoted += c;
+  }
+  return quoted + '"';
+}
+
+/// The shortest decimal that reads back as the same double.
+std::string xml_number(double value) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  return {digits.data(), end};
+}
 
 constexpr std::uint8_t vtk_triangle = 5, vtk_quad = 9;
 using Bytes = std::span<const std::byte>;
@@ -67,7 +96,7 @@ class VtuWriter {
     }
   }
 
-  /// The XML up to the mark after which the data stand, in the order in which write() appends them.
+  /// The XML before the appended data. It lists the blocks in the order in which write() appends them.
   std::string description() {
     std::string xml =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
@@ -77,7 +106,7 @@ class VtuWriter {
              xml_number(*grid_.time_s) + "</DataArray>\n</FieldData>\n";
     xml += "<Piece NumberOfPoints=\"" + std::to_string(points()) + "\" NumberOfCells=\"" + std::to_string(cells()) +
            "\">\n";
-    // One statement per block: their order is that of the offsets.
+    // One statement per block, because entry() assigns the offsets in the order of its calls.
     xml += "<Points>\n";
     xml += entry("Float32", "Points", 3, grid_.positions.size_bytes());
     xml += "</Points>\n<Cells>\n";
@@ -104,7 +133,7 @@ class VtuWriter {
     const std::string xml = "<DataArray type=\"" + type + "\" Name=" + xml_quoted(name) + " NumberOfComponents=\"" +
                             std::to_string(components) + "\" format=\"appended\" offset=\"" + std::to_string(offset_) +
                             "\"/>\n";
-    offset_ += sizeof(std::uint64_t) + size;  // every block is led by its length
+    offset_ += sizeof(std::uint64_t) + size;  // every block begins with its length
     return xml;
   }
 
@@ -136,11 +165,32 @@ class VtuWriter {
   const std::filesystem::path& path_;
   const VtuGrid& grid_;
   std::uint64_t corners_ = 0;  // of all cells together
-  std::uint64_t offset_ = 0;   // of the next block after the mark
+  std::uint64_t offset_ = 0;   // of the next block in the appended data
 };
+
+std::string relative_name(const std::filesystem::path& file, const std::filesystem::path& pvd) {
+  namespace fs = std::filesystem;
+  const fs::path from_here = fs::absolute(file).lexically_normal();
+  const fs::path folder = fs::absolute(pvd).lexically_normal().parent_path();
+  return from_here.lexically_relative(folder).generic_string();
+}
 
 }  // namespace
 
 void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) { VtuWriter(path, grid).write(); }
+
+void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entries) {
+  std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+  for (const PvdEntry& entry : entries) {
+    if (!std::isfinite(entry.time_s) || !entry.file.has_filename())
+      throw Error(Status::bad_config, path.string() + ": every entry needs a finite time and a file, \"" +
+                                          entry.file.string() + "\" at " + xml_number(entry.time_s) + " s has not");
+    text += "<DataSet timestep=\"" + xml_number(entry.time_s) +
+            "\" part=\"0\" file=" + xml_quoted(relative_name(entry.file, path)) + "/>\n";
+  }
+  AtomicFile file(path);
+  file.write(text + "</Collection>\n</VTKFile>\n");
+  file.commit();
+}
 
 }  // namespace lbea::io

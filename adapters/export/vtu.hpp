@@ -1,4 +1,4 @@
-// Meshes with fields for ParaView: one .vtu per state, a .pvd that strings them into a film.
+// Meshes with fields for ParaView: one .vtu per state, and a .pvd that lists them with their times.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct VtuArray {
   std::uint32_t components = 1;
 };
 
-/// Views: the caller keeps the values alive while write_vtu() runs.
+/// Spans: the caller keeps the values alive while write_vtu() runs.
 struct VtuGrid {
   std::span<const float> positions;              // points x 3
   std::span<const std::uint32_t> element_nodes;  // cells x 4, point indices; a triangle repeats its last node
@@ -27,7 +27,7 @@ struct VtuGrid {
   std::optional<double> time_s;
 };
 
-/// Writes an unstructured grid of quads and triangles, the data raw after the XML (little-endian).
+/// Writes an unstructured grid of quads and triangles, with raw little-endian data after the XML.
 /// Throws Error{bad_config} for sizes, indices or names that do not fit, Error{write_failed}.
 void write_vtu(const std::filesystem::path& path, const VtuGrid& grid);
 
@@ -36,7 +36,7 @@ struct PvdEntry {
   std::filesystem::path file;
 };
 
-/// Writes the collection; files are named relative to its folder, so the whole may be moved.
+/// Writes the collection; files are named relative to its folder, so the folder may be moved.
 /// Throws Error{bad_config} for a time that is not finite or a file without a name, Error{write_failed}.
 void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entries);
 

@@ -5,14 +5,10 @@
 #include <lbea/lbea.hpp>
 
 #include <array>
-#include <bit>
-#include <charconv>
 #include <utility>
 
 namespace lbea::io::ply {
 namespace {
-
-constexpr std::array<std::size_t, 8> scalar_sizes{1, 1, 2, 2, 4, 4, 4, 8};
 
 constexpr std::array<std::pair<std::string_view, Scalar>, 16> scalar_names{{
     {"char", Scalar::int8},
@@ -83,9 +79,7 @@ class HeaderParser {
   void take_element(std::string_view rest) {
     Element element;
     element.name = text::next_word(rest);
-    const std::string_view count = text::next_word(rest);
-    const auto [stop, error] = std::from_chars(count.data(), count.data() + count.size(), element.count);
-    if (element.name.empty() || count.empty() || error != std::errc{} || stop != count.data() + count.size())
+    if (element.name.empty() || !text::parse_integer(text::next_word(rest), element.count))
       fail("expected \"element <name> <count>\"");
     header_.elements.push_back(std::move(element));
   }
@@ -96,7 +90,7 @@ class HeaderParser {
     std::string_view type = text::next_word(rest);
     if (type == "list") {
       property.count_type = scalar(text::next_word(rest));
-      if (*property.count_type >= Scalar::float32) fail("the count of a list is not an integer");
+      if (binary::is_real(*property.count_type)) fail("the count of a list is not an integer");
       type = text::next_word(rest);
     }
     property.type = scalar(type);
@@ -129,36 +123,6 @@ class HeaderParser {
 };
 
 }  // namespace
-
-std::size_t size_of(Scalar type) noexcept { return scalar_sizes[static_cast<std::size_t>(type)]; }
-
-std::uint64_t load_bits(const std::byte* at, std::size_t size, bool is_big_endian) noexcept {
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < size; ++i)
-    bits |= std::to_integer<std::uint64_t>(at[is_big_endian ? size - 1 - i : i]) << (8 * i);
-  return bits;
-}
-
-double load(const std::byte* at, Scalar type, bool is_big_endian) noexcept {
-  const std::uint64_t bits = load_bits(at, size_of(type), is_big_endian);
-  switch (type) {
-    case Scalar::int8:
-      return static_cast<std::int8_t>(bits);
-    case Scalar::int16:
-      return static_cast<std::int16_t>(bits);
-    case Scalar::int32:
-      return static_cast<std::int32_t>(bits);
-    case Scalar::float32:
-      return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-    case Scalar::float64:
-      return std::bit_cast<double>(bits);
-    case Scalar::uint8:
-    case Scalar::uint16:
-    case Scalar::uint32:
-      break;
-  }
-  return static_cast<double>(bits);
-}
 
 Header parse_header(std::string_view text, const std::string& name) { return HeaderParser(text, name).parse(); }
 

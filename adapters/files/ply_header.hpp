@@ -1,5 +1,7 @@
-// The header of a PLY file: which elements follow, in which order, made of which properties.
+// The header of a PLY file: its elements in order, and the properties of each.
 #pragma once
+
+#include "adapters/files/binary_numbers.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -11,24 +13,17 @@
 namespace lbea::io::ply {
 
 enum class Format { ascii, little_endian, big_endian };
-enum class Scalar { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-
-[[nodiscard]] std::size_t size_of(Scalar type) noexcept;  // bytes
-
-/// An unsigned number of `size` bytes at `at`.
-[[nodiscard]] std::uint64_t load_bits(const std::byte* at, std::size_t size, bool is_big_endian) noexcept;
-/// A value of this type at `at`.
-[[nodiscard]] double load(const std::byte* at, Scalar type, bool is_big_endian) noexcept;
+using binary::Scalar;
 
 struct Property {
   std::string name;
   Scalar type = Scalar::float32;
-  std::optional<Scalar> count_type;  // of a list: an integer that says how many values follow
+  std::optional<Scalar> count_type;  // of a list: the type of its length
 };
 
 struct Element {
   std::string name;
-  std::uint64_t count = 0;  // rows, as declared: not yet held against the file's size
+  std::uint64_t count = 0;  // rows, as declared; not yet checked against the file's size
   std::vector<Property> properties;
 };
 

@@ -1,6 +1,6 @@
 #include "adapters/files/stl_corners.hpp"
 
-#include "adapters/files/ply_header.hpp"
+#include "adapters/files/binary_numbers.hpp"
 #include "adapters/files/text_line.hpp"
 
 #include <lbea/lbea.hpp>
@@ -14,7 +14,7 @@ constexpr std::size_t head_bytes = 84, triangle_bytes = 50, normal_bytes = 12;
 constexpr double least_float = 1.17549435e-38;  // below, floats are denormal
 
 std::uint64_t announced(std::string_view bytes) noexcept {
-  return ply::load_bits(reinterpret_cast<const std::byte*>(bytes.data()) + 80, 4, false);
+  return binary::load_bits(reinterpret_cast<const std::byte*>(bytes.data()) + 80, 4, false);
 }
 
 std::vector<float> binary_corners(std::string_view bytes) {
@@ -23,8 +23,8 @@ std::vector<float> binary_corners(std::string_view bytes) {
   for (std::size_t triangle = head_bytes; triangle + triangle_bytes <= bytes.size(); triangle += triangle_bytes)
     for (std::size_t i = 0; i < 9; ++i)
       corners.push_back(static_cast<float>(
-          ply::load(reinterpret_cast<const std::byte*>(bytes.data()) + triangle + normal_bytes + 4 * i,
-                    ply::Scalar::float32, false)));
+          binary::load(reinterpret_cast<const std::byte*>(bytes.data()) + triangle + normal_bytes + 4 * i,
+                       binary::Scalar::float32, false)));
   return corners;
 }
 
@@ -54,14 +54,14 @@ std::vector<float> text_corners(std::string_view bytes, const std::string& name)
 
 }  // namespace
 
-/// Other binary files may have a fitting number there by chance; their other words are small integers, which as floats
-/// are no coordinates.
+// Another binary file may have a matching number there by chance. Its next words are then usually small integers, which
+// read as floats are denormal, so they are not coordinates.
 bool is_binary(std::string_view start, std::uint64_t file_bytes) noexcept {
   if (start.size() < head_bytes || file_bytes != head_bytes + announced(start) * triangle_bytes) return false;
   if (start.size() < head_bytes + triangle_bytes) return true;
   for (std::size_t i = 0; i < 12; ++i) {
-    const double value =
-        ply::load(reinterpret_cast<const std::byte*>(start.data()) + head_bytes + 4 * i, ply::Scalar::float32, false);
+    const double value = binary::load(reinterpret_cast<const std::byte*>(start.data()) + head_bytes + 4 * i,
+                                      binary::Scalar::float32, false);
     if (!std::isfinite(value) || (value != 0 && std::abs(value) < least_float)) return false;
   }
   return true;

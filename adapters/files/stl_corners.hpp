@@ -1,4 +1,4 @@
-// The corners of the triangles of an STL file: a mesh to some, a cloud to others.
+// The corners of the triangles of an STL file, for readers of meshes and of clouds.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace lbea::io::stl {
 
-/// Whether a file of this size that starts so is binary STL: the number of triangles fits its size.
+/// Whether a file that begins with `start` is binary STL: its number of triangles matches its size.
 [[nodiscard]] bool is_binary(std::string_view start, std::uint64_t file_bytes) noexcept;
-/// Whether a file that starts so is STL as text.
+/// Whether a file that begins with `start` is text STL.
 [[nodiscard]] bool is_text(std::string_view start) noexcept;
 
 /// Triangles x 3 corners x 3 coordinates, in file order. Throws Error{bad_input} with line or byte.

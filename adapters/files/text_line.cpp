@@ -1,8 +1,6 @@
 #include "adapters/files/text_line.hpp"
 
-#include <charconv>
 #include <limits>
-#include <system_error>
 
 namespace lbea::io::text {
 
@@ -33,6 +31,21 @@ std::string_view next_word(std::string_view& rest) noexcept {
   return word;
 }
 
+bool Fields::next(std::string_view& field) noexcept {
+  if (separator_ == blanks) {
+    field = next_word(rest_);
+    if (field.empty()) return false;
+  } else {
+    if (at_end_) return false;
+    const std::size_t stop = rest_.find(separator_);
+    field = trimmed(rest_.substr(0, stop));
+    at_end_ = stop == std::string_view::npos;
+    if (!at_end_) rest_.remove_prefix(stop + 1);
+  }
+  if (field.size() >= 2 && field.front() == '"' && field.back() == '"') field = field.substr(1, field.size() - 2);
+  return true;
+}
+
 bool parse_number(std::string_view word, float& value) noexcept {
   if (word.starts_with('+')) word.remove_prefix(1);
   if (word.empty() || word.front() == '+') return false;
@@ -47,6 +60,17 @@ bool parse_number(std::string_view word, float& value) noexcept {
   }
   if (error != std::errc{} || *stop != '#') return false;  // some run-time libraries print NaN as 1.#QNAN
   value = std::numeric_limits<float>::quiet_NaN();
+  return true;
+}
+
+bool next_real(std::string_view& rest, double& value) noexcept {
+  while (!rest.empty() && is_space(rest.front())) rest.remove_prefix(1);
+  const auto [stop, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+  if (error == std::errc::result_out_of_range)
+    value = std::numeric_limits<double>::quiet_NaN();
+  else if (error != std::errc{})
+    return false;
+  rest.remove_prefix(static_cast<std::size_t>(stop - rest.data()));
   return true;
 }
 

@@ -1,64 +1,152 @@
-#include "adapters/simulation/formats.hpp"
-
-#include <array>
-
-#include "adapters/simulation/d3plot/d3plot_encoding.hpp"
-#include "adapters/simulation/mesh/keyword_mesh.hpp"
-#include "adapters/simulation/mesh/obj_mesh.hpp"
-#include "adapters/simulation/mesh/ply_mesh.hpp"
-#include "adapters/simulation/mesh/stl_mesh.hpp"
+// The formats of simulation files. To add one with a mesh per file:
+// 1. Write mesh/NAME.cpp with is_NAME(), which recognizes the start of a file, and parse_NAME(), which returns a Grid.
+// 2. Declare both below and add a row to the table; formats are tried in its order, those with a clear mark first.
+// 3. Add a test to tests/simulation, files to tests/data/fuzz/mesh_files, and a line to docs/ensembles.md.
+// A format that is no series of meshes implements bake::SimulationReader instead, as d3plot/reader.cpp does.
 #include "adapters/simulation/open.hpp"
+
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/simulation/d3plot/words.hpp"
+#include "adapters/simulation/grid/grid_reader.hpp"
 #include "adapters/simulation/series.hpp"
-#include "adapters/simulation/vtk/grid_reader.hpp"
-#include "adapters/simulation/vtk/vtk_collection.hpp"
-#include "adapters/simulation/vtk/vtk_legacy.hpp"
-#include "adapters/simulation/vtk/vtk_xml.hpp"
+#include "adapters/simulation/vtk/vtk.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
 
 namespace lbea::io {
+
+namespace grid {
+IsFormat is_keyword, is_ply, is_obj;
+bool is_stl(const std::filesystem::path& file, std::string_view start);
+ParseGrid parse_keyword, parse_ply, parse_stl, parse_obj;
+}  // namespace grid
+
 namespace {
 
 namespace fs = std::filesystem;
+using Reader = std::unique_ptr<bake::SimulationReader>;
+
+constexpr std::size_t start_bytes = 8192;
+constexpr std::string_view collection_name = "ParaView collection";
+
+struct SimulationFormat {
+  std::string_view name;
+  const char* text;  // for --list-formats: which files, which states
+  bool (*is_format)(const fs::path& file, std::string_view start);
+  Reader (*open)(const fs::path& file);
+};
 
 bool is_d3plot(const fs::path& file, std::string_view) {
   return d3plot::detect_encoding(d3plot::WordFile(file)).has_value();
 }
 
-template <bool (*is_it)(std::string_view) noexcept>
+template <grid::IsFormat* is_format>
 bool by_start(const fs::path&, std::string_view start) {
-  return is_it(start);
+  return is_format(start);
 }
 
-template <grid::ReadGrid read, grid::ReadGrid read_time = nullptr>
-std::unique_ptr<bake::SimulationReader> open_series(const fs::path& file) {
+template <grid::ParseGrid* parse>
+grid::Grid read_grid(const fs::path& file) {
+  return parse(as_text(read_file(file)), file.string());
+}
+
+template <grid::ParseGrid* parse, grid::ReadGrid read_time = nullptr>
+Reader open_series(const fs::path& file) {
   std::vector<grid::GridState> states;
   for (const fs::path& member : find_series(file)) states.push_back({member, std::nullopt});
-  return std::make_unique<grid::GridReader>(std::move(states), read, read_time);
+  return std::make_unique<grid::GridReader>(std::move(states), read_grid<parse>, read_time);
 }
 
-std::unique_ptr<bake::SimulationReader> open_collection(const fs::path& file) {
-  return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), grid::read_vtk_xml, nullptr);
+Reader open_collection(const fs::path& file) {
+  return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), read_grid<grid::parse_vtk_xml>, nullptr);
 }
 
 constexpr std::array formats{
     SimulationFormat{"LS-DYNA d3plot", "family d3plot, d3plot01, ...: all its states", is_d3plot, open_d3plot},
     SimulationFormat{"VTK legacy",
                      ".vtk with an unstructured grid or polygons, text or binary: a state per numbered file",
-                     by_start<grid::is_vtk_legacy>, open_series<grid::read_vtk_legacy, grid::read_vtk_legacy_time>},
-    SimulationFormat{"ParaView collection", ".pvd: a state per VTU or VTP file it names",
-                     by_start<grid::is_vtk_collection>, open_collection},
+                     by_start<grid::is_vtk_legacy>, open_series<grid::parse_vtk_legacy, grid::read_vtk_legacy_time>},
+    SimulationFormat{collection_name, ".pvd: a state per VTU or VTP file it names", by_start<grid::is_vtk_collection>,
+                     open_collection},
     SimulationFormat{"VTK XML", ".vtu, .vtp: a state per numbered file, or per point array displacement_t<time>",
-                     by_start<grid::is_vtk_xml>, open_series<grid::read_vtk_xml, grid::read_vtk_xml_time>},
+                     by_start<grid::is_vtk_xml>, open_series<grid::parse_vtk_xml, grid::read_vtk_xml_time>},
     SimulationFormat{"LS-DYNA keyword", "*NODE, *ELEMENT_SHELL, *ELEMENT_SOLID: one state, or one per numbered file",
-                     by_start<grid::is_keyword>, open_series<grid::read_keyword>},
+                     by_start<grid::is_keyword>, open_series<grid::parse_keyword>},
     SimulationFormat{"PLY", "vertices and faces: a state per numbered file", by_start<grid::is_ply>,
-                     open_series<grid::read_ply>},
+                     open_series<grid::parse_ply>},
     SimulationFormat{"STL", "triangles, text or binary, joined where coordinates are equal: a state per numbered file",
-                     grid::is_stl, open_series<grid::read_stl>},
+                     grid::is_stl, open_series<grid::parse_stl>},
     SimulationFormat{"OBJ", "v and f lines: a state per numbered file", by_start<grid::is_obj>,
-                     open_series<grid::read_obj>}};
+                     open_series<grid::parse_obj>}};
+
+std::string start_of(const fs::path& file) {
+  std::string start(start_bytes, '\0');
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return {};  // opening a fifo would wait for its writer
+  std::ifstream in(file, std::ios::binary);
+  in.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(in.gcount()));
+  return start;
+}
+
+const SimulationFormat* format_of(const fs::path& file) {
+  const std::string start = start_of(file);
+  const auto found =
+      std::find_if(formats.begin(), formats.end(), [&](const auto& format) { return format.is_format(file, start); });
+  return found == formats.end() ? nullptr : &*found;
+}
+
+/// The only run in a folder; a collection represents the files it names.
+fs::path only_run(const fs::path& folder) {
+  std::vector<fs::path> runs;
+  for (const fs::path& file : first_files(folder)) {
+    const SimulationFormat* format = format_of(file);
+    if (format != nullptr && format->name == collection_name) return file;
+    if (format != nullptr) runs.push_back(file);
+  }
+  if (runs.empty())
+    throw Error{Status::file_not_found, folder.string() + " holds no file named d3plot and no other run (" +
+                                            simulation_format_names() + "); give the first file of the run itself"};
+  if (runs.size() > 1)
+    throw Error{Status::bad_input, folder.string() + " holds more than one run, for instance " +
+                                       runs[0].filename().string() + " and " + runs[1].filename().string() +
+                                       "; give the first file of one"};
+  return runs.front();
+}
+
+fs::path first_file(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return path;
+  const fs::path d3plot = path / "d3plot";
+  return fs::exists(d3plot, error) ? d3plot : only_run(path);
+}
 
 }  // namespace
 
-std::span<const SimulationFormat> simulation_formats() noexcept { return formats; }
+Reader open_simulation(const fs::path& path) {
+  const fs::path file = first_file(path);
+  if (const SimulationFormat* format = format_of(file)) return format->open(file);
+  throw Error{Status::unsupported_input, file.string() + ", byte 0: the file has none of the supported formats (" +
+                                             simulation_format_names() +
+                                             "), or it is compressed; give the first file of such a run"};
+}
+
+std::string simulation_format_names() {
+  std::string names;
+  for (const SimulationFormat& format : formats) names += (names.empty() ? "" : ", ") + std::string(format.name);
+  return names;
+}
+
+std::string list_simulation_formats() {
+  std::string list = "Simulations, recognized by content; give a run's first file or a folder with one run:\n";
+  for (const SimulationFormat& format : formats) {
+    std::string name(format.name);
+    name.resize(std::max<std::size_t>(name.size() + 1, 21), ' ');
+    list += "  " + name + format.text + "\n";
+  }
+  return list;
+}
 
 }  // namespace lbea::io

@@ -1,12 +1,16 @@
 // Building and comparing small clouds.
 #pragma once
 
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "tests/support/refusals.hpp"
 
 #include <cmath>
 #include <string>
 #include <vector>
+
+namespace lbea::io {
+ParseCloud parse_ply, parse_xyz;
+}
 
 namespace lbea::test {
 

@@ -92,7 +92,7 @@ TEST_CASE("PCD in every storage gives the points") {
   CHECK(same(parse(header(2, "ascii") + "1 2.5 -1 3\n7 nan nan nan\n").points, {{-1, 2.5f, 3}, {none, none, none}}));
 }
 
-TEST_CASE("pixels of an organised cloud that hold no point become NaN, in an unorganised one the origin is a point") {
+TEST_CASE("pixels of an organized cloud that hold no point become NaN, in an unorganized one the origin is a point") {
   const std::vector<Row> written{{0, 0, 0, 0},          {1, 2, 1, 3}, {2, 0, 0, 4},
                                  {3, none, none, none}, {4, 5, 0, 0}, {5, 0, 6, 0}};
   CHECK(same(parse(binary(written, 2)).points,
@@ -154,8 +154,8 @@ TEST_CASE("what a PCD header must not say is refused with the line") {
   check_error(refusal(forged), Status::bad_input, {"4 GB"});
   forged = packed(rows(5));
   forged.replace(forged.find("WIDTH 5"), 7, "WIDTH 6").replace(forged.find("POINTS 5"), 8, "POINTS 6");
-  check_error(refusal(forged), Status::bad_input, {"the packed data", "size does not fit"});
+  check_error(refusal(forged), Status::bad_input, {"the compressed data", "size does not match"});
   forged = header(100'000, "binary_compressed");  // three bytes cannot hold as many
   append(forged, std::uint32_t{3}), append(forged, std::uint32_t{1'800'000});
-  check_error(refusal(forged + "abc"), Status::bad_input, {"the packed data", "size does not fit"});
+  check_error(refusal(forged + "abc"), Status::bad_input, {"the compressed data", "size does not match"});
 }

@@ -1,5 +1,5 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
-#include "adapters/ensemble/suggestion.hpp"
+#include "adapters/ensemble/toml_table.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"

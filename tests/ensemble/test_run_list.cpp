@@ -1,4 +1,4 @@
-#include "adapters/ensemble/run_list.hpp"
+#include "adapters/ensemble/ensemble_toml.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"

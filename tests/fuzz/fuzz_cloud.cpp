@@ -1,4 +1,4 @@
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 
 #include <cstdlib>
 

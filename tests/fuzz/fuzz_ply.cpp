@@ -1,6 +1,10 @@
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 
 #include <cstdlib>
+
+namespace lbea::io {
+ParseCloud parse_ply;
+}
 
 // Any bytes give a cloud the bytes can hold, or an Error with a sentence.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // Against clouds of the same rig and runs by an independent implementation.
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
 #include "precompute/rig/virtual_sensor.hpp"

@@ -1,5 +1,5 @@
 // lbea-sense as a user meets it.
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/test_data.hpp"

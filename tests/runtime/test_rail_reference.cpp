@@ -1,5 +1,5 @@
 // The whole way, from d3plot and PLY to matches, against an independent numpy/scipy implementation of the method.
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
 #include "precompute/bake.hpp"

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <lbea/lbea.hpp>
-#include "adapters/simulation/d3plot/d3plot_database.hpp"
+#include "adapters/simulation/d3plot/database.hpp"
 
 #include "adapters/simulation/open.hpp"
 #include "tests/support/refusals.hpp"

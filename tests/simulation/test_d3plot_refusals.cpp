@@ -51,7 +51,7 @@ TEST_CASE("kinds of databases that are not read") {
   check_written(control(51, 76'893'465), no, "FEMZIP");
   check_written(control(11, 11), no, "eigenvectors");
   check_written(control(11, 1001), no, "8-byte ids");
-  check_written(control(11, 4), no, "none of the formats");
+  check_written(control(11, 4), no, "none of the supported formats");
   check_written(control(15, 2), no, "two-dimensional");
   check_written(control(15, 8), no, "NDIM");
   check_written(control(23, -3), no, "ten-node");
@@ -115,7 +115,7 @@ TEST_CASE("paths that are not the first file of a run") {
   check(refusal(folder / "d3plot"), Status::file_not_found, "No such file");
   check(refusal(folder.path()), Status::file_not_found, "holds no file named d3plot");
   std::ofstream(folder / "d3plot");
-  check(refusal(folder / "d3plot"), Status::unsupported_input, "none of the formats");
+  check(refusal(folder / "d3plot"), Status::unsupported_input, "none of the supported formats");
   fs::create_directories(folder / "nested/d3plot");
   check(refusal(folder / "nested"), Status::bad_input, "not a regular file");
   CHECK_THROWS_AS(static_cast<void>(lbea::io::open_d3plot(folder / "d3plot")), lbea::Error);

@@ -4,20 +4,20 @@
 #include <algorithm>
 #include <map>
 
-#include "adapters/simulation/d3plot/d3plot_surface.hpp"
+#include "adapters/simulation/surface.hpp"
 #include "tests/support/d3plot_writer.hpp"
 
-using lbea::io::d3plot::Hexahedron;
-using lbea::io::d3plot::outer_faces;
-using lbea::io::d3plot::Quad;
-using lbea::io::d3plot::shell_faces;
+using lbea::io::Hexahedron;
+using lbea::io::outer_faces;
+using lbea::io::Quad;
+using lbea::io::shell_faces;
 
 namespace {
 
 using Point = std::array<double, 3>;
 
 /// The volume inside a closed surface, by the divergence theorem over triangles 0-1-2 and 0-2-3.
-double volume(const std::vector<lbea::io::d3plot::SurfaceElement>& faces, const std::vector<Point>& points) {
+double volume(const std::vector<lbea::io::SurfaceElement>& faces, const std::vector<Point>& points) {
   const auto determinant = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
     const Point &a = points[i], &b = points[j], &c = points[k];
     return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
@@ -30,7 +30,7 @@ double volume(const std::vector<lbea::io::d3plot::SurfaceElement>& faces, const 
 }
 
 /// In a closed oriented surface every directed edge stands against exactly one in the other direction.
-bool is_closed(const std::vector<lbea::io::d3plot::SurfaceElement>& faces) {
+bool is_closed(const std::vector<lbea::io::SurfaceElement>& faces) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   for (const auto& face : faces)
     for (std::size_t c = 0; c < 4; ++c) {

@@ -75,7 +75,7 @@ TEST_CASE("what a keyword file lacks is said with the line") {
   const auto refused = [&](const std::string& text) { return refusal(put(folder / "a.k", text)); };
   check_error(refused("*KEYWORD\n*ELEMENT_SHELL\n1,1,2,3,4\n"), Status::bad_input, {"a.k, line 3", "node 2"});
   check_error(refused("*NODE\n1,a,0,0\n"), Status::bad_input, {"line 2", "number"});
-  check_error(refused("*NODE\n1,0,0,0\n1,0,0,0\n"), Status::bad_input, {"line 3", "twice"});
+  check_error(refused("*NODE\n1,0,0,0\n1,0,0,0\n"), Status::bad_input, {"line 3", "node 1 is defined twice"});
   check_error(refused("*ELEMENT_SHELL_COMPOSITE\n"), Status::unsupported_input, {"line 1", "COMPOSITE"});
   check_error(refused("*KEYWORD\n*INCLUDE\nmesh.k\n"), Status::unsupported_input, {"no surface"});
 }

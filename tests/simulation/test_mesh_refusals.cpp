@@ -48,14 +48,14 @@ TEST_CASE("keyword files: what is wrong is said with the line") {
   refused("*KEYWORD\n*ELEMENT_SOLID_ORTHO\n", {"ELEMENT_SOLID_ORTHO"}, Status::unsupported_input);
   refused("*KEYWORD\n*ELEMENT_SHELL_BETA_COMPOSITE\n", {"BETA_COMPOSITE"}, Status::unsupported_input);
   for (const char* other : {"*1AB\n", "*A1B\n", "*A{B\n", "*_AB\n", "*AB\n", "*\n"})
-    refused(other, {"none of the formats"}, Status::unsupported_input);
+    refused(other, {"none of the supported formats"}, Status::unsupported_input);
 }
 
 TEST_CASE("OBJ meshes: what is wrong is said with the line") {
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   refused(three + "f 1 2 \\\n3\n", {"line 4", "write the face in one line"});
   for (const std::string word : {"-4", "4294967296", "0", "1.5", "x"})
-    refused(three + "f 1 2 " + word + "\n", {"line 4", "\"" + word + "\" is no vertex"});
+    refused(three + "f 1 2 " + word + "\n", {"line 4", "\"" + word + "\" is not a vertex"});
   refused(three + "f 1 2\n", {"line 4", "three vertices"});
 }
 
@@ -104,8 +104,8 @@ TEST_CASE("PLY meshes: what is wrong is said with the byte") {
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 -2\n"), {"a vertex that does not exist"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 4294967295\n"), {"a vertex that does not exist"});
   refused(ply(vertices + faces, "0 0 1e999 1 0 0 0 1 0\n3 0 1 2\n"), {"node 1", "not a number"});
-  refused("ply", {"none of the formats"}, Status::unsupported_input);
-  refused("plywood\n", {"none of the formats"}, Status::unsupported_input);
+  refused("ply", {"none of the supported formats"}, Status::unsupported_input);
+  refused("plywood\n", {"none of the supported formats"}, Status::unsupported_input);
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n2 0 1\n"), {"fewer than three vertices"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 x 2\n"), {"expected a number"});
   refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1"), {"cut short"});

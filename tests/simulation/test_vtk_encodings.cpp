@@ -3,10 +3,9 @@
 
 #include <set>
 
+#include "adapters/simulation/grid/grid.hpp"
 #include "adapters/simulation/open.hpp"
-#include "adapters/simulation/vtk/grid.hpp"
-#include "adapters/simulation/vtk/vtk_legacy.hpp"
-#include "adapters/simulation/vtk/vtk_xml.hpp"
+#include "adapters/simulation/vtk/vtk.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"

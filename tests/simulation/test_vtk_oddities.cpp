@@ -3,8 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "adapters/simulation/open.hpp"
-#include "adapters/simulation/vtk/vtk_legacy.hpp"
-#include "adapters/simulation/vtk/vtk_xml.hpp"
+#include "adapters/simulation/vtk/vtk.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"

@@ -1,6 +1,6 @@
 #include "tools/bench/clouds.hpp"
 
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "tools/eval/report.hpp"
 
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/export/vtu.hpp"
 #include "tools/eval/mesh_series.hpp"
 #include "tools/eval/report_text.hpp"

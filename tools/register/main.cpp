@@ -1,5 +1,5 @@
 // lbea-register: where does the rig stand? Refines a rough pose from clouds of the undeformed component.
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "tools/register/undeformed.hpp"
 #include "tools/shared/cli/cloud_files.hpp"

@@ -1,5 +1,5 @@
 // lbea-send: plays point clouds from files to a matcher, as a camera would.
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "tools/send/player.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"

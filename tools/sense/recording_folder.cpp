@@ -1,6 +1,6 @@
 #include "tools/sense/recording_folder.hpp"
 
-#include "adapters/clouds/pointcloud.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/files/atomic_file.hpp"
 
 #include <algorithm>

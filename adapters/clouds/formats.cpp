@@ -1,0 +1,58 @@
+// The formats of point clouds. To add one:
+// 1. Write NAME.cpp in this folder with is_NAME(), which recognizes the start of a file, and parse_NAME().
+// 2. Declare both below and add a row to the table; formats are tried in its order.
+// 3. Add a test to tests/clouds, a file to tests/data/fuzz/cloud, and a row to the table in docs/at-the-rig.md.
+#include "adapters/clouds/point_cloud.hpp"
+
+#include "adapters/files/atomic_file.hpp"
+
+#include <array>
+
+namespace lbea::io {
+
+/// Whether a file of `bytes` bytes that begins with `start` has the format.
+using IsCloudFormat = bool(std::string_view start, std::size_t bytes) noexcept;
+IsCloudFormat is_ply, is_pcd, is_stl, is_xyz;
+ParseCloud parse_ply, parse_pcd, parse_stl, parse_xyz;
+
+namespace {
+
+constexpr std::size_t start_bytes = 4096;
+
+struct CloudFormat {
+  const char* name;
+  const char* text;  // for --list-formats
+  IsCloudFormat* is_format;
+  ParseCloud* parse;
+};
+
+constexpr std::array formats{
+    CloudFormat{"PLY", "text or binary: the vertices", is_ply, parse_ply},
+    CloudFormat{"PCD", "text, binary or compressed; of organized clouds the pixels that hold a point", is_pcd,
+                parse_pcd},
+    CloudFormat{"STL", "text or binary: the corners, each once", is_stl, parse_stl},
+    CloudFormat{"XYZ", "text, a point per line (.xyz, .txt, .csv, .asc)", is_xyz, parse_xyz}};
+
+}  // namespace
+
+PointCloud parse_point_cloud(std::span<const std::byte> bytes, const std::string& name) {
+  const std::string_view start = as_text(bytes).substr(0, start_bytes);
+  for (const CloudFormat& format : formats)
+    if (format.is_format(start, bytes.size())) return format.parse(bytes, name);
+  throw Error(Status::unsupported_input, name +
+                                             " is a binary file of unknown kind; expected PLY, PCD, STL or text with "
+                                             "columns x y z: convert it to PLY");
+}
+
+PointCloud read_point_cloud(const std::filesystem::path& path) {
+  return parse_point_cloud(read_file(path), path.string());
+}
+
+std::string list_cloud_formats() {
+  std::string list = "Point clouds, recognized by content:\n";
+  for (const CloudFormat& format : formats) list += "  " + std::string(format.name) + "  " + format.text + "\n";
+  return list +
+         "Stamps: stamps.csv beside the clouds or --stamps, else in the file, else in its name (cloud_12.5ms.ply)\n";
+}
+
+}  // namespace lbea::io

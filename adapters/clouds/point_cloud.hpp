@@ -1,0 +1,39 @@
+// Point clouds in files: PLY, PCD, STL, and text with a point per line (.xyz, .txt, .csv, .asc).
+#pragma once
+
+#include <lbea/lbea.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea::io {
+
+struct PointCloud {
+  std::vector<Point> points;             // as in the file, including points that are not finite
+  std::optional<std::int64_t> stamp_ns;  // from a comment "... stamp_ns 1000050 ..."
+  std::string source;                    // the file's name
+};
+
+/// Reads a file; its format is recognized by its content, not by its name.
+/// Throws Error{file_not_found | bad_input | unsupported_input} that names file and line or byte.
+[[nodiscard]] PointCloud read_point_cloud(const std::filesystem::path& path);
+
+/// The same for bytes in memory; messages call them `name`.
+[[nodiscard]] PointCloud parse_point_cloud(std::span<const std::byte> bytes, const std::string& name);
+
+/// The reader of one format; see the table in formats.cpp. Throws Error{bad_input | unsupported_input}.
+using ParseCloud = PointCloud(std::span<const std::byte> bytes, const std::string& name);
+
+/// A table of the formats for --list-formats, a line each.
+[[nodiscard]] std::string list_cloud_formats();
+
+/// Writes binary little-endian PLY with float x, y, z and a header line per comment.
+/// Throws Error{write_failed}, or Error{bad_config} for a comment with a line break.
+void write_ply(const std::filesystem::path& path, std::span<const Point> points, std::span<const std::string> comments);
+
+}  // namespace lbea::io

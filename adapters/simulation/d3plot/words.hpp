@@ -1,0 +1,76 @@
+// A d3plot file as an array of 4- or 8-byte words, read where asked.
+#pragma once
+
+#include "adapters/files/binary_numbers.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea::io::d3plot {
+
+using binary::plus;
+using binary::times;
+
+/// Random access to one file of a database. Little-endian words.
+class WordFile {
+ public:
+  /// Throws Error{file_not_found | bad_input}.
+  explicit WordFile(std::filesystem::path path, std::uint64_t word_bytes = 4);
+  ~WordFile();
+  WordFile(WordFile&& other) noexcept;
+  WordFile& operator=(WordFile&& other) noexcept;
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+  [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_; }
+  [[nodiscard]] std::uint64_t words() const noexcept { return bytes_ / word_bytes_; }
+  [[nodiscard]] std::uint64_t word_bytes() const noexcept { return word_bytes_; }
+  void set_word_bytes(std::uint64_t word_bytes) noexcept { word_bytes_ = word_bytes; }
+
+  /// `what` names the block in the sentence of the Error{bad_input} that a file cut short leads to.
+  void require(std::uint64_t word, std::uint64_t count, const std::string& what) const;
+  void read(std::uint64_t byte, std::span<std::byte> into, const std::string& what) const;
+  [[nodiscard]] std::vector<std::int64_t> integers(std::uint64_t word, std::uint64_t count,
+                                                   const std::string& what) const;
+  void reals(std::uint64_t word, std::span<float> into, const std::string& what) const;
+  [[nodiscard]] double real(std::uint64_t word, const std::string& what) const;
+  /// Whether there is nothing but zero bytes from `word` to the end.
+  [[nodiscard]] bool is_zero_from(std::uint64_t word) const;
+
+  /// Throws Error with the sentence "<path>, byte <byte of word>: <sentence>".
+  [[noreturn]] void refuse(Status status, std::uint64_t word, const std::string& sentence) const;
+
+ private:
+  template <typename Word, typename Out>
+  void convert(std::uint64_t word, std::span<Out> into, const std::string& what) const;
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t word_bytes_ = 4;
+};
+
+/// The real that stands where a file's states end.
+inline constexpr double end_marker = -999999.0;
+
+inline constexpr std::uint64_t base_words = 64;  // every database begins with that many control words
+inline constexpr std::uint64_t file_type_word = 11, dimensions_word = 15;
+inline constexpr std::int64_t type_d3plot = 1, type_d3part = 5, type_d3eigv = 11;
+inline constexpr std::int64_t wide_ids = 1000;  // added to the file type when ids take 8 bytes
+
+struct Encoding {
+  std::uint64_t word_bytes;
+  bool is_big_endian;
+};
+
+/// Nothing when the file does not begin like the first file of a d3plot database.
+[[nodiscard]] std::optional<Encoding> detect_encoding(const WordFile& file);
+
+}  // namespace lbea::io::d3plot

@@ -1,0 +1,183 @@
+#include "adapters/simulation/grid/grid_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <unordered_map>
+
+namespace lbea::io::grid {
+namespace {
+
+constexpr std::string_view displacement = "displacement";
+
+struct CornerHash {
+  std::size_t operator()(const std::array<std::uint32_t, 3>& key) const noexcept {
+    std::size_t hash = 0;
+    for (const std::uint32_t word : key) hash = (hash ^ word) * 0x9e3779b97f4a7c15ull;
+    return hash;
+  }
+};
+
+/// -0 and 0 are one coordinate.
+std::array<std::uint32_t, 3> key_of(std::span<const float> p) {
+  return {std::bit_cast<std::uint32_t>(p[0] + 0.0f), std::bit_cast<std::uint32_t>(p[1] + 0.0f),
+          std::bit_cast<std::uint32_t>(p[2] + 0.0f)};
+}
+
+std::vector<std::uint32_t> first_with_same_coordinates(const Grid& grid) {
+  std::unordered_map<std::array<std::uint32_t, 3>, std::uint32_t, CornerHash> first;
+  std::vector<std::uint32_t> welded(grid.points());
+  for (std::uint32_t p = 0; p < welded.size(); ++p)
+    welded[p] = first.emplace(key_of(std::span(grid.positions).subspan(3 * std::size_t{p}, 3)), p).first->second;
+  return welded;
+}
+
+/// The time in "displacement_t0.005".
+std::optional<double> displacement_time(const Array& array) {
+  std::string_view rest = array.name;
+  if (array.components != 3 || !rest.starts_with(displacement)) return std::nullopt;
+  rest.remove_prefix(displacement.size());
+  if (!rest.starts_with("_t")) return std::nullopt;
+  rest.remove_prefix(2);
+  double time = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), time);
+  const bool is_whole = error == std::errc{} && end == rest.data() + rest.size() && std::isfinite(time);
+  return is_whole ? std::optional(time) : std::nullopt;
+}
+
+/// Node and element ids, one list: compared between files.
+std::vector<double> all_ids(const Grid& grid) {
+  std::vector<double> ids;
+  for (const auto& [arrays, name] :
+       {std::pair(&grid.point_arrays, "NODE_ID"), std::pair(&grid.cell_arrays, "ELEMENT_ID")})
+    if (const Array* array = find_array(*arrays, name))
+      ids.insert(ids.end(), array->values.begin(), array->values.end());
+  return ids;
+}
+
+std::string counts(const Cells& cells, std::size_t points) {
+  return std::to_string(points) + " points and " + std::to_string(cells.size()) + " cells";
+}
+
+void require_finite(const std::vector<float>& positions, const std::vector<std::uint32_t>& node_ids,
+                    const std::filesystem::path& file) {
+  const auto bad = std::find_if(positions.begin(), positions.end(), [](float value) { return !std::isfinite(value); });
+  if (bad == positions.end()) return;
+  const auto node = static_cast<std::size_t>(bad - positions.begin()) / 3;
+  throw Error{Status::bad_input,
+              file.string() + ": node " + std::to_string(node_ids[node]) +
+                  " has a position that is not a number; the run has diverged or the file is damaged"};
+}
+
+}  // namespace
+
+GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time) : read_(read_grid) {
+  for (const GridState& state : states) files_.push_back(state.file);
+  grid_ = read_(files_.front());
+  const std::string name = files_.front().string();
+  check_grid(grid_, name);
+  if (grid_.is_triangle_soup) {
+    welded_ = first_with_same_coordinates(grid_);
+    for (std::uint32_t& point : grid_.cells.points) point = welded_[point];
+  }
+  cells_ = grid_.cells;
+  points_ = grid_.points();
+  ids_ = all_ids(grid_);
+  if (files_.size() == 1) find_displacements(grid_);
+  sourced_ = mesh_of(grid_, name);
+  require_finite(sourced_.mesh.positions, sourced_.mesh.node_ids, files_.front());
+  if (states_.empty()) find_times(states, grid_, read_time);
+  sources_ = fields_of(grid_, states_.front().suffix);
+  for (const FieldSource& source : sources_) fields_.push_back(source.field);
+}
+
+void GridReader::find_displacements(const Grid& grid) {
+  for (const Array& array : grid.point_arrays)
+    if (const auto time = displacement_time(array))
+      states_.push_back({0, *time, array.name.substr(displacement.size())});
+  std::stable_sort(states_.begin(), states_.end(), [](const Place& a, const Place& b) { return a.time < b.time; });
+}
+
+void GridReader::find_times(const std::vector<GridState>& states, const Grid& first, ReadGrid read_time) {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    auto time = states[i].time;
+    if (!time) time = i == 0 ? first.time : read_time == nullptr ? std::nullopt : read_time(states[i].file).time;
+    if (!time && i > 0 && first.time)
+      throw Error{Status::bad_input, states[i].file.string() + ": has no time, but " + files_.front().string() +
+                                         " has; they are not states of one run"};
+    states_.push_back({i, time.value_or(static_cast<double>(i)), {}});
+    if (!std::isfinite(states_[i].time) || (i > 0 && states_[i].time < states_[i - 1].time))
+      throw Error{Status::bad_input,
+                  states[i].file.string() + ": its time " + std::to_string(states_[i].time) +
+                      " is before that of the file before it; number the files in the order of time"};
+  }
+}
+
+const GridReader::Place& GridReader::place(std::uint32_t state) const {
+  if (state >= states_.size())
+    throw Error{Status::bad_input, files_.front().string() + " has " + std::to_string(states()) + " states; state " +
+                                       std::to_string(state) + " does not exist"};
+  return states_[state];
+}
+
+void GridReader::check_same_mesh(const Grid& grid, const std::string& file) const {
+  if (grid.cells != cells_ || grid.points() != points_ || all_ids(grid) != ids_)
+    throw Error{Status::bad_input, file + ": its mesh (" + counts(grid.cells, grid.points()) + ") is not that of " +
+                                       files_.front().string() + " (" + counts(cells_, points_) +
+                                       ", the same numbers in the same order); files of one run share their mesh, keep "
+                                       "others in another folder"};
+  for (std::uint32_t p = 0; p < welded_.size(); ++p)
+    if (key_of(std::span(grid.positions).subspan(3 * std::size_t{p}, 3)) !=
+        key_of(std::span(grid.positions).subspan(3 * std::size_t{welded_[p]}, 3)))
+      throw Error{Status::bad_input, file + ", triangle " + std::to_string(p / 3) +
+                                         ": a corner has left its neighbours', which it shares in " +
+                                         files_.front().string() + "; the triangles are not those of the same mesh"};
+}
+
+void GridReader::load(std::size_t file) {
+  if (loaded_ == file) return;
+  Grid grid = read_(files_[file]);
+  const std::string name = files_[file].string();
+  check_grid(grid, name);
+  if (!welded_.empty() && grid.points() == welded_.size())
+    for (std::uint32_t& point : grid.cells.points) point = welded_[point];
+  check_same_mesh(grid, name);
+  for (const FieldSource& source : sources_)
+    for (const auto& [arrays, array] :
+         {std::pair(&grid.cell_arrays, &source.flat_array), std::pair(&grid.cell_arrays, &source.solid_array),
+          std::pair(&grid.point_arrays, &source.point_array)})
+      if (const Array* found = array->empty() ? nullptr : find_array(*arrays, *array);
+          !array->empty() && (found == nullptr || found->components != 1) && file != 0)
+        throw Error{Status::bad_input, name + ": has no array \"" + *array + "\", but " + files_.front().string() +
+                                           " has; export all states with the same arrays"};
+  grid_ = std::move(grid);
+  loaded_ = file;
+}
+
+void GridReader::copy_positions(const Place& place, std::vector<float>& into) const {
+  const Array* moved =
+      place.suffix.empty() ? nullptr : find_array(grid_.point_arrays, std::string(displacement) + place.suffix);
+  into.resize(3 * sourced_.node_source.size());
+  for (std::size_t node = 0; node < sourced_.node_source.size(); ++node)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t at = 3 * std::size_t{sourced_.node_source[node]} + axis;
+      const double by = moved == nullptr ? 0 : moved->values[at];
+      into[3 * node + axis] = static_cast<float>(static_cast<double>(grid_.positions[at]) + by);
+    }
+}
+
+void GridReader::read(std::uint32_t state, bake::SimulationState& into) {
+  const Place& at = place(state);
+  load(at.file);
+  into.time_s = at.time;
+  copy_positions(at, into.positions);
+  require_finite(into.positions, sourced_.mesh.node_ids, files_[at.file]);
+  into.alive = alive_elements(grid_, sourced_);
+  into.fields.resize(sources_.size());
+  for (std::size_t f = 0; f < sources_.size(); ++f)
+    into.fields[f] = field_values(grid_, sourced_, sources_[f], at.suffix);
+}
+
+}  // namespace lbea::io::grid
