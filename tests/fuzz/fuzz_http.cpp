@@ -1,7 +1,7 @@
-// Any bytes as what a browser or a viewer says to the monitor. The first byte chooses: an HTTP request's head, a
-// message over a viewer's WebSocket, or an address on the command line. Whoever does not ask under our name and from
-// our own page with our token gets nothing.
-#include "tools/monitor/web/web_session.hpp"
+// Arbitrary bytes as input from a browser or a viewer of the monitor. The first byte selects the kind: the header of an
+// HTTP request, messages on a viewer's WebSocket, or an address on the command line. Only requests with a known host
+// name, our own origin and our token may get anything.
+#include "tools/monitor/web/web_server.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -22,9 +22,9 @@ void require(bool holds) {
 class EmptyFeed final : public Feed {
  public:
   std::string rows_after(LogCursor&) override { return {}; }
-  std::optional<HttpAnswer> answer(std::string_view target) override {
-    if (query_value(target, "shape").empty()) return {};
-    return HttpAnswer{200, "text/plain", "feed", ""};
+  std::optional<http::Response> respond(std::string_view target) override {
+    if (http::query_value(target, "shape").empty()) return {};
+    return http::Response{200, "text/plain", "feed"};
   }
 };
 
@@ -35,50 +35,33 @@ bool is_ours(std::string host) {
   return false;
 }
 
-void take_request(std::string_view text) {
+void check_request(const http::Request& request, bool knows_token) {
   static EmptyFeed feed;
-  static web::Shared shared{AccessRules({"127.0.0.1", 8080, true}, {"rig.lab"}, token, {"https://viewer.example"}),
-                            Assets(),
-                            feed,
-                            {},
-                            true,
-                            "1",
-                            0,
-                            0,
-                            0,
-                            0,
-                            {},
-                            {},
-                            nullptr};
-  web::http::request_parser<web::http::empty_body> parser;
-  parser.header_limit(16 * 1024);
-  parser.body_limit(0);
-  parser.eager(true);
-  web::beast::error_code error;
-  parser.put(boost::asio::buffer(text.data(), text.size()), error);
-  if (error || !parser.is_done()) return;
-  const web::Request& request = parser.get();
-  const RequestHead head = web::head_of(request);
-  const std::string host(head.host);
-  const unsigned status = web::respond(shared, request).result_int();
-  const bool knows_token = text.find(token) != std::string_view::npos;
-  if (status == 200 || status == 404)
-    require(is_ours(host) && knows_token && (head.method == "GET" || head.method == "HEAD"));
-  const bool is_watcher = !web::refuse_watcher(shared, request), is_viewer = !web::refuse_viewer(shared, request);
-  require(!(is_watcher || is_viewer) || (is_ours(host) && knows_token && head.method == "GET") ||
-          (is_watcher && head.method == "HEAD"));
-  static_cast<void>(viewer_subprotocol(std::string_view(request[web::http::field::sec_websocket_protocol].data(),
-                                                        request[web::http::field::sec_websocket_protocol].size())));
+  static const WebConfig config{{"127.0.0.1", 8080, true}, {"rig.lab"}, token, {}, true, {"https://viewer.example"}};
+  static WebSite site(config, feed);
+  const bool is_known = is_ours(std::string(request.host)) && knows_token;
+  const unsigned status = site.respond(request).status;
+  if (status == 200 || status == 404) require(is_known && (request.method == "GET" || request.method == "HEAD"));
+  const bool is_watcher = !site.refuse_watcher(request), is_viewer = !site.refuse_viewer(request);
+  require(!(is_watcher || is_viewer) || (is_known && request.method == "GET") ||
+          (is_watcher && request.method == "HEAD"));
+  static_cast<void>(viewer_subprotocol(request.subprotocols));
 }
 
-/// Several messages, each on a line.
-void take_messages(std::string_view text) {
+void fuzz_request(std::string_view text) {
+  http::read_request(text, 16 * 1024, [&](const http::Request& request) {
+    check_request(request, text.find(token) != std::string_view::npos);
+  });
+}
+
+/// Several messages, one per line.
+void fuzz_messages(std::string_view text) {
   ViewerSubscriptions subscriptions;
   while (!text.empty()) {
     const std::string_view message = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(message.size() + 1, text.size()));
-    const std::string complaint = subscriptions.take(message);
-    require(!viewer_notice(ViewerNotice::warning, complaint).empty());
+    const std::string problem = subscriptions.apply(message);
+    require(!viewer_notice(ViewerNotice::warning, problem).empty());
   }
 }
 
@@ -88,14 +71,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const std::string_view text(reinterpret_cast<const char*>(data + 1), size - 1);
   if (data[0] == 'm') {
-    take_messages(text);
+    fuzz_messages(text);
   } else if (data[0] == 'a') {
     try {
-      const HttpAddress address = parse_http_address(std::string(text));
-      require(is_numeric_address(address.host));
+      const http::Address address = http::parse_address(std::string(text), "--http");
+      require(http::is_numeric_address(address.host));
     } catch (const Error& error) { require(error.what()[0] != '\0'); }
   } else {
-    take_request(text);
+    fuzz_request(text);
   }
   return 0;
 }

@@ -83,25 +83,26 @@ float to_surface_by_sampling(const Point& p, const Model& model, std::span<const
 }  // namespace
 
 TEST_CASE("addresses to serve on") {
-  CHECK(parse_http_address("127.0.0.1:8080").is_loopback);
-  CHECK(parse_http_address("localhost:0").host == "127.0.0.1");
-  CHECK(parse_http_address("[::1]:80").is_loopback);
-  CHECK(!parse_http_address("0.0.0.0:8080").is_loopback);
-  CHECK(!parse_http_address("[::]:8080").is_loopback);
-  CHECK(!parse_http_address("192.168.1.4:65535").is_loopback);
+  CHECK(http::parse_address("127.0.0.1:8080", "--http").is_loopback);
+  CHECK(http::parse_address("localhost:0", "--http").host == "127.0.0.1");
+  CHECK(http::parse_address("[::1]:80", "--http").is_loopback);
+  CHECK(!http::parse_address("0.0.0.0:8080", "--http").is_loopback);
+  CHECK(!http::parse_address("[::]:8080", "--http").is_loopback);
+  CHECK(!http::parse_address("192.168.1.4:65535", "--http").is_loopback);
   for (const std::string& text : std::vector<std::string>{"", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536",
                                                           "127.0.0.1:-1", "127.0.0.1:80x", "rig:8080", "::1:80",
                                                           "[::1]", "127.evil.example:80", "[127.0.0.1]:80"})
-    CHECK_MESSAGE(error_of([&] { static_cast<void>(parse_http_address(text)); }).status == Status::bad_config, text);
+    CHECK_MESSAGE(
+        error_of([&] { static_cast<void>(http::parse_address(text, "--http")); }).status == Status::bad_config, text);
 }
 
 TEST_CASE("tokens are long and never the same") {
   CHECK(random_token().size() == 32);
   CHECK(random_token() != random_token());
-  CHECK(query_value("/?a=1&token=xy&b=", "token") == "xy");
-  CHECK(query_value("/?a=1&token=xy&b=", "b").empty());
-  CHECK(query_value("/token=1", "token").empty());
-  CHECK(query_value("/?mytoken=1", "token").empty());
+  CHECK(http::query_value("/?a=1&token=xy&b=", "token") == "xy");
+  CHECK(http::query_value("/?a=1&token=xy&b=", "b").empty());
+  CHECK(http::query_value("/token=1", "token").empty());
+  CHECK(http::query_value("/?mytoken=1", "token").empty());
 }
 
 TEST_CASE("a packet's sections come back") {
@@ -186,11 +187,11 @@ TEST_CASE("health: rates, latency, losses here, ages") {
   for (int i = 0; i <= 100; ++i) {
     WireResult result = result_of(static_cast<std::uint64_t>(i));
     result.counters.received = static_cast<std::uint64_t>(i);
-    health.note(result, begin + std::chrono::milliseconds(20 * i));
+    health.add(result, begin + std::chrono::milliseconds(20 * i));
   }
   WireResult late = result_of(111);
   late.elapsed_ns.total = 40'000'000;
-  health.note(late, begin + std::chrono::milliseconds(2020));
+  health.add(late, begin + std::chrono::milliseconds(2020));
   const auto report = health.report(begin + std::chrono::milliseconds(2520));
   CHECK(report["rate"].get<double>() == doctest::Approx(50).epsilon(0.05));
   CHECK(report["results_lost_here"] == 10);
@@ -300,7 +301,7 @@ TEST_CASE("how long the disk of a recording lasts at the present rate") {
   const auto after = [&](std::chrono::seconds time, std::optional<WireRecording> recording) {
     WireState state;
     state.recording = recording;
-    health.note(state, begin + time);
+    health.add(state, begin + time);
     return health.report(begin + time)["server"]["recording"];
   };
   CHECK(after(0s, {}).is_null());

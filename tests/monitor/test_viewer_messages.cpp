@@ -16,7 +16,7 @@ namespace {
 const AccessRules rules({"127.0.0.1", 8080, true}, {"Rig.Lab"}, "", {"https://Viewer.example"});
 const AccessRules guarded({"192.168.0.7", 80, false}, {}, "0123", {});
 
-RequestHead from(std::string_view host, std::string_view origin = {}, std::string_view method = "GET") {
+http::Request from(std::string_view host, std::string_view origin = {}, std::string_view method = "GET") {
   return {method, "/", host, origin, {}, {}};
 }
 
@@ -31,26 +31,26 @@ TEST_CASE("subprotocols: the first of ours that is offered") {
 
 TEST_CASE("subscriptions: what is wrong is said, the rest of the message counts") {
   ViewerSubscriptions viewer;
-  CHECK(viewer.take(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":0},{"id":8,"channelId":2}]})").empty());
+  CHECK(viewer.apply(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":0},{"id":8,"channelId":2}]})").empty());
   const auto complains = [&](const std::string& message, const std::string& words) {
     CAPTURE(message);
-    CHECK(contains(viewer.take(message), words));
+    CHECK(contains(viewer.apply(message), words));
   };
-  complains(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":99}]})", "no channel of that number");
-  complains(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":1}]})", "number is in use");
-  complains(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":0}]})", "subscribed to already");
+  complains(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":99}]})", "no channel with that number");
+  complains(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":1}]})", "subscription number is in use");
+  complains(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":0}]})", "has a subscription already");
   complains(R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":1},{"channelId":1},7]})", "needs the numbers");
   complains(R"({"op":"subscribe","subscriptions":[{"id":4294967296,"channelId":1}]})", "needs the numbers");
-  complains(R"({"op":"subscribe","subscriptions":{}})", "Only subscribe and unsubscribe");
-  complains(R"({"op":"unsubscribe","subscriptionIds":[5]})", "no subscription of that number");
-  complains(R"({"op":"unsubscribe","subscriptionIds":["8"]})", "named by numbers");
-  complains(R"({"op":"unsubscribe","subscriptionIds":8})", "Only subscribe and unsubscribe");
+  complains(R"({"op":"subscribe","subscriptions":{}})", "supports only subscribe and unsubscribe");
+  complains(R"({"op":"unsubscribe","subscriptionIds":[5]})", "no subscription with that number");
+  complains(R"({"op":"unsubscribe","subscriptionIds":["8"]})", "identified by a number");
+  complains(R"({"op":"unsubscribe","subscriptionIds":8})", "supports only subscribe and unsubscribe");
   complains(R"({"op":"advertise"})", "no other capabilities");
-  complains(R"({"op":1})", "no JSON object with an op");
-  complains("[1]", "no JSON object with an op");
-  complains("{\"op\"", "no JSON object with an op");
-  CHECK(viewer.take(R"({"op":"unsubscribe","subscriptionIds":[7,8]})").empty());
-  CHECK(viewer.take(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":2}]})").empty());
+  complains(R"({"op":1})", "not a JSON object with an op");
+  complains("[1]", "not a JSON object with an op");
+  complains("{\"op\"", "not a JSON object with an op");
+  CHECK(viewer.apply(R"({"op":"unsubscribe","subscriptionIds":[7,8]})").empty());
+  CHECK(viewer.apply(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":2}]})").empty());
 }
 
 TEST_CASE("the greeting lists what there is, notices are JSON, heads are little-endian") {
@@ -102,7 +102,7 @@ TEST_CASE("tokens: in the address, in a cookie or as a bearer's; port 80 goes wi
   CHECK(with("192.168.0.7:80", "/", "", "Basic 0123") == Access::wrong_token);
   CHECK(guarded.check_viewer({"GET", "/?token=0123", "192.168.0.7", {}, {}, {}}) == Access::granted);
   CHECK(guarded.check_viewer({"GET", "/", "192.168.0.7", {}, {}, {}}) == Access::wrong_token);
-  CHECK(query_value("/path", "a").empty());
-  CHECK(query_value("/?ab=1&a=2", "a") == "2");
+  CHECK(http::query_value("/path", "a").empty());
+  CHECK(http::query_value("/?ab=1&a=2", "a") == "2");
   CHECK(error_of([] { AccessRules({"0.0.0.0", 1, false}, {}, ""); }).status == Status::bad_config);
 }

@@ -22,8 +22,8 @@ namespace {
 class FakeFeed final : public Feed {
  public:
   std::string rows_after(LogCursor& cursor) override { return std::exchange(cursor.epoch, 1) == 0 ? "rows" : ""; }
-  std::optional<HttpAnswer> answer(std::string_view target) override {
-    if (target.starts_with("/api/echo")) return HttpAnswer{200, "text/plain", std::string(target), ""};
+  std::optional<http::Response> respond(std::string_view target) override {
+    if (target.starts_with("/api/echo")) return http::Response{200, "text/plain", std::string(target)};
     return {};
   }
 };
@@ -32,7 +32,7 @@ struct Bench {
   FakeFeed feed;
   WebServer server;
   explicit Bench(WebLimits limits = {}, std::string token = "", std::string host = "127.0.0.1")
-      : server({{host, 0, host.starts_with("127.")}, {"rig.lab"}, std::move(token), limits}, Assets(), feed) {}
+      : server({{host, 0, host.starts_with("127.")}, {"rig.lab"}, std::move(token), limits}, feed) {}
   RawClient client() const { return RawClient(server.port()); }
 };
 
@@ -137,9 +137,7 @@ TEST_CASE("other addresses want a token, which moves from the address to a cooki
 TEST_CASE("a second one on the same port is told so") {
   Bench bench;
   FakeFeed feed;
-  const Error error = error_of([&] {
-    WebServer({{"127.0.0.1", bench.server.port(), true}, {}, "", {}}, Assets(), feed);
-  });
+  const Error error = error_of([&] { WebServer({{"127.0.0.1", bench.server.port(), true}, {}, "", {}}, feed); });
   check_error(error, Status::endpoint_unavailable, {std::to_string(bench.server.port())});
 }
 

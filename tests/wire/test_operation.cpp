@@ -186,7 +186,7 @@ TEST_CASE("what is not safe does not start") {
   refused({"--frames", "tcp://0.0.0.0:5555", "--key", key}, "give --allow");
   refused({"--frames", "tcp://0.0.0.0:5555", "--allow", pub}, "give --key");
   refused({"--frames", bench.frames, "--metrics", "0.0.0.0:9464"}, "only this machine may");
-  refused({"--frames", bench.frames, "--metrics", "127.0.0.1:nine"}, "not a port");
+  refused({"--frames", bench.frames, "--metrics", "127.0.0.1:nine"}, "the port is not a number from 0 to 65535");
   std::ofstream(bench.file("empty.pub")) << "# nobody\n";
   refused({"--frames", "tcp://0.0.0.0:5555", "--key", key, "--allow", bench.file("empty.pub")}, "no public key");
   ::chmod(key.c_str(), 0644);

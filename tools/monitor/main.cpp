@@ -1,4 +1,4 @@
-// lbea-monitor: a web page that shows a running test.
+// lbea-monitor: a web page that shows a running test or a recording.
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/monitor/feeds/live_feed.hpp"
 #include "tools/monitor/feeds/recording_feed.hpp"
@@ -15,35 +15,31 @@ namespace lbea::tool {
 namespace {
 
 struct Options {
-  std::string recording_file, results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080", assets_folder,
-                                                                              token;
-  std::vector<std::string> allowed_names, viewer_origins;
-  bool has_viewers = false;
-  WebLimits limits;
+  std::string recording_file, results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080";
+  WebConfig web;
 };
 
 constexpr auto description =
-    "Serves one web page that shows a running test, or a recording of one with a timeline: the measured cloud and the "
-    "mesh it was matched with, the verdict,\n"
-    "curves, and the health of the chain. Nothing can be changed from the page. By default only this machine reaches "
-    "it;\n"
-    "on any other address a token is needed, which is part of the address that is printed.";
+    "Serves one web page that shows a running test, or a recording with a timeline: the measured cloud and the matched "
+    "mesh, the verdict,\n"
+    "curves, and the health of the chain. The page is read-only. By default it can be reached from this machine only;\n"
+    "any other address needs a token, which is part of the address that lbea-monitor prints.";
 
 constexpr int low_priority = 10, lowest_priority = 19;
 
-/// The measurement comes first where both run on one machine: beside a running test this program and all its threads
-/// get what the processors have left, and whoever else wakes up takes them at once.
-void step_back(bool is_live) {
+/// The measurement has priority on a shared machine: during a running test all threads of this program run only while
+/// the processors are idle.
+void lower_priority(bool is_live) {
   const sched_param none{};
   if (is_live && sched_setscheduler(0, SCHED_IDLE, &none) == 0)
-    return spdlog::info("priority: lowest (SCHED_IDLE), what others leave");
+    return spdlog::info("priority: lowest (SCHED_IDLE), idle processor time only");
   setpriority(PRIO_PROCESS, 0, is_live ? lowest_priority : low_priority);
   spdlog::info("priority: nice {}", getpriority(PRIO_PROCESS, 0));
 }
 
 void add_options(Tool& tool, Options& options) {
   auto* recording =
-      tool.add_option("recording", options.recording_file, "a recording (.mcap) to look at instead of a running test")
+      tool.add_option("recording", options.recording_file, "recording (.mcap) to show instead of a running test")
           ->check(existing_file());
   auto* results =
       tool.add_option("--results", options.results_endpoint, "endpoint on which lbea-serve publishes results")
@@ -51,31 +47,31 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--frames", options.preview_endpoint, "endpoint of lbea-serve --preview, for the measured clouds")
       ->needs(results);
   tool.add_option("--model", options.model_file,
-                  "the baked model (.lbea) that the frames are matched with; without it the file that lbea-serve or "
-                  "the recording names")
+                  "baked model (.lbea) that the frames are matched with; default: the file that lbea-serve or the "
+                  "recording names")
       ->check(existing_file());
-  tool.add_option("--http", options.http, "address and port to serve the page on");
-  tool.add_option("--allow-host", options.allowed_names,
-                  "name under which browsers ask for the page, beside its address");
-  tool.add_option("--token", options.token, "for addresses that other machines reach; drawn at random when not given");
-  tool.add_option("--watchers", options.limits.watchers, "browsers at a time")->check(in_range(1u, 1024u));
+  tool.add_option("--http", options.http, "address and port of the page");
+  tool.add_option("--allow-host", options.web.allowed_names,
+                  "further host name under which browsers may request the page");
+  tool.add_option("--token", options.web.token, "token for addresses that other machines can reach; default: random");
+  tool.add_option("--watchers", options.web.limits.watchers, "maximum number of browsers")->check(in_range(1u, 1024u));
   auto* viewers =
-      tool.add_flag(
-              "--foxglove", options.has_viewers,
-              "speak Foxglove's WebSocket protocol too, on the same port: /frames, /results and /state as they come")
+      tool.add_flag("--foxglove", options.web.has_viewers,
+                    "also serve the Foxglove WebSocket protocol on the same port: /frames, /results and /state")
           ->needs(results);
-  tool.add_option("--foxglove-origin", options.viewer_origins,
-                  "page of another site whose viewer may connect, such as https://viewer.example")
+  tool.add_option("--foxglove-origin", options.web.viewer_origins,
+                  "site whose viewer may connect, such as https://viewer.example")
       ->needs(viewers);
-  tool.add_option("--assets", options.assets_folder, "serve the page's files from this folder, while working on them")
+  tool.add_option("--assets", options.web.assets_folder,
+                  "folder to read the files of the page from, for its development")
       ->check(existing_folder());
 }
 
-/// Says which one it uses in its states, twice a second.
+/// The model that lbea-serve names in its states, which come twice a second; nothing when this program is stopped.
 std::optional<Model> model_of_server(const std::string& results_endpoint) {
   wire::WireContext context;
   wire::ResultSource results(context, results_endpoint);
-  spdlog::info("waiting for lbea-serve on {} to say which model it uses", results_endpoint);
+  spdlog::info("waiting for lbea-serve on {} to name its model", results_endpoint);
   wire::WireState state;
   while (stop_requested == 0) {
     const auto message = results.receive(std::chrono::milliseconds(100));
@@ -90,29 +86,29 @@ void wait_for_stop() {
   while (stop_requested == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
-int watch_recording(const Options& options, const WebConfig& web) {
+int watch_recording(const Options& options) {
   const RunSettings settings = RecordedRun(options.recording_file).settings();
   RecordingFeed feed(options.recording_file, options.model_file.empty()
                                                  ? open_model(settings.model_file, settings.model_checksum)
                                                  : Model::open(options.model_file));
-  const WebServer server(web, Assets(options.assets_folder), feed);
+  const WebServer server(options.web, feed);
   spdlog::info("ready: {} ({} frames)", server.url(), feed.frames());
   wait_for_stop();
   return exit_ok;
 }
 
-int watch_test(const Options& options, const WebConfig& web) {
+int watch_test(const Options& options) {
   const auto model =
       options.model_file.empty() ? model_of_server(options.results_endpoint) : Model::open(options.model_file);
   if (!model) return exit_ok;
   LiveFeed feed({options.results_endpoint, options.preview_endpoint}, *model);
-  WebServer server(web, Assets(options.assets_folder), feed);
+  WebServer server(options.web, feed);
   const auto relay = [&](ViewerChannel channel, std::int64_t time_ns, wire::Message message) {
     if (server.viewers() > 0)
       server.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
   };
   feed.start({[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.is_awaited(); },
-              options.has_viewers ? decltype(LiveFeed::Audience::relay)(relay) : nullptr});
+              options.web.has_viewers ? decltype(LiveFeed::Audience::relay)(relay) : nullptr});
   spdlog::info("ready: {}", server.url());
   wait_for_stop();
   feed.stop();
@@ -122,17 +118,13 @@ int watch_test(const Options& options, const WebConfig& web) {
 int watch(Options options) {
   catch_stop_signals();
   if (options.recording_file.empty() == options.results_endpoint.empty())
-    throw Error(Status::bad_config, "give --results for a running test or the file of a recording");
-  step_back(options.recording_file.empty());
-  WebConfig web{parse_http_address(options.http),
-                options.allowed_names,
-                options.token,
-                options.limits,
-                options.has_viewers,
-                options.viewer_origins};
+    throw Error(Status::bad_config, "give --results for a running test, or the file of a recording");
+  lower_priority(options.recording_file.empty());
+  WebConfig& web = options.web;
+  web.address = http::parse_address(options.http, "--http");
   if (web.token.empty() && !web.address.is_loopback) web.token = random_token();
   web.limits.connections = web.limits.watchers * 2;
-  return options.recording_file.empty() ? watch_test(options, web) : watch_recording(options, web);
+  return options.recording_file.empty() ? watch_test(options) : watch_recording(options);
 }
 
 }  // namespace

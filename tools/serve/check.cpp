@@ -1,6 +1,6 @@
 #include "tools/serve/check.hpp"
 
-#include "adapters/http/metrics_server.hpp"
+#include "adapters/http/metrics.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/inference_publisher.hpp"
 #include "tools/serve/preflight.hpp"

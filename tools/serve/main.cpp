@@ -1,5 +1,5 @@
 // lbea-serve: takes frames from a socket, matches each one, publishes the results.
-#include "adapters/http/metrics_server.hpp"
+#include "adapters/http/metrics.hpp"
 #include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
 #include "tools/serve/inference_publisher.hpp"

@@ -1,6 +1,6 @@
 #include "tools/serve/metrics_page.hpp"
 
-#include "adapters/http/metrics_text.hpp"
+#include "adapters/http/metrics.hpp"
 
 #include <filesystem>
 #include <fstream>

@@ -1,10 +1,9 @@
-// What the web server takes from whatever is watched: a running test or a recording.
+// The source of what the web server shows: a running test or a recording.
 #pragma once
 
+#include "adapters/http/server.hpp"
 #include "tools/monitor/feeds/test_log.hpp"
 
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,23 +11,31 @@
 
 namespace lbea::tool {
 
-/// One state of affairs, the same bytes for every browser.
+/// The state of a test at one moment, the same bytes for every browser.
 using Snapshot = std::shared_ptr<const std::string>;
-
-struct HttpAnswer {
-  unsigned status = 200;
-  std::string content_type;
-  std::string body;
-  std::string file_name;  // to save it under; empty: to look at
-};
 
 class Feed {
  public:
   virtual ~Feed() = default;
   /// Rows of the curves that a browser does not have; empty when it has all. Any thread.
   [[nodiscard]] virtual std::string rows_after(LogCursor& cursor) = 0;
-  /// Whatever else can be asked for under `target` (path and query); nothing when there is no such thing. Any thread.
-  [[nodiscard]] virtual std::optional<HttpAnswer> answer(std::string_view target) = 0;
+  /// The response for `target` (path and query); nothing when the target is unknown. Any thread.
+  [[nodiscard]] virtual std::optional<http::Response> respond(std::string_view target) = 0;
 };
+
+[[nodiscard]] inline http::Response binary_response(std::string bytes) {
+  return {200, "application/octet-stream", std::move(bytes)};
+}
+[[nodiscard]] inline http::Response text_response(unsigned status, std::string sentence) {
+  return {status, "text/plain; charset=utf-8", std::move(sentence) + "\n"};
+}
+/// A response that the browser saves as `file_name`.
+[[nodiscard]] inline http::Response file_response(std::string content_type, std::string bytes,
+                                                  const std::string& file_name) {
+  return {200,
+          std::move(content_type),
+          std::move(bytes),
+          {{"Content-Disposition", "attachment; filename=\"" + file_name + "\""}}};
+}
 
 }  // namespace lbea::tool

@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto size_window = 10s;  // a rate of writing is that of so long
+constexpr auto size_window = 10s;  // of the write rate
 
 std::size_t bin_of(double ms) {
   if (ms <= Health::first_edge_ms) return 0;
@@ -18,7 +18,7 @@ std::size_t bin_of(double ms) {
   return std::min(static_cast<std::size_t>(bin), Health::bins - 1);
 }
 
-/// Upper edge of the bin in which the share lies; 0 without any.
+/// Upper edge of the bin that contains the quantile; 0 for an empty histogram.
 double quantile_ms(const std::array<std::uint64_t, Health::bins>& histogram, double share) {
   std::uint64_t total = 0, below = 0;
   for (const std::uint64_t count : histogram) total += count;
@@ -34,9 +34,8 @@ nlohmann::json to_json(const wire::Counters& counters) {
   nlohmann::json reasons = nlohmann::json::object();
   for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
     const auto status = static_cast<wire::WireStatus>(i);
-    const bool is_trouble =
-        wire::fate_of(status) == wire::Fate::rejected || wire::fate_of(status) == wire::Fate::dropped;
-    if (is_trouble && counters.by_status[i] > 0) reasons[std::string(wire::to_string(status))] = counters.by_status[i];
+    const bool is_loss = wire::fate_of(status) == wire::Fate::rejected || wire::fate_of(status) == wire::Fate::dropped;
+    if (is_loss && counters.by_status[i] > 0) reasons[std::string(wire::to_string(status))] = counters.by_status[i];
   }
   return {{"received", counters.received},
           {"matched", counters.sum(wire::Fate::matched)},
@@ -58,15 +57,15 @@ void Health::turn_windows(Clock::time_point now) {
   window_begin_ = now;
 }
 
-void Health::note_sequence(std::uint64_t sequence, std::int64_t) {
-  // Going back means that lbea-serve was started anew.
+void Health::count_lost(std::uint64_t sequence) {
+  // A smaller number means that lbea-serve was restarted.
   if (sequence_ && sequence > *sequence_ + 1) lost_ += sequence - *sequence_ - 1;
   sequence_ = sequence;
 }
 
-void Health::note(const wire::WireResult& result, Clock::time_point now) {
-  note_sequence(result.sequence, result.publish_ns);
-  heard_ = now;
+void Health::add(const wire::WireResult& result, Clock::time_point now) {
+  count_lost(result.sequence);
+  last_message_ = now;
   counters_ = result.counters;
   if (result.status == wire::WireStatus::end_of_stream) return;
   last_frame_ = now;
@@ -80,20 +79,20 @@ void Health::note(const wire::WireResult& result, Clock::time_point now) {
   rate_count_ = 0;
 }
 
-void Health::note(const wire::WireState& state, Clock::time_point now) {
+void Health::add(const wire::WireState& state, Clock::time_point now) {
   if (state_ && state_->start_ns != state.start_ns) last_frame_ = {};
-  note_sequence(state.sequence, state.publish_ns);
-  heard_ = now;
+  count_lost(state.sequence);
+  last_message_ = now;
   counters_ = state.counters;
   state_ = state;
   if (state.recording)
-    note_recording(*state.recording, now);
+    add_size(*state.recording, now);
   else
     sizes_.clear();
 }
 
-void Health::note_recording(const wire::WireRecording& recording, Clock::time_point now) {
-  if (!sizes_.empty() && recording.bytes < sizes_.back().bytes) sizes_.clear();  // another file
+void Health::add_size(const wire::WireRecording& recording, Clock::time_point now) {
+  if (!sizes_.empty() && recording.bytes < sizes_.back().bytes) sizes_.clear();  // a new file
   sizes_.push_back({now, recording.bytes});
   while (now - sizes_.front().time > size_window) sizes_.pop_front();
 }
@@ -120,7 +119,7 @@ nlohmann::json Health::report(Clock::time_point now) const {
   nlohmann::json report{{"counters", to_json(counters_)},
                         {"results_lost_here", lost_},
                         {"unreadable_here", unreadable_},
-                        {"heard_ms", age_ms(heard_)},
+                        {"heard_ms", age_ms(last_message_)},
                         {"last_frame_ms", age_ms(last_frame_)},
                         {"rate", now - rate_begin_ < 3s ? rate_ : 0.0},
                         {"latency",

@@ -1,4 +1,4 @@
-// How the chain is doing: rates, latencies, what was lost and since when nothing came.
+// Health of the chain: rates, latencies, losses, and the time since the last message.
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
@@ -16,9 +16,9 @@ namespace lbea::tool {
 class Health {
  public:
   using Clock = std::chrono::steady_clock;
-  void note(const wire::WireResult& result, Clock::time_point now = Clock::now());
-  void note(const wire::WireState& state, Clock::time_point now = Clock::now());
-  void note_unreadable() noexcept { ++unreadable_; }
+  void add(const wire::WireResult& result, Clock::time_point now = Clock::now());
+  void add(const wire::WireState& state, Clock::time_point now = Clock::now());
+  void add_unreadable() noexcept { ++unreadable_; }
   [[nodiscard]] nlohmann::json report(Clock::time_point now = Clock::now()) const;
 
   /// Edges of the latency histogram: bin i holds up to first_edge_ms * 2^(i/2), the last one everything above.
@@ -27,13 +27,13 @@ class Health {
 
  private:
   using Histogram = std::array<std::uint64_t, bins>;
-  static constexpr std::chrono::seconds window{5};  // two of them make the histogram: what happened lately
-  void note_sequence(std::uint64_t sequence, std::int64_t publish_ns);
+  static constexpr std::chrono::seconds window{5};  // the histogram covers the last two
+  void count_lost(std::uint64_t sequence);
   void turn_windows(Clock::time_point now);
-  void note_recording(const wire::WireRecording& recording, Clock::time_point now);
+  void add_size(const wire::WireRecording& recording, Clock::time_point now);
   [[nodiscard]] nlohmann::json recording_report() const;
 
-  /// How large the recording was.
+  /// Of the recording.
   struct Size {
     Clock::time_point time;
     std::uint64_t bytes = 0;
@@ -42,10 +42,10 @@ class Health {
   std::deque<Size> sizes_;  // of the last seconds
   wire::Counters counters_;
   Histogram current_{}, previous_{};
-  Clock::time_point window_begin_{}, heard_{}, last_frame_{};
+  Clock::time_point window_begin_{}, last_message_{}, last_frame_{};
   std::optional<std::uint64_t> sequence_;
   std::uint64_t lost_ = 0, unreadable_ = 0;
-  // rate: frames between two moments about a second apart
+  // Rate: frames between two times about one second apart.
   Clock::time_point rate_begin_{};
   std::uint64_t rate_count_ = 0;
   double rate_ = 0;

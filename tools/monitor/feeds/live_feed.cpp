@@ -13,8 +13,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto receive_timeout = 100ms;
-constexpr auto heartbeat = 500ms;     // a snapshot at least so often: ages grow also while nothing comes
-constexpr auto cloudless_after = 1s;  // without a new cloud the view goes on without
+constexpr auto heartbeat = 500ms;     // longest time between snapshots: ages grow while nothing is received
+constexpr auto cloudless_after = 1s;  // without a new cloud; then the view continues without one
 constexpr std::size_t recent_results = 256, waiting_clouds = 8;
 constexpr std::size_t rows_at_once = 2048;
 constexpr int previews_held = 2;
@@ -62,11 +62,11 @@ void LiveFeed::receive_results() {
     const std::lock_guard lock(mutex_);
     ++version_;
     if (is_result)
-      take(result);
+      add(result);
     else if (is_state)
-      health_.note(state);
+      health_.add(state);
     else
-      health_.note_unreadable();
+      health_.add_unreadable();
     if (is_state) model_differs_ = state.model.checksum != model_.checksum();
   }
 }
@@ -82,7 +82,7 @@ void LiveFeed::receive_clouds() {
     relay(ViewerChannel::frames, mcap::wall_clock_ns(), header.cloud);
     const std::lock_guard lock(mutex_);
     ++version_;
-    take({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});
+    add({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});
   }
 }
 
@@ -90,16 +90,16 @@ void LiveFeed::relay(ViewerChannel channel, std::int64_t time_ns, wire::Message 
   if (audience_.relay) audience_.relay(channel, time_ns, message);
 }
 
-void LiveFeed::take(const wire::WireResult& result) {
+void LiveFeed::add(const wire::WireResult& result) {
   log_.add(result);
-  health_.note(result);
+  health_.add(result);
   if (result.status == wire::WireStatus::end_of_stream) return;
   latest_ = result;
-  const auto mine = std::ranges::find_if(
-      waiting_, [&](const Waiting& w) { return w.session == result.session && w.frame_id == result.frame_id; });
-  if (mine != waiting_.end()) {
-    show(result, std::move(mine->cloud));
-    waiting_.erase(waiting_.begin(), mine + 1);
+  const auto cloud = std::ranges::find_if(
+      waiting_, [&](const WaitingCloud& w) { return w.session == result.session && w.frame_id == result.frame_id; });
+  if (cloud != waiting_.end()) {
+    show(result, std::move(cloud->cloud));
+    waiting_.erase(waiting_.begin(), cloud + 1);
   } else if (Clock::now() - moment_time_ > cloudless_after && wire::fate_of(result.status) == wire::Fate::matched) {
     moment_ = {result, nullptr};
   }
@@ -107,10 +107,10 @@ void LiveFeed::take(const wire::WireResult& result) {
   if (recent_.size() > recent_results) recent_.pop_front();
 }
 
-void LiveFeed::take(Waiting cloud) {
-  const auto its = std::ranges::find_if(
+void LiveFeed::add(WaitingCloud cloud) {
+  const auto result = std::ranges::find_if(
       recent_, [&](const wire::WireResult& r) { return r.session == cloud.session && r.frame_id == cloud.frame_id; });
-  if (its != recent_.end()) return show(*its, std::move(cloud.cloud));
+  if (result != recent_.end()) return show(*result, std::move(cloud.cloud));
   waiting_.push_back(std::move(cloud));
   if (waiting_.size() > waiting_clouds) waiting_.pop_front();
 }
@@ -135,7 +135,7 @@ void LiveFeed::build_snapshots() {
       built = version;
       last = begin;
     }
-    // At most half of one core.
+    // Uses at most half of one core.
     std::this_thread::sleep_for(
         std::max<Clock::duration>(config_.interval - (Clock::now() - begin), Clock::now() - begin));
   }
@@ -166,12 +166,12 @@ std::string LiveFeed::rows_after(LogCursor& cursor) {
   return next_rows(log_, cursor, rows_at_once);
 }
 
-std::optional<HttpAnswer> LiveFeed::answer(std::string_view target) {
+std::optional<http::Response> LiveFeed::respond(std::string_view target) {
   if (target == "/export/curves.csv") {
     const std::lock_guard lock(mutex_);
-    return HttpAnswer{200, "text/csv; charset=utf-8", to_csv(log_, exports_.simulation_names()), "curves.csv"};
+    return file_response("text/csv; charset=utf-8", to_csv(log_, exports_.simulation_names()), "curves.csv");
   }
-  return exports_.answer(target);
+  return exports_.respond(target);
 }
 
 }  // namespace lbea::tool

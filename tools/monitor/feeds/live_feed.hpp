@@ -1,12 +1,10 @@
-// A running test: results and previews are taken in as they come, whoever looks; scenes are built only while somebody
-// does.
+// A running test. Results and previews are received all the time; scenes are built only while a browser waits for one.
 #pragma once
 
 #include "adapters/wire/sockets/streams.hpp"
 #include "tools/monitor/feeds/feed.hpp"
 #include "tools/monitor/feeds/health.hpp"
 #include "tools/monitor/scene/scene.hpp"
-#include "tools/monitor/web/exports.hpp"
 #include "tools/monitor/web/foxglove.hpp"
 
 #include <atomic>
@@ -17,14 +15,14 @@
 namespace lbea::tool {
 
 struct LiveConfig {
-  std::string results_endpoint, preview_endpoint;  // the latter may be empty: no clouds
+  std::string results_endpoint, preview_endpoint;  // without the latter there are no clouds
   std::chrono::milliseconds interval{33};          // between two snapshots, at least
 };
 
 class LiveFeed final : public Feed {
  public:
-  /// `publish` is called from a thread of the feed with every new snapshot, `is_awaited` before one is built; `relay`,
-  /// which may be empty, from several with every message that was understood.
+  /// Threads of the feed call `publish` with every new snapshot, `is_awaited` before one is built, and `relay`, which
+  /// may be empty, with every valid message; `relay` is called from several threads.
   struct Audience {
     std::function<void(Snapshot)> publish;
     std::function<bool()> is_awaited;
@@ -37,19 +35,19 @@ class LiveFeed final : public Feed {
   void start(Audience audience);
   void stop();
   [[nodiscard]] std::string rows_after(LogCursor& cursor) override;
-  [[nodiscard]] std::optional<HttpAnswer> answer(std::string_view target) override;
+  [[nodiscard]] std::optional<http::Response> respond(std::string_view target) override;
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Waiting {
+  struct WaitingCloud {
     std::uint64_t session = 0, frame_id = 0;
     std::shared_ptr<const std::vector<Point>> cloud;
   };
   void receive_results();
   void receive_clouds();
   void relay(ViewerChannel channel, std::int64_t time_ns, wire::Message message) const;
-  void take(const wire::WireResult& result);
-  void take(Waiting cloud);
+  void add(const wire::WireResult& result);
+  void add(WaitingCloud cloud);
   void show(const wire::WireResult& result, std::shared_ptr<const std::vector<Point>> cloud);
   void build_snapshots();
   [[nodiscard]] Snapshot build();
@@ -58,7 +56,7 @@ class LiveFeed final : public Feed {
   Model model_;
   ModelRanges ranges_;
   ModelExports exports_;
-  SceneBuilder scenes_;  // the building thread's
+  SceneBuilder scenes_;  // used by build_thread_ only
   wire::WireContext context_;
   wire::ResultSource results_;
   std::optional<wire::ResultSource> previews_;
@@ -71,7 +69,7 @@ class LiveFeed final : public Feed {
   Moment moment_;
   Clock::time_point moment_time_{};
   std::deque<wire::WireResult> recent_;
-  std::deque<Waiting> waiting_;
+  std::deque<WaitingCloud> waiting_;  // for their results
   std::uint64_t version_ = 0;
   bool model_differs_ = false;
 

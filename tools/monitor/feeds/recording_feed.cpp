@@ -1,7 +1,6 @@
 #include "tools/monitor/feeds/recording_feed.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/monitor/web/access.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
@@ -14,35 +13,33 @@ namespace {
 
 constexpr std::uint32_t most_points_read = std::uint32_t{1} << 24;
 constexpr std::size_t most_sessions = 256;
-constexpr std::size_t records_at_once = 2048;
+constexpr std::size_t rows_at_once = 2048;
 
 template <class Number>
 Number number_in(std::string_view target, std::string_view key, Number otherwise) {
-  const std::string_view text = query_value(target, key);
+  const std::string_view text = http::query_value(target, key);
   Number number = otherwise;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc{} && stop == text.data() + text.size() ? number : otherwise;
 }
 
-std::string words_of(const RunAudit& audit) { return audit.is_complete() ? "complete" : audit.flaws().front(); }
-
-HttpAnswer binary(std::string packet) { return {200, "application/octet-stream", std::move(packet), ""}; }
+std::string summary_of(const RunAudit& audit) { return audit.is_complete() ? "complete" : audit.flaws().front(); }
 
 }  // namespace
 
 Model open_model(const std::string& file, std::uint64_t checksum) {
   if (file.empty())
-    throw Error(Status::bad_config, "which model the frames were matched with is not said; give it with --model");
+    throw Error(Status::bad_config, "the model that the frames were matched with is not named; give it with --model");
   Model model = Model::open(file);
   if (model.checksum() != checksum)
     throw Error(Status::bad_config,
-                file + ": is not the model any more that the frames were matched with; give that one with --model");
+                file + ": is no longer the model that the frames were matched with; give that model with --model");
   return model;
 }
 
 RecordingFeed::RecordingFeed(const std::filesystem::path& file, Model model)
     : name_(file.filename().string()),
-      words_(words_of(audit_run(file))),
+      audit_(summary_of(audit_run(file))),
       model_(std::move(model)),
       ranges_(ranges_of(model_)),
       exports_(model_, ranges_),
@@ -65,18 +62,18 @@ void RecordingFeed::read_all() {
 void RecordingFeed::note_result(const RecordedMessage& message,
                                 const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames) {
   wire::WireResult result;
-  if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.note_unreadable();
-  health_.note(result, whole_);
+  if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.add_unreadable();
+  health_.add(result, time_);
   if (logs_.size() < most_sessions || logs_.contains(result.session)) logs_[result.session].add(result);
   if (wire::fate_of(result.status) == wire::Fate::not_a_capture) return;
-  const auto its = frames.find({result.session, result.frame_id});
-  entries_.push_back({its == frames.end() ? 0 : its->second, message.log_time_ns, result.session, result.frame_id});
+  const auto frame = frames.find({result.session, result.frame_id});
+  entries_.push_back({frame == frames.end() ? 0 : frame->second, message.log_time_ns, result.session, result.frame_id});
 }
 
 const TestLog& RecordingFeed::log_of(std::uint64_t session) const {
   static const TestLog none;
-  const auto its = logs_.find(session);
-  return its == logs_.end() ? none : its->second;
+  const auto log = logs_.find(session);
+  return log == logs_.end() ? none : log->second;
 }
 
 wire::WireResult RecordingFeed::result_of(const Entry& entry) {
@@ -113,10 +110,10 @@ std::string RecordingFeed::frame_packet(const Entry& entry) {
   const Moment moment{result_of(entry), cloud_of(entry)};
   const TestLog& log = log_of(entry.session);
   Health health = health_;
-  health.note(moment.result, whole_);
+  health.add(moment.result, time_);
   nlohmann::json head{{"type", "snapshot"},
                       {"result", to_json(moment.result)},
-                      {"health", health.report(whole_)},
+                      {"health", health.report(time_)},
                       {"has_preview", true},
                       {"model_differs", moment.result.model_checksum != model_.checksum()},
                       {"test",
@@ -125,38 +122,34 @@ std::string RecordingFeed::frame_packet(const Entry& entry) {
                         {"complete", false},
                         {"session", std::to_string(entry.session)},
                         {"seconds", log.seconds(moment.result.stamp_ns)}}}};
-  head["health"]["recording"] = words_;
+  head["health"]["recording"] = audit_;
   return scenes_.build(moment, std::move(head));
 }
 
 std::string RecordingFeed::rows_packet(std::string_view target) const {
   const TestLog& log = log_of(number_in<std::uint64_t>(target, "session", 0));
   LogCursor cursor{log.epoch(), std::min(number_in<std::size_t>(target, "first", 0), log.rows().size())};
-  if (cursor.row == 0) cursor.epoch = 0;  // also without rows the packet says so
-  std::string packet = next_rows(log, cursor, records_at_once);
-  return packet;
+  if (cursor.row == 0) cursor.epoch = 0;  // gives a packet even when there are no rows
+  return next_rows(log, cursor, rows_at_once);
 }
 
-std::string RecordingFeed::model_answer() const {
-  return model_packet(model_, ranges_, {{"file", name_}, {"frames", entries_.size()}, {"words", words_}});
-}
-
-std::optional<HttpAnswer> RecordingFeed::answer(std::string_view target) {
+std::optional<http::Response> RecordingFeed::respond(std::string_view target) {
   const std::lock_guard lock(mutex_);
   const std::string_view path = target.substr(0, target.find('?'));
-  if (path == "/api/model") return binary(model_answer());
-  if (path == "/api/recording/rows") return binary(rows_packet(target));
+  if (path == "/api/model")
+    return binary_response(
+        model_packet(model_, ranges_, {{"file", name_}, {"frames", entries_.size()}, {"words", audit_}}));
+  if (path == "/api/recording/rows") return binary_response(rows_packet(target));
   if (path == "/export/curves.csv")
-    return HttpAnswer{
-        200, "text/csv; charset=utf-8",
+    return file_response(
+        "text/csv; charset=utf-8",
         to_csv(log_of(number_in<std::uint64_t>(target, "session", entries_.empty() ? 0 : entries_.front().session)),
                exports_.simulation_names()),
-        "curves.csv"};
-  if (path != "/api/recording/frame") return exports_.answer(target);
+        "curves.csv");
+  if (path != "/api/recording/frame") return exports_.respond(target);
   const auto number = number_in<std::size_t>(target, "number", entries_.size());
-  if (number >= entries_.size())
-    return HttpAnswer{404, "text/plain; charset=utf-8", "number= wants one of the recording's frames, from 0\n", ""};
-  return binary(frame_packet(entries_[number]));
+  if (number >= entries_.size()) return text_response(404, "number= needs a frame of the recording, counted from 0");
+  return binary_response(frame_packet(entries_[number]));
 }
 
 }  // namespace lbea::tool

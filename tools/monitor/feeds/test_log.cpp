@@ -59,13 +59,13 @@ std::string name_of(float simulation, std::span<const std::string> names) {
 
 void TestLog::add(const wire::WireResult& result) {
   const wire::Fate fate = wire::fate_of(result.status);
-  const bool of_a_sender = fate == wire::Fate::matched || result.status == wire::WireStatus::end_of_stream;
-  if (of_a_sender && (!started_ || result.session != session_)) begin(result);
+  const bool has_sender = fate == wire::Fate::matched || result.status == wire::WireStatus::end_of_stream;
+  if (has_sender && (!started_ || result.session != session_)) begin(result);
   if (result.status == wire::WireStatus::end_of_stream) complete_ = true;
   if (!started_ || fate == wire::Fate::not_a_capture) return;
   if (results_++ % every_ != 0) return;
   if (rows_.size() >= capacity_) thin();
-  // A refused frame may not even have a time; it stands where it came.
+  // A refused frame may have no time; it gets the time of the row before it.
   const bool has_time = fate == wire::Fate::matched || (result.session == session_ && result.stamp_ns != 0);
   rows_.push_back(row_of(result, has_time        ? seconds(result.stamp_ns)
                                  : rows_.empty() ? 0

@@ -1,4 +1,4 @@
-// The curves of one test, for browsers that come late: bounded, thinned when they grow too long.
+// The curves of one test, for browsers that connect later: bounded, and thinned when they grow too long.
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
@@ -11,7 +11,7 @@
 
 namespace lbea::tool {
 
-/// How far a browser has read.
+/// The rows that a browser has read.
 struct LogCursor {
   std::uint64_t epoch = 0;
   std::size_t row = 0;
@@ -20,7 +20,7 @@ struct LogCursor {
 class TestLog {
  public:
   static constexpr std::size_t chances = 8;
-  /// In this order; probabilities of simulations follow: `chances` pairs of (simulation, probability). NaN: not known.
+  /// Columns of a row. `chances` pairs of (simulation, probability) follow. NaN: unknown.
   enum Column : std::size_t {
     time_s,
     frame,
@@ -46,11 +46,13 @@ class TestLog {
 
   explicit TestLog(std::size_t capacity = default_capacity) : capacity_(capacity) {}
 
-  /// A result of a frame; starts anew when the frame's sender was started anew.
+  /// Adds the result of a frame; clears the log first when the sender was restarted.
   void add(const wire::WireResult& result);
 
-  [[nodiscard]] std::uint64_t epoch() const noexcept { return epoch_; }  // rises whenever rows already read change
-  [[nodiscard]] std::size_t every() const noexcept { return every_; }    // one row stands for so many results
+  [[nodiscard]] std::uint64_t epoch() const noexcept {
+    return epoch_;
+  }  // increases when rows change that may have been read
+  [[nodiscard]] std::size_t every() const noexcept { return every_; }  // results per row
   [[nodiscard]] std::span<const Row> rows() const noexcept { return rows_; }
   [[nodiscard]] bool is_complete() const noexcept { return complete_; }
   [[nodiscard]] std::uint64_t results() const noexcept { return results_; }
@@ -70,10 +72,10 @@ class TestLog {
   std::vector<Row> rows_;
 };
 
-/// At most `most` rows that the reader does not have, as a packet; moves the cursor. Empty when there are none.
+/// A packet with at most `most` rows after the cursor, which moves; empty when there are none.
 [[nodiscard]] std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most);
 
-/// With one header line and the names in place of simulations' numbers.
+/// With one header line, and the names of simulations instead of their numbers.
 [[nodiscard]] std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names);
 
 }  // namespace lbea::tool

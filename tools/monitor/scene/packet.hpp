@@ -1,18 +1,15 @@
-// What the browser gets in binary: a JSON head and typed arrays behind it.
+// The binary messages for the browser: a JSON head followed by typed arrays.
 //
-//   bytes 0-3   "LBMO"
-//   bytes 4-7   length of the head, u32, little-endian
-//   bytes 8-    the head: JSON with "sections": {name: {"type": "f32" | "u16" | "u32", "offset": bytes, "count":
-//   values}} then        the sections, from the next multiple of 8 on; offsets count from there and are divisible by 8
-//   too
+//   bytes 0-3  "LBMO"
+//   bytes 4-7  length of the head, u32, little-endian
+//   bytes 8-   the head: JSON with "sections": {name: {"type": "f32" | "u16" | "u32", "offset": bytes, "count":
+//   values}} then       the sections, from the next multiple of 8 on; offsets count from there and are multiples of 8
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,7 +21,7 @@ class Packet {
   void add(std::string name, std::vector<float> values);
   void add(std::string name, std::vector<std::uint16_t> values);
   void add(std::string name, std::vector<std::uint32_t> values);
-  /// Everything; `head` gets its "sections".
+  /// The packet; adds "sections" to `head`.
   [[nodiscard]] std::string finish(nlohmann::json head) const;
 
  private:

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -12,7 +13,7 @@ namespace lbea::tool {
 namespace {
 
 constexpr std::uint32_t most_fields = 8;
-constexpr float margin = 0.3f;  // of the component's size, around it: points farther away are not shown
+constexpr float margin = 0.3f;  // of the size of the component; points farther from it are not shown
 constexpr float full_scale = 65535.0f;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -25,7 +26,7 @@ nlohmann::json to_json(const Shape& shape) {
   return shares;
 }
 
-std::uint16_t quantised(float share) {
+std::uint16_t quantized(float share) {
   return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0f, 1.0f) * full_scale));
 }
 
@@ -50,7 +51,34 @@ nlohmann::json to_json(const wire::WireFit& fit) {
           {"candidates", candidates}, {"estimate", to_json(fit.estimate)}};
 }
 
-}  // namespace
+constexpr std::size_t most_samples = 256;
+
+template <class Values>
+std::vector<float> blend(const Model& model, const Shape& shape, std::size_t count, Values values_of) {
+  std::vector<float> sum(count, 0.0f);
+  for (const WeightedSample& share : shape) {
+    const auto& values = values_of(model.sample_index(share.sample));
+    for (std::size_t i = 0; i < count; ++i) sum[i] += share.weight * values[i];
+  }
+  return sum;
+}
+
+template <class Number>
+bool parse_number(std::string_view& text, Number& into, char after) {
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), into);
+  if (error != std::errc{}) return false;
+  text.remove_prefix(static_cast<std::size_t>(stop - text.data()));
+  if (text.empty()) return after == ',';
+  if (text.front() != after) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+struct Leaders {
+  Shape estimate;  // of method fit; otherwise the best sample
+  Shape match;     // the best sample
+  Shape ghost;     // the best sample of another simulation
+};
 
 Leaders leaders_of(const wire::WireResult& result) {
   std::vector<Sample> ranked;
@@ -65,6 +93,49 @@ Leaders leaders_of(const wire::WireResult& result) {
       ranked, [&](const Sample& sample) { return sample.simulation != ranked.front().simulation; });
   if (other != ranked.end()) leaders.ghost = alone(*other);
   return leaders;
+}
+
+}  // namespace
+
+bool is_shape_of(const Model& model, const Shape& shape) noexcept {
+  const auto is_share = [&](const WeightedSample& share) {
+    return model.sample_index(share.sample) < model.samples() && share.weight > 0 && share.weight <= 1;
+  };
+  return !shape.empty() && shape.size() <= most_samples && std::ranges::all_of(shape, is_share);
+}
+
+std::vector<float> positions_of(const Model& model, const Shape& shape) {
+  return blend(model, shape, std::size_t{model.nodes()} * 3,
+               [&](std::uint32_t sample) { return model.node_positions(sample); });
+}
+
+std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field) {
+  std::vector<float> values(model.field_size(field));
+  return blend(model, shape, values.size(), [&](std::uint32_t sample) {
+    model.read_field(field, sample, values);
+    return std::span<const float>(values);
+  });
+}
+
+double time_of(const Model& model, const Shape& shape) noexcept {
+  double time_s = 0;
+  for (const WeightedSample& share : shape)
+    time_s += static_cast<double>(share.weight) * model.sample_time_s(model.sample_index(share.sample));
+  return time_s;
+}
+
+std::optional<Shape> parse_shape(std::string_view text) {
+  Shape shape;
+  while (!text.empty() && shape.size() < most_samples) {
+    WeightedSample share;
+    if (!parse_number(text, share.sample.simulation, ':') || !parse_number(text, share.sample.time_step, ':') ||
+        !parse_number(text, share.weight, ','))
+      return {};
+    if (!std::isfinite(share.weight)) return {};
+    shape.push_back(share);
+  }
+  if (!text.empty() || shape.empty()) return {};
+  return shape;
 }
 
 nlohmann::json to_json(const wire::WireResult& result) {
@@ -103,7 +174,8 @@ SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges) : model_(mode
   }
 }
 
-nlohmann::json SceneBuilder::add_meshes(const Leaders& leaders, Packet& packet) {
+nlohmann::json SceneBuilder::add_meshes(const wire::WireResult& result, Packet& packet) {
+  const Leaders leaders = leaders_of(result);
   nlohmann::json shown = nlohmann::json::object();
   const auto add = [&](const char* name, const Shape& shape) {
     if (!is_shape_of(model_, shape)) return;
@@ -132,13 +204,13 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet&
     std::array<float, 3> share{};
     for (std::size_t k = 0; k < 3; ++k) share[k] = (at[k] - ranges_.lo[k]) / (ranges_.hi[k] - ranges_.lo[k]);
     if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
-    // Infinite beyond the limit.
+    // nearest() gives infinity beyond the limit.
     const double distance =
         surface_
             ? surface_->nearest({double{point.x}, double{point.y}, double{point.z}}, double{distance_limit}).distance
             : infinity;
-    values.insert(values.end(), {quantised(share[0]), quantised(share[1]), quantised(share[2]),
-                                 quantised(static_cast<float>(distance) / distance_limit)});
+    values.insert(values.end(), {quantized(share[0]), quantized(share[1]), quantized(share[2]),
+                                 quantized(static_cast<float>(distance) / distance_limit)});
   }
   const std::size_t shown = values.size() / 4;
   packet.add("cloud", std::move(values));
@@ -150,7 +222,7 @@ std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) {
   nlohmann::json scene{
       {"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit}};
   const bool of_this_model = moment.result.model_checksum == model_.checksum();
-  scene["meshes"] = of_this_model ? add_meshes(leaders_of(moment.result), packet) : nlohmann::json::object();
+  scene["meshes"] = of_this_model ? add_meshes(moment.result, packet) : nlohmann::json::object();
   if (moment.cloud != nullptr) scene["cloud"] = add_cloud(*moment.cloud, packet);
   head["scene"] = std::move(scene);
   return packet.finish(std::move(head));

@@ -1,10 +1,9 @@
-// What the 3D view shows at one moment, as a packet.
+// The 3D view at one moment as a packet: measured cloud, matched shape, alternatives.
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
 #include "precompute/registration/surface_tree.hpp"
-#include "tools/monitor/scene/model_pages.hpp"
-#include "tools/monitor/scene/shape.hpp"
+#include "tools/monitor/scene/model_exports.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -16,32 +15,37 @@
 
 namespace lbea::tool {
 
-/// A measured cloud in the reference's coordinates and what was said of it.
+/// A weighted mean of samples.
+using Shape = std::vector<WeightedSample>;
+
+/// Whether `shape` has at least one sample, the model has all its samples, and every weight is in (0, 1].
+[[nodiscard]] bool is_shape_of(const Model& model, const Shape& shape) noexcept;
+/// nodes() x 3. `shape` must be a shape of the model.
+[[nodiscard]] std::vector<float> positions_of(const Model& model, const Shape& shape);
+[[nodiscard]] std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field);
+[[nodiscard]] double time_of(const Model& model, const Shape& shape) noexcept;
+/// Parses "3:17:0.75,4:16:0.25": simulation, time step, weight. Nothing when the text has another form.
+[[nodiscard]] std::optional<Shape> parse_shape(std::string_view text);
+
+/// A measured cloud in reference coordinates with its result.
 struct Moment {
   wire::WireResult result;
   std::shared_ptr<const std::vector<Point>> cloud;  // null: none
 };
 
-/// Best samples for the view: what explains the frame, the best sample, the best one of another simulation.
-struct Leaders {
-  Shape estimate;  // with method fit; else the best sample alone
-  Shape match, ghost;
-};
-[[nodiscard]] Leaders leaders_of(const wire::WireResult& result);
-
-/// The result as the page reads it, with what the test so far says.
+/// The result as the page reads it, with the state of the whole test.
 [[nodiscard]] nlohmann::json to_json(const wire::WireResult& result);
 
 class SceneBuilder {
  public:
   SceneBuilder(const Model& model, ModelRanges ranges);
-  /// Adds "scene" to `head` and finishes the packet. Sections: "estimate", "match", "ghost": nodes x 3; "field0", ...:
-  /// of the estimate; "match_field0", ...: of the match; "cloud": points x 4, u16: position in the scene's box, and
-  /// distance from the estimate as a share of its limit.
+  /// Adds "scene" to `head` and finishes the packet. Sections: "estimate", "match", "ghost" (the best sample of another
+  /// simulation): nodes x 3; "field0", ...: of the estimate; "match_field0", ...: of the match; "cloud": points x 4,
+  /// u16: position in the box of the scene, and distance from the estimate as a share of its limit.
   [[nodiscard]] std::string build(const Moment& moment, nlohmann::json head);
 
  private:
-  [[nodiscard]] nlohmann::json add_meshes(const Leaders& leaders, class Packet& packet);
+  [[nodiscard]] nlohmann::json add_meshes(const wire::WireResult& result, class Packet& packet);
   [[nodiscard]] nlohmann::json add_cloud(const std::vector<Point>& points, class Packet& packet) const;
 
   const Model& model_;
@@ -50,7 +54,7 @@ class SceneBuilder {
   std::optional<bake::SurfaceTree> surface_;  // of the estimate; not set: no mesh
 };
 
-/// Beyond this a point is shown as "far from the mesh", length unit.
+/// Larger distances are shown as this one, length unit.
 inline constexpr float distance_limit = 10.0f;
 
 }  // namespace lbea::tool

@@ -1,58 +1,47 @@
-// Who may ask: checked for every request, before anything else of it is looked at.
+// Access rules of the page. They are checked for every request before anything else.
 #pragma once
 
-#include "tools/monitor/web/http_address.hpp"
-
-#include <string>
-#include <string_view>
-#include <vector>
+#include "adapters/http/server.hpp"
 
 namespace lbea::tool {
 
-/// What of a request decides; empty when absent.
-struct RequestHead {
-  std::string_view method, target, host, origin, cookie, authorization;
-};
-
 enum class Access : std::uint8_t {
   granted,
-  token_in_address,  // right, but to be moved from the address to a cookie
+  token_in_address,  // correct, but to be moved from the address to a cookie
   wrong_method,      // neither GET nor HEAD
-  wrong_host,        // a name that is not ours: another site's page that rebound its name to our address
-  wrong_origin,      // another site's page
+  wrong_host,        // an unknown host name: a page of another site may have rebound its name to our address
+  wrong_origin,      // a page of another site
   wrong_token,
 };
-/// In words, for the browser.
+/// A sentence for the browser; empty where the request is not refused.
 [[nodiscard]] std::string_view explain(Access access) noexcept;
 
 class AccessRules {
  public:
-  /// `names`: under which hosts the page is asked for, beside the address. `token`: empty when none is needed, which
-  /// only a loopback address allows: throws Error{bad_config} otherwise. `viewer_origins`: pages of other sites whose
-  /// viewers may connect, such as "https://viewer.example".
-  AccessRules(HttpAddress address, std::vector<std::string> names, std::string token,
+  /// `names`: further host names under which browsers may request the page. `token`: may be empty for a loopback
+  /// address only. `viewer_origins`: sites whose viewers may connect, such as "https://viewer.example".
+  /// Throws Error{bad_config} for a missing token.
+  AccessRules(http::Address address, std::vector<std::string> names, std::string token,
               std::vector<std::string> viewer_origins = {});
 
-  [[nodiscard]] Access check(const RequestHead& head) const;
+  void set_port(std::uint16_t port) noexcept { address_.port = port; }
+  [[nodiscard]] Access check(const http::Request& request) const;
   /// For a viewer, which has no cookies: the token may stay in the address.
-  [[nodiscard]] Access check_viewer(const RequestHead& head) const;
+  [[nodiscard]] Access check_viewer(const http::Request& request) const;
   [[nodiscard]] const std::string& token() const noexcept { return token_; }
-  /// Cookies know no ports: the name tells several monitors on one machine apart.
+  /// Includes the port: cookies are shared between ports, and several monitors may run on one machine.
   [[nodiscard]] std::string cookie_name() const;
 
  private:
   [[nodiscard]] bool knows_host(std::string_view host) const;
-  [[nodiscard]] bool is_own_origin(const RequestHead& head) const;
-  [[nodiscard]] Access check_token(const RequestHead& head) const;
-  HttpAddress address_;
+  [[nodiscard]] bool is_own_origin(const http::Request& request) const;
+  [[nodiscard]] Access check_token(const http::Request& request) const;
+  http::Address address_;
   std::vector<std::string> names_, viewer_origins_;
   std::string token_;
 };
 
-/// 128 bits in hexadecimal, from the system. Throws Error{bad_config} when it has none.
+/// 128 random bits in hexadecimal. Throws Error{bad_config} when the system has no random numbers.
 [[nodiscard]] std::string random_token();
-
-/// The value of `key` in a query or target such as "/?a=1&b=2"; empty when absent. Nothing is unescaped.
-[[nodiscard]] std::string_view query_value(std::string_view target, std::string_view key) noexcept;
 
 }  // namespace lbea::tool

@@ -1,160 +1,251 @@
 #include "tools/monitor/web/web_server.hpp"
 
-#include "tools/monitor/web/viewer_session.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
-
-#include <mutex>
-#include <thread>
+#include <algorithm>
+#include <array>
 
 namespace lbea::tool {
-
-namespace asio = boost::asio;
-using tcp = asio::ip::tcp;
-
-struct WebServer::State {
-  State(const HttpAddress& bound, const WebConfig& config, Assets assets, Feed& feed)
-      : address(bound),
-        shared{AccessRules(bound, config.allowed_names, config.token, config.viewer_origins),
-               std::move(assets),
-               feed,
-               config.limits,
-               config.has_viewers,
-               random_token(),
-               {},
-               {},
-               {},
-               {},
-               {},
-               {},
-               {}} {}
-  void accept();
-  void take_newest();
-  void take_relayed();
-
-  HttpAddress address;  // with the port as bound
-  web::Shared shared;
-  asio::io_context io{1};
-  tcp::acceptor acceptor{io};
-  asio::steady_timer pause{io};
-  std::mutex mutex;
-  // The mutex's:
-  Snapshot newest;  // null once taken
-  std::vector<std::shared_ptr<const ViewerMessage>> relayed;
-  std::thread thread;
-};
-
 namespace {
 
-constexpr std::size_t most_relayed = 1024;  // wait for the server's thread
+constexpr std::size_t largest_request = 16 * 1024;
+constexpr std::size_t many_rows_bytes = 64 * 1024;  // more rows may wait behind a packet of this size
+constexpr std::size_t most_relayed = 1024;          // messages that wait for the server's thread
+constexpr int send_buffer_bytes = 256 * 1024;       // one or two snapshots: more would be outdated on arrival
 
-tcp::acceptor bind(asio::io_context& io, const HttpAddress& address) {
-  const tcp::endpoint endpoint(asio::ip::make_address(address.host), address.port);
-  try {
-    tcp::acceptor acceptor(io, endpoint.protocol());
-    acceptor.set_option(tcp::acceptor::reuse_address(true));
-    acceptor.bind(endpoint);
-    acceptor.listen();
-    return acceptor;
-  } catch (const boost::system::system_error& error) {
-    throw Error(Status::endpoint_unavailable, "cannot serve on " + address.host + " port " +
-                                                  std::to_string(address.port) + " (" + error.code().message() +
-                                                  "); stop what uses it or choose another with --http");
+/// Only files of this program, no inline scripts or styles, no requests to other sites, no framing.
+constexpr auto content_policy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; font-src "
+    "'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+constexpr std::array<std::pair<const char*, const char*>, 8> protection{{
+    {"Content-Security-Policy", content_policy},
+    {"X-Content-Type-Options", "nosniff"},
+    {"X-Frame-Options", "DENY"},
+    {"Referrer-Policy", "no-referrer"},
+    {"Cross-Origin-Opener-Policy", "same-origin"},
+    {"Cross-Origin-Resource-Policy", "same-origin"},
+    {"Cache-Control", "no-store"},
+    {"Server", "lbea-monitor"},
+}};
+constexpr std::string_view plain_text = "text/plain; charset=utf-8";
+
+http::Response refusal(unsigned status, std::string_view sentence) {
+  return {status, std::string(plain_text), std::string(sentence) + "\n", {}, true};
+}
+
+http::Response refusal(Access access) {
+  const unsigned status = access == Access::wrong_method ? 405 : access == Access::wrong_token ? 401 : 403;
+  http::Response response = refusal(status, explain(access));
+  if (status == 405) response.headers.emplace_back("Allow", "GET, HEAD");
+  return response;
+}
+
+http::Response protect(http::Response response) {
+  response.headers.insert(response.headers.end(), protection.begin(), protection.end());
+  return response;
+}
+
+/// Moves the token to a cookie: addresses are displayed and stored in many places.
+http::Response to_cookie(const AccessRules& rules) {
+  return {303,
+          std::string(plain_text),
+          "",
+          {{"Location", "/"},
+           {"Set-Cookie", rules.cookie_name() + "=" + rules.token() + "; Path=/; HttpOnly; SameSite=Strict"}}};
+}
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> content_types{{
+    {".html", "text/html; charset=utf-8"},
+    {".js", "text/javascript; charset=utf-8"},
+    {".css", "text/css; charset=utf-8"},
+    {".svg", "image/svg+xml"},
+}};
+
+bool is_plain(std::string_view name) {
+  constexpr std::string_view allowed = "abcdefghijklmnopqrstuvwxyz0123456789_-.";
+  return !name.empty() && name.front() != '.' && name.find_first_not_of(allowed) == std::string_view::npos;
+}
+
+std::optional<std::string> bytes_of(std::string_view name, const std::filesystem::path& folder) {
+  if (folder.empty()) {
+    const auto assets = embedded_assets();
+    const auto found = std::ranges::find(assets, name, &EmbeddedAsset::name);
+    return found == assets.end() ? std::nullopt : std::optional(std::string(found->bytes));
   }
+  try {
+    return std::string(io::as_text(io::read_file(folder / name)));
+  } catch (const Error&) { return {}; }
+}
+
+/// A file of the page; "/" is the page itself. Finds only plain names of known types.
+std::optional<http::Response> asset(std::string_view path, const std::filesystem::path& folder) {
+  std::string_view name = path.substr(std::min<std::size_t>(1, path.size()));
+  if (name.empty()) name = "index.html";
+  if (!is_plain(name)) return {};
+  const auto type =
+      std::ranges::find_if(content_types, [&](const auto& candidate) { return name.ends_with(candidate.first); });
+  if (type == content_types.end()) return {};
+  auto bytes = bytes_of(name, folder);
+  if (!bytes) return {};
+  return http::Response{200, std::string(type->second), std::move(*bytes)};
 }
 
 }  // namespace
 
-void WebServer::State::accept() {
-  acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted) return;
-    if (!error && shared.connections < shared.limits.connections)
-      std::make_shared<web::Conversation>(std::move(socket), shared)->read();
-    if (!error) return accept();
-    // Out of descriptors, for example: look again a little later.
-    pause.expires_after(std::chrono::milliseconds(100));
-    pause.async_wait([this](boost::system::error_code stopped) {
-      if (!stopped) accept();
-    });
-  });
-}
-
-void WebServer::State::take_newest() {
-  {
-    const std::lock_guard lock(mutex);
-    shared.latest = std::exchange(newest, nullptr);
+/// A browser that shows a running test. It gets the latest snapshot whenever it has received the previous one, and the
+/// new rows of the curves.
+class Watcher final : public http::WebSocketSession {
+ public:
+  explicit Watcher(WebSite& site) : site_(site) { site_.watchers.add(this); }
+  ~Watcher() override {
+    set_ready(false);
+    site_.watchers.remove(this);
   }
-  const auto watchers = shared.watchers;
-  for (web::Watcher* watcher : watchers) watcher->wake();
-}
-
-void WebServer::State::take_relayed() {
-  std::vector<std::shared_ptr<const ViewerMessage>> messages;
-  {
-    const std::lock_guard lock(mutex);
-    messages.swap(relayed);
+  void opened(http::WebSocket& socket) override {
+    socket_ = &socket;
+    send_next();
   }
-  for (web::Viewer* viewer : shared.viewers)
-    for (const auto& message : messages) viewer->offer(message);
+  void received(std::string_view) override { socket_->close(); }  // the page never sends: this is another client
+  void sent() override {
+    in_flight_.reset();
+    send_next();
+  }
+  void wake() {
+    rows_due_ = true;
+    if (is_ready_) send_next();
+  }
+
+ private:
+  void send_next() {
+    const bool has_snapshot = site_.latest_ != nullptr && site_.latest_ != shown_;
+    // Snapshots and rows alternate; otherwise a slow browser would get nothing but snapshots.
+    if (has_snapshot && !std::exchange(rows_turn_, rows_due_ && !rows_turn_)) return send(shown_ = site_.latest_);
+    rows_turn_ = false;
+    if (rows_due_) {
+      auto rows = site_.feed_.rows_after(cursor_);
+      rows_due_ = rows.size() > many_rows_bytes;
+      if (!rows.empty()) return send(std::make_shared<const std::string>(std::move(rows)));
+    }
+    if (has_snapshot) return send(shown_ = site_.latest_);
+    set_ready(true);
+  }
+  void send(Snapshot message) {
+    set_ready(false);
+    in_flight_ = std::move(message);
+    socket_->send(http::MessageType::binary, *in_flight_);
+  }
+  void set_ready(bool is_ready) {
+    if (is_ready != std::exchange(is_ready_, is_ready)) is_ready ? ++site_.ready : --site_.ready;
+  }
+
+  WebSite& site_;
+  http::WebSocket* socket_ = nullptr;
+  Snapshot shown_, in_flight_;
+  LogCursor cursor_;
+  bool is_ready_ = false, rows_turn_ = false;
+  bool rows_due_ = true;  // rows are sent along with snapshots: a message for each would overload the page
+};
+
+WebSite::WebSite(const WebConfig& config, Feed& feed)
+    : rules_(config.address, config.allowed_names, config.token, config.viewer_origins), config_(config), feed_(feed) {}
+
+http::Response WebSite::respond(const http::Request& request) {
+  const Access access = rules_.check(request);
+  if (access == Access::token_in_address) return protect(to_cookie(rules_));
+  if (access != Access::granted) return protect(refusal(access));
+  try {
+    auto response = asset(request.path(), config_.assets_folder);
+    if (!response) response = feed_.respond(request.target);
+    return protect(response ? std::move(*response) : refusal(404, "No such page."));
+  } catch (const std::exception& error) { return protect(refusal(500, error.what())); }
 }
 
-WebServer::WebServer(const WebConfig& config, Assets assets, Feed& feed) {
-  HttpAddress bound = config.address;
-  auto state = std::make_unique<State>(bound, config, std::move(assets), feed);
-  state->acceptor = bind(state->io, config.address);
-  bound.port = state->acceptor.local_endpoint().port();
-  state->address = bound;
-  state->shared.rules = AccessRules(bound, config.allowed_names, config.token, config.viewer_origins);
-  state->accept();
-  state_ = std::move(state);
-  state_->thread = std::thread([io = &state_->io] { io->run(); });
+http::Upgrade WebSite::upgrade(const http::Request& request) {
+  const std::string_view subprotocol = viewer_subprotocol(request.subprotocols);
+  const bool is_viewer = !subprotocol.empty();
+  if (auto refused = is_viewer ? refuse_viewer(request) : refuse_watcher(request))
+    return {nullptr, protect(std::move(*refused))};
+  if (is_viewer)
+    return {std::make_unique<Viewer>(viewers, session_), {}, std::string(subprotocol), Viewer::largest_message};
+  return {.session = std::make_unique<Watcher>(*this), .send_buffer_bytes = send_buffer_bytes};
 }
 
-WebServer::~WebServer() {
-  state_->io.stop();
-  state_->thread.join();
+std::optional<http::Response> WebSite::refuse_when_full() const {
+  if (watchers.count + viewers.count < config_.limits.watchers) return {};
+  return refusal(503, "Too many browsers are connected; close one.");
+}
+
+std::optional<http::Response> WebSite::refuse_watcher(const http::Request& request) const {
+  if (const Access access = rules_.check(request); access != Access::granted)
+    return refusal(access == Access::token_in_address ? Access::wrong_token : access);
+  if (request.target != "/live") return refusal(404, "No such WebSocket.");
+  return refuse_when_full();
+}
+
+std::optional<http::Response> WebSite::refuse_viewer(const http::Request& request) const {
+  if (!config_.has_viewers)
+    return refusal(404, "Start lbea-monitor with --foxglove to connect viewers that use the Foxglove protocol.");
+  if (const Access access = rules_.check_viewer(request); access != Access::granted) return refusal(access);
+  return refuse_when_full();
+}
+
+void WebSite::show(Snapshot latest) {
+  latest_ = std::move(latest);
+  for (Watcher* watcher : watchers.all) watcher->wake();
+}
+
+WebServer::WebServer(const WebConfig& config, Feed& feed)
+    : site_(config, feed),
+      server_(config.address,
+              {.connections = config.limits.connections,
+               .request_bytes = largest_request,
+               .request_timeout = config.limits.request_timeout,
+               .response_timeout = config.limits.request_timeout,
+               .silence = config.limits.silence},
+              "lbea-monitor") {
+  site_.set_port(port());
+  server_.start(site_);
 }
 
 std::string WebServer::url() const {
-  const HttpAddress& address = state_->address;
-  std::string host = address.host == "0.0.0.0" ? "127.0.0.1" : address.host == "::" ? "::1" : address.host;
-  if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  const std::string& token = state_->shared.rules.token();
-  return "http://" + host + ":" + std::to_string(address.port) + "/" + (token.empty() ? "" : "?token=" + token);
+  http::Address address = server_.address();
+  if (address.host == "0.0.0.0") address.host = "127.0.0.1";
+  if (address.host == "::") address.host = "::1";
+  const std::string& token = site_.rules().token();
+  return "http://" + to_string(address) + "/" + (token.empty() ? "" : "?token=" + token);
 }
 
-std::uint16_t WebServer::port() const noexcept { return state_->address.port; }
-
 void WebServer::publish(Snapshot snapshot) {
-  bool is_first = false;
-  {
-    const std::lock_guard lock(state_->mutex);
-    is_first = state_->newest == nullptr;
-    state_->newest = std::move(snapshot);
-  }
-  // One call waits for the thread at most, however slow it is.
-  if (is_first) asio::post(state_->io, [state = state_.get()] { state->take_newest(); });
+  const std::lock_guard lock(mutex_);
+  // At most one task waits for the server's thread.
+  if (std::exchange(newest_, std::move(snapshot)) == nullptr) server_.post([this] { show_newest(); });
+}
+
+void WebServer::show_newest() {
+  std::unique_lock lock(mutex_);
+  Snapshot newest = std::exchange(newest_, nullptr);
+  lock.unlock();
+  site_.show(std::move(newest));
 }
 
 void WebServer::relay(ViewerMessage message) {
   auto shared = std::make_shared<const ViewerMessage>(std::move(message));
-  bool is_first = false;
-  {
-    const std::lock_guard lock(state_->mutex);
-    if (state_->relayed.size() >= most_relayed) return;
-    is_first = state_->relayed.empty();
-    state_->relayed.push_back(std::move(shared));
-  }
-  if (is_first) asio::post(state_->io, [state = state_.get()] { state->take_relayed(); });
+  const std::lock_guard lock(mutex_);
+  if (relayed_.size() >= most_relayed) return;
+  relayed_.push_back(std::move(shared));
+  if (relayed_.size() == 1) server_.post([this] { offer_relayed(); });
 }
 
-std::size_t WebServer::viewers() const noexcept { return state_->shared.viewing; }
-
-bool WebServer::is_awaited() const noexcept { return state_->shared.ready > 0; }
-
-std::size_t WebServer::watchers() const noexcept { return state_->shared.watching; }
+void WebServer::offer_relayed() {
+  std::vector<std::shared_ptr<const ViewerMessage>> messages;
+  {
+    const std::lock_guard lock(mutex_);
+    messages.swap(relayed_);
+  }
+  for (Viewer* viewer : site_.viewers.all)
+    for (const auto& message : messages) viewer->offer(message);
+}
 
 }  // namespace lbea::tool

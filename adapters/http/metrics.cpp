@@ -1,4 +1,6 @@
-#include "adapters/http/metrics_text.hpp"
+#include "adapters/http/metrics.hpp"
+
+#include <lbea/lbea.hpp>
 
 #include <nlohmann/json.hpp>
 
@@ -17,13 +19,13 @@ std::string number(double value) {
   return {digits.data(), end};
 }
 
-/// Names of files may be any bytes; the page is UTF-8.
+/// File names may contain any bytes; the page is UTF-8.
 std::string as_utf8(std::string_view text) {
   using Json = nlohmann::json;
   return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
 }
 
-/// Line breaks and backslashes end up in help texts, quotes too in labels.
+/// The format escapes backslashes and line breaks everywhere, and quotes in labels.
 std::string escaped(std::string_view text, bool is_label) {
   std::string escaped;
   for (const char c : text) {
@@ -31,6 +33,21 @@ std::string escaped(std::string_view text, bool is_label) {
     escaped += c == '\n' ? std::string("\\n") : std::string(1, c);
   }
   return escaped;
+}
+
+Address local_address(const std::string& text) {
+  Address address = parse_address(text, "--metrics");
+  if (!address.is_loopback)
+    throw Error{Status::bad_config, "--metrics \"" + text +
+                                        "\": other machines could read the metrics without authentication; only this "
+                                        "machine may, e.g. 127.0.0.1:9464"};
+  return address;
+}
+
+/// DNS rebinding lets a foreign page that is open in a browser of this machine send requests under its own host name.
+bool is_local_name(std::string_view host) {
+  const std::string_view name = host.substr(0, host.rfind(':'));
+  return name.empty() || name == "localhost" || name == "[::1]" || name.starts_with("127.");
 }
 
 }  // namespace
@@ -72,6 +89,24 @@ void MetricsText::line(std::string_view suffix, std::string_view labels, const s
   text_ += name_ + std::string(suffix);
   if (!labels.empty()) text_ += "{" + std::string(labels) + "}";
   text_ += " " + value + "\n";
+}
+
+MetricsServer::MetricsServer(const std::string& address, std::function<std::string()> page)
+    : page_(std::move(page)), server_(local_address(address), {}) {
+  server_.start(*this);
+}
+
+Response MetricsServer::respond(const Request& request) {
+  Response response{200, "text/plain; version=0.0.4; charset=utf-8", {}, {{"X-Content-Type-Options", "nosniff"}}, true};
+  if (!is_local_name(request.host))
+    response.status = 403;
+  else if (request.method != "GET" && request.method != "HEAD")
+    response.status = 405;
+  else if (request.path() != "/metrics" && request.path() != "/")
+    response.status = 404;
+  else
+    response.body = page_();
+  return response;
 }
 
 }  // namespace lbea::http

@@ -1,6 +1,10 @@
-#include "tools/monitor/scene/model_pages.hpp"
+#include "tools/monitor/scene/model_exports.hpp"
 
+#include "adapters/export/vtu.hpp"
+#include "adapters/files/atomic_file.hpp"
 #include "tools/monitor/scene/packet.hpp"
+#include "tools/monitor/scene/scene.hpp"
+#include "tools/shared/cli/scratch_folder.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -22,8 +26,8 @@ void for_picked_samples(const Model& model, std::uint32_t most, Visit visit) {
     visit(static_cast<std::uint32_t>(std::uint64_t{i} * model.samples() / picked));
 }
 
-/// From the least to where one value in a hundred lies above: a few folded elements must not take all colours.
-FieldRange range_of(std::vector<float>& values) {
+/// From the minimum to the 99th percentile: a few folded elements must not use up the color scale.
+ColorRange range_of(std::vector<float>& values) {
   if (values.empty()) return {};
   const float least = *std::ranges::min_element(values), most = *std::ranges::max_element(values);
   const auto high = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * 99 / 100);
@@ -71,6 +75,25 @@ nlohmann::json fields_of(const Model& model, const ModelRanges& ranges) {
   return fields;
 }
 
+http::Response mesh_response(const Model& model, const Shape& shape) {
+  const auto positions = positions_of(model, shape);
+  io::VtuGrid grid{positions, model.element_nodes(), {}, {}, time_of(model, shape)};
+  std::vector<std::vector<float>> fields;
+  for (std::uint32_t i = 0; i < model.fields(); ++i) fields.push_back(field_of(model, shape, i));
+  grid.point_arrays.push_back({"node_id", model.node_ids(), 1});
+  grid.cell_arrays.push_back({"element_id", model.element_ids(), 1});
+  grid.cell_arrays.push_back({"part_id", model.element_parts(), 1});
+  for (std::uint32_t i = 0; i < model.fields(); ++i) {
+    const FieldInfo info = model.field(i);
+    auto& arrays = info.location == FieldInfo::Location::node ? grid.point_arrays : grid.cell_arrays;
+    arrays.push_back({std::string(info.name), std::span<const float>(fields[i]), 1});
+  }
+  const ScratchFolder scratch;
+  io::write_vtu(scratch.path() / "mesh.vtu", grid);
+  const auto bytes = io::read_file(scratch.path() / "mesh.vtu");
+  return file_response("application/octet-stream", std::string(io::as_text(bytes)), "mesh.vtu");
+}
+
 }  // namespace
 
 ModelRanges ranges_of(const Model& model) {
@@ -87,19 +110,13 @@ ModelRanges ranges_of(const Model& model) {
       ranges.hi[i % 3] = std::max(ranges.hi[i % 3], positions[i]);
     }
     for (std::uint32_t field = 0; field < model.fields(); ++field) {
-      std::vector<float> its(model.field_size(field));
-      model.read_field(field, sample, its);
-      append_some(values[field], its, 1 + its.size() * picked / most_range_values);
+      std::vector<float> field_values(model.field_size(field));
+      model.read_field(field, sample, field_values);
+      append_some(values[field], field_values, 1 + field_values.size() * picked / most_range_values);
     }
   });
-  for (std::vector<float>& its : values) ranges.fields.push_back(range_of(its));
+  for (std::vector<float>& field_values : values) ranges.fields.push_back(range_of(field_values));
   return ranges;
-}
-
-std::vector<std::string> simulation_names(const Model& model) {
-  std::vector<std::string> names;
-  for (std::uint32_t i = 0; i < model.simulations(); ++i) names.emplace_back(model.simulation_name(i));
-  return names;
 }
 
 std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording) {
@@ -123,6 +140,21 @@ std::string model_packet(const Model& model, const ModelRanges& ranges, const nl
   packet.add("elements", std::vector<std::uint32_t>(elements.begin(), elements.end()));
   packet.add("curves", curves_of(model));
   return packet.finish(head);
+}
+
+ModelExports::ModelExports(const Model& model, const ModelRanges& ranges)
+    : model_(model), packet_(model_packet(model, ranges, nullptr)) {
+  for (std::uint32_t i = 0; i < model.simulations(); ++i) names_.emplace_back(model.simulation_name(i));
+}
+
+std::optional<http::Response> ModelExports::respond(std::string_view target) const {
+  const std::string_view path = target.substr(0, target.find('?'));
+  if (path == "/api/model") return binary_response(packet_);
+  if (path != "/export/mesh.vtu") return {};
+  const auto shape = parse_shape(http::query_value(target, "shape"));
+  if (!shape || !is_shape_of(model_, *shape))
+    return text_response(400, "shape= needs samples of this model with weights, e.g. 3:17:0.75,4:16:0.25");
+  return mesh_response(model_, *shape);
 }
 
 }  // namespace lbea::tool

@@ -1,0 +1,45 @@
+// What browsers get of the model: its description for the page, and meshes for ParaView.
+#pragma once
+
+#include "tools/monitor/feeds/feed.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea::tool {
+
+struct ColorRange {
+  float lo = 0, hi = 1;
+};
+
+/// Over all samples, or over evenly spaced ones of a large ensemble.
+struct ModelRanges {
+  std::array<float, 3> lo{}, hi{};  // of the node positions
+  std::vector<ColorRange> fields;
+};
+[[nodiscard]] ModelRanges ranges_of(const Model& model);
+
+/// The description of the model as one packet. Sections: "elements": elements() x 4 node indices; "curves": points x 5
+/// (simulation, time in s, x, y, z). `recording`: what the page shows of a recording; null for a running test.
+[[nodiscard]] std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording);
+
+class ModelExports {
+ public:
+  ModelExports(const Model& model, const ModelRanges& ranges);
+  /// "/api/model", "/export/mesh.vtu?shape=3:17:0.75,4:16:0.25".
+  [[nodiscard]] std::optional<http::Response> respond(std::string_view target) const;
+  [[nodiscard]] std::span<const std::string> simulation_names() const noexcept { return names_; }
+
+ private:
+  Model model_;
+  std::vector<std::string> names_;
+  std::string packet_;
+};
+
+}  // namespace lbea::tool
