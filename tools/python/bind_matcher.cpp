@@ -1,3 +1,4 @@
+// The Python module `lbea`: Matcher and its results.
 #include "tools/python/bindings.hpp"
 
 #include <pybind11/numpy.h>
@@ -26,7 +27,7 @@ struct PyShare {
   float weight = 0;
 };
 
-/// Owns what it holds, some hundred numbers: it outlives the next match.
+/// A copy of a MatchResult, which is valid only until the next match.
 struct PyResult {
   std::string status, verdict;
   std::uint64_t frame_id = 0;
@@ -81,17 +82,16 @@ PyResult to_python(const MatchResult& result, const Model& model) {
 }
 
 std::span<const Point> points_in(const Points& array) {
-  if (array.ndim() != 2 || array.shape(1) != 3) throw py::value_error("points are not n x 3");
+  if (array.ndim() != 2 || array.shape(1) != 3) throw py::value_error("points must be an n x 3 array");
   static_assert(sizeof(Point) == 3 * sizeof(float));
   return {reinterpret_cast<const Point*>(array.data()), static_cast<std::size_t>(array.shape(0))};
 }
 
-/// Held while a match runs without the interpreter's lock.
+/// Marks a matcher as busy while it runs without the interpreter lock.
 class Busy {
  public:
   explicit Busy(std::atomic_flag& flag) : flag_(flag) {
-    if (flag.test_and_set())
-      throw std::runtime_error("this Matcher is matching in another thread; make one per thread");
+    if (flag.test_and_set()) throw std::runtime_error("another thread is using this Matcher; create one per thread");
   }
   ~Busy() { flag_.clear(); }
   Busy(const Busy&) = delete;
@@ -106,7 +106,7 @@ PyResult match(PyMatcher& self, const Points& array, std::uint64_t id, std::int6
   const Busy busy(self.busy);
   MatchResult result;
   {
-    const py::gil_scoped_release others_may_run;
+    const py::gil_scoped_release without_lock;
     result = self.matcher.match({id, stamp_ns, points});
   }
   return to_python(result, self.matcher.model());
@@ -116,12 +116,12 @@ Method method_named(const std::string& name) {
   if (name == "lbea") return Method::lbea;
   if (name == "vtp") return Method::vtp;
   if (name == "fit") return Method::fit;
-  throw py::value_error("there is no method '" + name + "'; give lbea, vtp or fit");
+  throw py::value_error("unknown method '" + name + "'; use lbea, vtp or fit");
 }
 
 RigidTransform transform_from(const py::array_t<double, py::array::c_style | py::array::forcecast>& matrix) {
   if (matrix.ndim() != 2 || (matrix.shape(0) != 3 && matrix.shape(0) != 4) || matrix.shape(1) != 4)
-    throw py::value_error("T_reference_sensor is neither 3 x 4 nor 4 x 4");
+    throw py::value_error("T_reference_sensor must be 3 x 4 or 4 x 4");
   RigidTransform T;
   for (std::size_t i = 0; i < T.size(); ++i) T[i] = static_cast<float>(matrix.data()[i]);
   return T;
@@ -168,42 +168,46 @@ py::array coefficients_of(const py::object& self) {
                             result.coefficients.data(), self);
 }
 
-void bind_results(py::module_& module) {
-  py::class_<PyMatch>(module, "Match", "A sample of the ensemble with its distance to the frame.")
+void bind_match(py::module_& module) {
+  py::class_<PyMatch>(module, "Match", "A sample of the ensemble and its distance from the frame.")
       .def_readonly("simulation", &PyMatch::simulation)
       .def_readonly("simulation_name", &PyMatch::simulation_name)
       .def_readonly("time_step", &PyMatch::time_step)
       .def_readonly("time_s", &PyMatch::time_s)
-      .def_readonly("sample", &PyMatch::sample, "its row in the ensemble, for Model.node_positions and field_values")
+      .def_readonly("sample", &PyMatch::sample, "its index, for Model.node_positions and Model.field_values")
       .def_readonly("distance", &PyMatch::distance,
                     "LBEA: eq. 3; VtP: mean per vertex; fit: estimated EE; candidates: residual")
       .def("__repr__", [](const PyMatch& m) {
         return "<lbea.Match: " + m.simulation_name + " step " + std::to_string(m.time_step) + ", distance " +
                std::to_string(m.distance) + ">";
       });
-  py::class_<PyShare>(module, "Share", "A share of a sample in the estimate; they add up to 1.")
+  py::class_<PyShare>(module, "Share", "The weight of a sample in the estimate; all weights sum to 1.")
       .def_readonly("sample", &PyShare::sample)
       .def_readonly("weight", &PyShare::weight);
-  py::class_<PyResult>(module, "Result", "What became of one frame.")
+}
+
+void bind_result(py::module_& module) {
+  py::class_<PyResult>(module, "Result", "The result of one frame.")
       .def_readonly("status", &PyResult::status)
       .def_readonly("verdict", &PyResult::verdict)
       .def_readonly("frame_id", &PyResult::frame_id)
       .def_readonly("stamp_ns", &PyResult::stamp_ns)
       .def_readonly("reference", &PyResult::reference)
-      .def_readonly("coverage", &PyResult::coverage, "share of the best sample's observed surface that the frame shows")
+      .def_readonly("coverage", &PyResult::coverage,
+                    "share of the best sample's observed surface that the frame covers")
       .def_readonly("matches", &PyResult::matches, "nearest first")
-      .def_readonly("candidates", &PyResult::candidates, "fit: the samples that look most like the frame")
-      .def_readonly("estimate", &PyResult::estimate, "fit: the shape between the samples that explains the frame best")
+      .def_readonly("candidates", &PyResult::candidates, "fit: the samples most similar to the frame")
+      .def_readonly("estimate", &PyResult::estimate, "fit: the weighted mean of samples that fits the frame best")
       .def_readonly("leading_coordinates", &PyResult::leading_coordinates)
       .def_readonly("residual", &PyResult::residual)
       .def_readonly("estimate_residual", &PyResult::estimate_residual)
       .def_readonly("misfit", &PyResult::misfit)
       .def_readonly("spread", &PyResult::spread)
-      .def_property_readonly("coefficients", &coefficients_of, "modes x 3: the frame in the basis")
+      .def_property_readonly("coefficients", &coefficients_of, "modes x 3: coefficients of the frame in the basis")
       .def_property_readonly(
           "points", [](const PyResult& r) { return to_dict(r.points); }, "received = used + invalid + culled")
       .def_property_readonly(
-          "elapsed_ns", [](const PyResult& r) { return to_dict(r.elapsed_ns); }, "wall time of each stage")
+          "elapsed_ns", [](const PyResult& r) { return to_dict(r.elapsed_ns); }, "wall time of each stage in ns")
       .def("__repr__", [](const PyResult& r) {
         return "<lbea.Result: frame " + std::to_string(r.frame_id) + ", " + r.status + ", " +
                std::to_string(r.matches.size()) + " matches>";
@@ -213,18 +217,18 @@ void bind_results(py::module_& module) {
 }  // namespace
 
 void bind_matcher(py::module_& module) {
-  bind_results(module);
-  py::class_<PyMatcher>(module, "Matcher", "Matches frames. One per thread: it owns all scratch memory.")
+  bind_match(module);
+  bind_result(module);
+  py::class_<PyMatcher>(module, "Matcher", "Matches frames. Create one per thread: it owns all scratch memory.")
       .def(py::init(&make_matcher), py::arg("model"), py::arg("method") = "lbea",
            py::arg("T_reference_sensor") = py::none(),
-           "method: lbea, vtp or fit. T_reference_sensor: 3 x 4 or 4 x 4, identity unless given. Further settings by "
-           "keyword:\n"
+           "method: lbea, vtp or fit. T_reference_sensor: 3 x 4 or 4 x 4, default identity. Further keyword settings:\n"
            "max_points, max_matches, trusted_distance, min_coverage, trigger_ns. Raises lbea.Error.")
       .def("match", &match, py::arg("points").noconvert(), py::arg("id") = 0, py::arg("stamp_ns") = 0,
-           "points: n x 3 float32, C order, sensor coordinates; read where they lie, without the interpreter's lock, "
-           "so leave\n"
-           "them alone meanwhile. Other arrays are refused rather than copied: numpy.ascontiguousarray(points, "
-           "numpy.float32).");
+           "points: n x 3 float32, C order, sensor coordinates. They are read in place and without the interpreter "
+           "lock;\n"
+           "do not modify them during the call. Other arrays are refused, not copied; convert them with\n"
+           "numpy.ascontiguousarray(points, numpy.float32).");
 }
 
 }  // namespace lbea::tool

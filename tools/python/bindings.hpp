@@ -1,4 +1,4 @@
-// The runtime for Python: numpy arrays in, plain objects and views of the model out.
+// Parts of the Python module `lbea`.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -7,7 +7,6 @@
 
 namespace lbea::tool {
 
-void bind_model(pybind11::module_& module);
 void bind_matcher(pybind11::module_& module);
 
 }  // namespace lbea::tool

@@ -1,9 +1,9 @@
-"""Turns the wire's schemas into the Python package lbea_client._schema.
+"""Generates the Python package lbea_client._schema from the schemas of the wire.
 
 generate_schema.py FLATC SCHEMA_DIR PACKAGE_DIR
 
-flatc puts one module per type into packages named after the schemas' namespaces, which would claim the names `lbea` and
-`foxglove` in every Python that has them. Here all of them become siblings in one private package.
+flatc generates one module per type, in packages named after the namespaces of the schemas. They would occupy the global
+package names `lbea` and `foxglove`; here all modules move into one private package.
 """
 import re
 import shutil
@@ -21,7 +21,7 @@ def main(flatc, schema, package):
         source, made = Path(work, "schema"), Path(work, "made")
         shutil.copytree(schema, source)
         files = sorted(source.rglob("*.fbs"))
-        for file in files:  # flatc 2.0.8 writes Python for a nested buffer of another namespace that is none
+        for file in files:  # flatc 2.0.8 generates invalid Python for a nested buffer of another namespace
             file.write_text(re.sub(r', nested_flatbuffer: "[^"]*"', "", file.read_text()))
         subprocess.run([flatc, "--python", "--gen-object-api", "-I", source, "-I", source / "foxglove", "-o", made, *files], check=True)
         for module in made.rglob("*.py"):

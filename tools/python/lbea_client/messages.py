@@ -1,4 +1,4 @@
-"""Messages to objects and back. What a message holds is said by its schema, adapters/wire/schema."""
+"""Encodes and decodes messages. adapters/wire/schema defines their content."""
 import re
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -13,17 +13,17 @@ from ._schema import Inference as inference_schema
 from ._schema import NumericType, PackedElementField, PointCloud, RecordingPhase, Result, SenderCondition, State, Verdict, WireStatus
 from ._schema import Time as time_schema
 
-most_result_bytes = 1 << 22  # of a result or state: a larger one is nobody's
+most_result_bytes = 1 << 22  # of a result or state; larger ones are refused
 most_inference_bytes = 1 << 26
 
 
 class DamagedMessage(ValueError):
-    """The message is not what its socket should carry."""
+    """The message is damaged, or of a kind that its socket does not carry."""
 
 
 @dataclass
 class Frame:
-    """One captured cloud. points: n x 3 float32, sensor coordinates, not writable; stamp_ns: the sender's clock."""
+    """One captured cloud. points: n x 3 float32, sensor coordinates, read-only; stamp_ns: clock of the sender."""
 
     session: int
     id: int
@@ -62,7 +62,7 @@ def snake_case(name):
 
 
 def plain(value):
-    """flatc's objects as plain ones: snake_case attributes, str for text, names for enumerations."""
+    """Converts objects of flatc: snake_case attributes, str for text, names for enumerations."""
     if isinstance(value, bytes):
         return value.decode()
     if isinstance(value, (list, tuple)):
@@ -82,9 +82,9 @@ def identifier(message):
 
 
 def decode_result(message):
-    """A result or a state as an object with the schema's fields; `kind` says which.
+    """Decodes a result or a state to an object with the fields of its schema; `kind` is "result" or "state".
 
-    Fields of tables that were not sent are None, lists empty. Raises DamagedMessage.
+    A table that was not sent is None, a list that was not sent is empty. Raises DamagedMessage.
     """
     kinds = {b"LBRE": ("result", Result.Result, Result.ResultT), b"LBST": ("state", State.State, State.StateT)}
     try:
@@ -92,7 +92,7 @@ def decode_result(message):
             raise ValueError("too large")
         kind, table, unpacked = kinds[identifier(message)]
         found = plain(unpacked.InitFromObj(table.GetRootAs(message)))
-    except Exception as error:  # whatever a damaged message makes of generated code
+    except Exception as error:  # the generated code raises various exceptions for a damaged message
         raise DamagedMessage(f"not a result or state: {error!r}") from error
     found.kind = kind
     if kind == "result":
@@ -101,7 +101,7 @@ def decode_result(message):
 
 
 def decode_inference(message):
-    """What the cameras cannot see: an Inference with values and spread as float32 arrays. Raises DamagedMessage."""
+    """Decodes an Inference; values and spread are float32 arrays. Raises DamagedMessage."""
     try:
         if identifier(message) != b"LBIN":
             raise ValueError(f"identifier {identifier(message)!r}")
@@ -109,7 +109,7 @@ def decode_inference(message):
         values, spread = (numpy.empty(0, numpy.float32) if none else array()
                           for none, array in ((found.ValuesIsNone(), found.ValuesAsNumpy), (found.SpreadIsNone(), found.SpreadAsNumpy)))
         if len(values) != len(spread):
-            raise ValueError("values and spread differ in number")
+            raise ValueError("values and spread have different lengths")
         location = names_of(FieldLocation.FieldLocation)[found.Location()]
         return Inference(found.Sequence(), found.Session(), found.FrameId(), found.StampNs(), (found.Field() or b"").decode(),
                          (found.Unit() or b"").decode(), location, values, spread, found.ModelChecksum())
@@ -118,7 +118,7 @@ def decode_inference(message):
 
 
 def decode_frame(message):
-    """A Frame whose points lie in the message itself where its layout allows it. Raises DamagedMessage."""
+    """Decodes a Frame. Where the layout allows it, its points are a view of the message. Raises DamagedMessage."""
     try:
         if identifier(message) != b"LBFR":
             raise ValueError(f"identifier {identifier(message)!r}")
@@ -136,7 +136,7 @@ def stamp_of(cloud):
 
 
 def points_of(cloud):
-    """x, y and z at any offset within the stride; other fields are passed over."""
+    """x, y and z at any offset within the stride; other fields are ignored."""
     stride, data = cloud.PointStride(), cloud.DataAsNumpy()
     if cloud.DataIsNone():
         return numpy.empty((0, 3), numpy.float32)
@@ -207,8 +207,8 @@ def is_control(message):
 
 
 def encode_control(kind, next_id, withheld, session):
-    """What a sender says beside its frames: "hello", "heartbeat" or "goodbye". The last `withheld` captures below next_id
-    could not be sent."""
+    """Encodes a control message of a sender. kind: "hello", "heartbeat" or "goodbye". withheld: number of the last captures
+    before next_id that could not be sent."""
     builder = flatbuffers.Builder(64)
     Control.ControlStart(builder)
     Control.ControlAddSession(builder, session)

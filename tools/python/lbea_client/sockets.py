@@ -1,4 +1,4 @@
-"""The wire's sockets. Not for several threads at a time."""
+"""Sockets of the wire. Not thread-safe."""
 import fcntl
 import os
 import secrets
@@ -20,14 +20,14 @@ def make_socket(kind, high_water_mark, most_bytes, linger_ms=0, keys=None):
     socket.setsockopt(zmq.LINGER, linger_ms)
     socket.setsockopt(zmq.MAXMSGSIZE, most_bytes)
     socket.setsockopt(zmq.IMMEDIATE, 1)
-    socket.setsockopt(zmq.HANDSHAKE_IVL, 5000)  # no ZMQ_HEARTBEAT_IVL: adapters/wire/WIRE.md says why
+    socket.setsockopt(zmq.HANDSHAKE_IVL, 5000)  # no ZMQ_HEARTBEAT_IVL: see adapters/wire/WIRE.md
     for option, value in (keys or {}).items():
         socket.setsockopt(option, value)
     return socket
 
 
 class Closing:
-    """Sockets are closed at the end of a with block, or by close()."""
+    """Closes its socket in close() or at the end of a with block."""
 
     def __enter__(self):
         return self
@@ -40,14 +40,14 @@ class Closing:
 
 
 class Subscriber(Closing):
-    """Listens to what a running lbea-serve publishes: iterate over it, or call receive().
+    """Receives what a running lbea-serve publishes: iterate over it, or call receive().
 
-    lost: messages this subscriber was too slow for. damaged: messages that could not be read.
+    lost: number of messages lost because this subscriber was too slow. damaged: number of unreadable messages.
     """
 
     def __init__(self, endpoint, timeout_s=None, server_key=None, key=None, *, decode, held, most_bytes):
-        """timeout_s: iteration ends when nothing came for so long; None: never. server_key, key: key files, for a matcher
-        that has keys."""
+        """timeout_s: iteration ends when no message arrives for this time; None: never. server_key, key: key files, for a
+        matcher with keys."""
         self.timeout_s, self.lost, self.damaged = timeout_s, 0, 0
         self._next_sequence, self._decode_message = None, decode
         self.socket = make_socket(zmq.SUB, held, most_bytes, keys=client_keys(server_key, key))
@@ -55,7 +55,7 @@ class Subscriber(Closing):
         self.socket.connect(endpoint)
 
     def receive(self, timeout_s=None):
-        """The next one; None when none came within timeout_s seconds (None: waits for ever)."""
+        """Returns the next message; None when none arrives within timeout_s seconds. timeout_s None: no limit."""
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
             wait_ms = None if deadline is None else max(0, round(1000 * (deadline - time.monotonic())))
@@ -85,7 +85,7 @@ class Subscriber(Closing):
 
 
 class Results(Subscriber):
-    """The results. state: the latest state message, which says what model and method they are of; None before the first."""
+    """Receives results. state: the latest state message, with model and method; None before the first one."""
 
     def __init__(self, endpoint, timeout_s=None, server_key=None, key=None):
         self.state = None
@@ -98,42 +98,42 @@ class Results(Subscriber):
 
 
 class Inferences(Subscriber):
-    """What the cameras cannot see, of an lbea-serve with --infer and --inference."""
+    """Receives the inferences of an lbea-serve with --infer and --inference."""
 
     def __init__(self, endpoint, timeout_s=None, server_key=None, key=None):
         super().__init__(endpoint, timeout_s, server_key, key, decode=decode_inference, held=100, most_bytes=most_inference_bytes)
 
 
 class FrameSender(Closing):
-    """Sends clouds to a running lbea-serve, as a camera does. sent, refused: what became of them here."""
+    """Sends clouds to a running lbea-serve. sent, refused: numbers of frames that were sent, and that could not be sent."""
 
     def __init__(self, endpoint, wait_s=5, server_key=None, key=None):
-        """Waits up to wait_s seconds for the receiver; raises TimeoutError when there is none. Keys as with Results."""
+        """Waits up to wait_s seconds for the receiver; raises TimeoutError when there is none. Keys as for Results."""
         self.session, self.next_id, self.sent, self.refused, self._withheld = secrets.randbits(64), 0, 0, 0, 0
         self.socket = make_socket(zmq.PUSH, 16, most_frame_bytes, linger_ms=5000, keys=client_keys(server_key, key))
         self.socket.connect(endpoint)
         if not self.socket.poll(1000 * wait_s, zmq.POLLOUT):
             self.socket.close(linger=0)
-            raise TimeoutError(f"{endpoint}: nobody takes frames there; start lbea-serve")
-        self._say("hello")
+            raise TimeoutError(f"{endpoint}: no program receives frames there; start lbea-serve")
+        self._send_control("hello")
 
     def send(self, points, stamp_ns=None, timeout_s=0):
-        """points: n x 3. stamp_ns: now unless given. False, and counted, when the receiver has no room."""
+        """Sends a frame. points: n x 3. stamp_ns: default now. Returns False when the receiver's queue is full."""
         message = encode_frame(points, time.time_ns() if stamp_ns is None else stamp_ns, self.next_id, self.session)
-        self.next_id += 1  # also for a frame that cannot be sent: a gap tells the receiver
+        self.next_id += 1  # also for a frame that cannot be sent: the gap informs the receiver
         return self._push(message, timeout_s)
 
     def end(self):
-        """Says that the test is over."""
+        """Marks the end of the test."""
         self.socket.send(encode_end_of_stream(self.next_id, self.session))
 
     def close(self):
-        """Says goodbye, and which of the last captures could not be sent: nothing is missed without being counted."""
+        """Sends goodbye with the number of the last captures that could not be sent, so that the receiver counts them."""
         if not self.socket.closed:
-            self._say("goodbye")
+            self._send_control("goodbye")
         super().close()
 
-    def _say(self, kind):
+    def _send_control(self, kind):
         if self.socket.poll(1000, zmq.POLLOUT):
             self.socket.send(encode_control(kind, self.next_id, self._withheld, self.session))
 
@@ -147,8 +147,10 @@ class FrameSender(Closing):
 
 
 class FrameReceiver(Closing):
-    """Takes frames in lbea-serve's place: a second receiver beside it would take every other frame, so an ipc endpoint is
-    locked the same way. Iterate over it, or call receive()."""
+    """Receives frames instead of lbea-serve: iterate over it, or call receive().
+
+    A second receiver would take every other frame. Therefore an ipc endpoint is locked, as lbea-serve locks it.
+    """
 
     def __init__(self, endpoint, timeout_s=None):
         self.timeout_s, self.damaged = timeout_s, 0
@@ -157,7 +159,7 @@ class FrameReceiver(Closing):
         self.socket.bind(endpoint)
 
     def receive(self, timeout_s=None):
-        """The next Frame, also the one that ends a stream; None when none came in time."""
+        """Returns the next Frame, including the end of a stream; None when none arrives within timeout_s seconds."""
         while self.socket.poll(None if timeout_s is None else 1000 * timeout_s):
             message = self.socket.recv()
             if is_control(message):
@@ -182,10 +184,10 @@ class FrameReceiver(Closing):
 
 
 def lock(endpoint):
-    """ZeroMQ lets a second process take over an ipc path without a word: a lock file beside it does not."""
+    """Locks an ipc endpoint with a lock file: ZeroMQ silently lets a second process take over an ipc path."""
     if not endpoint.startswith("ipc://"):
         if not endpoint.startswith(("tcp://127.", "inproc://")):
-            raise ValueError(f"{endpoint}: without authentication only this machine may connect; use tcp://127.0.0.1:PORT")
+            raise ValueError(f"{endpoint}: only this machine may connect without authentication; use tcp://127.0.0.1:PORT")
         return None
     path = endpoint[len("ipc://"):]
     descriptor = os.open(path + ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
@@ -193,7 +195,7 @@ def lock(endpoint):
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(descriptor)
-        raise FileExistsError(f"{endpoint} is in use by another process; stop that one or choose another path") from None
+        raise FileExistsError(f"{endpoint} is in use by another process; stop it or choose another path") from None
     if os.path.lexists(path) and not stat.S_ISSOCK(os.lstat(path).st_mode):
         os.unlink(path + ".lock")
         os.close(descriptor)
