@@ -19,16 +19,16 @@ const look = (page) =>
     context.drawImage(canvas, 0, 0);
     const { data } = context.getImageData(0, 0, copy.width, copy.height);
     const seen = { drawn: 0, cloud: 0, hash: 0, pixels: copy.width * copy.height, background: [...data.slice(0, 3)].join() };
-    const colours = new Set();
+    const colors = new Set();
     for (let i = 0; i < data.length; i += 4) {
       const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
       if (Math.abs(r - data[0]) + Math.abs(g - data[1]) + Math.abs(b - data[2]) < 24) continue;
       ++seen.drawn;
       if (r > 150 && g < 110 && b > 70 && b < 170) ++seen.cloud;
-      colours.add((r >> 3) * 1024 + (g >> 3) * 32 + (b >> 3));
+      colors.add((r >> 3) * 1024 + (g >> 3) * 32 + (b >> 3));
       seen.hash = (seen.hash * 31 + i + r * 7 + g * 3 + b) | 0;
     }
-    return { ...seen, colours: colours.size };
+    return { ...seen, colors: colors.size };
   });
 
 const set = (page, id, on) => page.locator(`#${id}`).setChecked(on);
@@ -100,14 +100,14 @@ async function checkLostGraphics(page) {
   await shows(page, (seen) => seen.drawn > 0.03 * seen.pixels && seen.background === background, "the view does not come back when the browser has lost it");
 }
 
-async function checkColours(page) {
+async function checkColors(page) {
   const before = await look(page);
-  await page.locator("#colour").selectOption("distance");
-  await shows(page, (seen) => seen.hash !== before.hash && seen.colours > 40, "the distance is not shown in colours");
+  await page.locator("#color").selectOption("distance");
+  await shows(page, (seen) => seen.hash !== before.hash && seen.colors > 40, "the distance is not shown in colors");
   assert.match(await words(page, "legend-title"), /distance.*mm/);
   await page.screenshot({ path: join(out, "distance.png") });
-  await page.locator("#colour").selectOption("field0");
-  await until(async () => !/distance/.test(await words(page, "legend-title")), "the field's colours do not come back");
+  await page.locator("#color").selectOption("field0");
+  await until(async () => !/distance/.test(await words(page, "legend-title")), "the field's colors do not come back");
 }
 
 /// In a page of its own: the checker is an inline script, which our page's policy forbids.
@@ -230,7 +230,7 @@ async function main() {
     await until(async () => /complete/.test(await words(page, "test-so-far")), "the end of the test is not told", 60_000);  // it plays for 20 s
     await until(() => page.evaluate(() => document.documentElement.dataset.frame === "20"), "the last frame is not shown");
     await camera.ended;
-    const last = await shows(page, (seen) => seen.hash !== first.hash && seen.colours > first.colours, "colours do not change with the deformation");
+    const last = await shows(page, (seen) => seen.hash !== first.hash && seen.colors > first.colors, "colors do not change with the deformation");
     await page.screenshot({ path: join(out, "last-frame.png") });
     const framesSeen = await page.evaluate(() => framesShown);
     assert.ok(framesSeen.every((frame, i) => i === 0 || frame > framesSeen[i - 1]), `frames go back: ${framesSeen}`);
@@ -242,7 +242,7 @@ async function main() {
     assert.match(await words(page, "best-name"), /run_/);
     await checkPixels(page);
     await checkLostGraphics(page);
-    await checkColours(page);
+    await checkColors(page);
     await checkExports(page, url);
     await checkKeyboard(page);
     await checkSizes(page);

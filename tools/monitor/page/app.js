@@ -1,18 +1,22 @@
-// The page: takes in what the server sends, shows the latest of it.
-import "./plain_canvas.js";
-import { map, paint } from "./colours.js";
+// The page: receives messages of the server and shows the latest state.
+import { map, paint } from "./colors.js";
 import { DistanceChart, ProbabilityChart } from "./charts.js";
-import { connect } from "./connection.js";
-import { HealthBar, ParameterTable, VerdictPanel } from "./panels.js";
+import { connect, readPacket } from "./connection.js";
+import { byId, HealthBar, ParameterTable, VerdictPanel } from "./panels.js";
 import { Plane } from "./plane.js";
-import { readPacket } from "./packet.js";
 import { Rows } from "./rows.js";
 import { Scene3d } from "./scene3d.js";
 import { Timeline } from "./timeline.js";
 
 const chartInterval = 200, wordsInterval = 100, farFromServer = 3000;  // ms
-const byId = (id) => document.getElementById(id);
 const isChecked = (id) => byId(id).checked;
+
+// The processor draws 2D canvases. With the graphics processor, the page would wait until all earlier drawing is done, including
+// the 3D view: seconds on a busy machine that renders in software.
+const { getContext } = HTMLCanvasElement.prototype;
+HTMLCanvasElement.prototype.getContext = function (kind, options) {
+  return getContext.call(this, kind, kind === "2d" ? { willReadFrequently: true, ...options } : options);
+};
 
 class Page {
   constructor(model) {
@@ -30,84 +34,84 @@ class Page {
     this.verdict = new VerdictPanel(model);
     this.parameters = new ParameterTable(model);
     this.health = new HealthBar();
-    this.addColours();
+    this.addColors();
     this.addControls();
     addEventListener("resize", () => (this.isStale.charts = true));
     setInterval(() => this.drawCharts(), chartInterval);
     const loop = () => {
       requestAnimationFrame(loop);
       if (this.isStale.scene && this.scene.isFree()) this.drawScene();
-      // What is to be seen is told when it is seen.
+      // A requested frame is described when it is drawn.
       if (this.isStale.words && this.awaiting.length === 0 && performance.now() >= this.nextWords) this.showWords();
     };
     loop();
   }
-  addColours() {
+  addColors() {
     const options = this.model.fields.map((field, i) => [`field${i}`, field.name.replaceAll("_", " ")]);
-    options.push(["distance", "distance cloud to mesh"], ["none", "plain"]);
-    byId("colour").replaceChildren(...options.map(([value, textContent]) => Object.assign(document.createElement("option"), { value, textContent })));
+    options.push(["distance", "distance cloud to mesh"], ["none", "uniform"]);
+    byId("color").replaceChildren(...options.map(([value, textContent]) => Object.assign(document.createElement("option"), { value, textContent })));
   }
   addControls() {
-    for (const id of ["show-cloud", "show-mesh", "show-edges", "show-ghost", "side-by-side", "mesh-kind", "colour"])
+    for (const id of ["show-cloud", "show-mesh", "show-edges", "show-ghost", "side-by-side", "mesh-kind", "color"])
       byId(id).addEventListener("change", () => (this.isStale.scene = this.isStale.words = this.snapshot !== null));
     byId("fit-view").addEventListener("click", () => this.scene.fit());
     byId("save-png").addEventListener("click", () => this.savePicture());
   }
-  take(packet) {
+  receive(packet) {
     if (packet.head.type === "rows") {
-      this.rows.take(packet);
+      this.rows.add(packet);
       this.isStale.charts = true;
     } else if (packet.head.type === "snapshot") {
       this.snapshot = packet;
       this.isStale.words = true;
-      // Most of what comes while no frame does tells only how old the last one is.
+      // Between frames most snapshots differ only in the ages of the messages.
       const { scene, test } = packet.head, shown = JSON.stringify([test.session, scene, packet.arrays.cloud?.length]);
       this.isStale.scene ||= shown !== this.shown;
       this.shown = shown;
     }
   }
-  /// What was taken in last is on the screen, or about to be with the next picture.
+  /// Whether the last packet is drawn.
   get hasShownAll() {
     return !this.isStale.scene && !this.scene.isDirty;
   }
   drawScene() {
     this.isStale.scene = false;
     if (this.snapshot === null) return this.showLegend("none");
-    const { head, arrays } = this.snapshot, colour = byId("colour").value;
+    const { head, arrays } = this.snapshot, color = byId("color").value;
     const kind = byId("mesh-kind").value, mesh = arrays[kind];
-    if (mesh) this.placeMesh(mesh, arrays, kind, colour);
+    if (mesh) this.placeMesh(mesh, arrays, kind, color);
     if (arrays.ghost && isChecked("show-ghost")) this.scene.ghost.place(arrays.ghost);
-    if (arrays.cloud) this.scene.setCloud(arrays.cloud, head.scene.lo, head.scene.hi, colour === "distance");
+    if (arrays.cloud) this.scene.setCloud(arrays.cloud, head.scene.lo, head.scene.hi, color === "distance");
     this.scene.show({ cloud: isChecked("show-cloud") && Boolean(arrays.cloud), mesh: isChecked("show-mesh") && Boolean(mesh),
       edges: isChecked("show-edges"), ghost: isChecked("show-ghost") && Boolean(arrays.ghost), split: isChecked("side-by-side") });
     byId("side-labels").hidden = !isChecked("side-by-side");
     const ghost = this.model.simulations[head.scene.meshes.ghost?.shape[0][0]];
     byId("ghost-name").textContent = ghost && isChecked("show-ghost") ? `Second-best: ${ghost.name}` : "Second-best";
-    this.showLegend(colour);
+    this.showLegend(color);
     document.documentElement.dataset.frame = head.scene.frame;
-    for (const seen of this.awaiting.splice(0)) seen();
+    for (const drawn of this.awaiting.splice(0)) drawn();
   }
-  /// Takes a packet and waits until it is in the picture: nothing may replace it before.
+  /// Receives a packet and waits until it is drawn.
   async present(packet) {
-    this.take(packet);
+    this.receive(packet);
     this.isStale.charts = true;
-    if (this.isStale.scene) await new Promise((seen) => this.awaiting.push(seen));
+    if (this.isStale.scene) await new Promise((drawn) => this.awaiting.push(drawn));
   }
-  placeMesh(mesh, arrays, kind, colour) {
+  placeMesh(mesh, arrays, kind, color) {
     this.scene.mesh.place(mesh);
-    const values = arrays[(kind === "match" ? "match_" : "") + colour];
+    const values = arrays[(kind === "match" ? "match_" : "") + color];
     if (!values) return this.scene.mesh.paintPlain(this.scene.plain);
-    const field = this.model.fields[Number(colour.slice(5))], colours = new Uint8Array(values.length * 3);
-    paint(values, field.lo, field.hi, colours);
-    if (field.location === "node") this.scene.mesh.paintNodes(colours);
-    else this.scene.mesh.paintElements(colours);
+    const field = this.model.fields[Number(color.slice(5))], colors = new Uint8Array(values.length * 3);
+    paint(values, field.lo, field.hi, colors);
+    if (field.location === "node") this.scene.mesh.paintNodes(colors);
+    else this.scene.mesh.paintElements(colors);
   }
-  showLegend(colour) {
-    byId("legend").hidden = colour === "none";
-    if (colour === "none") return;
-    const field = this.model.fields[Number(colour.slice(5))];
+  showLegend(color) {
+    byId("legend").hidden = color === "none";
+    if (color === "none") return;
+    const field = this.model.fields[Number(color.slice(5))];
     const limit = this.snapshot?.head.scene.distance_limit ?? 0;
-    const [title, unit, lo, hi] = field && colour !== "distance" ? [field.name.replaceAll("_", " "), field.unit, field.lo, field.hi] : ["distance cloud to mesh", this.model.unit, 0, limit];
+    const [title, unit, lo, hi] = field && color !== "distance" ? [field.name.replaceAll("_", " "), field.unit, field.lo, field.hi] : ["distance cloud to mesh", this.model.unit, 0, limit];
     byId("legend-title").textContent = unit && unit !== "1" ? `${title} [${unit}]` : title;
     byId("legend-lo").textContent = String(+lo.toPrecision(3));
     byId("legend-hi").textContent = `\u2265 ${+hi.toPrecision(3)}`;
@@ -115,7 +119,7 @@ class Page {
     for (let i = 0; i < 256; ++i) image.data.set([map[i * 3], map[i * 3 + 1], map[i * 3 + 2], 255], i * 4);
     context.putImageData(image, 0, 0);
   }
-  /// Ten times a second: nobody reads faster, and every change of a word makes the browser lay out and paint.
+  /// At most ten times a second: every change of a text makes the browser lay out and paint.
   showWords() {
     this.isStale.words = false;
     this.nextWords = performance.now() + wordsInterval;
@@ -133,9 +137,9 @@ class Page {
     if (head.health && !head.health.recording) this.showSource(head.health);
   }
   noteOn(head) {
-    if (head.model_differs) return "These results belong to another model than the one this page was given: no mesh can be shown.";
+    if (head.model_differs) return "These results belong to another model than the one of this page; no mesh can be shown.";
     if (head.test.results === 0) return "Waiting for the first frame.";
-    if (!this.snapshot.arrays.cloud) return head.has_preview ? "No measured cloud has come yet." : "Without a cloud: lbea-monitor was started without --frames.";
+    if (!this.snapshot.arrays.cloud) return head.has_preview ? "No measured cloud received yet." : "No cloud: lbea-monitor was started without --frames.";
     return "";
   }
   showSource({ heard_ms }) {
@@ -156,9 +160,9 @@ class Page {
     this.distance.update(this.rows, now);
     this.plane.update(this.rows, result?.matches[0]?.simulation ?? -1, now === undefined ? undefined : result.xyz);
   }
-  recolour() {
-    this.scene.recolour();
-    this.plane.recolour();
+  recolor() {
+    this.scene.recolor();
+    this.plane.recolor();
     this.isStale.scene = this.isStale.charts = true;
   }
   async savePicture() {
@@ -179,11 +183,11 @@ async function start() {
   const page = new Page({ ...head, elements: arrays.elements, curves: arrays.curves });
   byId("theme").addEventListener("click", () => {
     chooseTheme(document.documentElement.dataset.theme !== "dark");
-    page.recolour();
+    page.recolor();
   });
   if (head.recording) return new Timeline(page, head.recording);
   connect({
-    packet: (packet) => page.take(packet),
+    packet: (packet) => page.receive(packet),
     opened: () => page.state("waiting", "Connected"),
     lost: () => page.state("lost", "No connection to lbea-monitor; trying again"),
   });

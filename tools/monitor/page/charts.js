@@ -1,9 +1,9 @@
-// Curves over the test's time.
+// Curves over the time of the test.
 import uPlot from "uplot";
-import { colourOf, style } from "./colours.js";
+import { colorOf, style } from "./colors.js";
 
 const shownSimulations = 6;
-const mostPoints = 1200;  // of a curve: more than a chart has pixels would only take time
+const mostPoints = 1200;  // of a curve: more points than the chart has pixels are not visible
 
 function* shownRows(rows) {
   const step = Math.max(1, Math.ceil(rows.count / mostPoints));
@@ -32,14 +32,14 @@ class Chart {
   timeAxis() {
     return this.axis({ space: 5 * rem(), size: 2.2 * rem(), values: (_, splits) => splits.map((t) => `${+(t * 1000).toPrecision(6)} ms`) });
   }
-  /// Where the frame that is looked at lies, of a recording.
+  /// Marks the displayed frame of a recording.
   mark({ ctx, bbox }) {
     if (this.now === undefined) return;
     const x = this.plot.valToPos(this.now, "x", true), unit = rem() / 8 * devicePixelRatio;
     ctx.fillStyle = style("--mark");
     ctx.fillRect(x - unit / 2, bbox.top, unit, bbox.height);
   }
-  /// Makes the plot anew when what it consists of has changed. `now` in seconds; undefined: the end.
+  /// Creates the plot again when `key` has changed. `now`: time in s of the displayed frame; undefined for a running test.
   set(key, options, data, now) {
     this.now = now;
     key += `${style("--ink")}${rem()}`;
@@ -56,7 +56,7 @@ export class ProbabilityChart extends Chart {
     super(element);
     Object.assign(this, { list, nameOf });
   }
-  /// The simulations worth a colour: those with the largest area, the current leader first of all.
+  /// The simulations with the largest area in the chart, by their indices.
   leaders(rows) {
     const weight = new Map(), step = Math.max(1, Math.floor(rows.count / 512));
     for (let r = rows.count - 1; r >= 0; r -= step)
@@ -78,9 +78,9 @@ export class ProbabilityChart extends Chart {
     const options = () => ({
       scales: { x: { time: false }, y: { range: [0, 1] } },
       axes: [this.timeAxis(), this.axis({ values: (_, splits) => splits.map((p) => `${Math.round(p * 100)} %`) })],
-      series: [{}, ...simulations.map((simulation) => ({ stroke: colourOf(simulation), fill: colourOf(simulation), width: 1, points: { show: false } }))],
+      series: [{}, ...simulations.map((simulation) => ({ stroke: colorOf(simulation), fill: colorOf(simulation), width: 1, points: { show: false } }))],
     });
-    // Drawn from the highest sum down, so that every band stays visible.
+    // Drawn from the highest sum down, so that every band is visible.
     const reversed = [data[0], ...data.slice(1).reverse()];
     this.set(simulations.join(), () => {
       const made = options();
@@ -90,16 +90,16 @@ export class ProbabilityChart extends Chart {
   }
   note(simulations, rows) {
     const last = rows.count - 1;
-    const entries = simulations.map((simulation) => [colourOf(simulation), this.nameOf(simulation), last >= 0 ? (rows.chance(last, simulation) ?? 0) : 0]);
-    this.list.replaceChildren(...entries.sort((a, b) => b[2] - a[2]).slice(0, 4).map(([colour, name, p]) => {
+    const entries = simulations.map((simulation) => [colorOf(simulation), this.nameOf(simulation), last >= 0 ? (rows.chance(last, simulation) ?? 0) : 0]);
+    this.list.replaceChildren(...entries.sort((a, b) => b[2] - a[2]).slice(0, 4).map(([color, name, p]) => {
       const item = document.createElement("li");
       const key = document.createElement("span");
       key.textContent = "\u25A0 ";
-      key.style.color = colour;
+      key.style.color = color;
       item.append(key, `${name} ${(p * 100).toFixed(0)} %`);
       return item;
     }));
-    if (rows.count > 0 && simulations.length === 0) this.list.replaceChildren(Object.assign(document.createElement("li"), { textContent: "Only method fit gives probabilities." }));
+    if (rows.count > 0 && simulations.length === 0) this.list.replaceChildren(Object.assign(document.createElement("li"), { textContent: "Only method fit computes probabilities." }));
   }
 }
 
@@ -118,7 +118,7 @@ export class DistanceChart extends Chart {
       data[1].push(Number.isNaN(distance) ? null : distance);
       data[2].push(Number.isNaN(coverage) ? null : coverage * 100);
     }
-    this.entitle(byFit ? `Residual (${this.unit})` : "Distance");
+    this.setTitle(byFit ? `Residual (${this.unit})` : "Distance");
     this.set(`${byFit}`, () => ({
       scales: { x: { time: false }, d: { range: (_, lo, hi) => [0, Math.max(hi * 1.05, 1e-6)] }, c: { range: [0, 105] } },
       axes: [this.timeAxis(), this.axis({ scale: "d", stroke: style("--accent") }), this.axis({ scale: "c", side: 1, stroke: style("--good"), grid: { show: false } })],
@@ -126,8 +126,8 @@ export class DistanceChart extends Chart {
         { scale: "c", stroke: style("--good"), width: rem() / 5, dash: [rem() / 1.6, rem() / 2.6], points: { show: false } }],
     }), data, now);
   }
-  /// In the colours and strokes of its curves.
-  entitle(distance) {
+  /// Shows the title in the colors and strokes of the curves.
+  setTitle(distance) {
     const parts = [[distance, "solid-key"], [" and ", ""], ["coverage (%)", "dashed-key"]];
     if (this.title.textContent === parts.map(([text]) => text).join("")) return;
     this.title.replaceChildren(...parts.map(([textContent, className]) => Object.assign(document.createElement("span"), { textContent, className })));

@@ -1,5 +1,5 @@
-// Colours: a perceptually even map for values, distinct ones for simulations. The map's anchors are sampled from a path of
-// even lightness steps from dark blue over green to yellow.
+// Colors: a perceptually uniform map for values, and distinct colors for simulations. The map interpolates anchors from dark blue
+// over green to yellow with equal steps of lightness.
 const anchors = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37]];
 
 export const map = new Uint8Array(256 * 3);
@@ -19,5 +19,5 @@ export function paint(values, lo, hi, into) {
 }
 
 const distinct = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7b4bb3", "#8c6d31", "#5a5f66", "#a6192e"];
-export const colourOf = (simulation) => distinct[simulation % distinct.length];
+export const colorOf = (simulation) => distinct[simulation % distinct.length];
 export const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

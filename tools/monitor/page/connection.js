@@ -1,8 +1,21 @@
-// Keeps a WebSocket open: after a drop it tries again, soon at first, then every two seconds.
-import { readPacket } from "./packet.js";
+// The connection to lbea-monitor and the messages from it.
+const firstWait = 250, longestWait = 2000;  // ms until it reconnects
+const types = { f32: Float32Array, u16: Uint16Array, u32: Uint32Array };
+const text = new TextDecoder();
 
-const firstWait = 250, longestWait = 2000;
+/// Decodes a binary message of the server: a JSON head and typed arrays. packet.hpp describes the format.
+export function readPacket(buffer) {
+  const view = new DataView(buffer);
+  if (buffer.byteLength < 8 || text.decode(new Uint8Array(buffer, 0, 4)) !== "LBMO") throw new Error("not a packet of lbea-monitor");
+  const length = view.getUint32(4, true);
+  const head = JSON.parse(text.decode(new Uint8Array(buffer, 8, length)));
+  const begin = Math.ceil((8 + length) / 8) * 8;
+  const arrays = {};
+  for (const [name, { type, offset, count }] of Object.entries(head.sections)) arrays[name] = new types[type](buffer, begin + offset, count);
+  return { head, arrays };
+}
 
+/// Keeps a WebSocket open. After a disconnection it reconnects, with increasing waits.
 export function connect({ packet, opened, lost }) {
   let wait = firstWait;
   const open = () => {

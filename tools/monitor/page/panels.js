@@ -1,7 +1,7 @@
-// Verdict, best simulation, parameters, health: in words and numbers.
-import { style } from "./colours.js";
+// The panels with text and numbers: verdict, best simulation, parameters, health.
+import { style } from "./colors.js";
 
-const byId = (id) => document.getElementById(id);
+export const byId = (id) => document.getElementById(id);
 const put = (id, text) => {
   const element = byId(id);
   if (element.textContent !== text) element.textContent = text;
@@ -9,11 +9,11 @@ const put = (id, text) => {
 
 const verdicts = {
   matched: ["\u2713", "Matched", "One shape explains the frame."],
-  ambiguous: ["?", "Ambiguous", "Simulations with clearly different shapes explain the frame alike."],
-  no_simulation_fits: ["\u2715", "No simulation fits", "The frame lies beyond what the ensemble explains."],
-  low_coverage: ["\u25D0", "Too little seen", "The frame shows too little of the surface to be trusted."],
+  ambiguous: ["?", "Ambiguous", "Simulations with clearly different shapes explain the frame equally well."],
+  no_simulation_fits: ["\u2715", "No simulation fits", "No simulation of the ensemble explains the frame."],
+  low_coverage: ["\u25D0", "Low coverage", "The frame covers too little of the surface for a reliable match."],
   refused: ["\u2715", "Frame refused", "The frame could not be read or used."],
-  unknown: ["\u2013", "No verdict", "Nothing was said of this frame."],
+  unknown: ["\u2013", "No verdict", "The result has no verdict."],
 };
 
 export class VerdictPanel {
@@ -34,7 +34,7 @@ export class VerdictPanel {
     put("test-so-far", this.soFar(result.test, test.complete));
     this.announce(`${known[1]}${best ? `: ${best.name}` : ""}`);
   }
-  /// What all frames together say may differ from what the last one says.
+  /// The result of all frames together, which may differ from that of the last frame.
   soFar(test, complete) {
     if (!test || !test.simulations.length) return complete ? "The test is complete." : "";
     const [simulation, probability] = test.simulations[0];
@@ -42,12 +42,12 @@ export class VerdictPanel {
   }
   why(result, sentence) {
     if (result.status !== "ok" && result.verdict === "refused") return `${sentence} Reason: ${result.status.replaceAll("_", " ")}.`;
-    if (!result.fit) return result.verdict === "matched" ? "The nearest sample; only method fit can say that none fits." : sentence;
+    if (!result.fit) return result.verdict === "matched" ? "The nearest sample. Only method fit detects that no simulation fits." : sentence;
     const { misfit, spread } = result.fit;
     const number = (value) => (value === null || value === undefined ? "-" : value.toFixed(2));
     return `${sentence} Misfit ${number(misfit)}, spread ${number(spread)} ${this.model.unit}.`;
   }
-  /// Not every frame: a screen reader would never come to an end.
+  /// Limits announcements to one in three seconds, so that a screen reader can finish each.
   announce(text) {
     const now = performance.now();
     if (text === this.announced || now < this.announceAfter) return;
@@ -59,13 +59,13 @@ export class VerdictPanel {
 
 const shownLeaders = 3;
 
-/// A column for each leading simulation: there are more parameters than a screen is wide.
+/// One column per leading simulation, because there may be more parameters than fit across the screen.
 export class ParameterTable {
   constructor(model) {
     this.model = model;
     this.shown = "";
   }
-  /// [simulation, what is said of it], best first.
+  /// The title of the first row, and [simulation, its text] with the best first.
   leaders(result) {
     if (result.test) return ["Share", result.test.simulations.map(([simulation, p]) => [simulation, `${(p * 100).toFixed(0)} %`])];
     const seen = new Set();
@@ -89,7 +89,7 @@ export class ParameterTable {
   }
 }
 
-const littleSpace = 1e9, littleTime = 120, longTime = 86_400;  // bytes; s: less is red; s: more is not worth a word
+const littleSpace = 1e9, littleTime = 120, longTime = 86_400;  // bytes and s: less is red; s: more is not shown
 
 const bytesText = (bytes) => {
   const [unit, name] = [[1e12, "TB"], [1e9, "GB"], [1e6, "MB"]].find(([least]) => bytes >= least) ?? [1e6, "MB"];
@@ -117,12 +117,12 @@ export class HealthBar {
     this.cell(name, value > 0 ? `${value.toLocaleString("en")} !` : "0", value > 0);
   }
   update(health, test) {
-    const { counters, server } = health;
+    const { counters } = health;
     this.cell("Received", counters.received.toLocaleString("en"));
     this.cell("Matched", counters.matched.toLocaleString("en"));
     this.count("Dropped", counters.dropped);
     this.count("Rejected", counters.rejected);
-    this.count("Never came", counters.missed);
+    this.count("Missed", counters.missed);
     if (health.recording) this.cell("Recording", health.recording, health.recording !== "complete");
     else this.live(health, test);
     const reasons = Object.entries(counters.reasons).map(([reason, count]) => `${reason.replaceAll("_", " ")} ${count}`).join(", ");
@@ -135,7 +135,7 @@ export class HealthBar {
     this.cell("Last frame", this.age(last_frame_ms));
     this.cell("Recording", ...this.recording(counters, server?.recording, test));
     this.cell("Disk", ...this.disk(server?.recording));
-    if (results_lost_here > 0) this.cell("Not shown here", results_lost_here.toLocaleString("en"));
+    if (results_lost_here > 0) this.cell("Lost here", results_lost_here.toLocaleString("en"));
   }
   age(ms) {
     if (ms === null) return "none";
@@ -149,7 +149,7 @@ export class HealthBar {
     if (recording.phase === "finished" || (test.complete && recorded >= received)) return ["complete", false];
     return [`${recorded.toLocaleString("en")} frames`, false];
   }
-  /// What is left where lbea-serve records, and for how long it lasts at the present rate.
+  /// Free space where lbea-serve records, and the remaining time at the current rate.
   disk(recording) {
     if (!recording || recording.free_bytes === null) return ["-", false];
     const { free_bytes, seconds_left } = recording, isWriting = recording.phase === "recording" && seconds_left !== null;

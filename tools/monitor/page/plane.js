@@ -1,7 +1,31 @@
-// The joint low-dimensional view: every simulation a curve, the test its path among them. Three coordinates, looked at from
-// where the curves spread most, and stretched to fill the picture.
-import { principalAxes } from "./principal_axes.js";
-import { colourOf, style } from "./colours.js";
+// The joint low-dimensional view: a curve for each simulation, and the path of the test. It projects three coordinates to the
+// plane in which the curves spread most, scaled to fill the canvas.
+import { colorOf, style } from "./colors.js";
+
+const rounds = 60;  // of the power iteration
+
+const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
+const normalized = (a) => a.map((value) => value / (Math.hypot(...a) || 1));
+
+/// The two leading eigenvectors of the covariance of 3D points, by power iteration: orthogonal, of unit length.
+function principalAxes(points) {
+  const mean = [0, 1, 2].map((k) => points.reduce((sum, point) => sum + point[k], 0) / Math.max(1, points.length));
+  const covariance = [0, 1, 2].map((i) => [0, 1, 2].map((j) => points.reduce((sum, point) => sum + (point[i] - mean[i]) * (point[j] - mean[j]), 0)));
+  const axes = [];
+  for (let k = 0; k < 2; ++k) {
+    let axis = normalized([1, 0.61 + k, 0.37 - k]);
+    for (let round = 0; round < rounds; ++round) {
+      let next = covariance.map((row) => dot(row, axis));
+      for (const found of axes) next = next.map((value, i) => value - dot(next, found) * found[i]);
+      if (Math.hypot(...next) === 0) break;
+      axis = normalized(next);
+    }
+    // The sign is arbitrary; make the largest component positive.
+    const largest = axis.reduce((best, value) => (Math.abs(value) > Math.abs(best) ? value : best), 0);
+    axes.push(largest < 0 ? axis.map((value) => -value) : axis);
+  }
+  return axes;
+}
 
 export class Plane {
   constructor(canvas, curves, axes) {
@@ -30,9 +54,9 @@ export class Plane {
       canvas.width = Math.max(1, clientWidth * ratio);
       canvas.height = Math.max(1, clientHeight * ratio);
     }
-    this.recolour();
+    this.recolor();
   }
-  recolour() {
+  recolor() {
     this.drawBackdrop();
     this.draw();
   }
@@ -44,10 +68,10 @@ export class Plane {
     const [u, v] = this.ranges.map(([lo, hi], k) => (hi > lo ? (this.along(point, k) - lo) / (hi - lo) : 0.5));
     return [margin + u * (width - 2 * margin), height - margin - v * (height - 2 * margin)];
   }
-  stroke(context, points, colour, width, alpha) {
+  stroke(context, points, color, width, alpha) {
     context.beginPath();
     points.forEach((point, i) => context[i === 0 ? "moveTo" : "lineTo"](...this.at(point)));
-    Object.assign(context, { strokeStyle: colour, lineWidth: width, globalAlpha: alpha, lineJoin: "round" });
+    Object.assign(context, { strokeStyle: color, lineWidth: width, globalAlpha: alpha, lineJoin: "round" });
     context.stroke();
     context.globalAlpha = 1;
   }
@@ -55,9 +79,9 @@ export class Plane {
     const context = this.backdrop.getContext("2d"), unit = this.backdrop.height / 200;
     context.clearRect(0, 0, this.backdrop.width, this.backdrop.height);
     this.drawAxes(context, unit);
-    for (const [simulation, points] of this.lines) this.stroke(context, points, colourOf(simulation), 1.1 * unit, 0.6);
+    for (const [simulation, points] of this.lines) this.stroke(context, points, colorOf(simulation), 1.1 * unit, 0.6);
   }
-  /// Where each coordinate points to, from a common origin in the corner.
+  /// The direction of each coordinate, from a common origin in a corner.
   drawAxes(context, unit) {
     context.font = `${10 * unit}px sans-serif`;
     context.fillStyle = style("--soft");
@@ -75,14 +99,14 @@ export class Plane {
       context.fillText(name, Math.min(Math.max(beside, 0), this.canvas.width - wide), v + (v > y ? 8 : -1) * unit);
     });
   }
-  /// The corner with the fewest of the curves' points.
+  /// The corner with the fewest points of the curves.
   emptiestCorner(across, up) {
     const points = [...this.lines.values()].flat().map((point) => this.at(point));
     const corners = [[across, up], [across, this.canvas.height - up], [this.canvas.width - across, up], [this.canvas.width - across, this.canvas.height - up]];
     const crowd = ([x, y]) => points.filter(([u, v]) => Math.abs(u - x) < across && Math.abs(v - y) < up).length;
     return corners.map((corner) => [crowd(corner), corner]).reduce((best, next) => (next[0] < best[0] ? next : best))[1];
   }
-  /// `now`: where the frame that is looked at lies; undefined: at the path's end.
+  /// `now`: coordinates of the displayed frame of a recording; undefined: the end of the path.
   update(rows, leader, now) {
     this.path = [];
     for (let r = 0; r < rows.count; ++r) {
@@ -97,7 +121,7 @@ export class Plane {
     const context = this.canvas.getContext("2d"), unit = this.canvas.height / 200;
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
     context.drawImage(this.backdrop, 0, 0);
-    if (this.lines.has(this.leader)) this.stroke(context, this.lines.get(this.leader), colourOf(this.leader), 3 * unit, 1);
+    if (this.lines.has(this.leader)) this.stroke(context, this.lines.get(this.leader), colorOf(this.leader), 3 * unit, 1);
     if (this.path.length === 0) return;
     this.stroke(context, this.path, style("--ink"), 2 * unit, 1);
     const [x, y] = this.at(this.now);

@@ -1,4 +1,4 @@
-// The curves' rows as the server keeps them: it thins them when they grow long, then all of them come anew.
+// The rows of the curves, as the server keeps them. When it thins them, it sends all rows again with a new epoch.
 const base = ["time_s", "frame", "verdict", "status", "simulation", "time_step", "distance", "residual", "estimate_residual", "misfit", "spread",
   "coverage", "x", "y", "z", "latency_ms"];
 export const column = Object.fromEntries(base.map((name, i) => [name, i]));
@@ -10,7 +10,7 @@ export class Rows {
   width = firstChance + 2 * chances;
   values = new Float32Array(0);
 
-  take({ head, arrays }) {
+  add({ head, arrays }) {
     if (head.epoch !== this.epoch) {
       this.epoch = head.epoch;
       this.count = 0;
@@ -29,7 +29,7 @@ export class Rows {
   at(row, name) {
     return this.values[row * this.width + column[name]];
   }
-  /// The probability of a simulation; null when it is not among the row's likeliest.
+  /// The probability of a simulation; null when it is not among the most probable ones of the row.
   chance(row, simulation) {
     const begin = row * this.width + firstChance;
     for (let k = 0; k < chances; ++k) if (this.values[begin + 2 * k] === simulation) return this.values[begin + 2 * k + 1];

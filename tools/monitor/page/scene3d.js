@@ -1,10 +1,10 @@
-// The 3D view: measured cloud, matched mesh, ghost of the second-best. Draws only when something changed.
+// The 3D view: measured cloud, matched mesh, and the second-best simulation as a ghost. It draws only after a change.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { paint, style } from "./colours.js";
+import { paint, style } from "./colors.js";
 
 const turnStep = 0.12, zoomStep = 1.15;
-const slowPicture = 50;  // ms; software draws, not a graphics processor
+const slowPicture = 50;  // ms; slower pictures are rendered in software
 const plainMesh = { light: 0x9fb2c4, dark: 0x5f7387 };
 
 class Mesh {
@@ -15,9 +15,9 @@ class Mesh {
     for (let e = 0; e < faces; ++e) [0, 1, 2, 0, 2, 3].forEach((k, i) => (this.corners[e * 6 + i] = elements[e * 4 + k]));
     this.geometry = new THREE.BufferGeometry();
     this.positions = new THREE.BufferAttribute(new Float32Array(faces * 18), 3);
-    this.colours = new THREE.BufferAttribute(new Uint8Array(faces * 18), 3, true);
+    this.colors = new THREE.BufferAttribute(new Uint8Array(faces * 18), 3, true);
     this.geometry.setAttribute("position", this.positions);
-    this.geometry.setAttribute("color", this.colours);
+    this.geometry.setAttribute("color", this.colors);
     this.material = ghost
       ? new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.22, depthWrite: false, side: THREE.DoubleSide })
       : new THREE.MeshLambertMaterial({ vertexColors: true, flatShading: true, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
@@ -42,22 +42,22 @@ class Mesh {
     this.nodes.array.set(nodes);
     this.positions.needsUpdate = this.nodes.needsUpdate = true;
   }
-  /// colours: three bytes per element.
-  paintElements(colours) {
-    const to = this.colours.array;
-    for (let i = 0; i < to.length; ++i) to[i] = colours[Math.floor(i / 18) * 3 + (i % 3)];
-    this.colours.needsUpdate = true;
+  /// colors: three bytes per element.
+  paintElements(colors) {
+    const to = this.colors.array;
+    for (let i = 0; i < to.length; ++i) to[i] = colors[Math.floor(i / 18) * 3 + (i % 3)];
+    this.colors.needsUpdate = true;
   }
-  /// colours: three bytes per node.
-  paintNodes(colours) {
-    const to = this.colours.array;
-    for (let i = 0; i < this.corners.length; ++i) for (let c = 0; c < 3; ++c) to[i * 3 + c] = colours[this.corners[i] * 3 + c];
-    this.colours.needsUpdate = true;
+  /// colors: three bytes per node.
+  paintNodes(colors) {
+    const to = this.colors.array;
+    for (let i = 0; i < this.corners.length; ++i) for (let c = 0; c < 3; ++c) to[i * 3 + c] = colors[this.corners[i] * 3 + c];
+    this.colors.needsUpdate = true;
   }
-  paintPlain(colour) {
-    const rgb = new THREE.Color(colour).toArray().map((c) => Math.round(c * 255));
-    for (let i = 0; i < this.colours.array.length; ++i) this.colours.array[i] = rgb[i % 3];
-    this.colours.needsUpdate = true;
+  paintPlain(color) {
+    const rgb = new THREE.Color(color).toArray().map((c) => Math.round(c * 255));
+    for (let i = 0; i < this.colors.array.length; ++i) this.colors.array[i] = rgb[i % 3];
+    this.colors.needsUpdate = true;
   }
 }
 
@@ -78,7 +78,7 @@ export class Scene3d {
   constructor(canvas, model) {
     this.canvas = canvas;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
-    // Colours are to be those of the legend: no conversion behind our back.
+    // Without conversion, colors are those of the legend.
     THREE.ColorManagement.enabled = false;
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.scene = new THREE.Scene();
@@ -99,10 +99,10 @@ export class Scene3d {
     this.isDirty = true;
     this.restUntil = this.renderBegin = 0;
     canvas.addEventListener("keydown", (event) => this.key(event));
-    canvas.addEventListener("webglcontextrestored", () => this.comeBack());
+    canvas.addEventListener("webglcontextrestored", () => this.restore());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
-    this.recolour();
+    this.recolor();
     this.fit();
     const loop = () => {
       requestAnimationFrame(loop);
@@ -110,8 +110,8 @@ export class Scene3d {
     };
     loop();
   }
-  /// Whether the graphics processor is done with the last picture and, where pictures take long, has had as long for the rest of
-  /// the page. Where software draws, more would only pile up and make the page slow to answer.
+  /// Whether the last picture is rendered and, after a slow one, as much time has passed for the rest of the page. Otherwise
+  /// pictures would queue up in software rendering, and the page would respond slowly.
   isFree() {
     if (!this.hasDrawn()) return false;
     return performance.now() >= this.restUntil;
@@ -136,11 +136,11 @@ export class Scene3d {
   reserveCloud(count) {
     this.capacity = count;
     this.cloudPositions = new THREE.BufferAttribute(new Float32Array(count * 3), 3);
-    this.cloudColours = new THREE.BufferAttribute(new Uint8Array(count * 3), 3, true);
+    this.cloudColors = new THREE.BufferAttribute(new Uint8Array(count * 3), 3, true);
     this.cloudGeometry.setAttribute("position", this.cloudPositions);
-    this.cloudGeometry.setAttribute("color", this.cloudColours);
+    this.cloudGeometry.setAttribute("color", this.cloudColors);
   }
-  /// values: x, y, z in the box lo..hi and the distance, as shares of 65535. byDistance: colours tell the distance.
+  /// values: x, y, z in the box lo..hi, and the distance, as shares of 65535. byDistance: colors show the distance.
   setCloud(values, lo, hi, byDistance) {
     const count = values.length / 4;
     if (count > this.capacity) this.reserveCloud(count * 2);
@@ -150,13 +150,13 @@ export class Scene3d {
     if (byDistance) {
       const distances = new Uint16Array(count);
       for (let i = 0; i < count; ++i) distances[i] = values[i * 4 + 3];
-      paint(distances, 0, 65535, this.cloudColours.array);
+      paint(distances, 0, 65535, this.cloudColors.array);
     } else {
       const rgb = new THREE.Color(style("--mark")).toArray().map((c) => Math.round(c * 255));
-      for (let i = 0; i < count * 3; ++i) this.cloudColours.array[i] = rgb[i % 3];
+      for (let i = 0; i < count * 3; ++i) this.cloudColors.array[i] = rgb[i % 3];
     }
     this.cloudGeometry.setDrawRange(0, count);
-    this.cloudPositions.needsUpdate = this.cloudColours.needsUpdate = true;
+    this.cloudPositions.needsUpdate = this.cloudColors.needsUpdate = true;
     this.draw();
   }
   show({ cloud, mesh, edges, ghost, split }) {
@@ -169,7 +169,7 @@ export class Scene3d {
     if (refits) this.fit();
     this.draw();
   }
-  recolour() {
+  recolor() {
     const dark = document.documentElement.dataset.theme === "dark";
     this.renderer.setClearColor(style("--stage"));
     this.mesh.edges.material.color.set(dark ? "#dfe7ef" : "#10161c");
@@ -177,20 +177,20 @@ export class Scene3d {
     this.plain = dark ? plainMesh.dark : plainMesh.light;
     this.draw();
   }
-  /// As near as shows all corners of the box in which the simulations move.
+  /// Moves the camera as close as all corners of the box of the simulations stay visible.
   fit() {
-    const centre = this.lo.clone().add(this.hi).multiplyScalar(0.5), toCamera = new THREE.Vector3(0.55, -0.9, 0.5).normalize();
+    const center = this.lo.clone().add(this.hi).multiplyScalar(0.5), toCamera = new THREE.Vector3(0.55, -0.9, 0.5).normalize();
     const right = new THREE.Vector3().crossVectors(this.camera.up, toCamera).normalize(), up = new THREE.Vector3().crossVectors(toCamera, right);
     const aspect = (this.canvas.clientWidth / this.canvas.clientHeight) * (this.isSplit ? 0.5 : 1);
     const vertical = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)), horizontal = vertical * aspect;
     let away = 0;
     for (let corner = 0; corner < 8; ++corner) {
-      const at = new THREE.Vector3(...[0, 1, 2].map((k) => ((corner >> k) & 1 ? this.hi : this.lo).getComponent(k))).sub(centre);
+      const at = new THREE.Vector3(...[0, 1, 2].map((k) => ((corner >> k) & 1 ? this.hi : this.lo).getComponent(k))).sub(center);
       away = Math.max(away, at.dot(toCamera) + Math.max(Math.abs(at.dot(right)) / horizontal, Math.abs(at.dot(up)) / vertical));
     }
     away *= 1.04;
-    this.controls.target.copy(centre);
-    this.camera.position.copy(centre).addScaledVector(toCamera, away);
+    this.controls.target.copy(center);
+    this.camera.position.copy(center).addScaledVector(toCamera, away);
     this.camera.near = away / 100;
     this.camera.far = away * 20;
     this.camera.updateProjectionMatrix();
@@ -218,20 +218,20 @@ export class Scene3d {
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     if (width === 0 || height === 0) return;
-    // On a 4K wall a picture of 2 million pixels is enough.
+    // Two million pixels are enough on a 4K screen.
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2, Math.max(0.5, Math.sqrt(2.2e6 / (width * height)))));
     this.renderer.setSize(width, height, false);
     this.points.material.size = Math.max(1.5, height / 420) * this.renderer.getPixelRatio();
     this.draw();
-    if (this.fence !== undefined && this.hasDrawn()) this.render();  // nothing is left of a picture of another size: no rest now
+    if (this.fence !== undefined && this.hasDrawn()) this.render();  // resizing clears the picture, so draw without a pause
   }
   draw() {
     this.isDirty = true;
   }
-  /// The graphics driver had crashed, or the laptop slept: what was on its way will never be drawn.
-  comeBack() {
+  /// After a crash of the graphics driver or a suspend, the pending picture is lost.
+  restore() {
     this.fence = null;
-    this.recolour();
+    this.recolor();
   }
   render() {
     this.isDirty = false;

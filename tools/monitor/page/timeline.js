@@ -1,7 +1,7 @@
-// A recording instead of a running test: a slider over its frames.
-import { readPacket } from "./packet.js";
+// The timeline of a recording: a slider over its frames.
+import { readPacket } from "./connection.js";
+import { byId } from "./panels.js";
 
-const byId = (id) => document.getElementById(id);
 const playInterval = 100;  // ms
 
 export class Timeline {
@@ -15,8 +15,8 @@ export class Timeline {
     this.page.state("live", `Recording ${recording.file}: ${recording.words === "complete" ? "this recording is complete" : recording.words}`);
     this.show();
   }
-  /// The curves of the test that the frame belongs to: a recording may hold several.
-  async takeRows(session) {
+  /// Loads the curves of the test that the frame belongs to; a recording may contain several tests.
+  async loadRows(session) {
     this.session = session;
     for (let first = 0; ; first = this.page.rows.count) {
       const answer = await (await fetch(`/api/recording/rows?session=${session}&first=${first}`)).arrayBuffer();
@@ -24,13 +24,13 @@ export class Timeline {
       const packet = readPacket(answer);
       packet.head.epoch = session;
       if (packet.arrays.rows.length === 0) return;
-      this.page.take(packet);
+      this.page.receive(packet);
     }
   }
   async get(address) {
     return readPacket(await (await fetch(address)).arrayBuffer());
   }
-  /// One frame at a time, for where the slider is when the last one has been shown.
+  /// Loads and shows one frame at a time; then continues if the slider has moved.
   async show() {
     const wanted = this.slider.value;
     if (this.isBusy) return;
@@ -38,7 +38,7 @@ export class Timeline {
     try {
       const packet = await this.get(`/api/recording/frame?number=${wanted}`);
       await this.page.present(packet);
-      if (packet.head.test.session !== this.session) await this.takeRows(packet.head.test.session);
+      if (packet.head.test.session !== this.session) await this.loadRows(packet.head.test.session);
       byId("save-csv").href = `/export/curves.csv?session=${this.session}`;
       byId("scrub-at").textContent = `${Number(wanted) + 1} of ${Number(this.slider.max) + 1}`;
     } finally {
@@ -51,7 +51,7 @@ export class Timeline {
     clearInterval(this.timer);
     if (!on) return;
     this.timer = setInterval(() => {
-      // Not before the last one was seen: a slow machine plays slowly, and leaves nothing out.
+      // Waits until the last frame is drawn: a slow machine plays slowly, but shows every frame.
       if (this.isBusy || !this.page.hasShownAll) return;
       this.slider.value = Number(this.slider.value) < Number(this.slider.max) ? Number(this.slider.value) + 1 : 0;
       this.show();
