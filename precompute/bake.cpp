@@ -5,7 +5,7 @@
 #include "precompute/jobs/merge_shards.hpp"
 #include "precompute/jobs/plan_bake.hpp"
 #include "precompute/model_file/model_writer.hpp"
-#include "precompute/stopwatch.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea::bake {
 
@@ -17,7 +17,7 @@ BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& desc
   check_space(passing.folder(), plan);
   Stopwatch watch;
   bake_shard(passing.folder(), plan, {0, 1}, options);
-  const double samples_seconds = watch.lap();
+  const double samples_seconds = watch.lap_s();
   BakeSummary summary = merge_shards(passing.folder(), plan, output, options);
   summary.seconds.samples = samples_seconds;
   return summary;

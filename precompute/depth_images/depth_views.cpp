@@ -63,15 +63,15 @@ class DepthViews final : public ViewRenderer {
     const double step = std::max((extent.high[2] - extent.low[2]) / most_steps, 1e-6);
     camera_.T_reference_sensor = sensor.T_reference_sensor;
     camera_.focal = static_cast<float>(sensor.focal_px / cell_px_);
-    camera_.centre_column = static_cast<float>(sensor.width_px / 2.0 / cell_px_ - left);
-    camera_.centre_row = static_cast<float>(sensor.height_px / 2.0 / cell_px_ - top);
+    camera_.center_column = static_cast<float>(sensor.width_px / 2.0 / cell_px_ - left);
+    camera_.center_row = static_cast<float>(sensor.height_px / 2.0 / cell_px_ - top);
     camera_.depth_origin = static_cast<float>(extent.low[2] - 16 * step);
     camera_.depth_step = static_cast<float>(step);
     camera_.columns = static_cast<std::uint32_t>(right - left);
     camera_.rows = static_cast<std::uint32_t>(bottom - top);
   }
 
-  [[nodiscard]] const ViewCamera& camera() const noexcept override { return camera_; }
+  [[nodiscard]] const DepthCamera& camera() const noexcept override { return camera_; }
 
   void render(std::span<const float> positions, std::span<std::uint16_t> image) const override {
     const SensorImage rays = sensor_.image({positions});
@@ -102,7 +102,7 @@ class DepthViews final : public ViewRenderer {
   double cell_px_;
   VirtualSensor sensor_;
   std::uint32_t column_ = 0, row_ = 0;  // of the first cell
-  ViewCamera camera_;
+  DepthCamera camera_;
 };
 
 }  // namespace

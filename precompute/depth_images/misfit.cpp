@@ -1,6 +1,6 @@
 #include "precompute/depth_images/misfit.hpp"
 
-#include "runtime/src/model/view_data.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -51,7 +51,7 @@ MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResid
   constexpr double frame_deviations = 3, test_deviations = 3.5;
   constexpr double least = 1.2;
   constexpr std::size_t first_frames = 3;  // a mean over fewer says little
-  const double noise = double{ViewMetric{}.mesh_noise} * double{ViewMetric{}.mesh_noise};
+  const double noise = double{DepthMetric{}.mesh_noise} * double{DepthMetric{}.mesh_noise};
   std::vector<double> misfits, means;
   double sum = 0, weights = 0;
   std::size_t count = 0;

@@ -22,7 +22,7 @@ struct RenderedViews {
 
 SensorViews render_views(const Model& model, const ViewRenderer& renderer, unsigned threads,
                          const std::function<void(std::size_t done)>& progress) {
-  const ViewCamera& camera = renderer.camera();
+  const DepthCamera& camera = renderer.camera();
   const std::size_t stride = padded_cells(camera);
   auto views = std::make_shared<RenderedViews>();
   views->depths.assign(model.samples() * stride, empty_cell);
@@ -41,7 +41,7 @@ SensorViews render_views(const Model& model, const ViewRenderer& renderer, unsig
     std::copy_n(views->depths.begin() + static_cast<std::ptrdiff_t>(first * stride), images.size(), images.begin());
   };
   views->learnt = learn_views(camera, samples, read, threads);
-  return SensorViews(std::make_shared<const ViewData>(ViewData{
+  return SensorViews(std::make_shared<const DepthImages>(DepthImages{
       camera, views->depths, views->learnt.expected, views->learnt.limits.frame, views->learnt.limits.test, views}));
 }
 

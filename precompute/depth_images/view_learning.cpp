@@ -16,7 +16,7 @@ constexpr std::size_t block = 64;  // images in memory, per thread
 /// The images of some samples, asked which sample of another simulation explains them best.
 class Questions {
  public:
-  Questions(const ViewCamera& camera, std::span<const Sample> samples, const ImageReader& read)
+  Questions(const DepthCamera& camera, std::span<const Sample> samples, const ImageReader& read)
       : camera_(camera),
         samples_(samples),
         stride_(padded_cells(camera)),
@@ -36,18 +36,18 @@ class Questions {
 
   /// Lowers least[q], in cells squared, to what samples [first, first + images) leave.
   void hold_against(std::size_t first, std::span<const std::uint16_t> images, std::vector<float>& least) const {
-    const ViewMetric metric;
+    const DepthMetric metric;
     const CellPrices prices{metric.cap / camera_.depth_step, metric.one_sided / camera_.depth_step};
     for (std::size_t q = 0; q < count_; ++q)
       for (std::size_t i = 0; i < images.size() / stride_; ++i) {
         if (samples_[first + i].simulation == sample(q).simulation) continue;
-        const CellSums sums = kernels().compare_views(&observed_[q * stride_], &images[i * stride_], stride_, prices);
+        const CellSums sums = kernels().compare_depths(&observed_[q * stride_], &images[i * stride_], stride_, prices);
         least[q] = std::min(least[q], sums.squares / std::max(sums.filled, 1.0f));
       }
   }
 
  private:
-  const ViewCamera& camera_;
+  const DepthCamera& camera_;
   std::span<const Sample> samples_;
   std::size_t stride_, every_, count_;
   std::vector<float> observed_;  // count x stride
@@ -73,7 +73,7 @@ std::vector<float> least_squares(const Questions& questions, std::size_t stride,
 
 }  // namespace
 
-LearntViews learn_views(const ViewCamera& camera, std::span<const Sample> samples, const ImageReader& read,
+LearntViews learn_views(const DepthCamera& camera, std::span<const Sample> samples, const ImageReader& read,
                         unsigned threads) {
   LearntViews learnt{std::vector<float>(samples.size(), 0.0f), {}};
   if (samples.empty() || samples.front().simulation == samples.back().simulation) return learnt;

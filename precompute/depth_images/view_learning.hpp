@@ -2,7 +2,7 @@
 #pragma once
 
 #include "precompute/depth_images/misfit.hpp"
-#include "runtime/src/model/view_data.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -24,7 +24,7 @@ using ImageReader = std::function<void(std::size_t first, std::span<std::uint16_
 
 /// samples: ascending. Every sample (of many, every k-th) is held against all samples of the other simulations: what is
 /// left is what an unseen run leaves. The images are read once, a few at a time; the memory does not grow with them.
-[[nodiscard]] LearntViews learn_views(const ViewCamera& camera, std::span<const Sample> samples,
+[[nodiscard]] LearntViews learn_views(const DepthCamera& camera, std::span<const Sample> samples,
                                       const ImageReader& read, unsigned threads);
 
 }  // namespace lbea::bake

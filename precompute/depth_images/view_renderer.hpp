@@ -2,7 +2,7 @@
 // caster.
 #pragma once
 
-#include "runtime/src/model/view_data.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 
 #include <cstdint>
 #include <span>
@@ -12,8 +12,8 @@ namespace lbea::bake {
 class ViewRenderer {
  public:
   virtual ~ViewRenderer() = default;
-  [[nodiscard]] virtual const ViewCamera& camera() const noexcept = 0;
-  /// positions: nodes x 3, reference coordinates; image: padded_cells(camera()), see ViewData. Safe from several
+  [[nodiscard]] virtual const DepthCamera& camera() const noexcept = 0;
+  /// positions: nodes x 3, reference coordinates; image: padded_cells(camera()), see DepthImages. Safe from several
   /// threads.
   virtual void render(std::span<const float> positions, std::span<std::uint16_t> image) const = 0;
 };

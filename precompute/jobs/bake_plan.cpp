@@ -37,8 +37,8 @@ static void members(auto& a, Ensemble& e) {
   e.reference_run = reference_run;
 }
 static void members(auto& a, PlannedRun& r) { a(r.modified, r.survey, r.record, r.footprint, r.failure); }
-static void members(auto& a, ViewCamera& c) {
-  a(c.T_reference_sensor, c.focal, c.centre_column, c.centre_row, c.depth_origin, c.depth_step, c.columns, c.rows);
+static void members(auto& a, DepthCamera& c) {
+  a(c.T_reference_sensor, c.focal, c.center_column, c.center_row, c.depth_origin, c.depth_step, c.columns, c.rows);
 }
 static void members(auto& a, BakePlan& p) { a(p.description, p.ensemble, p.survey, p.runs, p.bases, p.camera); }
 static void members(auto& a, BakedTree& t) { a(t.order, t.boxes, t.ranges); }
@@ -125,7 +125,7 @@ std::uint64_t basis_key(const ObservedRegion& region, const CommonMesh& mesh, co
   return key_of(work_version, region, mesh.node_ids, positions, modes, time_s);
 }
 
-std::uint64_t camera_key(const ViewCamera& camera) { return key_of(camera); }
+std::uint64_t camera_key(const DepthCamera& camera) { return key_of(camera); }
 
 std::vector<std::int64_t> last_changes(const std::vector<std::filesystem::path>& files) {
   std::vector<std::int64_t> times;

@@ -6,7 +6,7 @@
 #include "precompute/ensemble_description.hpp"
 #include "precompute/jobs/work_folder.hpp"
 #include "precompute/survey/survey.hpp"
-#include "runtime/src/model/view_data.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -35,7 +35,7 @@ struct BakePlan {
   Survey survey;                                  // runs that are left out have no steps
   std::vector<PlannedRun> runs;                   // as in the ensemble
   std::vector<std::uint64_t> bases;               // keys, per reference
-  std::optional<ViewCamera> camera;               // of the depth images, when there are any
+  std::optional<DepthCamera> camera;              // of the depth images, when there are any
   double reading_seconds = 0, bases_seconds = 0;  // what planning took; not kept in the file
 };
 
@@ -60,7 +60,7 @@ void write_survey(const WorkFolder& work, const PlannedRun& run, const RunHistor
                                        const std::vector<std::int64_t>& modified);
 [[nodiscard]] std::uint64_t basis_key(const ObservedRegion& region, const CommonMesh& mesh,
                                       const std::vector<float>& positions, std::uint32_t modes, double time_s);
-[[nodiscard]] std::uint64_t camera_key(const ViewCamera& camera);
+[[nodiscard]] std::uint64_t camera_key(const DepthCamera& camera);
 /// On the file system's clock. Throws Error{bad_input} naming a file that is not there.
 [[nodiscard]] std::vector<std::int64_t> last_changes(const std::vector<std::filesystem::path>& files);
 /// Fills in the runs' keys of records and footprints.

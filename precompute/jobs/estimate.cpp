@@ -4,7 +4,7 @@
 #include "precompute/jobs/bake_shard.hpp"
 #include "precompute/jobs/model_plan.hpp"
 #include "precompute/samples/sample_projection.hpp"
-#include "precompute/stopwatch.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -35,7 +35,7 @@ double seconds_of(const WorkFolder& work, const BakePlan& probe, const BakeOptio
   quietly.leaves_out_broken = false;
   Stopwatch watch;
   bake_shard(work, probe, {}, quietly);
-  const double seconds = watch.lap();
+  const double seconds = watch.lap_s();
   std::error_code none;
   std::filesystem::remove(work.file(probe.runs.front().record_name()), none);
   std::filesystem::remove(work.file(probe.runs.front().footprint_name()), none);

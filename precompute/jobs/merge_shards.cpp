@@ -10,7 +10,7 @@
 #include "precompute/samples/field_sections.hpp"
 #include "precompute/samples/landmarks.hpp"
 #include "precompute/stage.hpp"
-#include "precompute/stopwatch.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -224,7 +224,7 @@ BakeSummary merge(const WorkFolder& work, const BakePlan& planned, const std::fi
     for (std::size_t field = 0; field < plan.survey.fields.size(); ++field)
       summary.rounded_fields.push_back(
           {plan.survey.fields[field].name, plan.survey.fields[field].unit, merger.field_errors()[field]});
-  summary.seconds = {planned.reading_seconds, planned.bases_seconds, 0, watch.lap()};
+  summary.seconds = {planned.reading_seconds, planned.bases_seconds, 0, watch.lap_s()};
   return summary;
 }
 

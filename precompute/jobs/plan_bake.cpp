@@ -2,9 +2,9 @@
 
 #include "precompute/parallel.hpp"
 #include "precompute/stage.hpp"
-#include "precompute/stopwatch.hpp"
 #include "precompute/survey/envelope.hpp"
 #include "precompute/survey/reference_states.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -143,10 +143,10 @@ BakePlan plan_bake(const WorkFolder& work, const Ensemble& ensemble, const Ensem
   plan.runs = survey_runs(work, ensemble, description, *reference, {}, options);
   collect(work, plan, *reference, options);
   check_rounded(ensemble, plan.survey);
-  plan.reading_seconds = watch.lap();
+  plan.reading_seconds = watch.lap_s();
   (void)EnvelopeBuilder(plan.survey.min, plan.survey.max, description.envelope_margin);  // refuses a bad margin now
   plan.bases = make_bases(work, ensemble, description, plan.survey, options);
-  plan.bases_seconds = watch.lap();
+  plan.bases_seconds = watch.lap_s();
   if (options.views) plan.camera = options.views(plan.survey.mesh, plan.survey.min, plan.survey.max)->camera();
   set_keys(plan);
   write_plan(work, plan);

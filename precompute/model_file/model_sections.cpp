@@ -143,7 +143,7 @@ SmallSections small_sections(const format::Info& info, const EnsembleDescription
 
 void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
                          const EnsembleDescription& description, std::size_t provenance_size,
-                         const ViewCamera* camera) {
+                         const DepthCamera* camera) {
   const std::uint64_t s = info.samples, n = info.vertices;
   const std::uint64_t cells = std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
   plan.push_back({SectionId::provenance, 0, ElementType::u8, {provenance_size}});
@@ -158,21 +158,21 @@ void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& 
   plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
   if (has_landmarks(info, description)) plan_landmarks(plan, info);
   if (camera == nullptr) return;
-  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {sizeof(format::ViewCameraWords) / sizeof(double)}});
+  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {sizeof(format::DepthCameraWords) / sizeof(double)}});
   plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
   plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
   plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
 }
 
-void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntViews& learnt) {
-  format::ViewCameraWords words{{},
-                                double{camera.focal},
-                                double{camera.centre_column},
-                                double{camera.centre_row},
-                                double{camera.depth_origin},
-                                double{camera.depth_step},
-                                double{learnt.limits.frame},
-                                double{learnt.limits.test}};
+void write_views(ModelWriter& writer, const DepthCamera& camera, const LearntViews& learnt) {
+  format::DepthCameraWords words{{},
+                                 double{camera.focal},
+                                 double{camera.center_column},
+                                 double{camera.center_row},
+                                 double{camera.depth_origin},
+                                 double{camera.depth_step},
+                                 double{learnt.limits.frame},
+                                 double{learnt.limits.test}};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});

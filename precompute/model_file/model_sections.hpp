@@ -64,9 +64,10 @@ class SmallSections {
 /// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes,
 /// branches, leading axes and, unless `camera` is null, depth images.
 void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
-                         const EnsembleDescription& description, std::size_t provenance_size, const ViewCamera* camera);
+                         const EnsembleDescription& description, std::size_t provenance_size,
+                         const DepthCamera* camera);
 
 /// Sections 64, 65 and 67.
-void write_views(ModelWriter& writer, const ViewCamera& camera, const LearntViews& learnt);
+void write_views(ModelWriter& writer, const DepthCamera& camera, const LearntViews& learnt);
 
 }  // namespace lbea::bake

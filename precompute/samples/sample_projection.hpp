@@ -5,7 +5,7 @@
 #include "precompute/jobs/run_record.hpp"
 #include "precompute/stage.hpp"
 #include "runtime/src/match/cloud_index.hpp"
-#include "runtime/src/match/positions.hpp"
+#include "runtime/src/match/correspondence.hpp"
 
 #include <Eigen/Dense>
 

@@ -90,7 +90,7 @@ class FormulaRenderer : public ViewRenderer {
     camera_.columns = 8;
     camera_.rows = 5;
   }
-  const ViewCamera& camera() const noexcept override { return camera_; }
+  const DepthCamera& camera() const noexcept override { return camera_; }
   void render(std::span<const float> positions, std::span<std::uint16_t> image) const override {
     std::ranges::fill(image, empty_cell);
     for (std::size_t cell = 0; cell < camera_.cells(); ++cell) {
@@ -100,7 +100,7 @@ class FormulaRenderer : public ViewRenderer {
   }
 
  private:
-  ViewCamera camera_;
+  DepthCamera camera_;
 };
 
 inline BakeOptions shard_options(unsigned threads = 1) {

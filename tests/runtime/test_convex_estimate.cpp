@@ -1,4 +1,4 @@
-#include "runtime/src/match/convex_estimate.hpp"
+#include "runtime/src/depth/surface_fit.hpp"
 
 #include <doctest/doctest.h>
 

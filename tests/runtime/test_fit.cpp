@@ -1,6 +1,6 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
 #include "precompute/depth_images/sample_views.hpp"
-#include "runtime/src/match/view_ranking.hpp"
+#include "runtime/src/depth/depth_comparison.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
 #include <doctest/doctest.h>
@@ -137,7 +137,7 @@ TEST_CASE("a hidden third of the surface changes neither the match nor the verdi
 TEST_CASE(
     "cells that all of the best fill and the sensor does not count for nothing; those that some leave empty count") {
   constexpr std::size_t cells = 32;
-  ViewCamera camera;
+  DepthCamera camera;
   camera.columns = cells;
   camera.rows = 1;
   // Three images of 32 cells: all fill 0-15, two of them 16-23, none 24-31.
@@ -146,7 +146,7 @@ TEST_CASE(
     for (std::size_t c = 0; c < (s == 2 ? 16u : 24u); ++c) depths[s * cells + c] = static_cast<std::uint16_t>(100 + s);
   std::vector<float> observed(cells, nothing_seen);
   for (std::size_t c = 0; c < 8; ++c) observed[c] = 100;
-  ViewRanking ranking(camera, 3, {.cap = 10, .one_sided = 2});
+  DepthRanking ranking(camera, 3, {.cap = 10, .one_sided = 2});
   const std::vector<RankedSample> all{{0, 0}, {1, 0}, {2, 0}};
   ranking.rank(observed, depths, all);
   for (std::size_t c = 0; c < cells; ++c) CHECK(observed[c] == (c < 8 ? 100.0f : c < 16 ? not_observed : nothing_seen));

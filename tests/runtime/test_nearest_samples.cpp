@@ -1,5 +1,4 @@
-#include "runtime/src/match/nearest_samples.hpp"
-#include "runtime/src/model/sample_tree.hpp"
+#include "runtime/src/match/sample_search.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "runtime/src/match/projection.hpp"
+#include "runtime/src/match/sample_search.hpp"
 
 #include <doctest/doctest.h>
 

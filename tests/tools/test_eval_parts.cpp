@@ -1,5 +1,5 @@
 // The parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
-#include "runtime/src/match/weighted_rows.hpp"
+#include "runtime/src/track/evidence.hpp"
 #include "tests/support/synthetic_model.hpp"
 #include "tools/eval/disturbance.hpp"
 #include "tools/eval/icp_baseline.hpp"

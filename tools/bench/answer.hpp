@@ -1,7 +1,7 @@
 // What a pipeline found in one frame, and whether that is right.
 #pragma once
 
-#include "runtime/src/match/nearest_samples.hpp"
+#include "runtime/src/match/sample_search.hpp"
 #include "runtime/src/model/model_view.hpp"
 #include "tools/bench/plain_cloud.hpp"
 

@@ -1,5 +1,5 @@
 // The search alone, over tables larger than the model's.
-#include "runtime/src/model/sample_tree.hpp"
+#include "runtime/src/match/sample_search.hpp"
 #include "tools/bench/growth.hpp"
 
 #include <algorithm>

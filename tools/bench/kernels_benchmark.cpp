@@ -3,7 +3,7 @@
 #include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
-#include "runtime/src/match/nearest_samples.hpp"
+#include "runtime/src/match/sample_search.hpp"
 
 #include <benchmark/benchmark.h>
 

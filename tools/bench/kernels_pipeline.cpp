@@ -1,7 +1,7 @@
 // Matcher::match() stage by stage, with the inner loops of a chosen instruction set.
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
-#include "runtime/src/match/matcher_config.hpp"
+#include "runtime/src/match/matcher_state.hpp"
 #include "runtime/src/match/stopwatch.hpp"
 #include "tools/bench/pipeline.hpp"
 
@@ -47,17 +47,17 @@ class KernelsPipeline : public Pipeline {
     reference_ = reference_at(view_, seconds_between(config_.trigger_ns, frame.stamp_ns));
     const ReferenceView& reference = view_.references[reference_];
     const PointTally tally = index_.build(frame.points, config_.T_reference_sensor);
-    times.index = watch.lap();
+    times.index = watch.lap_ns();
     best_.clear();
     if (tally.used == 0) return times;
     correspond(index_, reference.vertex_positions, corresponding_, points);
-    times.correspondence = watch.lap();
+    times.correspondence = watch.lap_ns();
     project(reference);
-    times.projection = watch.lap();
+    times.projection = watch.lap_ns();
     search(reference);
-    times.matching = watch.lap();
+    times.matching = watch.lap_ns();
     last_coverage_ = coverage_of(best_.ranked().front().sample, reference);
-    times.coverage = watch.lap();
+    times.coverage = watch.lap_ns();
     return times;
   }
 

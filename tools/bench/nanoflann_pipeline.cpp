@@ -1,8 +1,7 @@
 // What one would write from libraries: a nanoflann tree per frame, Eigen's product, a loop over all samples.
-#include "runtime/src/match/cell_grid.hpp"
-#include "runtime/src/match/matcher_config.hpp"
+#include "runtime/src/match/cloud_index.hpp"
+#include "runtime/src/match/matcher_state.hpp"
 #include "runtime/src/match/stopwatch.hpp"
-#include "runtime/src/match/transform.hpp"
 #include "tools/bench/pipeline.hpp"
 
 #include <Eigen/Core>
@@ -32,6 +31,12 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<fl
                                                  std::uint32_t>;
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+std::array<float, 3> transformed(const RigidTransform& T, const Point& p) {
+  return {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3],  //
+          T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],  //
+          T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
+}
+
 class NanoflannPipeline : public Pipeline {
  public:
   NanoflannPipeline(const Model& model, const MatcherConfig& config)
@@ -54,14 +59,14 @@ class NanoflannPipeline : public Pipeline {
     ranked_.clear();
     if (points_.positions.empty()) return times;
     const Tree tree(3, points_);
-    times.index = watch.lap();
+    times.index = watch.lap_ns();
     correspond(tree, reference);
-    times.correspondence = watch.lap();
+    times.correspondence = watch.lap_ns();
     project(reference);
-    times.projection = watch.lap();
+    times.projection = watch.lap_ns();
     config_.method == Method::vtp ? measure_vtp(reference) : measure_lbea(reference);
     rank();
-    times.matching = watch.lap();
+    times.matching = watch.lap_ns();
     return times;
   }
 
@@ -79,7 +84,7 @@ class NanoflannPipeline : public Pipeline {
     points_.positions.clear();
     points_.places.clear();
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const std::array<float, 3> position = lbea::apply(config_.T_reference_sensor, points[i]);
+      const std::array<float, 3> position = transformed(config_.T_reference_sensor, points[i]);
       if (!inside(position)) continue;
       points_.positions.push_back(position);
       points_.places.push_back(static_cast<std::uint32_t>(i));

@@ -1,10 +1,10 @@
-/* api.h - what the shared library shows, LBEA_API; everything else in it is hidden. */
+/* api.h - LBEA_API marks what the shared library exports; everything else is hidden. */
 #ifndef LBEA_API_H
 #define LBEA_API_H
 
 #if defined(__GNUC__)
 #define LBEA_API __attribute__((visibility("default")))
-#define LBEA_HIDDEN __attribute__((visibility("hidden"))) /* for the insides of a class that is shown */
+#define LBEA_HIDDEN __attribute__((visibility("hidden"))) /* for internals of an exported class */
 #else
 #define LBEA_API
 #define LBEA_HIDDEN

@@ -1,14 +1,15 @@
 /* lbea.h - find the simulations that look like the point-cloud frame just captured, from C.
  *
- * Opaque handles, status codes, no globals. Set-up may allocate and read the disk; lbea_matcher_match, given valid
- * arguments, neither allocates nor locks nor calls the system. Every function may be given NULL: it then returns
- * LBEA_BAD_ARGUMENT, 0 or NULL, or does nothing. Threads: share a model freely; a matcher belongs to one at a time.
+ * Opaque handles, status codes, no globals. Set-up may allocate and read the disk; lbea_matcher_match with valid
+ * arguments does not allocate, lock or call the system. Every function accepts NULL: it then returns LBEA_BAD_ARGUMENT,
+ * 0 or NULL, or does nothing. Threads may share a model; only one thread at a time may use a matcher.
  *
  * Units: lengths in the model's length unit (mm unless the ensemble says otherwise), times in s in the model and ns on
  * frames. Indices start at 0. Text is UTF-8 and ends with a zero byte.
  *
- * Structs that may grow begin with struct_size: set it to sizeof(the struct). Fields a caller was not compiled with are
- * left alone; fields the library does not know are set to 0 on the way out and must be 0 on the way in. */
+ * Structs that may grow begin with struct_size: set it to sizeof(the struct). Fields that the caller was not
+ * compiled with are not written; fields that the library does not know must be 0 in input and are set to 0 in output.
+ */
 #ifndef LBEA_H
 #define LBEA_H
 
@@ -22,18 +23,18 @@
 extern "C" {
 #endif
 
-/** 0xMMmmpp of this header; lbea_version() has the loaded library's. */
+/** 0xMMmmpp of this header; lbea_version() returns that of the loaded library. */
 #define LBEA_VERSION ((LBEA_VERSION_MAJOR << 16) | (LBEA_VERSION_MINOR << 8) | LBEA_VERSION_PATCH)
 
 typedef struct lbea_model lbea_model;     /**< The baked file, immutable. */
 typedef struct lbea_matcher lbea_matcher; /**< Matches frames; owns all scratch memory. */
-typedef struct lbea_tracker lbea_tracker; /**< Adds up a whole test. */
+typedef struct lbea_tracker lbea_tracker; /**< Accumulates the evidence of a whole test. */
 
 typedef enum lbea_status {
   LBEA_OK = 0,
   /* per frame */
   LBEA_EMPTY_FRAME = 1,     /**< no finite point inside the ensemble's envelope */
-  LBEA_TOO_MANY_POINTS = 2, /**< more than max_points: refused, never cut short */
+  LBEA_TOO_MANY_POINTS = 2, /**< more than max_points: refused, never truncated */
   LBEA_LOW_COVERAGE = 3,    /**< matched, but too little of the surface was seen to trust it */
   /* at set-up */
   LBEA_FILE_NOT_FOUND = 16,
@@ -42,7 +43,7 @@ typedef enum lbea_status {
   LBEA_CORRUPT_MODEL = 19,
   LBEA_BAD_CONFIG = 20,
   /* of this interface */
-  LBEA_BAD_ARGUMENT = 32, /**< NULL, an index out of range, a struct_size that cannot be */
+  LBEA_BAD_ARGUMENT = 32, /**< NULL, an index out of range, an impossible struct_size */
   LBEA_OUT_OF_MEMORY = 33,
   LBEA_INTERNAL_ERROR = 34,
   LBEA_STATUS_MAX_ = 0x7fffffff /* keeps the enum four bytes wide */
@@ -51,16 +52,16 @@ typedef enum lbea_status {
 typedef enum lbea_method {
   LBEA_METHOD_LBEA = 0, /**< eq. 3: distance of coefficients in the Laplace-Beltrami eigenbasis */
   LBEA_METHOD_VTP = 1,  /**< eq. 1: distance of corresponding positions */
-  LBEA_METHOD_FIT = 2,  /**< LBEA proposes, depth images decide; needs a model baked with a sensor */
+  LBEA_METHOD_FIT = 2,  /**< LBEA proposes, the comparison of depth images decides; needs a model baked with a sensor */
   LBEA_METHOD_MAX_ = 0x7fffffff
 } lbea_method;
 
-/** What a frame, or a whole test, says of the ensemble. */
+/** Whether the ensemble as a whole explains a frame or a test. */
 typedef enum lbea_verdict {
-  LBEA_VERDICT_UNKNOWN = 0,            /**< not asked (other methods than fit), or too little was shown */
-  LBEA_VERDICT_MATCHED = 1,            /**< one shape explains what was seen as well as the runs explain each other */
-  LBEA_VERDICT_AMBIGUOUS = 2,          /**< several simulations with clearly different shapes do */
-  LBEA_VERDICT_NO_SIMULATION_FITS = 3, /**< none does */
+  LBEA_VERDICT_UNKNOWN = 0,            /**< not determined (methods other than fit), or too little was seen */
+  LBEA_VERDICT_MATCHED = 1,            /**< one shape explains it as well as the runs explain each other */
+  LBEA_VERDICT_AMBIGUOUS = 2,          /**< several simulations with clearly different shapes explain it */
+  LBEA_VERDICT_NO_SIMULATION_FITS = 3, /**< no simulation explains it */
   LBEA_VERDICT_MAX_ = 0x7fffffff
 } lbea_verdict;
 
@@ -72,7 +73,7 @@ typedef struct lbea_point {
 /** One captured cloud. The caller keeps the points alive during lbea_matcher_match. */
 typedef struct lbea_frame {
   uint32_t struct_size;
-  uint64_t id;              /**< rises by one per frame */
+  uint64_t id;              /**< increases by one per frame */
   int64_t stamp_ns;         /**< capture time on the sender's clock */
   const lbea_point* points; /**< may be NULL when point_count is 0 */
   size_t point_count;
@@ -82,7 +83,7 @@ typedef struct lbea_frame {
 typedef struct lbea_match {
   uint32_t simulation;
   uint32_t time_step;
-  uint32_t sample; /**< the row of both in the ensemble, for lbea_model_* */
+  uint32_t sample; /**< row in the ensemble, for lbea_model_* */
   float distance;  /**< LBEA: eq. 3; VtP: eq. 1 divided by the number of vertices; fit: estimated EE (eq. 4) */
   double time_s;
 } lbea_match;
@@ -93,15 +94,15 @@ typedef struct lbea_weighted_sample {
   float weight;
 } lbea_weighted_sample;
 
-/** Fill with lbea_config_init, then change what you need. */
+/** Initialize with lbea_config_init, then change what you need. */
 typedef struct lbea_config {
   uint32_t struct_size;
-  uint32_t max_points;          /**< a larger frame is refused, never cut short */
+  uint32_t max_points;          /**< a larger frame is refused, never truncated */
   uint32_t max_matches;         /**< how many samples to return, best first */
   int32_t method;               /**< lbea_method */
-  float trusted_distance;       /**< length unit; a vertex counts as seen when a point lies this near */
-  float min_coverage;           /**< below this share seen, the status is LBEA_LOW_COVERAGE */
-  int64_t trigger_ns;           /**< the sender's clock at impact: picks the reference mesh over time */
+  float trusted_distance;       /**< length unit; a vertex counts as seen when a point is within this distance */
+  float min_coverage;           /**< below this coverage, the status is LBEA_LOW_COVERAGE */
+  int64_t trigger_ns;           /**< the sender's clock at impact: selects the reference mesh over time */
   float T_reference_sensor[12]; /**< row-major 3x4: reference = R * sensor + t */
 } lbea_config;
 
@@ -110,47 +111,47 @@ typedef struct lbea_result {
   uint32_t struct_size;
   lbea_status status;
   lbea_verdict verdict; /**< of this frame */
-  uint32_t reference;   /**< which reference mesh was used */
+  uint32_t reference;   /**< the reference mesh that was used */
   uint64_t frame_id;
   int64_t stamp_ns;
-  float coverage;               /**< share of the best sample's observed surface that the frame shows */
-  float leading_coordinates[3]; /**< the coefficients that vary most over the samples */
-  const lbea_match* matches;    /**< match_count, best first */
-  const float* coefficients;    /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
-  const lbea_match* candidates; /**< fit: the samples that look most like the frame; distance: residual, below */
-  const lbea_weighted_sample* estimate; /**< fit: the shape between the samples that explains the frame best */
+  float coverage;                       /**< share of the best sample's observed surface that the frame shows */
+  float leading_coordinates[3];         /**< the coefficients with the highest variance over the samples */
+  const lbea_match* matches;            /**< match_count, best first */
+  const float* coefficients;            /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
+  const lbea_match* candidates;         /**< fit: the samples most similar to the frame; distance: their residual */
+  const lbea_weighted_sample* estimate; /**< fit: the convex combination that explains the frame best */
   uint32_t match_count, coefficient_count, candidate_count, estimate_count;
   /* fit, else NaN; length unit */
   float residual;          /**< root mean square depth difference of the best candidate */
-  float estimate_residual; /**< the same of the estimate */
-  float misfit;            /**< residual over the one expected of an unseen run */
+  float estimate_residual; /**< the same for the estimate */
+  float misfit;            /**< residual over the expected residual of a run that is not in the ensemble */
   float spread;            /**< mean distance of the plausible samples from the estimate */
   uint32_t points_received, points_invalid, points_culled, points_used; /**< received = used + invalid + culled */
   uint32_t index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns, fit_ns; /**< wall time of each stage */
 } lbea_result;
 
-/** What a whole test says so far. Pointers are valid until the next lbea_tracker_update. */
+/** The result for the whole test so far. Pointers are valid until the next lbea_tracker_update. */
 typedef struct lbea_test_state {
   uint32_t struct_size;
-  uint32_t sample;                       /**< the likeliest now, given all frames so far */
-  uint64_t frames;                       /**< that told something */
-  const float* simulation_probabilities; /**< simulation_count, of the whole test so far */
+  uint32_t sample;                       /**< the most likely one now, given all frames so far */
+  uint64_t frames;                       /**< frames with evidence */
+  const float* simulation_probabilities; /**< simulation_count values, for the whole test so far */
   uint32_t simulation_count;
-  uint32_t simulation;      /**< the likeliest of the whole test so far */
+  uint32_t simulation;      /**< the most likely one for the whole test so far */
   float sample_probability; /**< of `sample` */
-  float misfit;             /**< geometric mean of the frames' misfits; 0: none told */
+  float misfit;             /**< geometric mean of the frames' misfits; 0: none so far */
   lbea_verdict verdict;
 } lbea_test_state;
 
-/** What a model holds. */
+/** Sizes of a model. */
 typedef struct lbea_model_info {
   uint32_t struct_size;
   uint32_t vertices, modes;      /**< n and p, of the observed region and its basis */
   uint32_t samples, simulations; /**< of the ensemble */
   uint32_t references;           /**< 1 at impact; time steps over time */
   uint32_t nodes, elements;      /**< of the whole component */
-  uint32_t fields;               /**< carried along with every sample, e.g. plastic strain */
-  uint64_t checksum;             /**< names this model */
+  uint32_t fields;               /**< quantities stored with every sample, e.g. plastic strain */
+  uint64_t checksum;             /**< identifies this model */
   const char* length_unit;       /**< lives as long as the model */
 } lbea_model_info;
 
@@ -160,29 +161,29 @@ typedef struct lbea_field_info {
   uint32_t values_per_sample; /**< elements, or nodes */
   const char* name;
   const char* unit;
-  float largest_error; /**< of any value: 0 when stored as it was, else half of a 16-bit step */
+  float largest_error; /**< of any value: 0 when stored unchanged, else half of a 16-bit step */
 } lbea_field_info;
 
 /* About the library. */
 LBEA_API uint32_t lbea_version(void);                        /**< LBEA_VERSION of the loaded library */
 LBEA_API const char* lbea_build_info(void);                  /**< version, commit, compiler, flags: for bug reports */
 LBEA_API const char* lbea_status_string(lbea_status status); /**< stable lower-case name, never NULL */
-/** The sentence about this thread's last failure, which says what to do; "" when there was none. Never NULL; valid
- * until this thread's next failure. */
+/** The message of this thread's last failure, with the remedy; "" when there was none. Never NULL; valid until this
+ * thread's next failure. */
 LBEA_API const char* lbea_last_error(void);
 
 /* Models. */
-/** Maps the file read-only and checks every byte that is later trusted. *model is NULL unless LBEA_OK is returned. */
+/** Maps the file read-only and checks it; later reads need no check. *model is NULL unless LBEA_OK is returned. */
 LBEA_API lbea_status lbea_model_open(const char* path, lbea_model** model);
-/** The same for an image in memory, 64-byte aligned, which the caller keeps alive and unchanged. */
+/** The same for an image in memory. It must be 64-byte aligned; the caller keeps it alive and unchanged. */
 LBEA_API lbea_status lbea_model_open_memory(const void* image, size_t size, lbea_model** model);
-/** Matchers keep what they need of their model alive. */
+/** Matchers keep the memory of their model alive. */
 LBEA_API void lbea_model_close(lbea_model* model);
 LBEA_API lbea_status lbea_model_get_info(const lbea_model* model, lbea_model_info* info);
 LBEA_API lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_field_info* info);
 /** NULL for an index out of range, as with the next two. Lives as long as the model. */
 LBEA_API const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation);
-/** nodes x 3: the sample's whole deformed mesh, also what no camera sees. */
+/** nodes x 3: the sample's whole deformed mesh, including what no camera sees. */
 LBEA_API const float* lbea_model_node_positions(const lbea_model* model, uint32_t sample);
 /** values_per_sample of the field; NULL also when the field is stored in 16 bits: lbea_model_read_field reads both
  * kinds. */
@@ -194,7 +195,7 @@ LBEA_API lbea_status lbea_model_read_field(const lbea_model* model, uint32_t fie
 /* Matching. */
 /** The defaults. struct_size is sizeof(lbea_config). */
 LBEA_API lbea_status lbea_config_init(lbea_config* config, size_t struct_size);
-/** config may be NULL: the defaults. *matcher is NULL unless LBEA_OK is returned. */
+/** config: NULL for the defaults. *matcher is NULL unless LBEA_OK is returned. */
 LBEA_API lbea_status lbea_matcher_create(const lbea_model* model, const lbea_config* config, lbea_matcher** matcher);
 LBEA_API void lbea_matcher_destroy(lbea_matcher* matcher);
 /** Returns result->status, or LBEA_BAD_ARGUMENT. Set result->struct_size once. */
@@ -204,8 +205,8 @@ LBEA_API lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame*
 /** One per test. *tracker is NULL unless LBEA_OK is returned. */
 LBEA_API lbea_status lbea_tracker_create(const lbea_model* model, lbea_tracker** tracker);
 LBEA_API void lbea_tracker_destroy(lbea_tracker* tracker);
-/** Takes in what the matcher, of the same model, last matched: call it once per frame, in order. As real-time safe as
- *  matching; linear in the samples. Set state->struct_size once. */
+/** Adds the matcher's last result. The matcher must be of the same model. Call it once per frame, in order. As
+ * real-time safe as matching; cost linear in the samples. Set state->struct_size once. */
 LBEA_API lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state);
 
 #ifdef __cplusplus

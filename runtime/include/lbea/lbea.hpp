@@ -1,7 +1,7 @@
 // lbea.hpp - find the simulations that look like the point-cloud frame just captured.
 //
 // Set-up (Model::open, the constructor of Matcher) may allocate, read the disk and throw lbea::Error.
-// The loop (Matcher::match) does none of that: no allocation, lock, system call or exception.
+// The loop (Matcher::match) does not allocate, lock, call the system or throw.
 //
 // Units: lengths in the model's length unit (mm unless the ensemble says otherwise), times in s in the
 // model and ns on frames. Distances are never squared. Indices start at 0; ties go to the lower index.
@@ -34,9 +34,9 @@ struct Point {
 using RigidTransform = std::array<float, 12>;
 inline constexpr RigidTransform identity_transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-/// One captured cloud. A view: the caller keeps the points alive during match().
+/// One captured cloud. Does not own the points: the caller keeps them alive during match().
 struct Frame {
-  std::uint64_t id = 0;       // given by the sender, rises by one per frame
+  std::uint64_t id = 0;       // set by the sender, increases by one per frame
   std::int64_t stamp_ns = 0;  // capture time on the sender's clock
   std::span<const Point> points{};
 };
@@ -44,22 +44,22 @@ struct Frame {
 enum class Method : std::int32_t {
   lbea,  // eq. 3: distance of coefficients in the Laplace-Beltrami eigenbasis
   vtp,   // eq. 1: distance of corresponding positions
-  fit,   // LBEA proposes, the depth images of what the sensor would see decide; needs SensorViews
+  fit,   // LBEA proposes samples, the comparison of depth images decides; needs SensorViews
 };
 
-/// What a frame says of the ensemble as a whole.
+/// Whether the ensemble as a whole explains a frame.
 enum class Verdict : std::int32_t {
-  unknown = 0,         // not asked (lbea, vtp), or the frame showed too little
-  matched,             // one shape explains the frame as well as the ensemble's own runs explain each other
-  ambiguous,           // several simulations with clearly different shapes do
-  no_simulation_fits,  // none does: the residual is beyond what a simulation that is left out leaves
+  unknown = 0,         // not determined (lbea, vtp), or the frame showed too little
+  matched,             // one shape explains the frame as well as the runs of the ensemble explain each other
+  ambiguous,           // several simulations with clearly different shapes explain it
+  no_simulation_fits,  // none explains it: the residual is larger than that of a left-out simulation
 };
 [[nodiscard]] LBEA_API std::string_view to_string(Verdict verdict) noexcept;
 
 /// How the reference mesh `sim_ref` is chosen (method step 2).
 enum class ReferenceMode : std::uint32_t {
   impact,     // (a) the undeformed mesh of one run at impact, for every frame
-  over_time,  // (b) the same run at the frame's own time
+  over_time,  // (b) the same run at the time of the frame
 };
 
 /// One row of the ensemble: a run and the index of the stored state in it.
@@ -82,7 +82,7 @@ enum class Status : std::int32_t {
   ok = 0,
   // per frame, returned by the loop
   empty_frame,      // no finite point inside the ensemble's envelope
-  too_many_points,  // more than MatcherConfig::max_points: refused, never cut short
+  too_many_points,  // more than MatcherConfig::max_points: refused, never truncated
   low_coverage,     // matched, but too little of the surface was seen to trust it
   // at set-up, carried by Error
   file_not_found,
@@ -99,7 +99,7 @@ inline constexpr std::int32_t status_count = 13;
 /// Stable lower-case name, e.g. "low_coverage"; "unknown_status" for a value that is none of the above.
 [[nodiscard]] LBEA_API std::string_view to_string(Status status) noexcept;
 
-/// The one exception of set-up. what() is a sentence that names file, section, byte and what to do.
+/// The only exception of set-up. what() names file, section and byte, and the remedy.
 struct LBEA_API Error : std::runtime_error {
   Error(Status s, const std::string& sentence) : std::runtime_error(sentence), status(s) {}
   Status status;
@@ -110,7 +110,7 @@ struct FieldInfo {
   enum class Location : std::uint32_t { element, node };
   std::string_view name, unit;
   Location location = Location::element;
-  float largest_error = 0;  // of any value, in the field's unit: 0 when stored as it was, else half of a 16-bit step
+  float largest_error = 0;  // of any value, in the field's unit: 0 when stored unchanged, else half of a 16-bit step
 };
 
 /// A share of a sample in a convex combination.
@@ -119,26 +119,26 @@ struct WeightedSample {
   float weight = 0;  // shares are positive and add up to 1
 };
 
-struct ModelView;  // the validated sections of a model file, runtime-internal
-struct ViewData;   // the depth images and their camera, runtime-internal
+struct ModelView;    // the validated sections of a model file, runtime-internal
+struct DepthImages;  // the depth images and their camera, runtime-internal
 
-/// The baked file, immutable. Copies share one mapping; share it freely between threads.
+/// The baked file. Immutable: threads may share it. Copies share one mapping.
 class LBEA_API Model {
  public:
-  /// Maps `file` read-only and checks every byte that is later trusted, reading it once from front to end. What
-  /// matching reads is in memory then; the rest comes from the file when it is asked for: a model may be larger than
-  /// memory. Throws Error{file_not_found | not_a_model | unsupported_version | corrupt_model}.
+  /// Maps `file` read-only and checks it in one pass; later reads need no check. Sections that matching reads are
+  /// loaded into memory; the others are read from the file on demand, so a model may be larger than memory. Throws
+  /// Error{file_not_found | not_a_model | unsupported_version | corrupt_model}.
   static Model open(const std::filesystem::path& file);
-  /// The same for an image in memory, 64-byte aligned, which the caller keeps alive.
+  /// The same for an image in memory. It must be 64-byte aligned; the caller keeps it alive.
   static Model view(std::span<const std::byte> image);
 
-  /// Of the file.
+  /// Size of the file.
   [[nodiscard]] std::uint64_t bytes() const noexcept;
-  /// Of what matching by `method` may read in any frame; by vtp that is everything.
+  /// Size of the part that matching by `method` may read in any frame; for vtp that is the whole file.
   [[nodiscard]] std::uint64_t hot_bytes(Method method = Method::lbea) const noexcept;
-  /// Keeps that in RAM as long as the model is open, and nothing else of it, also when the process has locked all its
-  /// memory before. False when the system refuses: errno says why. Models in the caller's memory are the caller's
-  /// business.
+  /// Locks exactly that part in RAM as long as the model is open, even when the process has locked all its memory
+  /// before. False when the system refuses, with the reason in errno. For a model in the caller's memory, unlocking the
+  /// other parts is left to the caller.
   bool lock(Method method = Method::lbea) const;
 
   // sizes
@@ -151,7 +151,7 @@ class LBEA_API Model {
   [[nodiscard]] std::uint32_t elements() const noexcept;
   [[nodiscard]] ReferenceMode reference_mode() const noexcept;
   [[nodiscard]] std::string_view length_unit() const noexcept;
-  [[nodiscard]] std::uint64_t checksum() const noexcept;  // of the directory, which covers every byte: names this model
+  [[nodiscard]] std::uint64_t checksum() const noexcept;       // of the directory, which covers every byte
   [[nodiscard]] std::string_view provenance() const noexcept;  // JSON: tool version, inputs and their hashes
 
   // the ensemble
@@ -161,38 +161,38 @@ class LBEA_API Model {
   [[nodiscard]] double parameter(std::uint32_t simulation, std::uint32_t parameter) const noexcept;  // NaN: not given
   [[nodiscard]] Sample sample(std::uint32_t index) const noexcept;
   [[nodiscard]] double sample_time_s(std::uint32_t index) const noexcept;
-  /// Row of `sample` in the ensemble; samples() when the model does not hold it.
+  /// Row of `sample` in the ensemble; samples() when the model does not contain it.
   [[nodiscard]] std::uint32_t sample_index(Sample sample) const noexcept;
 
-  // the component: every sample's whole mesh, also what the cameras cannot see
-  [[nodiscard]] std::span<const std::uint32_t> node_ids() const noexcept;       // nodes(), the solver's numbering
+  // the component: the whole mesh of every sample, including what the cameras cannot see
+  [[nodiscard]] std::span<const std::uint32_t> node_ids() const noexcept;       // nodes(), solver numbering
   [[nodiscard]] std::span<const std::uint32_t> element_ids() const noexcept;    // elements()
   [[nodiscard]] std::span<const std::uint32_t> element_parts() const noexcept;  // elements(), part ids
-  [[nodiscard]] std::span<const std::uint32_t> element_nodes()
-      const noexcept;  // elements() x 4; a triangle repeats its last node
+  /// elements() x 4; a triangle repeats its last node.
+  [[nodiscard]] std::span<const std::uint32_t> element_nodes() const noexcept;
   [[nodiscard]] std::span<const float> node_positions(std::uint32_t sample) const noexcept;  // nodes() x 3
   [[nodiscard]] std::uint32_t fields() const noexcept;
   [[nodiscard]] FieldInfo field(std::uint32_t field) const noexcept;
   /// Values per sample: elements() or nodes().
   [[nodiscard]] std::uint32_t field_size(std::uint32_t field) const noexcept;
-  /// into: field_size(field) values, within FieldInfo::largest_error of the run's.
+  /// into: field_size(field) values, within FieldInfo::largest_error of the simulation's.
   void read_field(std::uint32_t field, std::uint32_t sample, std::span<float> into) const noexcept;
-  /// The same where the file has them, without a copy; empty when the field is stored in 16 bits.
+  /// The same without a copy; empty when the field is stored in 16 bits.
   [[nodiscard]] std::span<const float> field_values(std::uint32_t field, std::uint32_t sample) const noexcept;
 
   // the observed region and its basis, per reference mesh
-  [[nodiscard]] std::span<const std::uint32_t> vertex_nodes(
-      std::uint32_t reference) const noexcept;                                                    // n: vertex -> node
+  /// n: vertex -> node.
+  [[nodiscard]] std::span<const std::uint32_t> vertex_nodes(std::uint32_t reference) const noexcept;
   [[nodiscard]] std::span<const float> vertex_positions(std::uint32_t reference) const noexcept;  // n x 3
   [[nodiscard]] std::span<const double> eigenvalues(std::uint32_t reference) const noexcept;      // p, ascending
   [[nodiscard]] double reference_time_s(std::uint32_t reference) const noexcept;
-  /// The three (mode, coordinate) pairs with the highest variance over the samples, as places in a mode-major
-  /// p x 3 array of coefficients: the axes of the joint low-dimensional view (method step 8).
+  /// The three (mode, coordinate) pairs with the highest variance over the samples, as indices into a mode-major
+  /// p x 3 array of coefficients: the axes of the joint low-dimensional plot (method step 8).
   [[nodiscard]] std::array<std::uint32_t, 3> leading_axes(std::uint32_t reference) const noexcept;
-  /// The sample's coefficients there.
+  /// The sample's coefficients for these pairs.
   [[nodiscard]] std::array<float, 3> leading_coordinates(std::uint32_t reference, std::uint32_t sample) const noexcept;
 
-  // deformation branches: groups of simulations whose last states look alike
+  // deformation branches: groups of simulations with similar last states
   [[nodiscard]] std::uint32_t branches() const noexcept;
   [[nodiscard]] std::uint32_t branch_of(std::uint32_t simulation) const noexcept;
 
@@ -203,47 +203,47 @@ class LBEA_API Model {
   std::shared_ptr<const ModelView> view_;
 };
 
-/// What the sensor would see of every sample: one coarse depth image each, and how well the simulations explain one
-/// another in them. Immutable; copies share the images.
+/// What the sensor would see of every sample: one coarse depth image per sample, and how well the simulations explain
+/// each other in these images. Immutable; copies share the images.
 class LBEA_API SensorViews {
  public:
   SensorViews() = default;  // none
-  explicit SensorViews(std::shared_ptr<const ViewData> data) : data_(std::move(data)) {}
-  /// Those baked into the model, from the pose it was baked for; empty when it was baked without a sensor.
+  explicit SensorViews(std::shared_ptr<const DepthImages> data) : data_(std::move(data)) {}
+  /// The ones baked into the model, for the pose that it was baked for; empty when it was baked without a sensor.
   [[nodiscard]] static SensorViews baked_into(const Model& model);
 
   [[nodiscard]] bool empty() const noexcept { return data_ == nullptr; }
   [[nodiscard]] std::uint32_t columns() const noexcept;
   [[nodiscard]] std::uint32_t rows() const noexcept;
-  /// The pose they were rendered for. Frames may come from one that differs by a few degrees.
+  /// The pose of the rendered images. The pose of the frames may differ by a few degrees.
   [[nodiscard]] const RigidTransform& T_reference_sensor() const noexcept;
   /// rows() x columns(), along the optical axis in the length unit; NaN where the sensor sees nothing.
   [[nodiscard]] std::vector<float> depth_image(std::uint32_t sample) const;
-  /// Residual that an unseen run leaves at the sample's time step against the best sample of the others: the median
-  /// over the simulations, each left out once. Length unit.
+  /// Expected residual of a run that is not in the ensemble, at the sample's time step: the median over the
+  /// simulations, each left out once and compared with the best sample of the others. Length unit.
   [[nodiscard]] float expected_residual(std::uint32_t sample) const noexcept;
-  /// A residual of more than this many times the expected one means that no simulation fits the frame.
+  /// When the residual exceeds the expected one by more than this factor, no simulation fits the frame.
   [[nodiscard]] float misfit_limit() const noexcept;
-  /// The same of the geometric mean over a test, which is much surer.
+  /// The same for the geometric mean over a test, which is much more reliable.
   [[nodiscard]] float test_misfit_limit() const noexcept;
 
-  [[nodiscard]] const ViewData* data() const noexcept { return data_.get(); }
+  [[nodiscard]] const DepthImages* data() const noexcept { return data_.get(); }
 
  private:
-  std::shared_ptr<const ViewData> data_;
+  std::shared_ptr<const DepthImages> data_;
 };
 
 struct MatcherConfig {
-  std::uint32_t max_points = 131'072;  // a larger frame is refused, never cut short
+  std::uint32_t max_points = 131'072;  // a larger frame is refused, never truncated
   std::uint32_t max_matches = 5;       // how many samples to return, best first
   Method method = Method::lbea;
-  float trusted_distance = 3.0f;  // length unit; a vertex counts as seen when a point lies this near
-  float min_coverage = 0.25f;     // below this share seen, status is low_coverage (result still filled)
-  std::int64_t trigger_ns = 0;    // the sender's clock at impact: picks the reference mesh over time
+  float trusted_distance = 3.0f;  // length unit; a vertex counts as seen when a point is within this distance
+  float min_coverage = 0.25f;     // below this coverage the status is low_coverage (the result is still filled)
+  std::int64_t trigger_ns = 0;    // the sender's clock at impact: selects the reference mesh over time
   RigidTransform T_reference_sensor = identity_transform;
 };
 
-/// What became of a frame's points: received = used + invalid + culled.
+/// Number of a frame's points: received = used + invalid + culled.
 struct PointTally {
   std::uint32_t received = 0;
   std::uint32_t invalid = 0;  // not finite
@@ -258,18 +258,21 @@ struct StageTimes {
   std::uint32_t projection = 0;
   std::uint32_t matching = 0;  // search of the samples
   std::uint32_t coverage = 0;
-  std::uint32_t fit = 0;  // depth image, its comparison with the candidates', estimate
+  std::uint32_t fit = 0;  // depth image, comparison with the samples', estimate
 };
 
-/// Method::fit: what the depth images say. Empty and NaN with the other methods.
+/// Result of Method::fit. Empty and NaN with the other methods.
 struct SurfaceFit {
-  std::span<const Match> candidates{};         // the samples that look most like the frame; distance: residual, below
-  std::span<const WeightedSample> estimate{};  // the shape between the samples that explains the frame best
-  float residual = std::numeric_limits<float>::quiet_NaN();  // root mean square depth difference of the best candidate,
-                                                             // cell by cell, capped, length unit
-  float estimate_residual = std::numeric_limits<float>::quiet_NaN();  // the same of the estimate
-  float misfit = std::numeric_limits<float>::quiet_NaN();             // residual over the one expected of an unseen run
-  float spread = std::numeric_limits<float>::quiet_NaN();  // mean distance of the plausible samples from the estimate
+  std::span<const Match> candidates{};         // the samples most similar to the frame; distance: their residual
+  std::span<const WeightedSample> estimate{};  // the convex combination of samples that explains the frame best
+  /// Of the best candidate: root mean square of the depth differences, cell by cell, capped; length unit.
+  float residual = std::numeric_limits<float>::quiet_NaN();
+  /// The same for the estimate.
+  float estimate_residual = std::numeric_limits<float>::quiet_NaN();
+  /// Residual over the expected residual of a run that is not in the ensemble.
+  float misfit = std::numeric_limits<float>::quiet_NaN();
+  /// Mean distance of the plausible samples from the estimate, length unit.
+  float spread = std::numeric_limits<float>::quiet_NaN();
 };
 
 /// Spans are valid until the next match() on the same Matcher.
@@ -277,29 +280,28 @@ struct MatchResult {
   Status status = Status::ok;
   std::uint64_t frame_id = 0;
   std::int64_t stamp_ns = 0;
-  std::uint32_t reference = 0;  // which reference mesh was used
+  std::uint32_t reference = 0;  // the reference mesh that was used
   PointTally points{};
-  float coverage = 0;                     // share of the best sample's observed surface that the frame shows
-  std::span<const float> coefficients{};  // the frame's positions in the basis, modes() x 3, mode-major
-  std::span<const Match> matches{};       // best first; by fit: distance and residual decide
-  std::array<float, 3>
-      leading_coordinates{};  // the coefficients that vary most over the samples, Model::leading_axes()
+  float coverage = 0;                          // share of the best sample's observed surface that the frame shows
+  std::span<const float> coefficients{};       // the frame's positions in the basis, modes() x 3, mode-major
+  std::span<const Match> matches{};            // best first; with fit by distance from the estimate and residual
+  std::array<float, 3> leading_coordinates{};  // the coefficients of Model::leading_axes()
   SurfaceFit fit{};
   Verdict verdict = Verdict::unknown;
   StageTimes elapsed_ns{};
 };
 
-/// One per thread: owns all scratch memory, allocated here.
+/// One per thread. Owns all scratch memory, allocated by the constructor.
 class LBEA_API Matcher {
  public:
   /// Throws Error{bad_config} with the offending value.
-  /// `views`: what Method::fit compares with; when empty, those baked into the model.
+  /// `views`: the depth images for Method::fit; when empty, those baked into the model.
   explicit Matcher(Model model, const MatcherConfig& config = {}, SensorViews views = {});
   ~Matcher();
   Matcher(Matcher&&) noexcept;
   Matcher& operator=(Matcher&&) noexcept;
 
-  /// Correspondence, projection, nearest samples: method steps 1-5. Real-time safe.
+  /// Method steps 1-5 for one frame: correspondence, projection, nearest samples. Real-time safe.
   [[nodiscard]] MatchResult match(const Frame& frame) noexcept;
 
   [[nodiscard]] const Model& model() const noexcept;

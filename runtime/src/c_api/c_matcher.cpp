@@ -1,8 +1,5 @@
-// The C interface to matching: thin, no thought of its own.
-#include "runtime/src/c_api/c_handles.hpp"
-#include "runtime/src/c_api/c_struct.hpp"
-
-#include <cstddef>
+// The C interface to matching.
+#include "runtime/src/c_api/c_support.hpp"
 
 namespace lbea {
 namespace {
@@ -13,7 +10,7 @@ static_assert(sizeof(lbea_point) == sizeof(Point) && alignof(lbea_point) == alig
 static_assert(LBEA_METHOD_LBEA == static_cast<int>(Method::lbea) && LBEA_METHOD_VTP == static_cast<int>(Method::vtp) &&
               LBEA_METHOD_FIT == static_cast<int>(Method::fit));
 
-// The structs' sizes in the first version that had them: what every caller knows.
+// Sizes of the structs in the first version that had them: every caller knows at least these fields.
 constexpr std::size_t least_config = offsetof(lbea_config, T_reference_sensor) + sizeof(RigidTransform);
 constexpr std::size_t least_frame = offsetof(lbea_frame, point_count) + sizeof(std::size_t);
 constexpr std::size_t least_result = offsetof(lbea_result, fit_ns) + sizeof(std::uint32_t);
@@ -43,26 +40,18 @@ MatcherConfig from_c(const lbea_config& c) noexcept {
   return config;
 }
 
-lbea_verdict to_c(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::unknown:
-      break;
-    case Verdict::matched:
-      return LBEA_VERDICT_MATCHED;
-    case Verdict::ambiguous:
-      return LBEA_VERDICT_AMBIGUOUS;
-    case Verdict::no_simulation_fits:
-      return LBEA_VERDICT_NO_SIMULATION_FITS;
-  }
-  return LBEA_VERDICT_UNKNOWN;
-}
+static_assert(LBEA_VERDICT_UNKNOWN == static_cast<int>(Verdict::unknown) &&
+              LBEA_VERDICT_MATCHED == static_cast<int>(Verdict::matched) &&
+              LBEA_VERDICT_AMBIGUOUS == static_cast<int>(Verdict::ambiguous) &&
+              LBEA_VERDICT_NO_SIMULATION_FITS == static_cast<int>(Verdict::no_simulation_fits));
+lbea_verdict to_c(Verdict verdict) noexcept { return static_cast<lbea_verdict>(verdict); }
 
 lbea_match to_c(const Match& match, const Model& model) noexcept {
   const std::uint32_t sample = model.sample_index(match.sample);
   return {match.sample.simulation, match.sample.time_step, sample, match.distance, model.sample_time_s(sample)};
 }
 
-// What needs no memory of the matcher's.
+// All but the lists, which need the matcher's memory.
 lbea_result to_c(const MatchResult& result) noexcept {
   lbea_result c{};
   c.status = to_c(result.status);

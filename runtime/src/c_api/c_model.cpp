@@ -1,18 +1,15 @@
-// The C interface to models: thin, no thought of its own.
-#include "runtime/src/c_api/c_handles.hpp"
-#include "runtime/src/c_api/c_struct.hpp"
-
-#include <cstddef>
+// The C interface to models.
+#include "runtime/src/c_api/c_support.hpp"
 
 using namespace lbea;
 
 namespace {
 
-// The structs' sizes in the first version that had them: what every caller knows.
+// Sizes of the structs in the first version that had them: every caller knows at least these fields.
 constexpr std::size_t least_model_info = offsetof(lbea_model_info, length_unit) + sizeof(char*);
 constexpr std::size_t least_field_info = offsetof(lbea_field_info, unit) + sizeof(char*);
 
-/// Opens by `open`, a call that returns a Model; `source` is what it reads.
+/// `open` returns the Model, which it reads from `source`.
 template <typename Open>
 lbea_status open_model(const void* source, lbea_model** model, Open&& open) noexcept {
   if (model == nullptr) return bad_argument("lbea_model_open: model is NULL; give the address of a pointer");

@@ -1,13 +1,17 @@
-#include "runtime/src/c_api/c_guard.hpp"
+#include "runtime/src/c_api/c_support.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
+#include <iterator>
 
 namespace lbea {
 namespace {
 
 thread_local std::array<char, 1'024> sentence_of_last_error{};
+
+// By Status. The ones after bad_config are errors of the programs, which the runtime does not return.
+constexpr lbea_status c_statuses[] = {
+    LBEA_OK,          LBEA_EMPTY_FRAME,         LBEA_TOO_MANY_POINTS, LBEA_LOW_COVERAGE, LBEA_FILE_NOT_FOUND,
+    LBEA_NOT_A_MODEL, LBEA_UNSUPPORTED_VERSION, LBEA_CORRUPT_MODEL,   LBEA_BAD_CONFIG};
+static_assert(std::size(c_statuses) == static_cast<std::size_t>(Status::bad_config) + 1);
 
 }  // namespace
 
@@ -20,66 +24,19 @@ lbea_status failed(lbea_status status, std::string_view sentence) noexcept {
 }
 
 lbea_status to_c(Status status) noexcept {
-  switch (status) {
-    case Status::ok:
-      return LBEA_OK;
-    case Status::empty_frame:
-      return LBEA_EMPTY_FRAME;
-    case Status::too_many_points:
-      return LBEA_TOO_MANY_POINTS;
-    case Status::low_coverage:
-      return LBEA_LOW_COVERAGE;
-    case Status::file_not_found:
-      return LBEA_FILE_NOT_FOUND;
-    case Status::not_a_model:
-      return LBEA_NOT_A_MODEL;
-    case Status::unsupported_version:
-      return LBEA_UNSUPPORTED_VERSION;
-    case Status::corrupt_model:
-      return LBEA_CORRUPT_MODEL;
-    case Status::bad_config:
-      return LBEA_BAD_CONFIG;
-    case Status::bad_input:
-    case Status::unsupported_input:
-    case Status::write_failed:
-    case Status::endpoint_unavailable:
-      break;  // of the programs; the runtime has no such
-  }
-  return LBEA_INTERNAL_ERROR;
+  const auto i = static_cast<std::size_t>(status);
+  return i < std::size(c_statuses) ? c_statuses[i] : LBEA_INTERNAL_ERROR;
 }
 
 }  // namespace lbea
 
 const char* lbea_status_string(lbea_status status) {
-  switch (status) {
-    case LBEA_OK:
-      return "ok";
-    case LBEA_EMPTY_FRAME:
-      return "empty_frame";
-    case LBEA_TOO_MANY_POINTS:
-      return "too_many_points";
-    case LBEA_LOW_COVERAGE:
-      return "low_coverage";
-    case LBEA_FILE_NOT_FOUND:
-      return "file_not_found";
-    case LBEA_NOT_A_MODEL:
-      return "not_a_model";
-    case LBEA_UNSUPPORTED_VERSION:
-      return "unsupported_version";
-    case LBEA_CORRUPT_MODEL:
-      return "corrupt_model";
-    case LBEA_BAD_CONFIG:
-      return "bad_config";
-    case LBEA_BAD_ARGUMENT:
-      return "bad_argument";
-    case LBEA_OUT_OF_MEMORY:
-      return "out_of_memory";
-    case LBEA_INTERNAL_ERROR:
-      return "internal_error";
-    case LBEA_STATUS_MAX_:
-      break;
-  }
-  return "unknown_status";
+  const auto* found = std::ranges::find(lbea::c_statuses, status);
+  if (found != std::end(lbea::c_statuses))
+    return lbea::to_string(static_cast<lbea::Status>(found - lbea::c_statuses)).data();
+  if (status == LBEA_BAD_ARGUMENT) return "bad_argument";
+  if (status == LBEA_OUT_OF_MEMORY) return "out_of_memory";
+  return status == LBEA_INTERNAL_ERROR ? "internal_error" : "unknown_status";
 }
 
 const char* lbea_last_error(void) { return lbea::last_error(); }

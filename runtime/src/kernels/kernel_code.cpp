@@ -1,6 +1,4 @@
-// Compiled once per instruction set, each time into a namespace of its own (LBEA_KERNELS).
-#include "runtime/src/kernels/kernel_search.hpp"
-#include "runtime/src/kernels/kernel_views.hpp"
+// Compiled once per instruction set, each time into a separate namespace (LBEA_KERNELS).
 #include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/kernels/lanes.hpp"
 #include "runtime/src/kernels/point_lanes.hpp"
@@ -8,7 +6,7 @@
 namespace lbea::LBEA_KERNELS {
 namespace {
 
-// The last, incomplete group: its last point again and again.
+// The last, incomplete group, filled up with its last point.
 Block load_last_points(const float* points, std::size_t count) {
   float packed[3 * lanes];
   for (std::size_t i = 0; i < lanes; ++i)
@@ -18,13 +16,14 @@ Block load_last_points(const float* points, std::size_t count) {
 
 Floats row(const float* T, const Block& p) { return T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3]; }
 
-// The cell coordinate along one axis, or twice that where cells are halved; `inside` loses the lanes beyond the grid,
-// and NaN.
+// The cell coordinate along one axis, doubled where cells are halved. Clears the lanes of `inside` that are beyond the
+// grid or NaN.
 Ints fine_cell_along(Floats position, const GridView& grid, std::size_t axis, Ints& inside) {
   const Floats cell = (position - grid.corner[axis]) * grid.cells_per_length;
   const float cells = static_cast<float>(grid.cells[axis]), halves = static_cast<float>(1u << grid.halvings);
   inside &= (cell >= 0.0f) & (cell < cells);
-  return to_ints(minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1)));  // what an int can represent
+  return to_ints(
+      minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1)));  // clamped to what an int can represent
 }
 
 void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
@@ -65,7 +64,7 @@ std::size_t find_runs(const std::uint32_t* rank, std::size_t count, std::uint32_
   return runs;
 }
 
-// The last, incomplete one: its last point again and again, for the box.
+// The last, incomplete leaf, filled up with its last point to compute the box.
 Corners fill_last_leaf(std::size_t count, Leaf& leaf) {
   PlacedPoint points[lanes];
   __builtin_memcpy(points, &leaf, sizeof(points));
@@ -111,7 +110,7 @@ void enclose(const BoxGroup* children, std::size_t count, BoxGroup* parents) {
 void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {
   for (std::size_t j = 0; j < rows; ++j) {
     const float* weights = projection + j * stride;
-    Floats even{}, odd{};  // two sums: the next product does not wait for the last one
+    Floats even{}, odd{};  // two sums: no addition waits for the previous one
     std::size_t i = 0;
     for (; i + 2 * lanes <= stride; i += 2 * lanes) {
       even += load(weights + i) * load(f + i);
@@ -123,13 +122,13 @@ void project(const float* projection, std::size_t rows, std::size_t stride, cons
 }
 
 float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound) {
-  constexpr std::size_t modes_between_looks = 2 * lanes;
+  constexpr std::size_t modes_between_checks = 2 * lanes;
   Floats distances{};
   for (std::size_t j = 0; j < stride; j += lanes) {
     const Floats dx = load(e[0] + j) - load(sample + j), dy = load(e[1] + j) - load(sample + stride + j),
                  dz = load(e[2] + j) - load(sample + 2 * stride + j);
     distances += square_roots(dx * dx + dy * dy + dz * dz);
-    if ((j + lanes) % modes_between_looks == 0 && !(sum(distances) < bound)) break;  // it only grows
+    if ((j + lanes) % modes_between_checks == 0 && !(sum(distances) < bound)) break;  // the sum only grows
   }
   return sum(distances);
 }
@@ -140,7 +139,7 @@ extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
 const Kernels table{
-    LBEA_NAME(LBEA_KERNELS), place,      find_runs,     fill_leaves,   enclose, nearest, nearest_16, project,
-    mode_distance,           add_depths, compare_views, subtract_views};
+    LBEA_NAME(LBEA_KERNELS), place,      find_runs,      fill_leaves,    enclose, nearest, nearest_16, project,
+    mode_distance,           add_depths, compare_depths, subtract_depths};
 
 }  // namespace lbea::LBEA_KERNELS

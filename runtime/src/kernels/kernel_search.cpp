@@ -1,6 +1,6 @@
-// The nearest points of a cloud: of one position, and of sixteen at once. Compiled once per instruction set like
+// The nearest points of a cloud to one query, and to sixteen at once. Compiled once per instruction set, like
 // kernel_code.cpp.
-#include "runtime/src/kernels/kernel_search.hpp"
+#include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/kernels/lanes.hpp"
 
 namespace lbea::LBEA_KERNELS {
@@ -28,7 +28,7 @@ Floats squared_distances(const BoxGroup& group, const float query[3]) {
   return squared;
 }
 
-// Nearest box first. A box at the bound may still hold an equally near point of lower place.
+// Nearest box first. A box exactly at the bound may hold an equally near point that comes first in the frame.
 void search_group(const CloudTree& tree, std::size_t level, std::size_t group, const float query[3],
                   NearestPoint& best) {
   float squared[lanes];
@@ -51,18 +51,18 @@ void search_group(const CloudTree& tree, std::size_t level, std::size_t group, c
   }
 }
 
-// Sixteen queries on their way through the tree. Which leaf may answer which query is hard to foretell: what can be
-// looked at is listed first and looked at in one go, so that little hangs on a branch.
+// The search of sixteen queries. Which leaves a query must test is hard to predict, so (leaf, query) pairs are listed
+// first and then tested in one loop without branches.
 struct Search {
-  static constexpr std::size_t enough = 24;  // looks after which the bounds are worth another look themselves
+  static constexpr std::size_t enough = 24;  // listed pairs after which testing them pays off: it lowers the bounds
 
   const CloudTree& tree;
   const float* const* planes;
   Floats x, y, z;
   float low[3], high[3];      // their common box
-  std::uint64_t best[lanes];  // bits of the squared distance, then the leaf: the nearer one is the lesser number
-  bool is_first = true;       // nothing but hints has been looked at
-  std::size_t looks = 0;
+  std::uint64_t best[lanes];  // bits of the squared distance, then the leaf: a nearer candidate is a smaller number
+  bool is_first = true;       // no leaf but those of the hints has been tested
+  std::size_t count = 0;
   std::uint32_t listed[enough + lanes * lanes + lanes];  // leaf * 16 + query
 
   Search(const CloudTree& cloud, const float* const queries[3])
@@ -75,7 +75,7 @@ struct Search {
   }
 };
 
-// Squared distances are not negative: their bits are ordered as they are.
+// Squared distances are not negative, so their bits have the order of the values.
 std::uint64_t candidate(float squared, std::uint32_t leaf) {
   std::uint32_t bits;
   __builtin_memcpy(&bits, &squared, sizeof(bits));
@@ -101,7 +101,7 @@ Floats squared_distances(const Leaf& leaf, const float* const planes[3], std::si
   return dx * dx + dy * dy + dz * dz;
 }
 
-// Of the leaf's points at this distance the one of lowest place in the frame.
+// Among the leaf's points at this distance, the lane of the one that comes first in the frame.
 std::size_t lane_at(const Leaf& leaf, const float* const planes[3], std::size_t query, float squared) {
   std::uint32_t at = at_most(squared_distances(leaf, planes, query), all(squared));
   auto lowest = static_cast<std::size_t>(__builtin_ctz(at));
@@ -112,8 +112,8 @@ std::size_t lane_at(const Leaf& leaf, const float* const planes[3], std::size_t 
   return lowest;
 }
 
-// Two leaves have a point at the same distance, or one has a point just at the bound.
-__attribute__((noinline)) void settle_tie(Search& search, std::uint32_t rival, std::size_t query) {
+// Two leaves have a point at the same distance, or one has a point exactly at the bound.
+__attribute__((noinline)) void resolve_tie(Search& search, std::uint32_t rival, std::size_t query) {
   const float squared = squared_of(search.best[query]);
   const auto place = [&](std::uint32_t number) {
     const Leaf& leaf = search.tree.leaves[number];
@@ -123,21 +123,21 @@ __attribute__((noinline)) void settle_tie(Search& search, std::uint32_t rival, s
   if (holder == NearestPoint::none || place(rival) < place(holder)) search.best[query] = candidate(squared, rival);
 }
 
-void look(Search& search, std::uint32_t leaf, std::size_t query) {
+void test_leaf(Search& search, std::uint32_t leaf, std::size_t query) {
   const std::uint64_t found = candidate(least(squared_distances(search.tree.leaves[leaf], search.planes, query)), leaf);
   const std::uint64_t best = search.best[query];
-  if (((found ^ best) >> 32 == 0) & (found != best)) return settle_tie(search, leaf, query);
+  if (((found ^ best) >> 32 == 0) & (found != best)) return resolve_tie(search, leaf, query);
   search.best[query] = found < best ? found : best;
 }
 
-void look_at_listed(Search& search) {
-  for (std::size_t i = 0; i < search.looks; ++i)
-    look(search, static_cast<std::uint32_t>(search.listed[i] / lanes), search.listed[i] % lanes);
-  search.looks = 0;
+void test_listed(Search& search) {
+  for (std::size_t i = 0; i < search.count; ++i)
+    test_leaf(search, static_cast<std::uint32_t>(search.listed[i] / lanes), search.listed[i] % lanes);
+  search.count = 0;
 }
 
-// Bit by query: whether it may find something in this box.
-std::uint32_t hoping_for(const BoxGroup& group, std::size_t i, const Search& search, const Floats& bounds) {
+// Bit i: the box may hold a nearer point for query i.
+std::uint32_t queries_for(const BoxGroup& group, std::size_t i, const Search& search, const Floats& bounds) {
   Floats squared{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Floats& position = axis == 0 ? search.x : axis == 1 ? search.y : search.z;
@@ -152,12 +152,12 @@ void list(Search& search, std::size_t group, std::uint32_t open) {
   for (; open != 0; open &= open - 1) {
     const auto i = static_cast<std::size_t>(__builtin_ctz(open));
     const auto first = static_cast<std::uint32_t>((group * lanes + i) * lanes);
-    search.looks +=
-        append_lanes(search.listed + search.looks, first, hoping_for(search.tree.groups[0][group], i, search, bounds));
+    search.count +=
+        append_lanes(search.listed + search.count, first, queries_for(search.tree.groups[0][group], i, search, bounds));
   }
 }
 
-// From the queries' common box.
+// Squared distances of the boxes from the queries' common box.
 Floats squared_gaps(const BoxGroup& group, const Search& search) {
   Floats squared{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -168,7 +168,7 @@ Floats squared_gaps(const BoxGroup& group, const Search& search) {
   return squared;
 }
 
-// The nearest box first, then the rest as they come.
+// The nearest box first, then the others in their order.
 void search_group_16(Search& search, std::size_t level, std::size_t group) {
   const BoxGroup& boxes = search.tree.groups[level][group];
   const Floats gaps = squared_gaps(boxes, search);
@@ -177,18 +177,18 @@ void search_group_16(Search& search, std::size_t level, std::size_t group) {
   if (level == 0) {
     if (search.is_first) {
       list(search, group, now);
-      look_at_listed(search);
+      test_listed(search);
       open &= ~now;
       search.is_first = false;
     }
     list(search, group, open);
-    if (search.looks > Search::enough) look_at_listed(search);
+    if (search.count > Search::enough) test_listed(search);
     return;
   }
   for (open &= ~now; (now | open) != 0; now = open, open = 0)
     for (; now != 0; now &= now - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(now));
-      if (hoping_for(boxes, i, search, bounds_of(search)) != 0) search_group_16(search, level - 1, group * lanes + i);
+      if (queries_for(boxes, i, search, bounds_of(search)) != 0) search_group_16(search, level - 1, group * lanes + i);
     }
 }
 
@@ -203,9 +203,9 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
   Search search(tree, queries);
   for (std::size_t i = 0; i < lanes; ++i) search.best[i] = candidate(best.squared[i], NearestPoint::none);
   for (std::size_t i = 0; i < lanes; ++i)
-    if (hints[i] != NearestPoint::none) look(search, hints[i] / lanes, i);
+    if (hints[i] != NearestPoint::none) test_leaf(search, hints[i] / lanes, i);
   search_group_16(search, tree.top, 0);
-  look_at_listed(search);
+  test_listed(search);
   for (std::size_t i = 0; i < lanes; ++i) {
     const std::uint32_t number = leaf_of(search.best[i]);
     if (number == NearestPoint::none) continue;

@@ -1,4 +1,4 @@
-// The inner loops, compiled once per instruction set and chosen when the program starts: plain data in, plain data out.
+// The inner loops, compiled once per instruction set and selected when the program starts. They use plain data only.
 #pragma once
 
 #include <cstddef>
@@ -6,43 +6,43 @@
 
 namespace lbea {
 
-/// 16 points of a cloud, in reference coordinates. Places without a point are infinitely far.
+/// 16 points of a cloud, in reference coordinates. Lanes without a point are at infinity.
 struct alignas(64) Leaf {
   float x[16], y[16], z[16];
   std::uint32_t point[16];  // place in the frame
 };
 
-/// 16 boxes of one level. Places without a box are inverted: infinitely far from everything.
+/// 16 boxes of one level. Lanes without a box hold an inverted one, which is at infinite distance from everything.
 struct alignas(64) BoxGroup {
   float low[3][16], high[3][16];
 };
 
-/// One point on its way into its leaf.
+/// One point of the frame in reference coordinates, before it is sorted into its leaf.
 struct PlacedPoint {
   float x, y, z;
   std::uint32_t point;
 };
 static_assert(sizeof(Leaf) == 16 * sizeof(PlacedPoint));
 
-/// The cell grid as the loop needs it; see CellGrid.
+/// The data of a CellGrid that the loop needs.
 struct GridView {
   float corner[3];
   float cells_per_length;
   std::uint32_t cells[3];
-  std::uint32_t halvings;     // of a cell's edges: 0 or 1
-  const std::uint32_t* rank;  // one more than there are cells: the last for positions outside
+  std::uint32_t halvings;     // 1 when each cell is divided into octants, else 0
+  const std::uint32_t* rank;  // one per cell, and one more for positions outside
 };
 
 inline constexpr std::size_t most_levels = 8;  // 16^8 leaves
 
-/// What a search reads: leaves under a 16-ary tree of boxes. groups[0] holds the leaves' boxes.
+/// The data of a search: leaves under a 16-ary tree of boxes. groups[0] holds the boxes of the leaves.
 struct CloudTree {
   const Leaf* leaves;
   const BoxGroup* groups[most_levels];
-  std::size_t top;  // the level that is one group
+  std::size_t top;  // the level that consists of one group
 };
 
-/// A point of the cloud as seen from a query position.
+/// A point of the cloud and its distance from a query.
 struct NearestPoint {
   static constexpr std::uint32_t none = 0xffff'ffff;
   std::uint32_t point = none;        // its place in the frame
@@ -50,31 +50,30 @@ struct NearestPoint {
   float x = 0, y = 0, z = 0;         // reference coordinates
 };
 
-/// The nearest points of 16 queries. On entry to a search no points, but bounds.
+/// The nearest points of 16 queries. On entry to a search: no points, and the squared bounds.
 struct alignas(64) NearestPoints {
   float squared[16];
   std::uint32_t point[16];  // NearestPoint::none: nothing within the bound
-  std::uint32_t slot[16];   // where the point lies: leaf * 16 + place in the leaf
+  std::uint32_t slot[16];   // leaf * 16 + lane in the leaf
 };
 
-/// A camera whose pixels are taken together in cells; depths are counted in steps from an origin.
+/// A camera whose pixels are combined into cells. Depths are in steps from an origin.
 struct CellRaster {
-  float focal, centre_column, centre_row;  // in cells
+  float focal, center_column, center_row;  // in cells
   float depth_origin, steps_per_depth;
   std::uint32_t columns, rows;
 };
 
-/// Cells of a frame's depth image without a depth: the sensor looked and nothing was there; something hid what was
-/// there.
+/// Cells of a frame's depth image without a depth: the sensor saw nothing there; or the cell is occluded.
 inline constexpr float nothing_seen = -1e9f, not_observed = -2e9f;
 
-/// What a cell costs at most, and what one costs that only one of two images fills; in depth steps.
+/// Greatest cost of a cell, and cost of a cell that only one of two images fills; in depth steps.
 struct CellPrices {
   float cap, one_sided;
 };
 
-/// What has fallen into a cell, four sums side by side: points that follow each other fall into the same cell, and four
-/// sums do not wait for one another.
+/// Sums over the points in a cell. Consecutive points are often in the same cell, so there are four independent sums:
+/// no addition waits for the previous one.
 struct alignas(32) CellTally {
   float depth[4], points[4];
 };
@@ -87,46 +86,61 @@ struct CellSums {
 struct Kernels {
   const char* name;
 
-  /// placed: the `count` points (3 floats each) times the 3x4 matrix T, numbered; rank: of each one's cell. Whole
-  /// groups of 16 are written; those beyond `count` mean nothing.
+  /// placed: the `count` points (3 floats each), transformed by the 3x4 matrix T and numbered; rank: that of each
+  /// point's cell. Writes whole groups of 16; elements beyond `count` are meaningless.
   void (*place)(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
                 std::uint32_t* rank);
-  /// Where runs of equal ranks begin, and at last `count`; returns how many runs. `rank` and `begins` have room for 16
-  /// more.
+  /// begins: first element of each run of equal ranks, then `count`. Returns the number of runs. `rank` and `begins`
+  /// have room for 16 more elements.
   std::size_t (*find_runs)(const std::uint32_t* rank, std::size_t count, std::uint32_t* begins);
-  /// Turns the bytes of `count` PlacedPoints, sixteen in the place of each leaf, into leaves and encloses each.
+  /// Converts the bytes of `count` PlacedPoints, sixteen in the memory of each leaf, to leaves, and sets their boxes.
   void (*fill_leaves)(std::size_t count, Leaf* leaves, BoxGroup* boxes);
-  /// Encloses `count` boxes, 16 by 16.
+  /// Sets the parents' boxes: each encloses 16 of the `count` boxes of the children.
   void (*enclose)(const BoxGroup* children, std::size_t count, BoxGroup* parents);
   /// The nearest point among those with squared distance <= bound.squared, `bound` when there is none; ties go to the
-  /// lower place in the frame.
+  /// point that comes first in the frame.
   NearestPoint (*nearest)(const CloudTree& tree, const float query[3], NearestPoint bound);
-  /// The same for 16 queries that lie near each other: x, y, z of each. hints[i]: a slot whose leaf query i looks at
-  /// first, or none; a good one bounds the search, no one changes its answer.
+  /// The same for 16 queries near each other, as x, y, z planes. hints[i]: a slot whose leaf query i tests first, or
+  /// none; a good hint makes the search faster, none changes its result.
   void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints,
                      NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
   void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
-  /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Stops early, with what it has, as
-  /// soon as that is not below `bound`.
+  /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Returns a partial sum as soon as
+  /// that is not below `bound`.
   float (*mode_distance)(const float* const e[3], const float* sample, std::size_t stride, float bound);
-  /// Adds every point of the leaves, seen from a camera at T (camera coordinates from the leaves'), to its cell: depth
-  /// and number. What lies outside is added to cell columns * rows.
+  /// Adds depth and number of all points in `count` leaves to the tallies of their cells. T: camera coordinates from
+  /// the leaves'. Points outside are added to cell columns * rows.
   void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster,
                      CellTally* tallies);
-  /// A frame's depth image (nothing_seen: empty; not_observed: counts for nothing) against a sample's (0: empty);
-  /// `cells` is a multiple of 16.
-  CellSums (*compare_views)(const float* observed, const std::uint16_t* sample, std::size_t cells,
-                            const CellPrices& prices);
-  /// The same cell by cell, with its sign: sample less frame.
-  void (*subtract_views)(const float* observed, const std::uint16_t* sample, std::size_t cells,
-                         const CellPrices& prices, float* residual);
+  /// Compares a frame's depth image (nothing_seen: empty; not_observed: ignored) with a sample's (0: empty). `cells` is
+  /// a multiple of 16.
+  CellSums (*compare_depths)(const float* observed, const std::uint16_t* sample, std::size_t cells,
+                             const CellPrices& prices);
+  /// The signed root of each cell's cost: sample minus frame.
+  void (*subtract_depths)(const float* observed, const std::uint16_t* sample, std::size_t cells,
+                          const CellPrices& prices, float* residual);
 };
 
-/// The best that this processor runs; every one gives the same bits.
+/// The fastest ones that this processor supports. All give the same bits.
 [[nodiscard]] const Kernels& kernels() noexcept;
 
-/// All that this processor runs, the best first, ended by a null pointer: for tests and benchmarks.
+/// All that this processor supports, the fastest first, terminated by a null pointer: for tests and benchmarks.
 [[nodiscard]] const Kernels* const* available_kernels() noexcept;
 
 }  // namespace lbea
+
+#ifdef LBEA_KERNELS
+// Members of the table that have source files of their own, in the namespace of the instruction set being compiled.
+namespace lbea::LBEA_KERNELS {
+
+NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound);
+void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
+void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies);
+CellSums compare_depths(const float* observed, const std::uint16_t* sample, std::size_t cells,
+                        const CellPrices& prices);
+void subtract_depths(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,
+                     float* residual);
+
+}  // namespace lbea::LBEA_KERNELS
+#endif

@@ -1,10 +1,9 @@
-// Sixteen floats at a time, in the compiler's own vector types: one source becomes SSE2, AVX2, AVX-512 or NEON code,
-// whichever the file that includes it is compiled for. Sixteen lanes everywhere, so that sums are added in the same
-// order and every machine gets the same bits. Where a register holds fewer, sixteen lanes are several registers: said
-// in so many words, because compilers keep a vector that is wider than their registers in memory.
+// Sixteen floats at a time in the compiler's vector types: one source becomes SSE2, AVX2, AVX-512 or NEON code. There
+// are always sixteen lanes, so that sums are added in the same order and every machine computes the same bits. Narrower
+// registers are used in groups: compilers keep a vector that is wider than their registers in memory.
 //
-// Included by the kernel files alone. No standard-library templates here: an inline function compiled for AVX-512 must
-// not be the copy that the linker keeps for everyone.
+// Only kernel files include this. No standard-library templates here: the linker could keep an inline function compiled
+// for AVX-512 as the one copy for all.
 #pragma once
 
 #include <cstddef>
@@ -73,7 +72,7 @@ LBEA_LANES_BINARY(<<)
 LBEA_LANES_BINARY(>>)
 #undef LBEA_LANES_BINARY
 
-/// All bits of a lane where it holds, none elsewhere.
+/// All bits of a lane are set where the comparison holds, none elsewhere.
 #define LBEA_LANES_COMPARISON(op)                                                       \
   static inline Ints operator op(const Floats& a, const Floats& b) {                    \
     return each<Ints>([&](std::size_t i) { return a.part[i] op b.part[i]; });           \
@@ -104,13 +103,13 @@ static inline Lanes<Scalar>& operator+=(Lanes<Scalar>& a, const Other& b) {
 }
 static inline Ints& operator&=(Ints& a, const Ints& b) { return a = a & b; }
 
-/// Lane by lane: a where it holds, b elsewhere.
+/// Lane by lane: a where `holds`, else b.
 template <typename Scalar>
 static inline Lanes<Scalar> choose(const Ints& holds, const Lanes<Scalar>& a, const Lanes<Scalar>& b) {
   return each<Lanes<Scalar>>([&](std::size_t i) { return holds.part[i] ? a.part[i] : b.part[i]; });
 }
 
-// Register by register: all of it at once would be copied through memory.
+// Register by register: a copy of the whole vector would go through memory.
 template <typename Vector, typename Scalar>
 static inline Vector loaded(const Scalar* from) {
   static_assert(sizeof(Scalar) * lanes == sizeof(Vector));
@@ -128,7 +127,7 @@ static inline void store(Scalar* to, const Vector& value) {
     __builtin_memcpy(to + i * Vector::width, &value.part[i], sizeof(value.part[i]));
 }
 
-/// Truncated; what an int cannot represent is the caller's to avoid.
+/// Truncated. The caller must avoid values that an int cannot represent.
 static inline Ints to_ints(const Floats& value) {
   return each<Ints>([&](std::size_t i) { return __builtin_convertvector(value.part[i], Ints::Part); });
 }
@@ -136,10 +135,10 @@ static inline Floats to_floats(const Ints& value) {
   return each<Floats>([&](std::size_t i) { return __builtin_convertvector(value.part[i], Floats::Part); });
 }
 
-// A comparison with NaN is false, so the second operand wins: lesser(NaN, b) = b. That is what the processors' own
-// instructions do; compilers do not find them unless they may forget about NaN.
+// A comparison with NaN is false and selects the second operand: lesser(NaN, b) = b. The processors' instructions do
+// the same, but compilers use them only when NaN may be ignored.
 #if defined(__AVX512F__)
-constexpr __mmask16 every_lane = 0xffff;  // said, because GCC 12 warns of its own header otherwise
+constexpr __mmask16 every_lane = 0xffff;  // explicit: GCC 12 warns in its own header otherwise
 #endif
 static inline Floats::Part lesser(Floats::Part a, Floats::Part b) {
 #if defined(__AVX512F__)
@@ -230,8 +229,8 @@ static inline std::uint32_t differing(const Ints& a, const Ints& b) {
 #endif
 }
 
-/// Writes first + i for every set bit i, one behind the other, and returns how many. Up to sixteen numbers are
-/// written, whatever the bits.
+/// Writes first + i for every set bit i, consecutively, and returns their number. May write up to sixteen numbers,
+/// whatever the bits.
 static inline std::size_t append_lanes(std::uint32_t* to, std::uint32_t first, std::uint32_t bits) {
 #if defined(__AVX512F__)
   const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -296,7 +295,7 @@ static inline Fours divided(const Floats& value) {
 }
 #endif
 
-/// By halves: each step folds the upper lanes onto the lower ones.
+/// Each step folds the upper half of the lanes onto the lower one.
 template <typename Fold>
 static inline float folded(const Floats& value, Fold fold) {
   Floats::Part part[Floats::parts];

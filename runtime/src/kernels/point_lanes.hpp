@@ -1,5 +1,5 @@
-// Points between the layouts they travel in: packed x y z, one coordinate of sixteen points, x y z and number of one
-// point, leaves. Included by kernel_code.cpp alone.
+// Conversion of sixteen points between layouts: packed x y z, planes of one coordinate, x y z and number per point,
+// leaves. Only kernel_code.cpp includes this.
 #pragma once
 
 #include "runtime/src/kernels/kernels.hpp"
@@ -21,7 +21,7 @@ constexpr Corners inverted{{infinity, infinity, infinity}, {-infinity, -infinity
 
 #if defined(__AVX512F__)
 
-// Three vectors of packed x y z, apart by coordinate: lanes 0-15 name the first vector, 16-31 the second.
+// Separates three vectors of packed x y z by coordinate. Lanes 0-15 are the first vector, 16-31 the second.
 Block apart(const Floats& a, const Floats& b, const Floats& c) {
   const Floats x = pick<0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0>(a, b);
   const Floats y = pick<1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0>(a, b);
@@ -33,7 +33,7 @@ Block apart(const Floats& a, const Floats& b, const Floats& c) {
 
 Block load_points(const float* points) { return apart(load(points), load(points + lanes), load(points + 2 * lanes)); }
 
-// Four coordinates of sixteen points, point by point.
+// Stores x y z and number of sixteen points, point by point.
 void store_placed(const Block& position, const Ints& number, PlacedPoint* to) {
   const auto& [x, y, z] = position;
   Floats p;
@@ -60,7 +60,7 @@ void store_placed(const Block& position, const Ints& number, PlacedPoint* to) {
 Floats halves_swapped(const Floats& v) { return pick<8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7>(v, v); }
 Floats quarters_swapped(const Floats& v) { return pick<4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11>(v, v); }
 
-// Four points in a vector, x y z and number each: lanes 0, 1, 2 of what is folded hold the box.
+// The box of vectors of four points, x y z and number each: lanes 0, 1, 2 after folding.
 Corners corners(Floats low, Floats high) {
   low = minimum(low, halves_swapped(low));
   low = minimum(low, quarters_swapped(low));
@@ -83,7 +83,7 @@ Floats second_halves(const Floats& a, const Floats& b) {
   return pick<8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31>(a, b);
 }
 
-// The bytes of sixteen placed points become a leaf; its box.
+// Converts the bytes of sixteen placed points to a leaf and returns its box.
 Corners fill_whole_leaf(Leaf& leaf) {
   const float* from = leaf.x;
   const Floats a = load(from), b = load(from + lanes), c = load(from + 2 * lanes), d = load(from + 3 * lanes);
@@ -116,7 +116,7 @@ Block load_points(const float* points) {
   return {joined(x), joined(y), joined(z)};
 }
 
-// Four coordinates of sixteen points, point by point.
+// Stores x y z and number of sixteen points, point by point.
 void store_placed(const Block& position, const Ints& number, PlacedPoint* to) {
   Floats p;
   __builtin_memcpy(&p, &number, sizeof(p));
@@ -127,7 +127,7 @@ void store_placed(const Block& position, const Ints& number, PlacedPoint* to) {
   }
 }
 
-// The bytes of sixteen placed points become a leaf; its box. Lanes 0, 1, 2 of what is folded hold it.
+// Converts the bytes of sixteen placed points to a leaf and returns its box: lanes 0, 1, 2 after folding.
 Corners fill_whole_leaf(Leaf& leaf) {
   Fours coordinates[4];
   Four low = load_four(leaf.x), high = low;

@@ -4,10 +4,37 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <utility>
 
 namespace lbea {
 namespace {
+
+constexpr std::size_t most_octants = 1 << 20;  // an index needs eight bytes for each
+
+// Spreads the 16 bits of a cell coordinate to every third bit, for a Morton key.
+std::uint64_t spread(std::uint64_t bits) noexcept {
+  std::uint64_t result = 0;
+  for (unsigned bit = 0; bit < 16; ++bit) result |= (bits >> bit & 1u) << (3 * bit);
+  return result;
+}
+
+// Ranks the cells with holds(cell) along the Morton curve.
+template <typename Holds>
+void rank_cells(CellGrid& grid, Holds holds) {
+  const std::size_t count = std::size_t{grid.cells[0]} * grid.cells[1] * grid.cells[2];
+  std::vector<std::pair<std::uint64_t, std::size_t>> curve;
+  std::size_t cell = 0;
+  for (std::uint64_t z = 0; z < grid.cells[2]; ++z)
+    for (std::uint64_t y = 0; y < grid.cells[1]; ++y)
+      for (std::uint64_t x = 0; x < grid.cells[0]; ++x, ++cell)
+        if (holds(cell)) curve.emplace_back(spread(x) | spread(y) << 1 | spread(z) << 2, cell);
+  std::ranges::sort(curve);
+  grid.rank.assign(count + 1, CellGrid::outside);  // one more, for positions outside
+  grid.halvings = curve.size() <= most_octants / 8 ? 1 : 0;
+  for (const auto& [key, place] : curve) {
+    grid.rank[place] = grid.ranks;
+    grid.ranks += 1u << (3 * grid.halvings);
+  }
+}
 
 constexpr std::size_t groups_of(std::size_t count) noexcept {
   return (count + CloudIndex::fanout - 1) / CloudIndex::fanout;
@@ -19,6 +46,43 @@ void count_outside(std::span<const Point> points, PointTally& tally) noexcept {
 }
 
 }  // namespace
+
+CellGrid envelope_grid(const EnvelopeView& envelope) {
+  CellGrid grid;
+  grid.corner = envelope.corner;
+  grid.cells_per_length = 1.0f / envelope.cell;
+  grid.cells = envelope.cells;
+  rank_cells(grid, [&](std::size_t cell) { return (envelope.bits[cell / 64] >> (cell % 64) & 1u) != 0; });
+  return grid;
+}
+
+CellGrid bounding_grid(std::span<const std::array<float, 3>> positions, std::uint32_t cell_count) {
+  CellGrid grid;
+  std::array<float, 3> low{}, high{};
+  for (std::size_t axis = 0; axis < 3 && !positions.empty(); ++axis) {
+    const auto [nearest, farthest] = std::ranges::minmax(positions, {}, [axis](const auto& p) { return p[axis]; });
+    low[axis] = nearest[axis];
+    high[axis] = farthest[axis];
+  }
+  // Flat clouds and equal points need a volume too: the edge of a cell stays well above the rounding of coordinates,
+  // and every axis counts for at least a hundredth of the longest one.
+  constexpr float least_relative = 1e-3f, least = 1e-6f;
+  float longest = least;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    longest = std::max(
+        {longest, high[axis] - low[axis], least_relative * std::abs(low[axis]), least_relative * std::abs(high[axis])});
+  float volume = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) volume *= std::max((high[axis] - low[axis]) / longest, 0.01f);
+  const float edge = longest * std::cbrt(volume / static_cast<float>(cell_count));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // Half a cell of margin on both sides.
+    grid.cells[axis] = static_cast<std::uint32_t>((high[axis] - low[axis]) / edge) + 2;
+    grid.corner[axis] = low[axis] - 0.5f * edge;
+  }
+  grid.cells_per_length = 1.0f / edge;
+  rank_cells(grid, [](std::size_t) { return true; });
+  return grid;
+}
 
 CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code)
     : kernels_(code),
@@ -47,15 +111,16 @@ PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform
   kernels_.place(coordinates, points.size(), T.data(), grid, placed_.data(), rank_.data());
   run_count_ = kernels_.find_runs(rank_.data(), points.size(), run_begin_.data());
   count_runs(points, tally);
-  lay_out();
+  assign_places();
   move_points(points.size());
   enclose();
   tally.used = size_;
   return tally;
 }
 
-// A counting sort by cell, but by runs: neighbours in a frame mostly fall into the same cell, and a count that is
-// raised point by point waits for itself. Where a run ends is hard to foretell: these loops do not branch on it.
+// A counting sort by cell, run by run: consecutive points are mostly in the same cell, and incrementing one counter
+// point by point would be a chain of dependent additions. The end of a run is hard to predict, so no loop branches on
+// it.
 void CloudIndex::count_runs(std::span<const Point> points, PointTally& tally) noexcept {
   std::ranges::fill(occupied_, 0u);
   for (std::size_t run = 0; run < run_count_; ++run) {
@@ -69,8 +134,8 @@ void CloudIndex::count_runs(std::span<const Point> points, PointTally& tally) no
   }
 }
 
-// From how many points each cell has to where its first one goes, along the curve.
-void CloudIndex::lay_out() noexcept {
+// Replaces the number of points of each cell by the place of its first point, along the curve.
+void CloudIndex::assign_places() noexcept {
   size_ = 0;
   for (std::size_t word = 0; word < occupied_.size(); ++word)
     for (std::uint64_t bits = occupied_[word]; bits != 0; bits &= bits - 1) {
@@ -80,7 +145,7 @@ void CloudIndex::lay_out() noexcept {
     }
 }
 
-// Stable: points of one cell keep the frame's order. Those outside go behind all others, where nobody looks.
+// Stable: the points of a cell keep the frame's order. Points outside go behind all others, where no search reads.
 void CloudIndex::move_points(std::size_t count) noexcept {
   for (std::size_t run = 0; run < run_count_; ++run) {
     const std::uint32_t begin = run_begin_[run], rank = rank_[begin];
@@ -90,7 +155,7 @@ void CloudIndex::move_points(std::size_t count) noexcept {
   }
   std::size_t run = 0;
   std::uint32_t rank = count > 0 ? rank_[0] : 0;
-  const std::uint32_t* const ranks = rank_.data();  // whoever writes bytes may have written the vectors themselves
+  const std::uint32_t* const ranks = rank_.data();  // byte stores may alias the vectors, so the pointers are hoisted
   const PlacedPoint* const placed = placed_.data();
   const std::uint32_t* const shift = run_shift_.data();
   auto* const sorted = reinterpret_cast<std::byte*>(leaves_.data());
@@ -101,7 +166,7 @@ void CloudIndex::move_points(std::size_t count) noexcept {
   }
 }
 
-// The last point of the position's cell or, when it is empty, of one of the 64 about it on the curve.
+// The last point of the position's cell or, when that is empty, of one of the 64 cells around it on the curve.
 std::uint32_t CloudIndex::hint(const std::array<float, 3>& position) const noexcept {
   const std::uint32_t rank = grid_.rank_of(position);
   if (rank == CellGrid::outside || occupied_[rank / 64] == 0) return NearestPoint::none;

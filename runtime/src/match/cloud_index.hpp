@@ -1,43 +1,70 @@
-// An index over one fresh cloud: the points in Morton order, in leaves of 16, under a 16-ary tree of boxes.
+// The index over the cloud of a frame: the points in Morton order, in leaves of 16, under a 16-ary tree of boxes.
 #pragma once
 
 #include "runtime/src/kernels/kernels.hpp"
-#include "runtime/src/match/cell_grid.hpp"
+#include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
-
 namespace lbea {
+
+/// A grid of cubic cells, numbered along a Morton curve: cells that are near in space are mostly near in number.
+struct CellGrid {
+  static constexpr std::uint32_t outside = std::numeric_limits<std::uint32_t>::max();
+
+  std::array<float, 3> corner{};
+  float cells_per_length = 1;
+  std::array<std::uint32_t, 3> cells{1, 1, 1};
+  std::uint32_t halvings = 0;       // 1: each cell has a rank per octant, rank + (x odd) + 2 (y odd) + 4 (z odd)
+  std::vector<std::uint32_t> rank;  // cells x*y*z: place along the curve, or `outside`; one more `outside` at the end
+  std::uint32_t ranks = 0;          // octants included
+
+  /// `outside` for positions that are beyond the grid or not finite.
+  [[nodiscard]] std::uint32_t rank_of(const std::array<float, 3>& position) const noexcept {
+    std::size_t cell = 0, stride = 1;
+    std::uint32_t octant = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float along = (position[axis] - corner[axis]) * cells_per_length;
+      if (!(along >= 0 && along < static_cast<float>(cells[axis]))) return outside;
+      const auto fine = static_cast<std::uint32_t>(along * static_cast<float>(1u << halvings));
+      cell += stride * (fine >> halvings);
+      octant |= (fine & halvings) << axis;
+      stride *= cells[axis];
+    }
+    return rank[cell] | octant;
+  }
+};
+
+/// The grid of the ensemble's envelope: cells whose bit is not set are `outside`.
+[[nodiscard]] CellGrid envelope_grid(const EnvelopeView& envelope);
+
+/// A grid around `positions` with about `cell_count` cells, none of them `outside`.
+[[nodiscard]] CellGrid bounding_grid(std::span<const std::array<float, 3>> positions, std::uint32_t cell_count);
 
 class CloudIndex {
  public:
   static constexpr std::size_t fanout = 16;
 
-  /// All memory is allocated here, for clouds of up to `max_points`.
+  /// Allocates all memory, for clouds of up to `max_points`.
   CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code = kernels());
 
-  /// Brings the points into reference coordinates, drops those outside the grid and indexes the rest.
-  /// `points` may not be more than max_points. Linear in their number, and fastest when points that follow each other
-  /// are neighbours; no allocation.
+  /// Transforms the points into reference coordinates, drops those outside the grid and indexes the rest. At most
+  /// max_points points. Linear in their number; fastest when consecutive points are near each other. Does not allocate.
   PointTally build(std::span<const Point> points, const RigidTransform& T_reference_sensor) noexcept;
 
-  /// The exact nearest point among those with squared distance <= bound.squared; `bound` itself when none
-  /// is nearer. Equal distances go to the lower place in the frame.
+  /// The exact nearest point among those with squared distance <= bound.squared; `bound` itself when there is none.
+  /// Ties go to the point that comes first in the frame.
   [[nodiscard]] NearestPoint nearest(const std::array<float, 3>& query, NearestPoint bound) const noexcept {
     return size_ > 0 ? kernels_.nearest(tree_, query.data(), bound) : bound;
   }
 
-  /// A slot with a point that is probably near to `position`; none when nothing is known there.
+  /// The slot of a point that is probably near `position`; none when no point is known there.
   [[nodiscard]] std::uint32_t hint(const std::array<float, 3>& position) const noexcept;
-  /// The same as nearest() for 16 queries near each other (x, y, z planes), with a hint for each.
+  /// The same as nearest() for 16 queries (x, y, z planes) that are near each other, with a hint for each.
   void nearest_16(const float* const queries[3], const std::uint32_t* hints, NearestPoints& best) const noexcept {
     if (size_ > 0) kernels_.nearest_16(tree_, queries, hints, best);
   }
-  /// Reference coordinates of the point in a slot that a search has named.
+  /// Reference coordinates of the point in a slot that a search returned.
   [[nodiscard]] std::array<float, 3> position(std::uint32_t slot) const noexcept {
     const Leaf& leaf = leaves_[slot / fanout];
     return {leaf.x[slot % fanout], leaf.y[slot % fanout], leaf.z[slot % fanout]};
@@ -53,11 +80,11 @@ class CloudIndex {
 
  private:
   struct Cell {
-    std::uint32_t points;  // how many, while they are counted; 0 otherwise
-    std::uint32_t next;    // of an occupied one: where its next point goes, at last the end of its points
+    std::uint32_t points;  // number of points while they are counted; 0 otherwise
+    std::uint32_t next;    // of an occupied cell: where its next point goes; after sorting, the end of its points
   };
   void count_runs(std::span<const Point> points, PointTally& tally) noexcept;
-  void lay_out() noexcept;
+  void assign_places() noexcept;
   void move_points(std::size_t count) noexcept;
   void enclose() noexcept;
 
@@ -65,14 +92,14 @@ class CloudIndex {
   CellGrid grid_;
   std::uint32_t size_ = 0;
   std::vector<PlacedPoint> placed_;  // per point of the frame: reference coordinates
-  std::vector<std::uint32_t> rank_;  // and the rank of its cell
-  // Runs: points that follow each other in the frame and lie in one cell.
+  std::vector<std::uint32_t> rank_;  // per point: rank of its cell
+  // Runs: consecutive points of the frame in one cell.
   std::size_t run_count_ = 0;
-  std::vector<std::uint32_t> run_begin_;       // place in the frame; the last one's end is the next one's begin
-  std::vector<std::uint32_t> run_shift_;       // place after sorting less place in the frame, modulo 2^32
+  std::vector<std::uint32_t> run_begin_;       // place in the frame; a run ends where the next one begins
+  std::vector<std::uint32_t> run_shift_;       // place after sorting minus place in the frame, modulo 2^32
   std::vector<Cell> cells_;                    // per rank
   std::vector<std::uint64_t> occupied_;        // bit per rank
-  std::vector<Leaf> leaves_;                   // while they are being filled the bytes of 16 sorted points each
+  std::vector<Leaf> leaves_;                   // while they are filled: the bytes of 16 sorted points each
   std::vector<std::vector<BoxGroup>> levels_;  // [0]: the leaves' boxes
   CloudTree tree_{};
 };

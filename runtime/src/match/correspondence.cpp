@@ -1,14 +1,13 @@
 #include "runtime/src/match/correspondence.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace lbea {
 namespace {
 
 constexpr std::size_t group = CloudIndex::fanout;
 
-// Sixteen queries on their way to the index.
+// Sixteen queries, which the index answers together.
 struct Group {
   float planes[3][group];
   std::uint32_t hints[group];
@@ -31,7 +30,8 @@ float squared_distance(const std::array<float, 3>& a, const std::array<float, 3>
   return dx * dx + dy * dy + dz * dz;
 }
 
-// Takes positions one by one; those that the point at hand does not settle wait until there are sixteen of them.
+// Sums up the mass of the positions that have a point nearby. The hint decides most of them; the others are collected
+// and searched sixteen at a time.
 class Coverage {
  public:
   Coverage(const CloudIndex& index, float distance) : index_(index), squared_(distance * distance) {}
@@ -45,15 +45,15 @@ class Coverage {
     }
     waiting_.set(count_, position, NearestPoint::none);
     mass_[count_] = mass;
-    if (++count_ == group) settle();
+    if (++count_ == group) search_waiting();
   }
   double share() noexcept {
-    settle();
+    search_waiting();
     return seen_ / all_;
   }
 
  private:
-  void settle() noexcept {
+  void search_waiting() noexcept {
     if (count_ == 0) return;
     for (std::size_t i = count_; i < group; ++i)
       waiting_.set(i, {waiting_.planes[0][0], waiting_.planes[1][0], waiting_.planes[2][0]}, NearestPoint::none);
@@ -76,11 +76,11 @@ class Coverage {
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points) noexcept {
   constexpr float anywhere = std::numeric_limits<float>::infinity();
-  std::uint32_t hint = 0;  // where nothing is known, what was known of the vertex before
+  std::uint32_t hint = 0;  // without a hint of its own, a vertex uses the previous one
   for (std::size_t begin = 0; begin < vertices.size(); begin += group) {
     Group queries;
     for (std::size_t i = 0; i < group; ++i) {
-      const std::size_t v = std::min(begin + i, vertices.size() - 1);  // beyond the end the last one again
+      const std::size_t v = std::min(begin + i, vertices.size() - 1);  // beyond the end: the last one repeated
       const std::uint32_t known = index.hint(corresponding[v]);
       if (known != NearestPoint::none) hint = known;
       queries.set(i, vertices[v], hint);

@@ -2,18 +2,32 @@
 #pragma once
 
 #include "runtime/src/match/cloud_index.hpp"
-#include "runtime/src/match/positions.hpp"
-
-#include <array>
-#include <cstdint>
-#include <span>
+#include "runtime/src/model/model_format.hpp"
 
 namespace lbea {
 
-/// corresponding[v] = position of the indexed point nearest to vertices[v]; exact, ties to the lower place in the
-/// frame. Fast when vertices near each other in number are near in space, and when `corresponding` comes with a guess:
-/// the answers for the frame before, say. The answer does not depend on it.
-/// `points`, when not empty, receives the places in the frame. The index must hold at least one point.
+/// n positions as x, y and z planes, padded with zeros to whole 64-byte lines.
+struct Positions {
+  explicit Positions(std::size_t n) : count(n), planes{plane(n), plane(n), plane(n)} {}
+
+  [[nodiscard]] std::array<float, 3> operator[](std::size_t i) const noexcept {
+    return {planes[0][i], planes[1][i], planes[2][i]};
+  }
+  void set(std::size_t i, const std::array<float, 3>& position) noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = position[axis];
+  }
+
+  std::size_t count;
+  std::array<std::vector<float>, 3> planes;
+
+ private:
+  static std::vector<float> plane(std::size_t n) { return std::vector<float>(format::padded(n)); }
+};
+
+/// corresponding[v] = position of the indexed point nearest to vertices[v]; exact, ties to the point that comes first
+/// in the frame. On entry `corresponding` holds a guess, e.g. the result for the previous frame: a good one makes the
+/// search faster, none changes its result. Fast when consecutive vertices are near each other. `points`, when not
+/// empty, receives the points' places in the frame. The index must hold at least one point.
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points = {}) noexcept;
 

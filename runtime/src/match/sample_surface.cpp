@@ -10,8 +10,7 @@ std::span<const float> landmarks(const ModelView& model, std::uint32_t sample) n
   return model.landmark_positions.subspan(sample * floats, floats);
 }
 
-/// The mass of the vertices that each landmark stands for. They are the same nodes in every reference, in another
-/// order.
+/// The mass of the vertices that each landmark represents. Every reference has the same nodes, in a different order.
 std::vector<double> masses(const ModelView& model, const ReferenceView& reference) {
   const std::uint32_t n = model.info.vertices, count = format::surface_landmarks(n);
   std::vector<std::uint32_t> landmark_of_node(model.info.nodes);

@@ -1,25 +1,19 @@
-// The observed surface of a sample, to be held against a frame: all its vertices, or landmarks where the model has
-// them.
+// The observed surface of a sample, for the coverage: all its vertices, or landmarks where the model has them.
 #pragma once
 
 #include "runtime/src/model/model_view.hpp"
-
-#include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
 
 namespace lbea {
 
 class SampleSurface {
  public:
-  /// All memory is allocated here.
+  /// Allocates all memory.
   explicit SampleSurface(const ModelView& model);
 
-  /// reference: one of the model's. No allocation.
+  /// Copies the sample's positions. reference: one of the model's. Does not allocate.
   void take(std::uint32_t sample, const ReferenceView& reference) noexcept;
   [[nodiscard]] std::span<const std::array<float, 3>> positions() const noexcept { return positions_; }
-  /// Of what each position stands for.
+  /// The mass that each position represents.
   [[nodiscard]] std::span<const double> mass(const ReferenceView& reference) const noexcept;
 
  private:
@@ -28,7 +22,7 @@ class SampleSurface {
   std::vector<std::vector<double>> landmark_mass_;  // per reference; none without landmarks
 };
 
-/// A sample's landmarks all over the component, x 3. The model has landmarks.
+/// A sample's landmarks on the whole component, x 3. The model must have landmarks.
 [[nodiscard]] std::span<const float> mesh_landmarks(const ModelView& model, std::uint32_t sample) noexcept;
 
 }  // namespace lbea

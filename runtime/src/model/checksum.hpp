@@ -1,4 +1,4 @@
-// XXH3-64, header-only: fast enough to check a whole model at every open.
+// XXH3-64, header-only: fast enough to check a whole model each time it is opened.
 #pragma once
 
 #define XXH_INLINE_ALL

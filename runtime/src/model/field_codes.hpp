@@ -1,4 +1,4 @@
-// A field in 16 bits: between the least and the greatest value of one sample, in equal steps.
+// Fields in 16 bits: equal steps between the least and the greatest value of one sample.
 #pragma once
 
 #include <algorithm>
@@ -13,18 +13,18 @@ namespace lbea {
 
 using FieldCode = std::uint16_t;
 
-// What is no number between the two has a code of its own.
+// Infinities and NaN have codes of their own.
 inline constexpr FieldCode last_code = 65'532;
 inline constexpr FieldCode code_of_minus_infinity = 65'533, code_of_infinity = 65'534, code_of_nan = 65'535;
 
-/// Of one sample's finite values; 0 and 0 when there are none.
+/// Range of one sample's finite values; 0 and 0 when there are none.
 struct FieldRange {
   float low = 0, high = 0;
 
   [[nodiscard]] double step() const noexcept { return (double{high} - double{low}) / last_code; }
 };
 
-/// Most that a finite value can be off by: half a step, and what rounding to single precision adds.
+/// Greatest error of a finite value: half a step, and the rounding to single precision.
 [[nodiscard]] inline float largest_error(const FieldRange& range) noexcept {
   if (!(range.low < range.high)) return 0;
   constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -33,7 +33,7 @@ struct FieldRange {
   return std::nextafter(static_cast<float>((range.step() + spacing) / 2), infinity);
 }
 
-/// Both ends come back to the bit, and values that were decoded are encoded to the same codes again.
+/// Both ends are exact, and a decoded value is encoded to the same code again.
 [[nodiscard]] inline float decoded(FieldCode code, const FieldRange& range) noexcept {
   if (code < last_code) return static_cast<float>(double{range.low} + range.step() * code);
   constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -52,8 +52,8 @@ inline void decode(std::span<const FieldCode> codes, const FieldRange& range, st
     range.low = std::min(range.low, value);
     range.high = std::max(range.high, value);
   }
-  return range.low <= range.high ? FieldRange{range.low + 0.0f, range.high + 0.0f}
-                                 : FieldRange{};  // no -0: its codes would say 0
+  // + 0.0f: no -0, because its code decodes to 0.
+  return range.low <= range.high ? FieldRange{range.low + 0.0f, range.high + 0.0f} : FieldRange{};
 }
 
 [[nodiscard]] inline FieldCode encoded(float value, const FieldRange& range) noexcept {

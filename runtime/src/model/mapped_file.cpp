@@ -3,9 +3,7 @@
 #include <lbea/lbea.hpp>
 
 #include <cerrno>
-#include <cstdint>
 #include <cstring>
-#include <string>
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -34,13 +32,13 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
   static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
   const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data()), first = begin / page * page;
   const auto end = (begin + bytes.size() + page - 1) / page * page;
-  return {const_cast<std::byte*>(bytes.data()) - (begin - first),
-          end - first};  // advice wants an address without const
+  // madvise takes an address without const.
+  return {const_cast<std::byte*>(bytes.data()) - (begin - first), end - first};
 }
 
 [[noreturn]] void fail(const std::filesystem::path& file, const char* what) {
   throw Error(Status::file_not_found,
-              file.string() + ": " + what + ": " + std::strerror(errno) + "; check its path and rights");
+              file.string() + ": " + what + ": " + std::strerror(errno) + "; check its path and permissions");
 }
 
 }  // namespace
@@ -49,7 +47,7 @@ MappedFile::MappedFile(const std::filesystem::path& file) {
   const Descriptor descriptor(file.c_str());
   if (descriptor.value() < 0) fail(file, "cannot open the model");
   struct stat info {};
-  if (::fstat(descriptor.value(), &info) != 0) fail(file, "cannot ask for the size of the model");
+  if (::fstat(descriptor.value(), &info) != 0) fail(file, "cannot read the size of the model");
   if (!S_ISREG(info.st_mode)) throw Error(Status::not_a_model, file.string() + ": not a regular file");
   if (info.st_size == 0) return;
   const auto size = static_cast<std::size_t>(info.st_size);
@@ -59,7 +57,7 @@ MappedFile::MappedFile(const std::filesystem::path& file) {
 }
 
 MappedFile::~MappedFile() {
-  // munmap wants the address without const; the mapping itself was never writable.
+  // munmap takes an address without const; the mapping is read-only.
   if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 

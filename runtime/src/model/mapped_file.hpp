@@ -1,4 +1,4 @@
-// A whole file, mapped read-only, and what of it is in memory.
+// A file mapped read-only, and control over which parts of it are in memory.
 #pragma once
 
 #include <cstddef>
@@ -15,18 +15,18 @@ class MappedFile {
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
   [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
-  /// While all of it is read from front to end.
+  /// Tells the system whether the file is read from front to end.
   void expect_sequential(bool is_sequential) const noexcept;
 
  private:
   std::span<const std::byte> bytes_;
 };
 
-/// Lets go of the memory of a part of a mapping; it comes back from the file when it is read again.
+/// Releases the memory of a part of a mapping. Later reads load it from the file again.
 void release_pages(std::span<const std::byte> bytes) noexcept;
-/// Reads a part of a mapping into memory, now.
+/// Loads a part of a mapping into memory.
 void load_pages(std::span<const std::byte> bytes) noexcept;
-/// Keeps a part of a mapping in memory, or no longer. False, and errno, when the system refuses.
+/// Locks or unlocks a part of a mapping in memory. False, with errno, when the system refuses.
 bool lock_pages(std::span<const std::byte> bytes, bool is_locked) noexcept;
 
 }  // namespace lbea

@@ -4,10 +4,26 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <utility>
 
 namespace lbea {
 namespace {
+
+constexpr std::array<std::string_view, status_count> status_names{"ok",
+                                                                  "empty_frame",
+                                                                  "too_many_points",
+                                                                  "low_coverage",
+                                                                  "file_not_found",
+                                                                  "not_a_model",
+                                                                  "unsupported_version",
+                                                                  "corrupt_model",
+                                                                  "bad_config",
+                                                                  "bad_input",
+                                                                  "unsupported_input",
+                                                                  "write_failed",
+                                                                  "endpoint_unavailable"};
+constexpr std::array<std::string_view, 4> verdict_names{"unknown", "matched", "ambiguous", "no_simulation_fits"};
+static_assert(status_names[static_cast<std::size_t>(Status::endpoint_unavailable)] == "endpoint_unavailable");
+static_assert(verdict_names[static_cast<std::size_t>(Verdict::no_simulation_fits)] == "no_simulation_fits");
 
 // Row `row` of a row-major table.
 template <typename T>
@@ -20,7 +36,7 @@ std::span<const T> flat(std::span<const std::array<T, N>> table) noexcept {
   return {table.empty() ? nullptr : table.front().data(), table.size() * N};
 }
 
-/// What lies between the cold sections.
+/// The parts of the image between the cold sections.
 std::vector<std::span<const std::byte>> hot_parts(const ModelView& view) {
   std::vector<std::span<const std::byte>> parts;
   std::span<const std::byte> rest = view.image;
@@ -41,13 +57,22 @@ std::uint64_t size_of(const std::vector<std::span<const std::byte>>& parts) noex
 
 }  // namespace
 
+std::string_view to_string(Status status) noexcept {
+  const auto i = static_cast<std::size_t>(status);
+  return i < status_names.size() ? status_names[i] : "unknown_status";
+}
+
+std::string_view to_string(Verdict verdict) noexcept {
+  const auto i = static_cast<std::size_t>(verdict);
+  return i < verdict_names.size() ? verdict_names[i] : "unknown";
+}
+
 Model Model::open(const std::filesystem::path& file) {
   auto mapping = std::make_shared<const MappedFile>(file);
   mapping->expect_sequential(true);
   auto view = std::make_shared<ModelView>(read_model(mapping->bytes(), file.string(), release_pages));
-  mapping->expect_sequential(
-      false);  // ... but no random access either: what is cold is asked for in whole rows, which read-ahead serves
-  // After set-up the loop should meet no page that is not in memory.
+  mapping->expect_sequential(false);  // normal read-ahead: cold sections are read in whole rows
+  // After set-up the loop must not touch a page that is not in memory.
   for (const auto part : hot_parts(*view)) load_pages(part);
   view->owner = std::move(mapping);
   return Model(std::move(view));

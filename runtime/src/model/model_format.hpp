@@ -1,17 +1,18 @@
-// The bytes of a model file, as runtime/FORMAT.md specifies them.
+// The layout of a model file, as specified in runtime/FORMAT.md.
 #pragma once
 
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <type_traits>
 
 namespace lbea::format {
 
 static_assert(std::endian::native == std::endian::little, "model files are little-endian and mapped as they are");
 
-// A byte above 127, CRLF and Ctrl-Z: a transfer that took the file for text is noticed at once.
+// A byte above 127, CRLF and Ctrl-Z: a transfer in text mode destroys one of them.
 inline constexpr std::array<std::uint8_t, 8> magic{0x89, 'L', 'B', 'E', 'A', '\r', '\n', 0x1a};
 inline constexpr std::uint32_t endian_tag = 0x01020304;
 inline constexpr std::uint16_t version_major = 1;  // readers refuse another
@@ -34,20 +35,10 @@ struct Header {
 static_assert(sizeof(Header) == 64 && std::is_trivially_copyable_v<Header>);
 
 enum class ElementType : std::uint32_t { u8 = 1, u32 = 2, u64 = 3, f32 = 4, f64 = 5, u16 = 6 };
+/// Bytes per element; 0 for an unknown type.
 inline constexpr std::size_t size_of(ElementType type) noexcept {
-  switch (type) {
-    case ElementType::u8:
-      return 1;
-    case ElementType::u16:
-      return 2;
-    case ElementType::u32:
-    case ElementType::f32:
-      return 4;
-    case ElementType::u64:
-    case ElementType::f64:
-      return 8;
-  }
-  return 0;
+  constexpr std::size_t sizes[] = {0, 1, 4, 8, 4, 8, 2};
+  return static_cast<std::size_t>(type) < std::size(sizes) ? sizes[static_cast<std::size_t>(type)] : 0;
 }
 
 enum class SectionId : std::uint32_t {
@@ -90,27 +81,17 @@ enum class SectionId : std::uint32_t {
   landmark_positions = 0x8000,  // optional: what matching needs of node_positions
 };
 
-/// Whether match() by lbea and fit reads none of the section.
+/// Cold: match() by lbea and fit does not read the section.
 inline constexpr bool is_cold(SectionId id, bool has_landmarks) noexcept {
-  switch (id) {
-    case SectionId::provenance:
-    case SectionId::node_ids:
-    case SectionId::element_ids:
-    case SectionId::element_parts:
-    case SectionId::element_nodes:
-    case SectionId::field_values:
-    case SectionId::field_codes:
-    case SectionId::field_ranges:
-    case SectionId::correspondence:
-      return true;
-    case SectionId::node_positions:
-      return has_landmarks;
-    default:
-      return false;
-  }
+  using enum SectionId;
+  constexpr SectionId cold[] = {provenance,   node_ids,    element_ids,  element_parts, element_nodes,
+                                field_values, field_codes, field_ranges, correspondence};
+  for (const SectionId one : cold)
+    if (id == one) return true;
+  return id == node_positions && has_landmarks;
 }
 
-/// Of large models, matching reads landmarks: vertices that stand for those around them, and nodes all over the
+/// In large models, matching reads landmarks: vertices that represent those around them, and nodes all over the
 /// component.
 inline constexpr std::uint32_t most_surface_landmarks = 1024, most_mesh_landmarks = 512;
 inline constexpr std::uint32_t surface_landmarks(std::uint32_t vertices) noexcept {
@@ -119,11 +100,11 @@ inline constexpr std::uint32_t surface_landmarks(std::uint32_t vertices) noexcep
 inline constexpr std::uint32_t mesh_landmarks(std::uint32_t nodes) noexcept {
   return nodes < most_mesh_landmarks ? nodes : most_mesh_landmarks;
 }
-/// The k-th of `landmarks` equal parts of `count` things begins here.
+/// First of the k-th of `landmarks` equal parts of `count` elements.
 inline constexpr std::uint32_t part_begin(std::uint64_t k, std::uint64_t landmarks, std::uint64_t count) noexcept {
   return static_cast<std::uint32_t>(k * count / landmarks);
 }
-/// The vertex that stands for the k-th part of the vertices.
+/// The vertex that represents the k-th part of the vertices.
 inline constexpr std::uint32_t landmark_vertex(std::uint64_t k, std::uint64_t landmarks,
                                                std::uint64_t vertices) noexcept {
   return static_cast<std::uint32_t>((2 * k + 1) * vertices / (2 * landmarks));
@@ -139,7 +120,7 @@ struct SectionEntry {
 };
 static_assert(sizeof(SectionEntry) == 64 && std::is_trivially_copyable_v<SectionEntry>);
 
-/// Section `info`: the counts every other shape is checked against. All u32.
+/// Section `info`: the counts against which all other shapes are checked. All u32.
 struct Info {
   std::uint32_t reference_mode;
   std::uint32_t vertices, modes, samples, simulations, references;
@@ -149,16 +130,16 @@ struct Info {
 };
 static_assert(sizeof(Info) == 14 * sizeof(std::uint32_t) && std::is_trivially_copyable_v<Info>);
 
-/// Section `view_camera`, all f64: what the camera of the depth images is, and when a residual is a misfit.
-struct ViewCameraWords {
+/// Section `view_camera`, all f64: the camera of the depth images, and the limits of the misfit.
+struct DepthCameraWords {
   std::array<double, 12> T_reference_sensor;
-  double focal, centre_column, centre_row;
+  double focal, center_column, center_row;
   double depth_origin, depth_step;
   double misfit_limit, test_misfit_limit;
 };
-static_assert(sizeof(ViewCameraWords) == 19 * sizeof(double) && std::is_trivially_copyable_v<ViewCameraWords>);
+static_assert(sizeof(DepthCameraWords) == 19 * sizeof(double) && std::is_trivially_copyable_v<DepthCameraWords>);
 
-/// What is measured stays so far below what a float can hold that neither squares nor their sums overflow.
+/// Greatest magnitude of stored lengths and times: neither their squares nor the sums of these overflow a float.
 inline constexpr double largest_measure = 1e12;
 template <typename T>
 constexpr bool is_measured(T value) noexcept {

@@ -1,18 +1,16 @@
 #include "runtime/src/model/model_view.hpp"
 
-#include "runtime/src/model/read_views.hpp"
 #include "runtime/src/model/section_reader.hpp"
 
 #include <algorithm>
 #include <cstring>
-#include <string>
 
 namespace lbea {
 namespace {
 
 using format::SectionId;
 
-// The sections' content, checked one kind at a time; every check names its section when it fails.
+// Checks the content of the sections. An error names the section.
 class ModelReader {
  public:
   ModelReader(std::span<const std::byte> image, const std::string& name, const SectionReader::Release& release)
@@ -29,7 +27,7 @@ class ModelReader {
     read_fields();
     read_envelope();
     for (std::uint32_t r = 0; r < view_.info.references; ++r) read_reference(r);
-    view_.views = read_views(sections_, view_.info);
+    view_.depth_images = read_depth_images(sections_, view_.info);
     view_.file_checksum = sections_.directory_checksum();
     return std::move(view_);
   }

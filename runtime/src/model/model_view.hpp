@@ -1,24 +1,18 @@
-// The sections of a model file as spans, checked once, then trusted.
+// The sections of a model file as spans, checked when the file is opened.
 #pragma once
 
+#include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/model/field_codes.hpp"
 #include "runtime/src/model/model_format.hpp"
 #include "runtime/src/model/vertex_tree.hpp"
-#include "runtime/src/model/view_data.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstddef>
 #include <functional>
-#include <memory>
-#include <span>
-#include <string_view>
-#include <vector>
 
 namespace lbea {
 
-/// What depends on the reference mesh. Shapes as in FORMAT.md, sections 33 to 41.
+/// The sections of one reference mesh. Shapes as in FORMAT.md, sections 33 to 41.
 struct ReferenceView {
   std::span<const std::uint32_t> vertex_nodes;
   std::span<const std::array<float, 3>> vertex_positions;
@@ -28,10 +22,10 @@ struct ReferenceView {
   VertexTree tree;
   std::span<const float> coefficients;            // s x 3 x padded(p)
   std::span<const std::uint32_t> correspondence;  // s x n, empty when baked without VtP
-  std::array<std::uint32_t, 3> leading_axes{};    // places in a mode-major p x 3 array
+  std::array<std::uint32_t, 3> leading_axes{};    // indices into a mode-major p x 3 array
 };
 
-/// Stored as values, or as codes with a range per sample.
+/// A field, stored as values or as codes with a range per sample.
 struct FieldView {
   FieldInfo info;
   std::size_t places = 0;                        // elements or nodes
@@ -40,7 +34,7 @@ struct FieldView {
   std::span<const std::array<float, 3>> ranges;  // s: low, high, largest error
 
   [[nodiscard]] FieldRange range(std::size_t sample) const noexcept { return {ranges[sample][0], ranges[sample][1]}; }
-  /// Empty when it is stored as codes.
+  /// Empty when the field is stored as codes.
   [[nodiscard]] std::span<const float> values_of(std::size_t sample) const noexcept {
     return values.empty() ? values : values.subspan(sample * places, places);
   }
@@ -67,19 +61,20 @@ struct ModelView {
   std::span<const std::uint32_t> node_ids, element_ids, element_parts;
   std::span<const std::array<std::uint32_t, 4>> element_nodes;
   std::span<const float> node_positions;      // s x N x 3
-  std::span<const float> landmark_positions;  // s x (surface_landmarks + mesh_landmarks) x 3; empty: positions will do
+  std::span<const float> landmark_positions;  // s x (surface_landmarks + mesh_landmarks) x 3, or empty
   std::vector<FieldView> fields;
   EnvelopeView envelope;
   std::span<const double> reference_times;
   std::vector<ReferenceView> references;
-  std::shared_ptr<const ViewData> views;  // null when baked without a sensor
-  std::uint64_t file_checksum = 0;        // of the directory, which covers every section: names this model
+  std::shared_ptr<const DepthImages> depth_images;  // null when baked without a sensor
+  std::uint64_t file_checksum = 0;  // of the directory, which covers every section: identifies this model
   std::span<const std::byte> image;
-  std::vector<std::span<const std::byte>> cold;  // of the image: what match() by lbea and fit does not read, ascending
-  std::shared_ptr<const void> owner;             // the mapping, when the model owns one
+  std::vector<std::span<const std::byte>>
+      cold;                           // parts of the image that match() by lbea and fit does not read, ascending
+  std::shared_ptr<const void> owner;  // the mapping, when the model owns one
 };
 
-/// Checks `image` as FORMAT.md says; `name` stands in the sentences of errors. release: see SectionReader.
+/// Checks `image` by the rules of FORMAT.md. `name` is the model's name in errors. release: see SectionReader.
 /// Throws Error{not_a_model | unsupported_version | corrupt_model}.
 [[nodiscard]] ModelView read_model(std::span<const std::byte> image, const std::string& name,
                                    const std::function<void(std::span<const std::byte>)>& release = {});

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <utility>
+#include <iterator>
 
 namespace lbea {
 namespace {
@@ -15,47 +15,25 @@ namespace {
 using format::SectionEntry;
 using format::SectionId;
 
-constexpr std::pair<SectionId, const char*> titles[] = {
-    {SectionId::info, "info"},
-    {SectionId::provenance, "provenance"},
-    {SectionId::length_unit, "length_unit"},
-    {SectionId::simulation_names, "simulation_names"},
-    {SectionId::parameter_names, "parameter_names"},
-    {SectionId::parameters, "parameters"},
-    {SectionId::samples, "samples"},
-    {SectionId::sample_times, "sample_times"},
-    {SectionId::node_ids, "node_ids"},
-    {SectionId::element_ids, "element_ids"},
-    {SectionId::element_parts, "element_parts"},
-    {SectionId::element_nodes, "element_nodes"},
-    {SectionId::node_positions, "node_positions"},
-    {SectionId::field_names, "field_names"},
-    {SectionId::field_locations, "field_locations"},
-    {SectionId::field_values, "field_values"},
-    {SectionId::field_codes, "field_codes"},
-    {SectionId::field_ranges, "field_ranges"},
-    {SectionId::envelope_grid, "envelope_grid"},
-    {SectionId::envelope_bits, "envelope_bits"},
-    {SectionId::simulation_branches, "simulation_branches"},
-    {SectionId::reference_times, "reference_times"},
-    {SectionId::vertex_nodes, "vertex_nodes"},
-    {SectionId::vertex_positions, "vertex_positions"},
-    {SectionId::mass, "mass"},
-    {SectionId::eigenvalues, "eigenvalues"},
-    {SectionId::projection, "projection"},
-    {SectionId::tree_boxes, "tree_boxes"},
-    {SectionId::tree_ranges, "tree_ranges"},
-    {SectionId::coefficients, "coefficients"},
-    {SectionId::correspondence, "correspondence"},
-    {SectionId::leading_axes, "leading_axes"},
-    {SectionId::view_camera, "view_camera"},
-    {SectionId::view_size, "view_size"},
-    {SectionId::view_depths, "view_depths"},
-    {SectionId::view_expected, "view_expected"},
-    {SectionId::landmark_positions, "landmark_positions"},
-};
+// The titles of consecutive ids, in the order of SectionId.
+constexpr std::string_view titles_from_1[] = {
+    "info",    "provenance",   "length_unit", "simulation_names", "parameter_names", "parameters",
+    "samples", "sample_times", "node_ids",    "element_ids",      "element_parts",   "element_nodes"};
+constexpr std::string_view titles_from_13[] = {"node_positions", "field_names",   "field_locations",     "field_values",
+                                               "envelope_grid",  "envelope_bits", "simulation_branches", "leading_axes",
+                                               "field_codes",    "field_ranges"};
+constexpr std::string_view titles_from_32[] = {"reference_times", "vertex_nodes",  "vertex_positions", "mass",
+                                               "eigenvalues",     "projection",    "tree_boxes",       "tree_ranges",
+                                               "coefficients",    "correspondence"};
+constexpr std::string_view titles_from_64[] = {"view_camera", "view_size", "view_depths", "view_expected"};
+static_assert(std::size(titles_from_1) == 12 && std::size(titles_from_13) == 10 && std::size(titles_from_32) == 10);
 
-// a * b, or false when that does not fit.
+std::string_view title_after(SectionId first, SectionId id, std::span<const std::string_view> titles) noexcept {
+  const auto i = static_cast<std::uint32_t>(id) - static_cast<std::uint32_t>(first);
+  return i < titles.size() ? titles[i] : std::string_view();
+}
+
+// a * b; false when that overflows.
 bool multiply(std::uint64_t a, std::uint64_t b, std::uint64_t& product) noexcept {
   return !__builtin_mul_overflow(a, b, &product);
 }
@@ -66,7 +44,7 @@ bool byte_count(const SectionEntry& entry, std::uint64_t& bytes) noexcept {
          std::ranges::all_of(entry.shape, [&](std::uint64_t extent) { return multiply(bytes, extent, bytes); });
 }
 
-// Without the sign, bits of floating-point numbers are ordered as they are; infinities and what is no number come last.
+// Without the sign, the bits of floating-point numbers have the order of the values; infinity and NaN are the largest.
 template <typename Float, typename Word>
 bool all_measured(std::span<const std::byte> bytes) noexcept {
   constexpr Word magnitude = static_cast<Word>(~Word{0} >> 1),
@@ -89,20 +67,11 @@ std::uint32_t greatest_of(std::span<const std::byte> bytes, std::uint32_t greate
   return greatest;
 }
 
-void look_at(std::span<const std::byte> bytes, std::uint32_t type, SectionContent& content) noexcept {
-  switch (static_cast<format::ElementType>(type)) {
-    case format::ElementType::f32:
-      content.is_measured &= all_measured<float, std::uint32_t>(bytes);
-      break;
-    case format::ElementType::f64:
-      content.is_measured &= all_measured<double, std::uint64_t>(bytes);
-      break;
-    case format::ElementType::u32:
-      content.greatest = greatest_of(bytes, content.greatest);
-      break;
-    default:
-      break;
-  }
+void inspect(std::span<const std::byte> bytes, std::uint32_t element_type, SectionContent& content) noexcept {
+  const auto type = static_cast<format::ElementType>(element_type);
+  if (type == format::ElementType::f32) content.is_measured &= all_measured<float, std::uint32_t>(bytes);
+  if (type == format::ElementType::f64) content.is_measured &= all_measured<double, std::uint64_t>(bytes);
+  if (type == format::ElementType::u32) content.greatest = greatest_of(bytes, content.greatest);
 }
 
 const char* const bake_again = "; copy the file again or bake it again";
@@ -110,8 +79,12 @@ const char* const bake_again = "; copy the file again or bake it again";
 }  // namespace
 
 std::string title(SectionId id) {
-  const auto* found = std::ranges::find(titles, id, &std::pair<SectionId, const char*>::first);
-  return found == std::end(titles) ? "unknown" : found->second;
+  if (id == SectionId::landmark_positions) return "landmark_positions";
+  std::string found(title_after(SectionId::info, id, titles_from_1));
+  if (found.empty()) found = title_after(SectionId::node_positions, id, titles_from_13);
+  if (found.empty()) found = title_after(SectionId::reference_times, id, titles_from_32);
+  if (found.empty()) found = title_after(SectionId::view_camera, id, titles_from_64);
+  return found.empty() ? "unknown" : found;
 }
 
 SectionReader::SectionReader(std::span<const std::byte> image, std::string name, const Release& release)
@@ -196,7 +169,7 @@ SectionContent SectionReader::check_content(const SectionEntry& entry, const Rel
   const auto id = static_cast<SectionId>(entry.id);
   SectionContent content;
   if (title(id) == "unknown") return content;
-  constexpr std::size_t piece_size = std::size_t{1} << 20;  // stays in the cache for the second look
+  constexpr std::size_t piece_size = std::size_t{1} << 20;  // stays in the cache between checksum and inspection
   const bool is_released = release && is_cold(entry);
   const auto section = image_.subspan(entry.offset, entry.length);
   XXH3_state_t state;
@@ -204,7 +177,7 @@ SectionContent SectionReader::check_content(const SectionEntry& entry, const Rel
   for (std::size_t begin = 0; begin < section.size(); begin += piece_size) {
     const auto piece = section.subspan(begin, std::min(piece_size, section.size() - begin));
     XXH3_64bits_update(&state, piece.data(), piece.size());
-    look_at(piece, entry.element_type, content);
+    inspect(piece, entry.element_type, content);
     if (is_released) release(piece);
   }
   if (XXH3_64bits_digest(&state) != entry.checksum) fail(id, entry.part, "checksum does not match");

@@ -1,4 +1,4 @@
-// Header and directory of a model file: finds and checks sections, knows nothing of what they mean.
+// Header and directory of a model file: finds and checks sections, whatever their content.
 #pragma once
 
 #include "runtime/src/model/model_format.hpp"
@@ -15,24 +15,24 @@
 
 namespace lbea {
 
-/// What is seen of a section's elements while its checksum is computed, so that its bytes are read once.
+/// Facts about a section's elements, collected while its checksum is computed, so that its bytes are read once.
 struct SectionContent {
-  bool is_measured = true;     // f32 and f64: all numbers, none beyond format::largest_measure
+  bool is_measured = true;     // f32 and f64: all finite, none beyond format::largest_measure
   std::uint32_t greatest = 0;  // u32
 };
 
 class SectionReader {
  public:
-  /// Told of bytes that were checked and are not needed for matching.
+  /// Called with bytes that were checked and are not needed for matching.
   using Release = std::function<void(std::span<const std::byte>)>;
 
-  /// Checks everything FORMAT.md says of header, directory, layout, padding and checksums, reading the image from front
-  /// to end.
+  /// Checks header, directory, layout, padding and checksums by the rules of FORMAT.md. Reads the image once, from
+  /// front to end.
   SectionReader(std::span<const std::byte> image, std::string name, const Release& release = {});
 
   using Shape = std::array<std::uint64_t, 3>;
 
-  /// The section's elements, after comparing type and shape with what the caller expects.
+  /// The section's elements, after a check of type and shape.
   template <typename T>
   [[nodiscard]] std::span<const T> required(format::SectionId id, Shape shape, std::uint32_t part = 0) const {
     const format::SectionEntry* entry = find(id, part);
@@ -45,20 +45,20 @@ class SectionReader {
     const format::SectionEntry* entry = find(id, part);
     return entry == nullptr ? std::span<const T>{} : typed<T>(*entry, shape);
   }
-  /// A section of text, whose length only it knows.
+  /// A section of text, of any length.
   [[nodiscard]] std::string_view text(format::SectionId id) const;
   [[nodiscard]] const format::SectionEntry* find(format::SectionId id, std::uint32_t part = 0) const noexcept;
   [[nodiscard]] std::span<const format::SectionEntry> entries() const noexcept { return entries_; }
-  /// Of a section that is there.
+  /// The section must exist.
   [[nodiscard]] const SectionContent& content(format::SectionId id, std::uint32_t part = 0) const noexcept;
-  /// Whether match() by lbea and fit reads none of it.
+  /// Whether match() by lbea and fit does not read it.
   [[nodiscard]] bool is_cold(const format::SectionEntry& entry) const noexcept;
   [[nodiscard]] std::uint64_t directory_checksum() const noexcept { return directory_checksum_; }
   /// Throws Error{corrupt_model}: "<name>: section <id> '<title>' part <part> at byte <offset>: <what>".
   [[noreturn]] void fail(format::SectionId id, std::uint32_t part, const std::string& what) const;
 
  private:
-  // Elements of a structured type (an array of three floats) count by their scalar parts.
+  // An array of three floats, say, counts as three elements of its scalar type.
   template <typename T>
   struct Scalar {
     using type = T;
@@ -70,20 +70,10 @@ class SectionReader {
   template <typename T>
   static constexpr format::ElementType element_type() {
     using S = typename Scalar<T>::type;
-    if constexpr (std::is_same_v<S, std::uint8_t> || std::is_same_v<S, char>)
-      return format::ElementType::u8;
-    else if constexpr (std::is_same_v<S, std::uint16_t>)
-      return format::ElementType::u16;
-    else if constexpr (std::is_same_v<S, std::uint32_t>)
-      return format::ElementType::u32;
-    else if constexpr (std::is_same_v<S, std::uint64_t>)
-      return format::ElementType::u64;
-    else if constexpr (std::is_same_v<S, float>)
-      return format::ElementType::f32;
-    else {
-      static_assert(std::is_same_v<S, double>);
-      return format::ElementType::f64;
-    }
+    using enum format::ElementType;
+    if constexpr (std::is_floating_point_v<S>) return sizeof(S) == 4 ? f32 : f64;
+    static_assert(std::is_floating_point_v<S> || std::is_unsigned_v<S> || std::is_same_v<S, char>);
+    return sizeof(S) == 1 ? u8 : sizeof(S) == 2 ? u16 : sizeof(S) == 4 ? u32 : u64;
   }
   template <typename T>
   std::span<const T> typed(const format::SectionEntry& entry, const Shape& shape) const {

@@ -26,7 +26,7 @@ bool ranges_form_one_tree(const VertexTree& tree) noexcept {
   struct Subtree {
     std::uint32_t node, first, count;
   };
-  std::array<Subtree, vertex_tree_max_depth> right_siblings;  // still to come, innermost last
+  std::array<Subtree, vertex_tree_max_depth> right_siblings;  // not yet visited, innermost last
   std::size_t depth = 0;
   Subtree expected{0, 0, static_cast<std::uint32_t>(tree.vertices.size())};
   for (std::uint32_t node = 0; node < tree.ranges.size(); ++node) {
@@ -63,7 +63,7 @@ NearestVertex nearest_vertex(const VertexTree& tree, std::array<float, 3> point,
     std::uint32_t node;
     float bound;
   };
-  std::array<Pending, vertex_tree_max_depth + 1> stack;  // one per level: the sibling still to be seen
+  std::array<Pending, vertex_tree_max_depth + 1> stack;  // per level: the sibling not yet visited
   std::size_t depth = 0;
   NearestVertex best;
   float best_squared = max_distance * max_distance;

@@ -1,27 +1,40 @@
-// How likely a frame makes the samples, as the tracker and the path after the test weigh it.
+// How the tracker, the likeliest path and the inference weigh a frame's candidates.
 #pragma once
+
+#include "runtime/src/depth/depth_images.hpp"
 
 #include <lbea/tracker.hpp>
 
 #include <algorithm>
-#include <cmath>
 
 namespace lbea {
 
-/// Plausibility of a candidate by its residual, against the best one's; never below `doubt`, because a single frame may
-/// lie and must not rule out what all the others say.
-class Plausibility {
+/// Likelihood of a candidate by its residual: its plausibility, but at least `doubt`, so that a single wrong frame
+/// cannot exclude what all others support.
+class Likelihood {
  public:
-  Plausibility(float least_residual, const TrackerConfig& config) noexcept
-      : best_(square(least_residual)), scale_(best_ + square(config.noise)), sharpness_(double{config.sharpness}) {}
+  Likelihood(float least_residual, const TrackerConfig& config) noexcept
+      : plausibility_(least_residual, config.noise, config.sharpness) {}
   [[nodiscard]] double operator()(float residual) const noexcept {
     constexpr double doubt = 1e-9;
-    return std::max(std::exp(-sharpness_ * (square(residual) - best_) / scale_), doubt);
+    return std::max(plausibility_(residual), doubt);
   }
 
  private:
-  static double square(float v) noexcept { return double{v} * double{v}; }
-  double best_, scale_, sharpness_;
+  Plausibility<double> plausibility_;
 };
+
+struct WeightedRow {
+  std::span<const float> values;
+  float weight = 0;
+};
+
+/// into[i] = sum of weight * values[i]. Rows have the same length, and weights that add up to 1.
+void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into);
+
+/// into[i] = sqrt(sum of weight * |values[i] - about[i]|^2 / sum of weight), per group of `components` values: the
+/// standard deviation of the rows about a value that need not be their mean.
+void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
+                     std::vector<float>& into);
 
 }  // namespace lbea

@@ -1,4 +1,3 @@
-#include "runtime/src/match/weighted_rows.hpp"
 #include "runtime/src/track/evidence.hpp"
 
 #include <lbea/inference.hpp>
@@ -9,7 +8,7 @@
 namespace lbea {
 namespace {
 
-/// Rows of a model, those that are not stored as they are read into memory of their own.
+/// Rows of a model. `read` holds those that are decoded.
 struct Rows {
   std::vector<WeightedRow> rows;
   std::vector<std::vector<float>> read;
@@ -22,7 +21,7 @@ Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const 
     const std::uint32_t row = model.sample_index(sample.sample);
     if (row == model.samples())
       throw Error(Status::bad_input,
-                  "an estimate names a sample this model does not hold; give the model that the matcher uses");
+                  "the estimate names a sample that is not in this model; give the model that the matcher uses");
     result.rows.push_back({values(row, result.read), sample.weight});
   }
   return result;
@@ -60,10 +59,10 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
 std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config) {
   std::vector<WeightedSample> weighted;
   if (candidates.empty()) return weighted;
-  const Plausibility plausibility(std::ranges::min_element(candidates, {}, &Match::distance)->distance, config);
+  const Likelihood likelihood(std::ranges::min_element(candidates, {}, &Match::distance)->distance, config);
   float all = 0;
   for (const Match& candidate : candidates) {
-    weighted.push_back({candidate.sample, static_cast<float>(plausibility(candidate.distance))});
+    weighted.push_back({candidate.sample, static_cast<float>(likelihood(candidate.distance))});
     all += weighted.back().weight;
   }
   for (WeightedSample& sample : weighted) sample.weight /= all;

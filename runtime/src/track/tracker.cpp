@@ -1,13 +1,6 @@
-#include "runtime/src/model/view_data.hpp"
 #include "runtime/src/track/evidence.hpp"
 
-#include <lbea/tracker.hpp>
-
-#include <algorithm>
 #include <cmath>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace lbea {
 namespace {
@@ -25,6 +18,57 @@ void check(const TrackerConfig& config) {
           "a share from 0 to below 1");
   require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
 }
+
+constexpr double never = -std::numeric_limits<double>::infinity();
+
+// Viterbi's algorithm on the tracker's model: forward in time within a simulation, sometimes a change to another one.
+struct Trellis {
+  const Model& model;
+  double log_stop, log_step, log_stay, log_change;
+  std::vector<double> score;                       // per sample: score of the best path that ends there
+  std::vector<std::vector<std::uint32_t>> before;  // per frame after the first, per sample: predecessor on that path
+
+  Trellis(const Model& m, const TrackerConfig& config)
+      : model(m),
+        log_stop(std::log(1 - double{config.persistence})),
+        log_step(std::log(double{config.persistence})),
+        log_stay(std::log(1 - double{config.change})),
+        log_change(std::log(double{config.change} / m.samples())),
+        score(m.samples(), 0.0) {}
+
+  void weigh(std::span<const Match> evidence, const TrackerConfig& config) {
+    const Likelihood likelihood(evidence.front().distance, config);
+    std::vector<double> logs(score.size(), std::log(likelihood(evidence.back().distance)));
+    for (const Match& candidate : evidence)
+      logs[model.sample_index(candidate.sample)] = std::log(likelihood(candidate.distance));
+    for (std::size_t s = 0; s < score.size(); ++s) score[s] += logs[s];
+  }
+
+  void advance() {
+    const auto best = static_cast<std::uint32_t>(std::ranges::max_element(score) - score.begin());
+    std::vector<std::uint32_t> from(score.size(), best);
+    std::vector<double> next(score.size(), never);
+    double carried = never;
+    std::uint32_t carrier = 0;
+    for (std::uint32_t s = 0; s < score.size(); ++s) {
+      if (s == 0 || model.sample(s).simulation != model.sample(s - 1).simulation) carried = never;
+      carried += log_step;
+      if (score[s] + log_stop >= carried) {
+        carried = score[s] + log_stop;
+        carrier = s;
+      }
+      next[s] = log_stay + carried;
+      from[s] = carrier;
+      const bool later = model.sample(s).time_step >= model.sample(best).time_step;
+      if (later && score[best] + log_change > next[s]) {
+        next[s] = score[best] + log_change;
+        from[s] = best;
+      }
+    }
+    score = std::move(next);
+    before.push_back(std::move(from));
+  }
+};
 
 }  // namespace
 
@@ -51,7 +95,7 @@ struct Tracker::State {
 
   Model model;
   TrackerConfig config;
-  float misfit_limit;  // 0: no views, no verdict
+  float misfit_limit;  // 0: no depth images, so no verdict
   double log_misfits = 0, weights = 0;
   std::uint64_t judged = 0;                     // frames
   std::vector<double> probability, likelihood;  // per sample
@@ -68,11 +112,11 @@ void Tracker::State::reset() noexcept {
   publish();
 }
 
-// Forward in time: a geometric number of steps within each simulation; a share starts anew in any simulation, no
-// earlier than the time step it has reached.
+// Within a simulation, probability moves forward by a geometrically distributed number of time steps. A share of it
+// changes to any simulation, at most one time step before the mean time step reached.
 void Tracker::State::predict() noexcept {
   const double stay = 1 - double{config.change};
-  double reached = 0;  // mean time step, by which those that change are placed
+  double reached = 0;  // mean time step
   for (std::uint32_t s = 0; s < model.samples(); ++s) reached += probability[s] * model.sample(s).time_step;
   double newcomers = 0;
   for (std::uint32_t s = 0; s < model.samples(); ++s) newcomers += model.sample(s).time_step + 1 >= reached ? 1 : 0;
@@ -84,16 +128,17 @@ void Tracker::State::predict() noexcept {
       probability[s] = stay * carried + (newcomer ? double{config.change} / std::max(newcomers, 1.0) : 0);
     }
     if (first[simulation] < first[simulation + 1])
-      probability[first[simulation + 1] - 1] += stay * double{config.persistence} * carried;  // the end holds
+      probability[first[simulation + 1] - 1] +=
+          stay * double{config.persistence} * carried;  // no state follows the last one
   }
 }
 
-// Samples that are no candidates are as likely as the worst of those that are: they may be just behind it.
+// A sample that is no candidate is as likely as the worst candidate: it may rank just below it.
 void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
-  const Plausibility plausibility(evidence.front().distance, config);
-  std::ranges::fill(likelihood, plausibility(evidence.back().distance));
+  const Likelihood likelihood_of(evidence.front().distance, config);
+  std::ranges::fill(likelihood, likelihood_of(evidence.back().distance));
   for (const Match& candidate : evidence)
-    likelihood[model.sample_index(candidate.sample)] = plausibility(candidate.distance);
+    likelihood[model.sample_index(candidate.sample)] = likelihood_of(candidate.distance);
   double all = 0;
   for (std::size_t s = 0; s < probability.size(); ++s) all += probability[s] *= likelihood[s];
   for (double& p : probability) p /= all;
@@ -113,14 +158,13 @@ void Tracker::State::publish() noexcept {
   state.branch_probabilities = branches;
 }
 
-// Misfits scatter from frame to frame; over a test their mean tells an unknown branch from an unseen run. Frames in
-// which unseen runs leave little count for more: a frame's weight is one over the square of the residual expected of
-// it.
+// Misfits scatter from frame to frame. Over a test their mean distinguishes a run of an unknown branch from one of a
+// known branch. The weight of a frame is one over the square of its expected residual.
 void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   if (!(fit.misfit > 0) || !(misfit_limit > 0)) return;
   constexpr std::uint64_t least_frames = 4;
   constexpr float sure = 0.9f;
-  const double noise = double{ViewMetric{}.mesh_noise}, residual = double{fit.residual}, misfit = double{fit.misfit};
+  const double noise = double{DepthMetric{}.mesh_noise}, residual = double{fit.residual}, misfit = double{fit.misfit};
   const double weight = misfit * misfit / (residual * residual + noise * noise);
   log_misfits += weight * std::log(misfit);
   weights += weight;
@@ -145,13 +189,30 @@ void Tracker::reset() noexcept { state_->reset(); }
 
 const TestState& Tracker::update(const MatchResult& result) noexcept {
   const auto evidence = result.fit.candidates.empty() ? result.matches : result.fit.candidates;
-  if (result.status == Status::low_coverage) state_->judge(result.fit);  // too little to name a sample, enough to doubt
+  if (result.status == Status::low_coverage)
+    state_->judge(result.fit);  // too little for a sample, but the misfit counts
   if (result.status != Status::ok || evidence.empty()) return state_->state;
   if (state_->state.frames++ > 0) state_->predict();
   state_->weigh(evidence);
   state_->publish();
   state_->judge(result.fit);
   return state_->state;
+}
+
+std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence,
+                                   const TrackerConfig& config) {
+  Trellis trellis(model, config);
+  for (std::size_t frame = 0; frame < evidence.size(); ++frame) {
+    if (frame > 0) trellis.advance();
+    if (!evidence[frame].empty()) trellis.weigh(evidence[frame], config);
+  }
+  std::vector<Sample> path(evidence.size());
+  auto at = static_cast<std::uint32_t>(std::ranges::max_element(trellis.score) - trellis.score.begin());
+  for (std::size_t frame = evidence.size(); frame-- > 0;) {
+    path[frame] = model.sample(at);
+    if (frame > 0) at = trellis.before[frame - 1][at];
+  }
+  return path;
 }
 
 }  // namespace lbea

@@ -1,8 +1,7 @@
-#include "runtime/src/match/matcher_config.hpp"
+#include "runtime/src/match/matcher_state.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 namespace lbea {
 namespace {
@@ -13,7 +12,7 @@ void require(bool holds, const std::string& sentence) {
   if (!holds) throw Error(Status::bad_config, "matcher configuration: " + sentence);
 }
 
-// R' R = 1 and det R = 1 within what a printed calibration file loses.
+// R' R = 1 and det R = 1, up to the rounding of a printed calibration file.
 bool is_rigid(const RigidTransform& T) noexcept {
   constexpr double tolerance = 1e-3;
   const auto row = [&T](std::size_t i, std::size_t k) { return static_cast<double>(T[4 * i + k]); };
@@ -29,8 +28,6 @@ bool is_rigid(const RigidTransform& T) noexcept {
                      row(0, 2) * (row(1, 0) * row(2, 1) - row(1, 1) * row(2, 0));
   return det > 0;
 }
-
-}  // namespace
 
 void check(const MatcherConfig& config, const ModelView& model, const SensorViews& views) {
   require(config.max_points >= 1 && config.max_points <= most_points,
@@ -55,13 +52,35 @@ void check(const MatcherConfig& config, const ModelView& model, const SensorView
           "T_reference_sensor is not a rigid transform; its left 3x3 part must be a rotation (no scale, no mirror)");
 }
 
-std::uint32_t reference_at(const ModelView& model, double time) noexcept {
-  const auto times = model.reference_times;
-  const auto later = std::ranges::lower_bound(times, time);
-  if (later == times.begin()) return 0;
-  const auto earlier = later - 1;
-  const bool later_is_nearer = later != times.end() && *later - time < time - *earlier;
-  return static_cast<std::uint32_t>((later_is_nearer ? later : earlier) - times.begin());
+}  // namespace
+
+Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
+    : model(std::move(m)),
+      config(c),
+      view(model.view()),
+      index(envelope_grid(view.envelope), config.max_points),
+      corresponding(view.info.vertices),
+      coefficients(view.info.modes),
+      public_coefficients(std::size_t{3} * view.info.modes),
+      best(std::min(
+          config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches,
+          view.info.samples)),
+      matches(std::min(config.max_matches, view.info.samples)),
+      surface(view) {
+  if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
+  if (config.method != Method::vtp && is_worth_a_tree(view.info.samples, best.capacity()))
+    for (const ReferenceView& r : view.references) trees.emplace_back(r.coefficients, view.info.modes);
 }
+
+Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {
+  if (views.empty()) views = SensorViews::baked_into(model);
+  check(config, model.view(), views);
+  state_ = std::make_unique<State>(std::move(model), config, std::move(views));
+}
+Matcher::~Matcher() = default;
+Matcher::Matcher(Matcher&&) noexcept = default;
+Matcher& Matcher::operator=(Matcher&&) noexcept = default;
+const Model& Matcher::model() const noexcept { return state_->model; }
+const MatcherConfig& Matcher::config() const noexcept { return state_->config; }
 
 }  // namespace lbea

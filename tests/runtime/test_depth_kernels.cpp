@@ -1,6 +1,6 @@
 // The depth images' inner loops against plain ones in double precision, and against each other bit by bit.
+#include "runtime/src/depth/depth_comparison.hpp"
 #include "runtime/src/kernels/kernels.hpp"
-#include "runtime/src/match/frame_view.hpp"
 #include "tests/runtime/brute_force.hpp"
 
 #include <doctest/doctest.h>
@@ -61,14 +61,14 @@ TEST_CASE("cells cost their capped difference, or the price of the silhouette, o
       filled += in_frame || in_sample ? 1 : 0;
     }
     const CellSums first =
-        all_kernels().front()->compare_views(images.observed.data(), images.sample.data(), cells, prices);
+        all_kernels().front()->compare_depths(images.observed.data(), images.sample.data(), cells, prices);
     for (const Kernels* code : all_kernels()) {
-      const CellSums sums = code->compare_views(images.observed.data(), images.sample.data(), cells, prices);
+      const CellSums sums = code->compare_depths(images.observed.data(), images.sample.data(), cells, prices);
       CHECK(std::memcmp(&sums, &first, sizeof(sums)) == 0);
       CHECK(static_cast<double>(sums.squares) == doctest::Approx(squares).epsilon(1e-5));
       CHECK(static_cast<double>(sums.filled) == filled);
       std::vector<float> got(cells);
-      code->subtract_views(images.observed.data(), images.sample.data(), cells, prices, got.data());
+      code->subtract_depths(images.observed.data(), images.sample.data(), cells, prices, got.data());
       for (std::size_t i = 0; i < cells; ++i) CHECK(std::abs(static_cast<double>(got[i]) - residuals[i]) < 0.01);
     }
   }
@@ -78,13 +78,13 @@ TEST_CASE(
     "a frame's image is the mean depth of the points in each cell; single points and those beside it count for "
     "nothing") {
   // A camera at the origin that looks along z; the plane z = 500 in cells of 5 mm.
-  ViewCamera camera{.focal = 100,
-                    .centre_column = 16,
-                    .centre_row = 16,
-                    .depth_origin = 400,
-                    .depth_step = 0.01f,
-                    .columns = 32,
-                    .rows = 32};
+  DepthCamera camera{.focal = 100,
+                     .center_column = 16,
+                     .center_row = 16,
+                     .depth_origin = 400,
+                     .depth_step = 0.01f,
+                     .columns = 32,
+                     .rows = 32};
   std::vector<Point> points;
   for (int row = 4; row < 20; ++row)
     for (int column = 4; column < 20; ++column)
@@ -97,7 +97,7 @@ TEST_CASE(
   const std::array<std::array<float, 3>, 2> box{{{-300, -300, -600}, {300, 300, 600}}};
   CloudIndex index(bounding_grid(box, 4'096), 4'096);
   REQUIRE(index.build(points, identity_transform).used == points.size());
-  FrameView view(camera);
+  FrameDepthImage view(camera);
   view.build(index);
   for (std::uint32_t row = 0; row < 32; ++row)
     for (std::uint32_t column = 0; column < 32; ++column) {

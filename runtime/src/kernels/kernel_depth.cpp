@@ -1,5 +1,5 @@
-// Depth images, cell by cell. Compiled once per instruction set like kernel_code.cpp.
-#include "runtime/src/kernels/kernel_views.hpp"
+// Depth images, cell by cell. Compiled once per instruction set, like kernel_code.cpp.
+#include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/kernels/lanes.hpp"
 
 namespace lbea::LBEA_KERNELS {
@@ -19,12 +19,12 @@ Floats load_depths(const std::uint16_t* from) {
 
 Floats row(const float* T, Floats x, Floats y, Floats z) { return T[0] * x + T[1] * y + T[2] * z + T[3]; }
 
-// The cell's number, truncated; a place that is not finite ends far outside.
+// The cell's number, truncated; a coordinate that is not finite becomes a number outside.
 Ints cell_number(const Floats& cell) { return to_ints(minimum(maximum(cell, all(-1.0f)), all(largest_cell))); }
 
 struct Cells {
-  Floats squares;  // of the capped difference, or of the price of a cell that only one image fills
-  Floats filled;   // 1 where at least one image does
+  Floats squares;  // of the capped difference, or of the cost of a cell that only one image fills
+  Floats filled;   // 1 where at least one image fills the cell
 };
 
 Cells compare(Floats observed, Floats sample, const CellPrices& prices) {
@@ -45,8 +45,8 @@ void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const 
     const Floats x = load(leaves[leaf].x), y = load(leaves[leaf].y), z = load(leaves[leaf].z);
     const Floats depth = row(T + 8, x, y, z);
     const Floats scale = raster.focal / depth;
-    const Floats u = row(T, x, y, z) * scale + raster.centre_column,
-                 v = row(T + 4, x, y, z) * scale + raster.centre_row;
+    const Floats u = row(T, x, y, z) * scale + raster.center_column,
+                 v = row(T + 4, x, y, z) * scale + raster.center_row;
     const Ints column = cell_number(u), line = cell_number(v);
     const Ints inside = (u >= 0.0f) & (v >= 0.0f) & (column < columns) & (line < rows) & (depth > 0.0f);
     const Ints cells = choose(inside, line * columns + column, all_of(columns * rows));
@@ -62,8 +62,8 @@ void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const 
   }
 }
 
-CellSums compare_views(const float* observed, const std::uint16_t* sample, std::size_t cells,
-                       const CellPrices& prices) {
+CellSums compare_depths(const float* observed, const std::uint16_t* sample, std::size_t cells,
+                        const CellPrices& prices) {
   Floats squares{}, filled{};
   for (std::size_t i = 0; i < cells; i += lanes) {
     const Cells compared = compare(load(observed + i), load_depths(sample + i), prices);
@@ -73,8 +73,8 @@ CellSums compare_views(const float* observed, const std::uint16_t* sample, std::
   return {sum(squares), sum(filled)};
 }
 
-void subtract_views(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,
-                    float* residual) {
+void subtract_depths(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,
+                     float* residual) {
   for (std::size_t i = 0; i < cells; i += lanes) {
     const Floats seen = load(observed + i), expected = load_depths(sample + i);
     const Ints in_frame = seen >= 0.0f, in_sample = (expected > 0.0f) & (seen > not_observed);

@@ -1,6 +1,5 @@
-#include "runtime/src/match/surface_fit.hpp"
+#include "runtime/src/depth/surface_fit.hpp"
 
-#include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/sample_surface.hpp"
 
 #include <algorithm>
@@ -16,7 +15,65 @@ std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
   return chosen;
 }
 
+float square(float v) noexcept { return v * v; }
+
+// Upper bound of the largest eigenvalue: the largest absolute row sum.
+float eigenvalue_bound(std::span<const float> gram, std::size_t stride, std::size_t k) noexcept {
+  float largest = 0;
+  for (std::size_t i = 0; i < k; ++i) {
+    float row = 0;
+    for (std::size_t j = 0; j < k; ++j) row += std::abs(gram[i * stride + j]);
+    largest = std::max(largest, row);
+  }
+  return largest;
+}
+
 }  // namespace
+
+std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::size_t stride,
+                                             std::span<const float> linear) noexcept {
+  constexpr int most_steps = 200;
+  constexpr float least_change = 1e-5f;
+  const std::size_t k = linear.size();
+  const std::span w = std::span(w_).first(k), ahead = std::span(ahead_).first(k), next = std::span(next_).first(k);
+  std::ranges::fill(w, 0.0f);
+  w[0] = 1;
+  std::ranges::copy(w, ahead.begin());
+  const float bound = 2 * eigenvalue_bound(gram, stride, k);
+  if (!(bound > 0)) return w;
+  float momentum = 1;
+  for (int step = 0; step < most_steps; ++step) {
+    for (std::size_t i = 0; i < k; ++i) next[i] = linear[i];  // the gradient, column by column, so that it vectorizes
+    for (std::size_t j = 0; j < k; ++j)
+      for (std::size_t i = 0; i < k; ++i) next[i] += 2 * ahead[j] * gram[j * stride + i];
+    for (std::size_t i = 0; i < k; ++i) next[i] = ahead[i] - next[i] / bound;
+    project(next);
+    const float faster = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
+    float change = 0;
+    for (std::size_t i = 0; i < k; ++i) {
+      change = std::max(change, std::abs(next[i] - w[i]));
+      ahead[i] = next[i] + (momentum - 1) / faster * (next[i] - w[i]);
+      w[i] = next[i];
+    }
+    momentum = faster;
+    if (change < least_change) break;
+  }
+  return w;
+}
+
+// The nearest point of the simplex: subtracts the shift after which the positive values add up to 1.
+void SimplexProblem::project(std::span<float> values) noexcept {
+  const std::span sorted = std::span(sorted_).first(values.size());
+  std::ranges::copy(values, sorted.begin());
+  std::ranges::sort(sorted, std::ranges::greater{});
+  float sum = 0, shift = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    sum += sorted[i];
+    const float candidate = (sum - 1) / static_cast<float>(i + 1);
+    if (sorted[i] > candidate) shift = candidate;
+  }
+  for (float& value : values) value = std::max(value - shift, 0.0f);
+}
 
 SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches,
                              const FitSettings& settings)
@@ -46,37 +103,38 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
   SurfaceFit result;
-  frame_.build(index);          // what the sensor saw
-  choose_candidates(proposed);  // ... against what it would see
-  combine_candidates();         // the shape between them
-  weigh(result);
-  judge(result);
+  frame_.build(index);          // the depth image of the frame
+  choose_candidates(proposed);  // the samples with the least residual
+  combine_candidates();         // their convex combination with the least residual: the estimate
+  weigh(result);                // candidates ranked by their distance from the estimate
+  judge(result);                // misfit, spread, verdict
   return result;
 }
 
 void SurfaceFitter::choose_candidates(std::span<const RankedSample> proposed) noexcept {
-  const ViewData& views = *views_.data();
-  best_.rank(frame_.cells(), views.depths, proposed);
-  const float step = views.camera.depth_step;
+  const DepthImages& images = *views_.data();
+  best_.rank(frame_.cells(), images.depths, proposed);
+  const float step = images.camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
     candidates_[k] = {{model_.samples[sample.sample][0], model_.samples[sample.sample][1]},
                       step * std::sqrt(sample.distance)};
-    take_landmarks(sample.sample, landmarks(k));
+    copy_landmarks(sample.sample, landmarks(k));
   }
 }
 
-// Residuals of blended samples are taken as blends of their residuals: true along a line of sight that meets the same
-// surface in all of them. Where only some fill a cell, the blend fills a part of it.
+// The residual of a combination is approximated by the combination of the residuals. That is exact along a line of
+// sight that meets the same surface in all samples. A cell that only some samples fill counts with their share.
 void SurfaceFitter::combine_candidates() noexcept {
-  const ViewData& views = *views_.data();
-  const std::size_t k = count(), cells = padded_cells(views.camera);
+  const DepthImages& images = *views_.data();
+  const std::size_t k = count(), cells = padded_cells(images.camera);
   for (std::size_t i = 0; i < k; ++i)
-    code_.subtract_views(frame_.cells().data(), views.of_sample(best_.ranked()[i].sample).data(), cells, best_.prices(),
-                         &residuals_[i * cells]);
-  const auto image = views.of_sample(best_.ranked()[0].sample);
-  filled_ = std::max(code_.compare_views(frame_.cells().data(), image.data(), cells, best_.prices()).filled, 1.0f);
-  const float scale = views.camera.depth_step * views.camera.depth_step / filled_;  // to a mean square in length units
+    code_.subtract_depths(frame_.cells().data(), images.of_sample(best_.ranked()[i].sample).data(), cells,
+                          best_.prices(), &residuals_[i * cells]);
+  const auto image = images.of_sample(best_.ranked()[0].sample);
+  filled_ = std::max(code_.compare_depths(frame_.cells().data(), image.data(), cells, best_.prices()).filled, 1.0f);
+  const float scale =
+      images.camera.depth_step * images.camera.depth_step / filled_;  // to a mean square in length units
   for (std::size_t i = 0; i < k; ++i) {
     code_.project(residuals_.data(), i + 1, cells, &residuals_[i * cells], products_.data());
     for (std::size_t j = 0; j <= i; ++j) gram_[i * k + j] = gram_[j * k + i] = scale * products_[j];
@@ -111,7 +169,6 @@ void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
 }
 
 void SurfaceFitter::rank() noexcept {
-  const auto square = [](float v) { return v * v; };
   matches_.clear();
   for (std::uint32_t i = 0; i < count(); ++i)
     matches_.offer(i, square(from_estimate_[i]) + settings_.residual_rank * square(candidates_[i].distance));
@@ -121,29 +178,30 @@ void SurfaceFitter::rank() noexcept {
 }
 
 void SurfaceFitter::judge(SurfaceFit& result) noexcept {
-  const ViewData& views = *views_.data();
-  const auto square = [](float v) { return v * v; };
+  const DepthImages& images = *views_.data();
+  const Plausibility<float> plausibility(result.residual, settings_.metric.mesh_noise, settings_.sharpness);
   const float noise = square(settings_.metric.mesh_noise), best = square(result.residual);
   float all = 0, expected = 0, spread = 0;
   for (std::size_t i = 0; i < count(); ++i) {
-    plausibility_[i] = std::exp(-settings_.sharpness * (square(candidates_[i].distance) - best) / (best + noise));
+    plausibility_[i] = plausibility(candidates_[i].distance);
     all += plausibility_[i];
-    expected += plausibility_[i] * square(views.expected[best_.ranked()[i].sample]);
+    expected += plausibility_[i] * square(images.expected[best_.ranked()[i].sample]);
     spread += plausibility_[i] * from_estimate_[i];
   }
   result.spread = spread / all;
   result.misfit = std::sqrt((best + noise) / (expected / all + noise));
-  constexpr float clearly_plausible = 0.5f, clearly_different = 1.5f;  // of the best's plausibility; of its residual
+  constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
+  constexpr float clearly_different = 1.5f;  // relative to its residual
   bool several = false;
   for (std::size_t i = 1; i < count(); ++i)
     several |= candidates_[i].sample.simulation != candidates_[0].sample.simulation &&
                plausibility_[i] > clearly_plausible && from_best_[i] > clearly_different * std::sqrt(best + noise);
-  verdict_ = result.misfit > views.misfit_limit ? Verdict::no_simulation_fits
-             : several                          ? Verdict::ambiguous
-                                                : Verdict::matched;
+  verdict_ = result.misfit > images.misfit_limit ? Verdict::no_simulation_fits
+             : several                           ? Verdict::ambiguous
+                                                 : Verdict::matched;
 }
 
-void SurfaceFitter::take_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {
+void SurfaceFitter::copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {
   if (!model_.landmark_positions.empty()) {
     std::ranges::copy(mesh_landmarks(model_, sample), into.begin());
     return;

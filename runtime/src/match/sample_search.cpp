@@ -1,8 +1,7 @@
-#include "runtime/src/model/sample_tree.hpp"
+#include "runtime/src/match/sample_search.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace lbea {
@@ -11,7 +10,7 @@ namespace {
 constexpr std::size_t most_leading = 24;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// Sums of up to some thousand roots in float: what a distance may be off, relative to itself, with a margin.
+// Bound of the relative rounding error of a distance: a sum of up to some thousand roots in float, with a margin.
 constexpr float rounding = 1e-4f;
 
 struct Spread {
@@ -31,8 +30,8 @@ std::vector<std::size_t> leading_coefficients(std::span<const float> table, std:
   return order;
 }
 
-// The leading modes, at which most comparisons end, before they are asked for: samples lie anywhere in memory.
-void fetch(const float* sample, std::size_t stride) noexcept {
+// Prefetches the leading modes, at which most comparisons end: consecutive samples are not adjacent in memory.
+void prefetch(const float* sample, std::size_t stride) noexcept {
   constexpr std::size_t line = 16, modes = 32;
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t j = 0; j < std::min(modes, stride); j += line) __builtin_prefetch(sample + axis * stride + j);
@@ -40,12 +39,65 @@ void fetch(const float* sample, std::size_t stride) noexcept {
 
 }  // namespace
 
+void project(std::span<const float> projection, const Positions& positions, Positions& coefficients) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    kernels().project(projection.data(), coefficients.count, positions.planes[axis].size(),
+                      positions.planes[axis].data(), coefficients.planes[axis].data());
+}
+
+void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
+  constexpr float farthest = std::numeric_limits<float>::max();
+  const auto is_before = [&](const RankedSample& other) {
+    return distance < other.distance || (distance == other.distance && sample < other.sample);
+  };
+  if (!(distance <= farthest)) distance = farthest;
+  if (size_ == ranked_.size() && !is_before(ranked_.back())) return;
+  if (size_ < ranked_.size()) ++size_;
+  std::size_t place = size_ - 1;
+  for (; place > 0 && is_before(ranked_[place - 1]); --place) ranked_[place] = ranked_[place - 1];
+  ranked_[place] = {sample, distance};
+}
+
+void search_lbea(const ReferenceView& reference, const Positions& coefficients, BestSamples& best) noexcept {
+  const Kernels& code = kernels();
+  const std::size_t stride = coefficients.planes[0].size();
+  const float* const e[3] = {coefficients.planes[0].data(), coefficients.planes[1].data(),
+                             coefficients.planes[2].data()};
+  const std::size_t samples = reference.coefficients.size() / (3 * stride);
+  best.clear();
+  for (std::size_t s = 0; s < samples; ++s) {
+    const float* sample = reference.coefficients.data() + 3 * stride * s;
+    best.offer(static_cast<std::uint32_t>(s), code.mode_distance(e, sample, stride, best.bound()));
+  }
+}
+
+void search_vtp(const ModelView& model, const ReferenceView& reference, const Positions& corresponding,
+                BestSamples& best) noexcept {
+  const std::size_t n = corresponding.count, nodes = model.info.nodes;
+  constexpr std::size_t block = 64;
+  best.clear();
+  for (std::size_t s = 0; s < model.info.samples; ++s) {
+    const float* node_positions = model.node_positions.data() + 3 * nodes * s;
+    const std::uint32_t* node = reference.correspondence.data() + n * s;
+    const float bound = best.bound() * static_cast<float>(n);
+    float total = 0;
+    for (std::size_t begin = 0; begin < n && total <= bound; begin += block)
+      for (std::size_t i = begin; i < std::min(begin + block, n); ++i) {
+        const float* sample = node_positions + std::size_t{3} * node[i];
+        const auto [x, y, z] = corresponding[i];
+        const float dx = x - sample[0], dy = y - sample[1], dz = z - sample[2];
+        total += std::sqrt(dx * dx + dy * dy + dz * dz);
+      }
+    best.offer(static_cast<std::uint32_t>(s), total / static_cast<float>(n));
+  }
+}
+
 struct SampleTree::Search {
   const float* e[3];
   BestSamples& best;
   float bound;  // no sample beyond it is among the best
 
-  void look() noexcept { bound = std::min(bound, best.bound()); }
+  void update() noexcept { bound = std::min(bound, best.bound()); }
 };
 
 SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
@@ -54,16 +106,16 @@ SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
       stride_(format::padded(modes)),
       leading_(leading_coefficients(coefficients, 3 * stride_)),
       order_(coefficients.size() / (3 * stride_)),
-      from_centre_(order_.size()) {
+      from_center_(order_.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
   if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
 }
 
-// Halves along the leading coefficient that varies most here.
+// Halves the samples along the leading coefficient that varies most among them.
 std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
   const auto self = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({begin, end, 0, 0});
-  centres_.resize(nodes_.size() * 3 * stride_);
+  centers_.resize(nodes_.size() * 3 * stride_);
   enclose(nodes_[self]);
   if (end - begin > leaf_size) {
     const std::size_t by = widest(begin, end);
@@ -78,14 +130,14 @@ std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
 }
 
 void SampleTree::enclose(Node& node) {
-  float* const middle = centres_.data() + centres_.size() - 3 * stride_;
+  float* const middle = centers_.data() + centers_.size() - 3 * stride_;
   const float share = 1 / static_cast<float>(node.end - node.begin);
   for (std::uint32_t i = node.begin; i < node.end; ++i)
     for (std::size_t c = 0; c < 3 * stride_; ++c) middle[c] += share * sample(order_[i])[c];
   const float* const planes[3] = {middle, middle + stride_, middle + 2 * stride_};
   for (std::uint32_t i = node.begin; i < node.end; ++i) {
-    from_centre_[i] = code_.mode_distance(planes, sample(order_[i]), stride_, infinity);
-    node.radius = std::max(node.radius, from_centre_[i]);
+    from_center_[i] = code_.mode_distance(planes, sample(order_[i]), stride_, infinity);
+    node.radius = std::max(node.radius, from_center_[i]);
   }
 }
 
@@ -101,17 +153,16 @@ std::size_t SampleTree::widest(std::uint32_t begin, std::uint32_t end) const {
 void SampleTree::search(const Positions& coefficients, BestSamples& best) const noexcept {
   Search search{
       {coefficients.planes[0].data(), coefficients.planes[1].data(), coefficients.planes[2].data()}, best, infinity};
-  if (best.ranked().size() ==
-      best.capacity()) {  // as many samples as are asked for are no farther than the farthest of these
+  if (best.ranked().size() == best.capacity()) {  // the farthest of the earlier result bounds this one
     search.bound = 0;
     for (const RankedSample& before : best.ranked())
       search.bound = std::max(search.bound, code_.mode_distance(search.e, sample(before.sample), stride_, infinity));
   }
   best.clear();
-  if (!nodes_.empty()) visit(search, 0, code_.mode_distance(search.e, centre(0), stride_, infinity));
+  if (!nodes_.empty()) visit(search, 0, code_.mode_distance(search.e, center(0), stride_, infinity));
 }
 
-// `distance`: from the centre; what is told of it may be short once it is too far anyway.
+// `distance`: from the node's center, or a smaller value that already excludes the node.
 void SampleTree::visit(Search& search, std::uint32_t at, float distance) const noexcept {
   const Node& node = nodes_[at];
   const auto is_beyond = [&](float d, float radius) { return d - radius > search.bound + rounding * (d + radius); };
@@ -121,26 +172,26 @@ void SampleTree::visit(Search& search, std::uint32_t at, float distance) const n
   float distances[2];
   for (std::size_t i = 0; i < 2; ++i) {
     const float enough = (search.bound + nodes_[children[i]].radius) * (1 + 4 * rounding);
-    distances[i] = code_.mode_distance(search.e, centre(children[i]), stride_, enough);
+    distances[i] = code_.mode_distance(search.e, center(children[i]), stride_, enough);
   }
   const std::size_t nearer = distances[1] < distances[0] ? 1 : 0;
   visit(search, children[nearer], distances[nearer]);
   visit(search, children[1 - nearer], distances[1 - nearer]);
 }
 
-// A distance that stops at the bound may be cut short there: a tie is counted to its end.
-void SampleTree::visit_leaf(Search& search, const Node& node, float distance_of_centre) const noexcept {
+// mode_distance() may stop early at the bound: a tie is computed again without a bound.
+void SampleTree::visit_leaf(Search& search, const Node& node, float distance_of_center) const noexcept {
   for (std::uint32_t i = node.begin; i < node.end; ++i) {
-    if (std::abs(distance_of_centre - from_centre_[i]) >
-        search.bound + rounding * (distance_of_centre + from_centre_[i]))
+    if (std::abs(distance_of_center - from_center_[i]) >
+        search.bound + rounding * (distance_of_center + from_center_[i]))
       continue;
     const float* const other = sample(order_[i]);
-    if (i + 1 < node.end) fetch(sample(order_[i + 1]), stride_);
+    if (i + 1 < node.end) prefetch(sample(order_[i + 1]), stride_);
     float distance = code_.mode_distance(search.e, other, stride_, search.bound);
     if (distance == search.bound) distance = code_.mode_distance(search.e, other, stride_, infinity);
     if (distance > search.bound) continue;
     search.best.offer(order_[i], distance);
-    search.look();
+    search.update();
   }
 }
 

@@ -1,44 +1,52 @@
-// Method::fit: LBEA's proposals are compared with the frame as depth images, and a shape between the best of them is
-// fitted to it.
+// Method::fit: the samples that LBEA proposes are compared with the frame as depth images, and a convex combination of
+// the best of them is fitted to the frame.
 #pragma once
 
-#include "runtime/src/match/convex_estimate.hpp"
-#include "runtime/src/match/frame_view.hpp"
-#include "runtime/src/match/nearest_samples.hpp"
-#include "runtime/src/match/view_ranking.hpp"
+#include "runtime/src/depth/depth_comparison.hpp"
+#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/match/sample_search.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <vector>
-
 namespace lbea {
+
+/// Minimizes w' G w + c' w over the simplex { w >= 0, sum w = 1 } by an accelerated projected gradient (FISTA).
+class SimplexProblem {
+ public:
+  explicit SimplexProblem(std::size_t most) : w_(most), ahead_(most), next_(most), sorted_(most) {}
+  /// gram: k x stride, symmetric and positive semi-definite; linear: k values, at most `most`. Returns w, valid until
+  /// the next call. Does not allocate.
+  std::span<const float> solve(std::span<const float> gram, std::size_t stride, std::span<const float> linear) noexcept;
+
+ private:
+  void project(std::span<float> values) noexcept;
+
+  std::vector<float> w_, ahead_, next_, sorted_;
+};
 
 struct FitSettings {
   std::uint32_t proposals = 256;  // samples by eq. 3 whose depth images are compared
   std::uint32_t candidates = 24;  // the best of them, which the estimate combines
-  ViewMetric metric;
-  // What a share of a sample costs in the estimate, beside the squared residual of the combination:
-  float residual_price = 0.2f;  // its own squared residual
-  float distance_price =
-      0.05f;  // its squared mean distance from the best candidate: a blend of two branches is no shape
-  // What a candidate's squared residual weighs in its rank, beside its squared mean distance from the estimate:
+  DepthMetric metric;
+  // Cost of a sample's share in the estimate, added to the squared residual of the combination:
+  float residual_price = 0.2f;   // times the sample's squared residual
+  float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
+                                 // branches is not a possible shape
+  // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual
   float residual_rank = 0.2f;
-  float sharpness = 8;  // plausibility = exp(-sharpness * excess of the squared residual over the best one's)
+  float sharpness = 8;  // of the Plausibility
 };
 
 class SurfaceFitter {
  public:
-  /// All memory is allocated here.
+  /// Allocates all memory.
   SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings = {});
 
-  /// `proposed`: samples worth a look, any order. Needs an index with at least one point. No allocation.
-  /// The answer's spans, and matches(), are valid until the next call.
+  /// `proposed`: samples to compare, in any order. The index must hold at least one point. Does not allocate.
+  /// The spans of the result and of matches() are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
-  /// The candidates by nearness to the estimate and own residual, best first; distance: to the estimate.
+  /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
     return std::span(matched_).first(matches_.ranked().size());
   }
@@ -51,7 +59,7 @@ class SurfaceFitter {
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   void judge(SurfaceFit& result) noexcept;
-  void take_landmarks(std::uint32_t sample, std::span<float> into) const noexcept;
+  void copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept;
   [[nodiscard]] float mean_distance(std::span<const float> a, std::span<const float> b) const noexcept;
   [[nodiscard]] std::size_t count() const noexcept { return best_.ranked().size(); }
   [[nodiscard]] std::span<float> landmarks(std::size_t candidate) noexcept {
@@ -62,9 +70,9 @@ class SurfaceFitter {
   SensorViews views_;
   FitSettings settings_;
   const Kernels& code_;
-  FrameView frame_;
-  ViewRanking best_;     // by residual
-  BestSamples matches_;  // by nearness to the estimate and own residual; candidates, not samples
+  FrameDepthImage frame_;
+  DepthRanking best_;    // by residual
+  BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
   std::vector<RankedSample> matched_;
   std::vector<float> residuals_;  // candidates x cells, depth steps
   std::vector<float> gram_, products_, linear_;

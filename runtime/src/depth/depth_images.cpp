@@ -1,0 +1,89 @@
+#include "runtime/src/depth/depth_images.hpp"
+
+#include "runtime/src/model/model_view.hpp"
+#include "runtime/src/model/section_reader.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace lbea {
+namespace {
+
+DepthCamera camera_from(const format::DepthCameraWords& words, std::span<const std::uint32_t> size) noexcept {
+  DepthCamera camera;
+  std::ranges::transform(words.T_reference_sensor, camera.T_reference_sensor.begin(),
+                         [](double v) { return static_cast<float>(v); });
+  camera.focal = static_cast<float>(words.focal);
+  camera.center_column = static_cast<float>(words.center_column);
+  camera.center_row = static_cast<float>(words.center_row);
+  camera.depth_origin = static_cast<float>(words.depth_origin);
+  camera.depth_step = static_cast<float>(words.depth_step);
+  camera.columns = size[0];
+  camera.rows = size[1];
+  return camera;
+}
+
+}  // namespace
+
+std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections, const format::Info& info) {
+  using format::SectionId;
+  if (sections.find(SectionId::view_camera) == nullptr) return nullptr;
+  const auto require = [&](bool holds, SectionId id, const char* what) {
+    if (!holds) sections.fail(id, 0, what);
+  };
+  format::DepthCameraWords words;
+  const auto numbers = sections.required<double>(SectionId::view_camera, {sizeof(words) / sizeof(double), 1, 1});
+  require(std::ranges::all_of(numbers, format::is_measured<double>), SectionId::view_camera,
+          "a value is not finite or beyond all measure");
+  std::memcpy(&words, numbers.data(), sizeof(words));
+  require(std::ranges::all_of(std::array{words.focal, words.depth_step, words.misfit_limit, words.test_misfit_limit},
+                              [](double v) { return v >= 1 / format::largest_measure; }),
+          SectionId::view_camera, "a value is not positive");
+  const auto size = sections.required<std::uint32_t>(SectionId::view_size, {2, 1, 1});
+  constexpr std::uint32_t most_along_an_axis = 1u << 14;
+  require(std::ranges::all_of(size, [](std::uint32_t cells) { return cells > 0 && cells <= most_along_an_axis; }),
+          SectionId::view_size, "an impossible number of cells");
+
+  auto images = std::make_shared<DepthImages>();
+  images->camera = camera_from(words, size);
+  images->misfit_limit = static_cast<float>(words.misfit_limit);
+  images->test_misfit_limit = static_cast<float>(words.test_misfit_limit);
+  images->depths =
+      sections.required<std::uint16_t>(SectionId::view_depths, {info.samples, padded_cells(images->camera), 1});
+  images->expected = sections.required<float>(SectionId::view_expected, {info.samples, 1, 1});
+  require(std::ranges::all_of(images->expected, [](float v) { return v >= 0 && format::is_measured(v); }),
+          SectionId::view_expected, "a value is negative or not finite");
+  return images;
+}
+
+SensorViews SensorViews::baked_into(const Model& model) {
+  const auto& baked = model.view().depth_images;
+  if (baked == nullptr) return {};
+  // The copy of the model keeps the mapping that holds the images.
+  auto kept = std::make_shared<std::pair<Model, DepthImages>>(model, *baked);
+  return SensorViews(std::shared_ptr<const DepthImages>(kept, &kept->second));
+}
+
+std::uint32_t SensorViews::columns() const noexcept { return data_ ? data_->camera.columns : 0; }
+std::uint32_t SensorViews::rows() const noexcept { return data_ ? data_->camera.rows : 0; }
+const RigidTransform& SensorViews::T_reference_sensor() const noexcept {
+  return data_ ? data_->camera.T_reference_sensor : identity_transform;
+}
+
+std::vector<float> SensorViews::depth_image(std::uint32_t sample) const {
+  std::vector<float> image;
+  if (!data_) return image;
+  const DepthCamera& camera = data_->camera;
+  for (const std::uint16_t depth : data_->of_sample(sample).first(camera.cells()))
+    image.push_back(depth == empty_cell ? std::numeric_limits<float>::quiet_NaN()
+                                        : camera.depth_origin + camera.depth_step * static_cast<float>(depth));
+  return image;
+}
+
+float SensorViews::expected_residual(std::uint32_t sample) const noexcept {
+  return data_ ? data_->expected[sample] : 0;
+}
+float SensorViews::misfit_limit() const noexcept { return data_ ? data_->misfit_limit : 0; }
+float SensorViews::test_misfit_limit() const noexcept { return data_ ? data_->test_misfit_limit : 0; }
+
+}  // namespace lbea

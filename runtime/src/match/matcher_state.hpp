@@ -1,0 +1,60 @@
+// What a Matcher keeps between frames: model, scratch memory of all stages, and their set-up.
+#pragma once
+
+#include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/match/cloud_index.hpp"
+#include "runtime/src/match/correspondence.hpp"
+#include "runtime/src/match/sample_search.hpp"
+#include "runtime/src/match/sample_surface.hpp"
+#include "runtime/src/match/stopwatch.hpp"
+#include "runtime/src/model/model_view.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <optional>
+
+namespace lbea {
+
+/// Method step 2: the reference whose time is nearest to `since_trigger_s`; ties go to the earlier one.
+[[nodiscard]] std::uint32_t reference_at(const ModelView& model, double since_trigger_s) noexcept;
+
+/// In doubles, so that the difference of any two stamps is defined.
+[[nodiscard]] inline double seconds_between(std::int64_t begin_ns, std::int64_t end_ns) noexcept {
+  constexpr double seconds_per_nanosecond = 1e-9;
+  return (static_cast<double>(end_ns) - static_cast<double>(begin_ns)) * seconds_per_nanosecond;
+}
+
+/// The stages of match(), in their order. Each one adds its part to `result`, with the time that it took.
+struct Matcher::State {
+  State(Model m, const MatcherConfig& c, SensorViews views);
+
+  /// False, and the status, when the frame is refused.
+  bool index_points(const Frame& frame, MatchResult& result) noexcept;
+  void correspond(MatchResult& result) noexcept;
+  void project(MatchResult& result) noexcept;
+  void search(MatchResult& result) noexcept;
+  void fit(MatchResult& result) noexcept;
+  void cover(MatchResult& result) noexcept;
+  void publish(MatchResult& result) noexcept;
+
+  [[nodiscard]] std::span<const RankedSample> ranked() const noexcept {
+    return fitter ? fitter->matches() : best.ranked();
+  }
+
+  Model model;
+  MatcherConfig config;
+  const ModelView& view;
+  const ReferenceView* reference = nullptr;  // of the frame
+  Stopwatch watch;
+  CloudIndex index;
+  Positions corresponding;  // e_i, eq. 1
+  Positions coefficients;   // e_j, eq. 3
+  std::vector<float> public_coefficients;
+  BestSamples best;
+  std::vector<SampleTree> trees;  // per reference; empty when the model has few samples
+  std::optional<SurfaceFitter> fitter;
+  std::vector<Match> matches;
+  SampleSurface surface;  // of the best sample
+};
+
+}  // namespace lbea
