@@ -57,11 +57,11 @@ FrameSource& FrameSource::operator=(FrameSource&&) noexcept = default;
 const std::string& FrameSource::endpoint() const noexcept { return state_->bound.endpoint; }
 
 PeerCounts FrameSource::peers() const noexcept {
-  return state_->bound.door ? state_->bound.door->counts() : PeerCounts{};
+  return state_->bound.admission ? state_->bound.admission->counts() : PeerCounts{};
 }
 
 std::vector<PeerVisit> FrameSource::visits() {
-  return state_->bound.door ? state_->bound.door->visits() : std::vector<PeerVisit>{};
+  return state_->bound.admission ? state_->bound.admission->visits() : std::vector<PeerVisit>{};
 }
 
 std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) noexcept {

@@ -49,11 +49,11 @@ bool ResultSink::has_newcomer() noexcept {
 }
 
 PeerCounts ResultSink::peers() const noexcept {
-  return state_->bound.door ? state_->bound.door->counts() : PeerCounts{};
+  return state_->bound.admission ? state_->bound.admission->counts() : PeerCounts{};
 }
 
 std::vector<PeerVisit> ResultSink::visits() {
-  return state_->bound.door ? state_->bound.door->visits() : std::vector<PeerVisit>{};
+  return state_->bound.admission ? state_->bound.admission->visits() : std::vector<PeerVisit>{};
 }
 
 struct ResultSource::State {

@@ -112,7 +112,7 @@ BoundSocket::BoundSocket(WireContext& context, zmq::socket_type type, const Sock
     socket.set(zmq::sockopt::curve_server, true);
     socket.set(zmq::sockopt::curve_secretkey, access.keys->secret_key);
   }
-  if (where.transport != Transport::inproc) door = context.state().gate.guard(socket, access);
+  if (where.transport != Transport::inproc) admission = context.state().zap_server.attach(socket, access);
   bind(socket, where);
   endpoint = socket.get(zmq::sockopt::last_endpoint);
   // Whoever may write to the node may connect.

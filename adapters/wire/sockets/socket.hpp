@@ -2,7 +2,7 @@
 // Only the .cpp files of this folder include it.
 #pragma once
 
-#include "adapters/wire/access/gate.hpp"
+#include "adapters/wire/access/zap_server.hpp"
 #include "adapters/wire/sockets/endpoint.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 
@@ -13,7 +13,7 @@ namespace lbea::wire {
 struct WireContext::State {
   explicit State(zmq::context_t&& started) : context(std::move(started)) {}
   zmq::context_t context;
-  detail::Gate gate{context};
+  detail::ZapServer zap_server{context};
   bool lost_a_socket = false;  // half made when memory ran out: ZeroMQ would wait for it for ever
 };
 
@@ -44,7 +44,7 @@ struct BoundSocket {
   Endpoint where;
   EndpointLock lock;
   zmq::socket_t socket;
-  std::shared_ptr<Door> door;  // not for inproc
+  std::shared_ptr<PeerAdmission> admission;  // not for inproc
   std::string endpoint;        // as bound
 };
 

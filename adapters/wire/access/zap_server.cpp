@@ -1,0 +1,220 @@
+#include "adapters/wire/access/zap_server.hpp"
+
+#include "adapters/wire/sockets/socket_event.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <new>
+#include <utility>
+
+namespace lbea::wire::detail {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto retry_delay = 10ms;  // after a failed allocation or a failed poll
+constexpr std::size_t max_visits = 64;
+constexpr auto max_handshake = 3s;  // ZeroMQ ends a connection that takes longer (see socket.cpp)
+constexpr int all_failures =
+    ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
+
+// RFC 27: a peer with status 400 does not try again; one with status 300 does, after ZeroMQ has disconnected it.
+constexpr const char* accepted = "200";
+constexpr const char* retry_later = "300";
+
+std::string decoded(const std::string& key) {
+  std::string bytes(32, '\0');
+  zmq_z85_decode(reinterpret_cast<std::uint8_t*>(bytes.data()), key.c_str());
+  return bytes;
+}
+
+}  // namespace
+
+PeerAdmission::PeerAdmission(const ServerAccess& access)
+    : needs_keys_(access.keys.has_value()), max_peers_(access.max_peers) {
+  for (const AllowedPeer& peer : access.allowed) names_.emplace(decoded(peer.public_key), peer.name);
+}
+
+PeerCounts PeerAdmission::counts() const noexcept {
+  const auto of = [](const Count& count) { return count.load(std::memory_order_relaxed); };
+  return {of(open_), of(peers_), of(admitted_), of(unknown_), of(excess_), of(malformed_)};
+}
+
+const char* PeerAdmission::admit(std::string_view mechanism, std::string_view key, std::string_view address) noexcept {
+  using enum PeerVisit::Answer;
+  const auto owner = needs_keys_ && mechanism == "CURVE" ? names_.find(key) : names_.end();
+  if (needs_keys_ ? owner == names_.end() : mechanism != "NULL") {
+    ++unknown_;
+    add_visit(unknown, {}, address);
+    return refused;
+  }
+  const std::string_view name = needs_keys_ ? std::string_view(owner->second) : std::string_view();
+  if (peers_ >= max_peers_) {
+    ++excess_;
+    ++deferred_;
+    add_visit(excess, name, address);
+    return retry_later;
+  }
+  add_visit(admitted, name, address);
+  return accepted;
+}
+
+/// Without memory the visit is counted but not listed.
+void PeerAdmission::add_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address) noexcept {
+  const std::lock_guard lock(visits_mutex_);
+  if (visits_.size() == max_visits) return;
+  try {
+    visits_.push_back({answer, std::string(name), std::string(address)});
+  } catch (const std::bad_alloc&) {}
+}
+
+std::vector<PeerVisit> PeerAdmission::visits() {
+  const std::lock_guard lock(visits_mutex_);
+  return std::exchange(visits_, {});
+}
+
+void PeerAdmission::on_event(std::uint16_t event, std::int32_t value) {
+  if (event == ZMQ_EVENT_ACCEPTED) {
+    connections_[value] = Clock::now();
+  } else if (event == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) {
+    ++peers_;
+    ++admitted_;
+  } else if (event == ZMQ_EVENT_DISCONNECTED) {
+    on_disconnect(value);
+  }
+  if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && deferred_ > 0) {
+    --deferred_;  // or an unknown peer disconnected meanwhile: it is counted once either way
+  } else if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL || event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
+    ++malformed_;
+  }
+  failed_last_ = (event & all_failures) != 0;
+  open_ = connections_.size();
+}
+
+// ZeroMQ does not report which connection succeeded. A connection with a failed handshake is disconnected right after
+// that event. A connection that does not speak ZeroMQ is disconnected without another event, while the handshake may
+// still run. All others were peers.
+void PeerAdmission::on_disconnect(std::int32_t descriptor) {
+  const auto found = connections_.find(descriptor);
+  if (found == connections_.end()) return;
+  const bool is_young = Clock::now() - found->second < max_handshake;
+  const bool has_strangers = connections_.size() > peers_;
+  connections_.erase(found);
+  if (!failed_last_ && is_young && has_strangers) ++malformed_;
+  const bool was_peer = !failed_last_ && !(is_young && has_strangers);
+  if (was_peer && peers_ > 0) --peers_;
+  if (peers_ > connections_.size()) peers_ = connections_.size();
+}
+
+ZapServer::ZapServer(zmq::context_t& context)
+    : context_(context),
+      requests_(context, zmq::socket_type::rep),
+      wake_sender_(context, zmq::socket_type::pair),
+      wake_receiver_(context, zmq::socket_type::pair) {
+  requests_.set(zmq::sockopt::linger, 0);
+  requests_.bind("inproc://zeromq.zap.01");
+  wake_receiver_.bind("inproc://lbea.zap-wake");
+  wake_sender_.connect("inproc://lbea.zap-wake");
+  thread_ = std::thread(&ZapServer::run, this);
+}
+
+ZapServer::~ZapServer() {
+  stopping_ = true;
+  wake();
+  thread_.join();
+}
+
+void ZapServer::wake() {
+  const std::lock_guard lock(mutex_);
+  zmq_send(wake_sender_.handle(), "", 0, ZMQ_DONTWAIT);
+}
+
+std::shared_ptr<PeerAdmission> ZapServer::attach(zmq::socket_t& socket, const ServerAccess& access) {
+  auto admission = std::make_shared<PeerAdmission>(access);
+  {
+    const std::lock_guard lock(mutex_);
+    const std::string domain = "lbea." + std::to_string(next_++);
+    admissions_[domain] = admission;
+    const std::string address = "inproc://" + domain;
+    zmq_socket_monitor(socket.handle(), address.c_str(), PeerAdmission::watched_events);
+    zmq::socket_t monitor(context_, zmq::socket_type::pair);
+    monitor.set(zmq::sockopt::linger, 0);
+    monitor.set(zmq::sockopt::rcvhwm, 0);  // bounded by the connections; a full queue would block ZeroMQ's I/O thread
+    monitor.connect(address);
+    new_watches_.push_back({std::move(monitor), admission});
+    socket.set(zmq::sockopt::zap_domain, domain);
+  }
+  wake();
+  return admission;
+}
+
+/// While memory is exhausted no peer is admitted; admitted peers stay connected.
+void ZapServer::run() noexcept {
+  while (!stopping_) {
+    try {
+      poll_once();
+    } catch (const std::bad_alloc&) { std::this_thread::sleep_for(retry_delay); }
+  }
+}
+
+void ZapServer::poll_once() {
+  {
+    const std::lock_guard lock(mutex_);
+    watches_.reserve(watches_.size() + new_watches_.size());
+    std::move(new_watches_.begin(), new_watches_.end(), std::back_inserter(watches_));
+    new_watches_.clear();
+  }
+  std::vector<zmq_pollitem_t> items{{requests_.handle(), 0, ZMQ_POLLIN, 0},
+                                    {wake_receiver_.handle(), 0, ZMQ_POLLIN, 0}};
+  for (Watch& watch : watches_) items.push_back({watch.monitor.handle(), 0, ZMQ_POLLIN, 0});
+  wait(items);
+  std::erase_if(watches_, [](Watch& watch) { return !read_events(watch); });
+  if (items[0].revents != 0) answer_request();
+}
+
+/// noexcept here and below: ZeroMQ without memory loses its own messages and can never be shut down, so the program
+/// terminates.
+void ZapServer::wait(std::span<zmq_pollitem_t> items) noexcept {
+  if (zmq_poll(items.data(), static_cast<int>(items.size()), -1) < 0) return std::this_thread::sleep_for(retry_delay);
+  char signal;
+  if (items[1].revents != 0) zmq_recv(wake_receiver_.handle(), &signal, 1, ZMQ_DONTWAIT);
+}
+
+bool ZapServer::read_events(Watch& watch) {
+  SocketEvent event;
+  while (true) {
+    const EventRead read = read_event(watch.monitor, event);
+    if (read != EventRead::done) return read == EventRead::none;
+    if (event.kind == ZMQ_EVENT_MONITOR_STOPPED) return false;
+    watch.admission->on_event(event.kind, event.value);
+  }
+}
+
+// A request has the parts version, request id, domain, address, routing id, mechanism, credentials (RFC 27). Every
+// request that was received must be answered, or the socket receives no other one: nothing here allocates.
+void ZapServer::answer_request() noexcept {
+  std::array<zmq::message_t, 7> request;
+  zmq::message_t surplus;
+  bool more = true;
+  for (std::size_t i = 0; more; ++i) {
+    zmq::message_t& part = i < request.size() ? request[i] : surplus;
+    if (zmq_msg_recv(part.handle(), requests_.handle(), ZMQ_DONTWAIT) < 0) return;
+    more = part.more();
+  }
+  std::shared_ptr<PeerAdmission> admission;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = admissions_.find(request[2].to_string_view()); found != admissions_.end())
+      admission = found->second.lock();
+  }
+  const char* const status = admission ? admission->admit(request[5].to_string_view(), request[6].to_string_view(),
+                                                          request[3].to_string_view())
+                                       : PeerAdmission::refused;
+  // The user id stays empty: ZeroMQ would queue it as a message for ever, which fills a queue of length 1.
+  const std::array<std::string_view, 6> reply{"1.0", request[1].to_string_view(), status, "", "", ""};
+  for (std::size_t i = 0; i < reply.size(); ++i)
+    zmq_send(requests_.handle(), reply[i].data(), reply[i].size(), i + 1 < reply.size() ? ZMQ_SNDMORE : 0);
+}
+
+}  // namespace lbea::wire::detail
