@@ -23,10 +23,10 @@ void check_account(std::span<const std::byte> words) {
     std::memcpy(&word, words.data(), sizeof word);
     const std::uint64_t id = word.kind & 0x80 ? std::uint64_t{word.id} << 32 | word.id : word.id % 64;
     if (word.kind % 4 == 3) {
-      ids.saw(word.session % 3, id);
+      ids.observe(word.session % 3, id);
     } else {
       const auto kind = static_cast<lbea::wire::ControlKind>(word.kind % 4);
-      static_cast<void>(ids.told({word.session % 3u, kind, id, std::min<std::uint64_t>(word.held, id)}));
+      static_cast<void>(ids.report({word.session % 3u, kind, id, std::min<std::uint64_t>(word.held, id)}));
     }
     for (const lbea::wire::WireSender& sender : ids.senders({}, {}))
       require(sender.next_id - sender.first_id == sender.received + sender.missed + sender.withheld);

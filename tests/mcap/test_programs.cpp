@@ -330,7 +330,7 @@ TEST_CASE("lbea-record says which sender went without goodbye, and calls the run
     camera.send_bytes(camera.encoder().control({1, ControlKind::hello, 0, 0}));
     for (std::uint64_t id = 0; id < 5; ++id) camera.send(id);
   }
-  std::this_thread::sleep_for(IdTracker::usual_patience + 300ms);
+  std::this_thread::sleep_for(IdTracker::default_sender_timeout + 300ms);
   CHECK(stop(*recorder) == 1);
   CHECK(contains(text_of(bench.file("record.err")),
                  "session 0000000000000001 did not say goodbye: its captures are accounted for up to id"));

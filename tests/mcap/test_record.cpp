@@ -88,10 +88,10 @@ struct StandIn {
   void take(Message message) {
     Control control;
     const WireStatus status = decoder.open(message);
-    if (decode_control(message, control) == WireStatus::ok) ids.told(control);
-    if (status == WireStatus::ok) ids.saw(decoder.header().session, decoder.header().id);
+    if (decode_control(message, control) == WireStatus::ok) ids.report(control);
+    if (status == WireStatus::ok) ids.observe(decoder.header().session, decoder.header().id);
     if (status == WireStatus::end_of_stream)
-      ids.told({decoder.header().session, ControlKind::goodbye, decoder.header().id, 0});
+      ids.report({decoder.header().session, ControlKind::goodbye, decoder.header().id, 0});
   }
   FrameSource source;
   FrameDecoder decoder;
@@ -137,11 +137,11 @@ TEST_CASE("the words kept for a matcher lead to the account that all of them wou
     std::array<std::uint64_t, 3> next{}, withheld{};
     const auto say = [&](std::uint64_t of, ControlKind kind, bool ends_stream) {
       const Control control{of, kind, next[of], ends_stream ? 0 : std::exchange(withheld[of], 0)};
-      told_all.told(control);
+      told_all.report(control);
       words.add({control, ends_stream});
     };
     if (random() % 2 == 0)  // it knows one of them already
-      for (IdTracker* ids : {&told_all, &told_kept}) ids->saw(1, next[1]);
+      for (IdTracker* ids : {&told_all, &told_kept}) ids->observe(1, next[1]);
     next[1] += random() % 2;
     for (int step = 0; step < 60; ++step) {
       const std::uint64_t of = random() % 3;
@@ -157,7 +157,7 @@ TEST_CASE("the words kept for a matcher lead to the account that all of them wou
       }
     }
     most = std::max(most, words.size());
-    for (; !words.empty(); words.pop()) told_kept.told(words.front().control);
+    for (; !words.empty(); words.pop()) told_kept.report(words.front().control);
     const auto by_session = [](const IdTracker& ids) {
       auto senders = ids.senders({}, 1h);
       std::ranges::sort(senders, {}, &WireSender::session);

@@ -13,7 +13,7 @@ using namespace lbea::wire;
 
 TEST_CASE("gaps and repetitions within a session") {
   IdTracker ids;
-  for (const std::uint64_t id : {10u, 11u, 14u, 14u, 12u, 15u}) ids.saw(1, id);
+  for (const std::uint64_t id : {10u, 11u, 14u, 14u, 12u, 15u}) ids.observe(1, id);
   CHECK(ids.missed() == 1);      // 12 and 13 when 14 came, 12 came after all
   CHECK(ids.duplicates() == 1);  // 14 again
   CHECK(ids.reordered() == 1);
@@ -24,15 +24,15 @@ TEST_CASE("a late id is taken out of its gap once, wherever it lies in it") {
   for (const std::uint64_t late : {1u, 5u, 9u}) {
     CAPTURE(late);
     IdTracker ids;
-    CHECK(ids.saw(7, 0).gap == IdRange{});
-    CHECK(ids.saw(7, 10).gap == IdRange{1, 9});
-    CHECK(ids.saw(7, late).arrival == IdTracker::Arrival::late);
-    CHECK(ids.saw(7, late).arrival == IdTracker::Arrival::duplicate);
+    CHECK(ids.observe(7, 0).gap == IdRange{});
+    CHECK(ids.observe(7, 10).gap == IdRange{1, 9});
+    CHECK(ids.observe(7, late).arrival == IdTracker::Arrival::late);
+    CHECK(ids.observe(7, late).arrival == IdTracker::Arrival::duplicate);
     CHECK(ids.missed() == 8);
     for (std::uint64_t id = 1; id < 10; ++id)
-      if (id != late) CHECK(ids.saw(7, id).arrival == IdTracker::Arrival::late);
+      if (id != late) CHECK(ids.observe(7, id).arrival == IdTracker::Arrival::late);
     CHECK(ids.missed() == 0);
-    CHECK(ids.saw(7, 11).gap == IdRange{});
+    CHECK(ids.observe(7, 11).gap == IdRange{});
   }
 }
 
@@ -41,21 +41,21 @@ TEST_CASE("the account of a session against a set of its ids") {
   std::mt19937 random(3);
   for (int round = 0; round < 300; ++round) {
     IdTracker ids;
-    static_cast<void>(ids.told({1, ControlKind::hello, 0, 0}));
+    static_cast<void>(ids.report({1, ControlKind::hello, 0, 0}));
     std::set<std::uint64_t> received, withheld;
     std::uint64_t next = 0, duplicates = 0, gaps = 0;
     for (int step = 0; step < 60; ++step) {
       if (random() % 4 == 0) {
         const std::uint64_t told_next = next + random() % 4;
         const std::uint64_t held = random() % (told_next - next + 1);
-        const auto told = ids.told({1, ControlKind::heartbeat, told_next, held});
-        CHECK(told.withheld.count == held);
-        gaps += told.gap.count;
+        const auto report = ids.report({1, ControlKind::heartbeat, told_next, held});
+        CHECK(report.withheld.count == held);
+        gaps += report.gap.count;
         for (std::uint64_t id = told_next - held; id < told_next; ++id) withheld.insert(id);
         next = told_next;
       } else {
         const std::uint64_t id = random() % (next + 3);
-        const auto seen = ids.saw(1, id);
+        const auto seen = ids.observe(1, id);
         gaps += seen.gap.count;
         const bool is_second = received.contains(id) || withheld.contains(id);
         CHECK((seen.arrival == IdTracker::Arrival::duplicate) == is_second);
@@ -78,21 +78,21 @@ TEST_CASE("the account of a session against a set of its ids") {
 
 TEST_CASE("what a sender says: the tail of a stream that never came, and what it could not send") {
   IdTracker ids;
-  static_cast<void>(ids.told({9, ControlKind::hello, 0, 0}));
-  CHECK(ids.saw(9, 2).gap == IdRange{0, 2});  // from the hello on every id counts
-  const auto told = ids.told({9, ControlKind::heartbeat, 10, 3});
-  CHECK(told.gap == IdRange{3, 4});
-  CHECK(told.withheld == IdRange{7, 3});
-  CHECK(ids.told({9, ControlKind::heartbeat, 10, 3}).withheld.count == 0);
-  CHECK(ids.told({9, ControlKind::heartbeat, 5, 5}).gap == IdRange{});  // old news
-  CHECK(ids.saw(9, 8).arrival == IdTracker::Arrival::duplicate);
-  CHECK(ids.told({9, ControlKind::goodbye, 12, 0}).gap == IdRange{10, 2});
+  static_cast<void>(ids.report({9, ControlKind::hello, 0, 0}));
+  CHECK(ids.observe(9, 2).gap == IdRange{0, 2});  // from the hello on every id counts
+  const auto report = ids.report({9, ControlKind::heartbeat, 10, 3});
+  CHECK(report.gap == IdRange{3, 4});
+  CHECK(report.withheld == IdRange{7, 3});
+  CHECK(ids.report({9, ControlKind::heartbeat, 10, 3}).withheld.count == 0);
+  CHECK(ids.report({9, ControlKind::heartbeat, 5, 5}).gap == IdRange{});  // old news
+  CHECK(ids.observe(9, 8).arrival == IdTracker::Arrival::duplicate);
+  CHECK(ids.report({9, ControlKind::goodbye, 12, 0}).gap == IdRange{10, 2});
   CHECK(ids.missed() == 8);
   CHECK(ids.withheld() == 3);
   CHECK(ids.senders({}, {}).front().condition == SenderCondition::ended);
   // A matcher that starts later hears only of what is new.
   IdTracker late;
-  CHECK(late.told({9, ControlKind::heartbeat, 100, 4}).gap == IdRange{});
+  CHECK(late.report({9, ControlKind::heartbeat, 100, 4}).gap == IdRange{});
   CHECK(late.withheld() == 4);
 }
 
@@ -100,10 +100,10 @@ TEST_CASE("silence: only of those who speak and did not take leave") {
   using namespace std::chrono_literals;
   const IdTracker::Clock::time_point begin{1h};
   IdTracker ids;
-  ids.saw(1, 0, begin);
-  static_cast<void>(ids.told({2, ControlKind::hello, 0, 0}, begin));
-  static_cast<void>(ids.told({3, ControlKind::hello, 0, 0}, begin));
-  static_cast<void>(ids.told({3, ControlKind::goodbye, 0, 0}, begin));
+  ids.observe(1, 0, begin);
+  static_cast<void>(ids.report({2, ControlKind::hello, 0, 0}, begin));
+  static_cast<void>(ids.report({3, ControlKind::hello, 0, 0}, begin));
+  static_cast<void>(ids.report({3, ControlKind::goodbye, 0, 0}, begin));
   const auto conditions = [&](IdTracker::Clock::time_point now) {
     std::vector<SenderCondition> found;
     for (const auto& sender : ids.senders(now, 3s)) found.push_back(sender.condition);
@@ -112,15 +112,15 @@ TEST_CASE("silence: only of those who speak and did not take leave") {
   using enum SenderCondition;
   CHECK(conditions(begin + 3s) == std::vector{active, active, ended});
   CHECK(conditions(begin + 4s) == std::vector{active, silent, ended});
-  ids.saw(2, 0, begin + 5s);
+  ids.observe(2, 0, begin + 5s);
   CHECK(conditions(begin + 6s) == std::vector{active, active, ended});
 }
 
 TEST_CASE("sessions do not disturb each other") {
   IdTracker ids;
   for (std::uint64_t id = 0; id < 100; ++id) {
-    ids.saw(1, id);
-    ids.saw(2, 1000 + id);
+    ids.observe(1, id);
+    ids.observe(2, 1000 + id);
   }
   CHECK(ids.missed() == 0);
   CHECK(ids.duplicates() == 0);
@@ -132,24 +132,24 @@ TEST_CASE("extreme ids do no harm") {
   constexpr auto far = std::uint64_t{1} << 32;
   using enum IdTracker::Arrival;
   IdTracker ids;
-  CHECK(ids.saw(3, last + 1).arrival == impossible);  // has no next one
+  CHECK(ids.observe(3, last + 1).arrival == impossible);  // has no next one
   CHECK(ids.sessions() == 0);
-  CHECK(ids.saw(2, last).arrival == in_order);
-  CHECK(ids.saw(2, last).arrival == duplicate);
-  CHECK(ids.saw(2, last + 1).arrival == impossible);
+  CHECK(ids.observe(2, last).arrival == in_order);
+  CHECK(ids.observe(2, last).arrival == duplicate);
+  CHECK(ids.observe(2, last + 1).arrival == impossible);
   CHECK(ids.duplicates() == 1);
   CHECK(ids.senders({}, {}).front().next_id == last + 1);
   // One false number once made "captured 1, matched 4, dropped 18446744073709551611" of an account, and it added up.
-  ids.saw(1, 0);
-  for (const std::uint64_t id : {last, far + 1}) CHECK(ids.saw(1, id).arrival == impossible);
-  CHECK_FALSE(ids.told({1, ControlKind::goodbye, last, 0}).is_possible);
-  CHECK_FALSE(ids.told({1, ControlKind::goodbye, last, last}).is_possible);
-  CHECK_FALSE(ids.told({4, ControlKind::goodbye, last, far}).is_possible);
+  ids.observe(1, 0);
+  for (const std::uint64_t id : {last, far + 1}) CHECK(ids.observe(1, id).arrival == impossible);
+  CHECK_FALSE(ids.report({1, ControlKind::goodbye, last, 0}).is_possible);
+  CHECK_FALSE(ids.report({1, ControlKind::goodbye, last, last}).is_possible);
+  CHECK_FALSE(ids.report({4, ControlKind::goodbye, last, far}).is_possible);
   CHECK(ids.missed() == 0);
   CHECK(ids.withheld() == 0);
-  CHECK(ids.saw(1, far).arrival == in_order);
+  CHECK(ids.observe(1, far).arrival == in_order);
   CHECK(ids.missed() == far - 1);
-  CHECK(ids.told({1, ControlKind::goodbye, far + 1, 0}).is_possible);
+  CHECK(ids.report({1, ControlKind::goodbye, far + 1, 0}).is_possible);
 }
 
 // Of 100 frames in any order, from a sender that says nothing but frames, half were once refused as having come before.
@@ -160,33 +160,33 @@ TEST_CASE("frames that come after a later one are no duplicates because the sess
     for (std::uint64_t i = 0; i < order.size(); ++i) order[i] = first + i;
     std::ranges::shuffle(order, random);
     IdTracker ids;
-    for (const std::uint64_t id : order) CHECK(ids.saw(1, id).arrival != IdTracker::Arrival::duplicate);
-    for (const std::uint64_t id : order) CHECK(ids.saw(1, id).arrival == IdTracker::Arrival::duplicate);
+    for (const std::uint64_t id : order) CHECK(ids.observe(1, id).arrival != IdTracker::Arrival::duplicate);
+    for (const std::uint64_t id : order) CHECK(ids.observe(1, id).arrival == IdTracker::Arrival::duplicate);
     CHECK(ids.missed() == 0);
     CHECK(ids.senders({}, {}).front().received == 100);
     CHECK(ids.senders({}, {}).front().first_id == first);
   }
   IdTracker ids;
-  ids.saw(1, 5000);
-  CHECK(ids.saw(1, 4990).gap == IdRange{4991, 9});  // now it is known that there were these
+  ids.observe(1, 5000);
+  CHECK(ids.observe(1, 4990).gap == IdRange{4991, 9});  // now it is known that there were these
   CHECK(ids.missed() == 9);
-  CHECK(ids.saw(1, 5000 - 1024).gap == IdRange{5000 - 1023, 1013});
+  CHECK(ids.observe(1, 5000 - 1024).gap == IdRange{5000 - 1023, 1013});
   CHECK(ids.senders({}, {}).front().received == 3);
-  CHECK(ids.saw(1, 5000 - 1025).arrival == IdTracker::Arrival::duplicate);  // so far back nothing is remembered
+  CHECK(ids.observe(1, 5000 - 1025).arrival == IdTracker::Arrival::duplicate);  // so far back nothing is remembered
   // Who said where it began has nothing before.
-  static_cast<void>(ids.told({2, ControlKind::hello, 10, 0}));
-  CHECK(ids.saw(2, 9).arrival == IdTracker::Arrival::duplicate);
+  static_cast<void>(ids.report({2, ControlKind::hello, 10, 0}));
+  CHECK(ids.observe(2, 9).arrival == IdTracker::Arrival::duplicate);
 }
 
 TEST_CASE("many sessions: the least recently used one is forgotten, memory stays bounded") {
   IdTracker ids;
   for (std::uint64_t session = 0; session < 10'000; ++session) {
-    ids.saw(session, 5);
-    ids.saw(12'345, session);  // never the least recent
+    ids.observe(session, 5);
+    ids.observe(12'345, session);  // never the least recent
   }
   CHECK(ids.sessions() == 10'001);
   CHECK(ids.missed() == 0);
   CHECK(ids.duplicates() == 0);
-  ids.saw(0, 5);  // forgotten long ago: a new session
+  ids.observe(0, 5);  // forgotten long ago: a new session
   CHECK(ids.sessions() == 10'002);
 }

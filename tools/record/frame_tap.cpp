@@ -62,7 +62,7 @@ void FrameTap::take_frames() noexcept {
   const wire::PeerCounts peers = frames_.peers();
   show_senders(Clock::now(), peers.admitted > 0 && peers.peers == 0
                                  ? Clock::duration(-1)
-                                 : IdTracker::usual_patience);  // no patience with who is gone
+                                 : IdTracker::default_sender_timeout);  // no patience with who is gone
   if (forward_) untold_ = forward_->finish(farewell);
 }
 
@@ -70,7 +70,7 @@ bool FrameTap::take_next(std::chrono::milliseconds timeout) noexcept {
   const auto message = frames_.receive(timeout);
   if (message) take(*message);
   if (!message && forward_) forward_->offer();
-  if (const auto now = Clock::now(); now >= next_show_) show_senders(now, IdTracker::usual_patience);
+  if (const auto now = Clock::now(); now >= next_show_) show_senders(now, IdTracker::default_sender_timeout);
   return message.has_value();
 }
 
@@ -93,7 +93,7 @@ void FrameTap::take_frame(wire::Message message, wire::WireStatus status, std::i
   if (header.cloud.empty()) ++damaged_;
   if (status == wire::WireStatus::too_many_points) ++too_many_points_;
   if (header.identified && !header.end_of_stream) {
-    const auto [arrival, gap] = ids_.saw(header.session, header.id, Clock::now());
+    const auto [arrival, gap] = ids_.observe(header.session, header.id, Clock::now());
     note(TapEvent::Kind::received, wire::WireStatus::missed, header.session, gap);
     if (arrival == IdTracker::Arrival::impossible) status = wire::WireStatus::damaged;
     if (arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok)
@@ -111,10 +111,10 @@ void FrameTap::take_frame(wire::Message message, wire::WireStatus status, std::i
 /// False when it cannot be true.
 bool FrameTap::hear(const SenderWord& word) noexcept {
   const wire::Control& control = word.control;
-  const IdTracker::Told told = ids_.told(control, Clock::now());
-  if (!told.is_possible) return false;
-  note(TapEvent::Kind::received, wire::WireStatus::missed, control.session, told.gap);
-  note(TapEvent::Kind::received, wire::WireStatus::withheld, control.session, told.withheld);
+  const IdTracker::Report report = ids_.report(control, Clock::now());
+  if (!report.is_possible) return false;
+  note(TapEvent::Kind::received, wire::WireStatus::missed, control.session, report.gap);
+  note(TapEvent::Kind::received, wire::WireStatus::withheld, control.session, report.withheld);
   if (word.ends_stream)
     note(TapEvent::Kind::received, wire::WireStatus::end_of_stream, control.session, {control.next_id, 1});
   if (forward_) forward_->tell(word);

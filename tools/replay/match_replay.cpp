@@ -34,10 +34,7 @@ bool MatchReplay::add(const RecordedMessage& frame, bool is_asked, const ResultT
   Slot& slot = slots_[filled_++];
   slot.is_asked = is_asked;
   slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
-  const IdTracker::Arrival arrival = ids_.saw(frame.session, frame.id).arrival;
-  if (arrival == IdTracker::Arrival::impossible) slot.status = wire::WireStatus::damaged;
-  if (arrival == IdTracker::Arrival::duplicate && slot.status == wire::WireStatus::ok)
-    slot.status = wire::WireStatus::duplicate;
+  slot.status = status_after(ids_.observe(frame.session, frame.id).arrival, slot.status);
   slot.header = decoder_.header();
   slot.header.frame_id = {};
   slot.header.cloud = {};

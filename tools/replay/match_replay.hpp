@@ -29,7 +29,7 @@ class MatchReplay {
   /// history hears of it when nobody asked for it.
   bool add(const RecordedMessage& frame, bool is_asked, const ResultTaker& take);
   /// A frame before those: it is not matched, and later ones with its id come twice.
-  void pass_over(const RecordedMessage& frame) { static_cast<void>(ids_.saw(frame.session, frame.id)); }
+  void pass_over(const RecordedMessage& frame) { static_cast<void>(ids_.observe(frame.session, frame.id)); }
   /// The results that are still out.
   bool flush(const ResultTaker& take);
 

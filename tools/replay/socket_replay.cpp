@@ -46,7 +46,7 @@ class Sender {
     std::uint64_t& next_id = next_ids_[session];
     next_id = std::max(next_id, frame.id + 1);
     if (sink_.send(encoder_.frame_of_cloud(frame.data, session, frame.id)))
-      static_cast<void>(ids_.saw(session, frame.id));
+      static_cast<void>(ids_.observe(session, frame.id));
   }
   const SocketReplayConfig& config_;
   wire::FrameSink& sink_;

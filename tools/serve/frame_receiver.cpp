@@ -57,7 +57,7 @@ void FrameReceiver::take(wire::Message message, bool patient) noexcept {
 bool FrameReceiver::take_control(wire::Message message, std::int64_t receive_ns) noexcept {
   wire::Control control;
   if (wire::decode_control(message, control) != wire::WireStatus::ok) return false;
-  if (!accounts_.told(control, receive_ns)) return false;
+  if (!accounts_.report(control, receive_ns)) return false;
   if (control.kind == wire::ControlKind::heartbeat) return true;
   handover_.state_wanted = true;
   handover_.result_bell.ring();
@@ -83,10 +83,10 @@ void FrameReceiver::take_frame(wire::Message message, bool patient, std::int64_t
 wire::WireStatus FrameReceiver::note_id(wire::WireStatus status, std::int64_t receive_ns) noexcept {
   const wire::FrameHeader& header = decoder_.header();
   if (status == wire::WireStatus::end_of_stream) {
-    const bool is_possible = accounts_.told({header.session, wire::ControlKind::goodbye, header.id, 0}, receive_ns);
+    const bool is_possible = accounts_.report({header.session, wire::ControlKind::goodbye, header.id, 0}, receive_ns);
     return is_possible ? status : wire::WireStatus::damaged;
   }
-  const IdTracker::Arrival arrival = accounts_.saw(header.session, header.id, receive_ns);
+  const IdTracker::Arrival arrival = accounts_.observe(header.session, header.id, receive_ns);
   if (arrival == IdTracker::Arrival::impossible) return wire::WireStatus::damaged;
   return arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok ? wire::WireStatus::duplicate
                                                                                     : status;

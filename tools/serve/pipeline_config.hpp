@@ -15,7 +15,7 @@ struct PipelineConfig {
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
   std::chrono::milliseconds sender_patience =
-      IdTracker::usual_patience;             // without a word a sender is silent after so long
+      IdTracker::default_sender_timeout;     // without a word a sender is silent after so long
   double stray_results_per_second = 1000;    // results for messages that are nobody's frame
   wire::WireState description;               // the unchanging part: version, method, model
   std::function<void()> on_matching_thread;  // called there once, before the first frame; may be empty

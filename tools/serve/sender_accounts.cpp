@@ -8,20 +8,20 @@ namespace {
 constexpr std::chrono::milliseconds senders_interval{100};  // how old what others are told of the senders may be
 }
 
-IdTracker::Arrival SenderAccounts::saw(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept {
-  const IdTracker::Seen seen = ids_.saw(session, id, Clock::now());
+IdTracker::Arrival SenderAccounts::observe(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept {
+  const IdTracker::Observation seen = ids_.observe(session, id, Clock::now());
   handover_.counters.store(ids_);
   announcer_.announce(wire::WireStatus::missed, session, seen.gap, receive_ns);
   return seen.arrival;
 }
 
-bool SenderAccounts::told(const wire::Control& control, std::int64_t receive_ns) noexcept {
+bool SenderAccounts::report(const wire::Control& control, std::int64_t receive_ns) noexcept {
   const auto now = Clock::now();
-  const IdTracker::Told told = ids_.told(control, now);
-  if (!told.is_possible) return false;
+  const IdTracker::Report report = ids_.report(control, now);
+  if (!report.is_possible) return false;
   handover_.counters.store(ids_);
-  announcer_.announce(wire::WireStatus::missed, control.session, told.gap, receive_ns);
-  announcer_.announce(wire::WireStatus::withheld, control.session, told.withheld, receive_ns);
+  announcer_.announce(wire::WireStatus::missed, control.session, report.gap, receive_ns);
+  announcer_.announce(wire::WireStatus::withheld, control.session, report.withheld, receive_ns);
   if (control.kind != wire::ControlKind::heartbeat) show(now, patience_);
   return true;
 }

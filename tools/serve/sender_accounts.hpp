@@ -16,9 +16,9 @@ class SenderAccounts {
   SenderAccounts(std::chrono::milliseconds patience, Announcer& announcer, Handover& handover)
       : patience_(patience), announcer_(announcer), handover_(handover) {}
   /// A frame arrived.
-  IdTracker::Arrival saw(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept;
+  IdTracker::Arrival observe(std::uint64_t session, std::uint64_t id, std::int64_t receive_ns) noexcept;
   /// A sender spoke of its ids; false when they cannot be.
-  bool told(const wire::Control& control, std::int64_t receive_ns) noexcept;
+  bool report(const wire::Control& control, std::int64_t receive_ns) noexcept;
   /// Shows who the senders are and how they do. At the end no patience is left for those who are gone.
   void show_at_end(bool everyone_is_gone) noexcept {
     show(Clock::now(), everyone_is_gone ? Clock::duration(-1) : patience_);

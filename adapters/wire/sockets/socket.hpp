@@ -45,7 +45,7 @@ struct BoundSocket {
   EndpointLock lock;
   zmq::socket_t socket;
   std::shared_ptr<PeerAdmission> admission;  // not for inproc
-  std::string endpoint;        // as bound
+  std::string endpoint;                      // as bound
 };
 
 enum class Io { done, would_block, closed };

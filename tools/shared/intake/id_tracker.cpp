@@ -4,34 +4,34 @@
 
 namespace lbea::tool {
 namespace {
-constexpr std::size_t most_sessions = 64;
-constexpr std::size_t most_gaps = 64;  // remembered per session
-constexpr std::uint64_t most_earlier = 1024;
-constexpr std::uint64_t no_id = ~std::uint64_t{0};  // has no next one
+constexpr std::size_t max_sessions = 64;
+constexpr std::size_t max_gaps = 64;  // remembered per session
+constexpr std::uint64_t max_earlier = 1024;
+constexpr std::uint64_t no_id = ~std::uint64_t{0};  // has no successor
 }  // namespace
 
-IdTracker::Seen IdTracker::saw(std::uint64_t id_of_session, std::uint64_t id, Clock::time_point now) {
+IdTracker::Observation IdTracker::observe(std::uint64_t id_of_session, std::uint64_t id, Clock::time_point now) {
   Session* known = find(id_of_session);
-  if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= furthest_jump))
+  if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= max_jump))
     return {Arrival::impossible, {}};
   Session& session = session_of(id_of_session, id, now);
-  if (known == nullptr) session.earliest = id - std::min(id, most_earlier);
+  if (known == nullptr) session.earliest = id - std::min(id, max_earlier);
   wire::WireSender& sender = session.sender;
-  if (id < sender.next_id) return late(session, id);
+  if (id < sender.next_id) return observe_late(session, id);
   const IdRange gap = advance(session, id);
   sender.next_id = id + 1;
   ++sender.received;
   return {Arrival::in_order, gap};
 }
 
-IdTracker::Seen IdTracker::late(Session& session, std::uint64_t id) {
+IdTracker::Observation IdTracker::observe_late(Session& session, std::uint64_t id) {
   wire::WireSender& sender = session.sender;
   IdRange gap;
-  if (take_missing(session, id)) {
+  if (remove_missing(session, id)) {
     --missed_;
     --sender.missed;
   } else if (id >= session.earliest && id < sender.first_id) {
-    gap = begin_at(session, id);
+    gap = move_begin_to(session, id);
   } else {
     ++duplicates_;
     return {Arrival::duplicate, {}};
@@ -41,7 +41,7 @@ IdTracker::Seen IdTracker::late(Session& session, std::uint64_t id) {
   return {Arrival::late, gap};
 }
 
-IdRange IdTracker::begin_at(Session& session, std::uint64_t id) {
+IdRange IdTracker::move_begin_to(Session& session, std::uint64_t id) {
   wire::WireSender& sender = session.sender;
   const IdRange gap{id + 1, sender.first_id - id - 1};
   sender.first_id = id;
@@ -49,28 +49,28 @@ IdRange IdTracker::begin_at(Session& session, std::uint64_t id) {
   missed_ += gap.count;
   sender.missed += gap.count;
   session.missing.insert(session.missing.begin(), gap);
-  if (session.missing.size() > most_gaps) session.missing.erase(session.missing.begin());
+  if (session.missing.size() > max_gaps) session.missing.erase(session.missing.begin());
   return gap;
 }
 
-IdTracker::Told IdTracker::told(const wire::Control& control, Clock::time_point now) {
+IdTracker::Report IdTracker::report(const wire::Control& control, Clock::time_point now) {
   const Session* known = find(control.session);
   const bool is_far = known != nullptr && control.next_id > known->sender.next_id &&
-                      control.next_id - known->sender.next_id >= furthest_jump;
-  if (control.withheld >= furthest_jump || is_far) return {{}, {}, false};
+                      control.next_id - known->sender.next_id >= max_jump;
+  if (control.withheld >= max_jump || is_far) return {{}, {}, false};
   const std::uint64_t first_withheld = control.next_id - control.withheld;
   Session& session = session_of(control.session, first_withheld, now);
   wire::WireSender& sender = session.sender;
-  session.speaks = true;
+  session.sends_control = true;
   if (control.kind == wire::ControlKind::goodbye) sender.condition = wire::SenderCondition::ended;
   if (control.next_id <= sender.next_id) return {};
-  Told told;
-  if (first_withheld > sender.next_id) told.gap = advance(session, first_withheld);
-  told.withheld = {sender.next_id, control.next_id - sender.next_id};
+  Report report;
+  if (first_withheld > sender.next_id) report.gap = advance(session, first_withheld);
+  report.withheld = {sender.next_id, control.next_id - sender.next_id};
   sender.next_id = control.next_id;
-  sender.withheld += told.withheld.count;
-  withheld_ += told.withheld.count;
-  return told;
+  sender.withheld += report.withheld.count;
+  withheld_ += report.withheld.count;
+  return report;
 }
 
 IdRange IdTracker::advance(Session& session, std::uint64_t id) {
@@ -81,11 +81,11 @@ IdRange IdTracker::advance(Session& session, std::uint64_t id) {
   sender.missed += gap.count;
   sender.next_id = id;
   session.missing.push_back(gap);
-  if (session.missing.size() > most_gaps) session.missing.erase(session.missing.begin());
+  if (session.missing.size() > max_gaps) session.missing.erase(session.missing.begin());
   return gap;
 }
 
-bool IdTracker::take_missing(Session& session, std::uint64_t id) {
+bool IdTracker::remove_missing(Session& session, std::uint64_t id) {
   auto& missing = session.missing;
   const auto gap = std::find_if(missing.begin(), missing.end(),
                                 [&](const IdRange& g) { return id >= g.first && id - g.first < g.count; });
@@ -99,38 +99,41 @@ bool IdTracker::take_missing(Session& session, std::uint64_t id) {
 }
 
 IdTracker::Session* IdTracker::find(std::uint64_t session) noexcept {
-  const auto found =
-      std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.sender.session == session; });
+  const auto found = std::ranges::find(recent_, session, [](const Session& s) { return s.sender.session; });
   return found == recent_.end() ? nullptr : &*found;
 }
 
 IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t first_id, Clock::time_point now) {
-  auto found =
-      std::find_if(recent_.begin(), recent_.end(), [&](const Session& s) { return s.sender.session == session; });
-  if (found == recent_.end()) {
+  Session* found = find(session);
+  if (found == nullptr) {
     ++sessions_;
-    if (recent_.size() < most_sessions) {
-      found = recent_.insert(recent_.end(), Session{});
+    if (recent_.size() < max_sessions) {
+      found = &recent_.emplace_back();
     } else {
-      found = std::min_element(recent_.begin(), recent_.end(),
-                               [](const Session& a, const Session& b) { return a.last_use < b.last_use; });
+      found = &*std::ranges::min_element(recent_, {}, &Session::last_use);
       *found = {};
     }
     found->sender.session = session;
     found->sender.first_id = found->sender.next_id = found->earliest = first_id;
   }
   found->last_use = ++uses_;
-  found->last_heard = now;
+  found->last_message = now;
   found->sender.condition = wire::SenderCondition::active;
   return *found;
 }
 
-std::vector<wire::WireSender> IdTracker::senders(Clock::time_point now, Clock::duration patience) const {
+wire::WireStatus status_after(IdTracker::Arrival arrival, wire::WireStatus status) noexcept {
+  if (arrival == IdTracker::Arrival::impossible) return wire::WireStatus::damaged;
+  const bool is_duplicate = arrival == IdTracker::Arrival::duplicate && status == wire::WireStatus::ok;
+  return is_duplicate ? wire::WireStatus::duplicate : status;
+}
+
+std::vector<wire::WireSender> IdTracker::senders(Clock::time_point now, Clock::duration timeout) const {
   std::vector<wire::WireSender> senders;
   for (const Session& session : recent_) {
     senders.push_back(session.sender);
     const bool is_active = senders.back().condition == wire::SenderCondition::active;
-    if (is_active && session.speaks && now - session.last_heard > patience)
+    if (is_active && session.sends_control && now - session.last_message > timeout)
       senders.back().condition = wire::SenderCondition::silent;
   }
   return senders;

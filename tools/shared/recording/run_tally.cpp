@@ -46,13 +46,13 @@ struct Range {
     if (!sorted_ids.empty()) widen(sorted_ids.front(), sorted_ids.back() + 1);
   }
   [[nodiscard]] bool is_too_far(std::uint64_t past) const {
-    return past_last != 0 && past > past_last && past - past_last >= IdTracker::furthest_jump;
+    return past_last != 0 && past > past_last && past - past_last >= IdTracker::max_jump;
   }
 };
 
 /// Numbers that are no sender's next id are nobody's captures, whatever came with them.
 void drop_impossible(std::vector<std::uint64_t>& sorted_ids) {
-  const auto is_jump = [](std::uint64_t id, std::uint64_t next) { return next - id >= IdTracker::furthest_jump; };
+  const auto is_jump = [](std::uint64_t id, std::uint64_t next) { return next - id >= IdTracker::max_jump; };
   const auto last_possible = std::ranges::adjacent_find(sorted_ids, is_jump);
   if (last_possible != sorted_ids.end()) sorted_ids.erase(last_possible + 1, sorted_ids.end());
   if (!sorted_ids.empty() && sorted_ids.back() == no_id) sorted_ids.pop_back();
