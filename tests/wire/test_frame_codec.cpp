@@ -1,5 +1,4 @@
 #include "adapters/wire/codec/codec.hpp"
-#include "adapters/wire/codec/schemas.hpp"
 
 #include "frame_generated.h"
 

@@ -1,6 +1,6 @@
 #include "tools/replay/results_file.hpp"
 
-#include "adapters/wire/codec/schemas.hpp"
+#include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/recording/topics.hpp"
 
 #include <system_error>

@@ -1,6 +1,6 @@
 #include "adapters/wire/access/zap_server.hpp"
 
-#include "adapters/wire/sockets/socket_event.hpp"
+#include "adapters/wire/sockets/socket_monitor.hpp"
 
 #include <algorithm>
 #include <array>
@@ -136,13 +136,7 @@ std::shared_ptr<PeerAdmission> ZapServer::attach(zmq::socket_t& socket, const Se
     const std::lock_guard lock(mutex_);
     const std::string domain = "lbea." + std::to_string(next_++);
     admissions_[domain] = admission;
-    const std::string address = "inproc://" + domain;
-    zmq_socket_monitor(socket.handle(), address.c_str(), PeerAdmission::watched_events);
-    zmq::socket_t monitor(context_, zmq::socket_type::pair);
-    monitor.set(zmq::sockopt::linger, 0);
-    monitor.set(zmq::sockopt::rcvhwm, 0);  // bounded by the connections; a full queue would block ZeroMQ's I/O thread
-    monitor.connect(address);
-    new_watches_.push_back({std::move(monitor), admission});
+    new_watches_.push_back({monitor(context_, socket, "inproc://" + domain, PeerAdmission::watched_events), admission});
     socket.set(zmq::sockopt::zap_domain, domain);
   }
   wake();

@@ -1,7 +1,6 @@
 #include "adapters/wire/codec/codec.hpp"
 
-#include "adapters/wire/codec/encoder_buffers.hpp"
-#include "adapters/wire/codec/verified.hpp"
+#include "adapters/wire/codec/flatbuffer.hpp"
 #include "frame_generated.h"
 
 #include <algorithm>
@@ -14,15 +13,15 @@ namespace {
 constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr flatbuffers::uoffset_t max_frame_tables = 64;
 constexpr std::size_t float_bytes = sizeof(float);
-constexpr std::size_t room_for_the_rest = 65'536;  // of a message, beside its points
+constexpr std::size_t max_header_bytes = 65'536;  // of a message, apart from its points
 constexpr std::array<std::string_view, 3> axis_names{"x", "y", "z"};
 
 bool is_identity(const foxglove::Pose* pose) {
   if (pose == nullptr) return true;
   const auto* position = pose->position();
-  const auto* turn = pose->orientation();
+  const auto* rotation = pose->orientation();
   const bool at_origin = position == nullptr || (position->x() == 0 && position->y() == 0 && position->z() == 0);
-  return at_origin && (turn == nullptr || (turn->x() == 0 && turn->y() == 0 && turn->z() == 0));
+  return at_origin && (rotation == nullptr || (rotation->x() == 0 && rotation->y() == 0 && rotation->z() == 0));
 }
 
 /// The byte offsets of x, y and z within a point.
@@ -139,8 +138,8 @@ WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into, 
 }
 
 std::span<const std::byte> Encoder::frame(const Frame& frame, std::uint64_t session, std::string_view frame_id) {
-  const std::size_t most_points = (detail::max_flatbuffer_bytes - 2 * room_for_the_rest) / sizeof(Point);
-  if (!is_sendable_stamp(frame.stamp_ns) || frame.points.size() > most_points || frame_id.size() > room_for_the_rest)
+  const std::size_t max_points = (detail::max_flatbuffer_bytes - 2 * max_header_bytes) / sizeof(Point);
+  if (!is_sendable_stamp(frame.stamp_ns) || frame.points.size() > max_points || frame_id.size() > max_header_bytes)
     return {};
   auto& cloud = buffers_->cloud;
   cloud.Clear();
@@ -150,10 +149,10 @@ std::span<const std::byte> Encoder::frame(const Frame& frame, std::uint64_t sess
 
 std::span<const std::byte> Encoder::frame_of_cloud(std::span<const std::byte> cloud, std::uint64_t session,
                                                    std::uint64_t id) {
-  if (cloud.size() > detail::max_flatbuffer_bytes - room_for_the_rest) return {};
+  if (cloud.size() > detail::max_flatbuffer_bytes - max_header_bytes) return {};
   auto& message = buffers_->message;
   message.Clear();
-  message.ForceDefaults(true);  // so that relabel_frame finds an id of 0 too
+  message.ForceDefaults(true);  // relabel_frame needs the field also when the id is 0
   message.ForceVectorAlignment(cloud.size(), 1, detail::flatbuffer_alignment);
   const auto nested = message.CreateVector(reinterpret_cast<const std::uint8_t*>(cloud.data()), cloud.size());
   schema::FinishFrameBuffer(message, schema::CreateFrame(message, session, id, nested));

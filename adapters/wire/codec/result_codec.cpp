@@ -1,10 +1,6 @@
 #include "adapters/wire/codec/codec.hpp"
 
-#include "adapters/wire/codec/encoder_buffers.hpp"
-#include "adapters/wire/codec/verified.hpp"
-#include "control_generated.h"
-#include "frame_generated.h"
-#include "inference_generated.h"
+#include "adapters/wire/codec/flatbuffer.hpp"
 #include "result_generated.h"
 #include "state_generated.h"
 
@@ -192,20 +188,6 @@ const Root* open(std::span<const std::byte> message, const char* identifier, std
 }
 
 }  // namespace
-
-MessageKind message_kind(std::span<const std::byte> message) noexcept {
-  if (detail::has_identifier(message, schema::FrameIdentifier())) return MessageKind::frame;
-  if (detail::has_identifier(message, schema::ResultIdentifier())) return MessageKind::result;
-  if (detail::has_identifier(message, schema::StateIdentifier())) return MessageKind::state;
-  if (detail::has_identifier(message, schema::ControlIdentifier())) return MessageKind::control;
-  if (detail::has_identifier(message, schema::InferenceIdentifier())) return MessageKind::inference;
-  return MessageKind::unknown;
-}
-
-Encoder::Encoder() : buffers_(std::make_unique<Buffers>()) {}
-Encoder::~Encoder() = default;
-Encoder::Encoder(Encoder&&) noexcept = default;
-Encoder& Encoder::operator=(Encoder&&) noexcept = default;
 
 std::span<const std::byte> Encoder::result(const WireResult& result) {
   auto& builder = buffers_->message;

@@ -40,12 +40,12 @@ void check_port(const std::string& address, const std::string& port) {
 
 std::filesystem::path ipc_path(const std::string& address) {
   const std::string path = address.substr(std::strlen("ipc://"));
-  constexpr std::size_t longest = sizeof(sockaddr_un::sun_path) - 1;
+  constexpr std::size_t max_bytes = sizeof(sockaddr_un::sun_path) - 1;
   if (path.empty() || path[0] == '@' || path[0] == '*')
     refuse(address, "needs the path of a file; " + std::string(known_forms));
-  if (path.size() > longest)
-    refuse(address,
-           "the path is longer than the " + std::to_string(longest) + " bytes a socket may have; choose a shorter one");
+  if (path.size() > max_bytes)
+    refuse(address, "the path is longer than the " + std::to_string(max_bytes) +
+                        " bytes a socket may have; choose a shorter one");
   return path;
 }
 
@@ -54,7 +54,7 @@ bool is_loopback(const std::string& host) {
   return inet_pton(AF_INET, host.c_str(), &address) == 1 && (ntohl(address.s_addr) >> 24) == 127;
 }
 
-/// Whether `descriptor` is still the file under `name` (its last holder may have removed it meanwhile).
+/// Whether `descriptor` is still the file `name`; its last holder may have removed that meanwhile.
 bool is_same_file(int descriptor, const std::filesystem::path& name) {
   struct stat mine;
   struct stat named;
@@ -62,8 +62,8 @@ bool is_same_file(int descriptor, const std::filesystem::path& name) {
          mine.st_dev == named.st_dev;
 }
 
-/// What a killed process left refuses.
-bool somebody_listens(const std::filesystem::path& path) {
+/// A socket that a killed process left behind refuses connections.
+bool has_listener(const std::filesystem::path& path) {
   const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -123,17 +123,18 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
     if (is_same_file(descriptor_, file_)) break;
     ::close(std::exchange(descriptor_, -1));
   }
-  // ZeroMQ unlinks whatever stands at the path, and would do so to a file that is somebody's.
+  // ZeroMQ unlinks any file at the path, also one that is not a socket.
   struct stat found;
   if (::stat(endpoint.path.c_str(), &found) != 0) return;
   if (!S_ISSOCK(found.st_mode))
-    give_back(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
-  if (somebody_listens(endpoint.path))
-    give_back(endpoint,
-              " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
+    release_and_throw(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
+  if (has_listener(endpoint.path))
+    release_and_throw(
+        endpoint,
+        " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
 }
 
-void EndpointLock::give_back(const Endpoint& endpoint, const std::string& why) {
+void EndpointLock::release_and_throw(const Endpoint& endpoint, const std::string& why) {
   ::unlink(file_.c_str());
   ::close(std::exchange(descriptor_, -1));
   throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\"" + why};

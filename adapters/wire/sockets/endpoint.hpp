@@ -1,4 +1,5 @@
-// Where sockets may live. Set-up only: everything here throws Error with the endpoint in the sentence.
+// Endpoint addresses and the lock of an ipc path. Set-up only: all functions throw Error with the endpoint in the
+// sentence.
 #pragma once
 
 #include "adapters/wire/access/keys.hpp"
@@ -12,19 +13,19 @@ enum class Transport { ipc, tcp, inproc };
 
 struct Endpoint {
   Transport transport = Transport::ipc;
-  std::string address;         // as given, e.g. "tcp://127.0.0.1:5555"
+  std::string address;         // as given, for example "tcp://127.0.0.1:5555"
   std::filesystem::path path;  // ipc only
 };
 
 /// Throws Error{bad_config} for anything that is not ipc://PATH, tcp://HOST:PORT or inproc://NAME.
 [[nodiscard]] Endpoint parse_endpoint(const std::string& address);
-/// The same for an endpoint to bind. Without keys anyone who reaches a socket is believed, so only this machine
-/// may: throws Error{bad_config} for a tcp host that is not 127.x.y.z or localhost, unless `access` has keys and
-/// says who is allowed.
+/// The same for an endpoint to bind. A socket without keys accepts every peer, so it must be local to this machine:
+/// throws Error{bad_config} for a tcp host that is not 127.x.y.z or localhost, unless `access` has keys and an
+/// allow-list.
 [[nodiscard]] Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& access = {});
 
-/// Holds PATH.lock of an ipc endpoint. A second process that binds the same path would otherwise take the
-/// traffic away without an error on either side.
+/// Holds PATH.lock of an ipc endpoint. Without it a second process that binds the same path would take over the traffic
+/// without an error on either side.
 class EndpointLock {
  public:
   EndpointLock() = default;
@@ -35,7 +36,7 @@ class EndpointLock {
   EndpointLock& operator=(EndpointLock&& other) noexcept;
 
  private:
-  [[noreturn]] void give_back(const Endpoint& endpoint, const std::string& why);
+  [[noreturn]] void release_and_throw(const Endpoint& endpoint, const std::string& why);
   std::filesystem::path file_;
   int descriptor_ = -1;
 };

@@ -8,9 +8,9 @@ namespace {
 
 constexpr int io_threads = 1;  // one carries 5 GB/s
 
-/// ZeroMQ starts its threads with the first socket. A context that could not, whether it says so or throws
-/// std::bad_alloc, waits for ever when it is ended (libzmq 4.3.4): it is left behind, once, by a program that cannot
-/// start.
+/// ZeroMQ starts its threads with the first socket. A context that failed to start them, with an error or with
+/// std::bad_alloc, blocks for ever when it is destroyed (libzmq 4.3.4). It is therefore leaked, once, by a program that
+/// cannot start.
 zmq::context_t started_context() {
   auto* const context = new zmq::context_t(io_threads);
   void* const first = zmq_socket(context->handle(), ZMQ_PAIR);
@@ -29,22 +29,22 @@ zmq::context_t started_context() {
 
 WireContext::WireContext() : state_(std::make_unique<State>(started_context())) {}
 WireContext::~WireContext() {
-  [[maybe_unused]] static zmq::context_t* left_behind = nullptr;
-  if (state_->lost_a_socket) left_behind = new zmq::context_t(std::move(state_->context));
+  [[maybe_unused]] static zmq::context_t* leaked = nullptr;
+  if (state_->has_lost_socket) leaked = new zmq::context_t(std::move(state_->context));
 }
 
 namespace detail {
 
 namespace {
 
-// A peer whose machine is gone is noticed by the kernel after idle + count * interval. Not by ZeroMQ's own heartbeats:
-// one that is due on a connection whose peer has left while the receiver's queue was full ends the process
+// The kernel detects a peer whose machine has failed after idle + count * interval. ZeroMQ's own heartbeats are off: a
+// heartbeat that is due on a connection whose peer closed while the receiver's queue was full aborts the process
 // ("Assertion failed: !_io_error", libzmq 4.3.4).
 constexpr int keepalive_idle_s = 5;
 constexpr int keepalive_interval_s = 1;
 constexpr int keepalive_count = 5;
-constexpr int handshake_ms = 2000;  // a stranger who says nothing is sent away
-constexpr int backlog = 1024;       // strangers in a crowd must not keep a peer from being heard
+constexpr int handshake_ms = 2000;  // then a peer that sends nothing is disconnected
+constexpr int backlog = 1024;       // many unknown connections must not keep a peer from connecting
 constexpr int reconnect_ms = 50;
 constexpr int reconnect_max_ms = 2000;
 
@@ -115,13 +115,14 @@ BoundSocket::BoundSocket(WireContext& context, zmq::socket_type type, const Sock
   if (where.transport != Transport::inproc) admission = context.state().zap_server.attach(socket, access);
   bind(socket, where);
   endpoint = socket.get(zmq::sockopt::last_endpoint);
-  // Whoever may write to the node may connect.
+  // Write permission on the node is permission to connect.
   if (where.transport == Transport::ipc) ::chmod(where.path.c_str(), 0600);
 }
 
 BoundSocket::~BoundSocket() {
   zmq_unbind(socket.handle(), endpoint.c_str());
-  if (where.transport == Transport::ipc) ::unlink(where.path.c_str());  // ZeroMQ leaves it; the lock is still held
+  if (where.transport == Transport::ipc)
+    ::unlink(where.path.c_str());  // ZeroMQ does not remove it; the lock is still held
 }
 
 Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept {

@@ -1,6 +1,6 @@
 #include "tools/monitor/web/foxglove.hpp"
 
-#include "adapters/wire/codec/schemas.hpp"
+#include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/recording/topics.hpp"
 
 #include <boost/archive/iterators/base64_from_binary.hpp>

@@ -1,7 +1,7 @@
 #include "tools/shared/recording/run_recorder.hpp"
 
 #include "adapters/mcap/recorder_account.hpp"
-#include "adapters/wire/codec/schemas.hpp"
+#include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/wall_clock.hpp"
 #include "tools/shared/recording/topics.hpp"
 

@@ -1,5 +1,5 @@
-// What the system says of the connections of this process.
-#include "adapters/wire/sockets/send_room.hpp"
+// The kernel's send buffers of this process's connections.
+#include "adapters/wire/sockets/socket_monitor.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/wire/wire_support.hpp"
 
@@ -39,16 +39,16 @@ std::vector<int> send_buffers(const std::string& path) {
   return buffers;
 }
 
-/// The system doubles what it is asked for, up to a limit, to make room for its own book-keeping (socket(7)).
+/// The system doubles the requested size, up to a limit, for its own book-keeping (socket(7)).
 int granted() {
-  int most = 0;
-  std::ifstream("/proc/sys/net/core/wmem_max") >> most;
-  return 2 * std::min(detail::SendRoom::wanted_bytes, most);
+  int limit = 0;
+  std::ifstream("/proc/sys/net/core/wmem_max") >> limit;
+  return 2 * std::min(detail::SendBuffer::wanted_bytes, limit);
 }
 
 }  // namespace
 
-TEST_CASE("an ipc connection has room for as much as the system grants, also after the receiver was started anew") {
+TEST_CASE("an ipc connection gets the largest send buffer that the system grants, also after a restart of the receiver") {
   const test::TemporaryFolder folder;
   const std::string path = (folder / "frames").string();
   WireContext context;

@@ -1,0 +1,67 @@
+#include "adapters/wire/sockets/socket_monitor.hpp"
+
+#include <atomic>
+#include <cstring>
+
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+namespace lbea::wire::detail {
+namespace {
+
+// When its descriptor is read the connection may already be closed, and the descriptor that of another file.
+bool leads_to(int connection, const std::string& path) noexcept {
+  sockaddr_un peer{};
+  socklen_t size = sizeof(peer);
+  return getpeername(connection, reinterpret_cast<sockaddr*>(&peer), &size) == 0 && peer.sun_family == AF_UNIX &&
+         path == peer.sun_path;
+}
+
+}  // namespace
+
+zmq::socket_t monitor(zmq::context_t& context, zmq::socket_t& socket, const std::string& address, int events) {
+  zmq_socket_monitor(socket.handle(), address.c_str(), events);
+  zmq::socket_t monitor(context, zmq::socket_type::pair);
+  monitor.set(zmq::sockopt::linger, 0);
+  monitor.set(zmq::sockopt::rcvhwm, 0);  // bounded by the connections; a full queue would block ZeroMQ's I/O thread
+  monitor.connect(address);
+  return monitor;
+}
+
+// Two parts: kind and value, then the address.
+EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept {
+  event = {};
+  zmq::message_t content, address;
+  if (zmq_msg_recv(content.handle(), monitor.handle(), ZMQ_DONTWAIT) < 0)
+    return zmq_errno() == EAGAIN ? EventRead::none : EventRead::closed;
+  zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
+  if (content.size() < sizeof event.kind + sizeof event.value) return EventRead::done;
+  std::memcpy(&event.kind, content.data(), sizeof event.kind);
+  std::memcpy(&event.value, static_cast<const char*>(content.data()) + sizeof event.kind, sizeof event.value);
+  return EventRead::done;
+}
+
+SendBuffer::SendBuffer(zmq::context_t& context, zmq::socket_t& socket, const Endpoint& endpoint)
+    : path_(endpoint.path) {
+  static std::atomic<unsigned> next = 0;
+  if (endpoint.transport != Transport::ipc) return;
+  monitor_ = monitor(context, socket, "inproc://lbea.send-buffer." + std::to_string(next++), ZMQ_EVENT_CONNECTED);
+}
+
+void SendBuffer::poll() noexcept {
+  if (monitor_.handle() == nullptr) return;
+  for (SocketEvent event; read_event(monitor_, event) == EventRead::done;)
+    if (event.kind == ZMQ_EVENT_CONNECTED && leads_to(event.value, path_)) {
+      connection_ = event.value;
+      setsockopt(connection_, SOL_SOCKET, SO_SNDBUF, &wanted_bytes, sizeof(wanted_bytes));
+    }
+}
+
+bool SendBuffer::has_unread() const noexcept {
+  int bytes = 0;
+  return connection_ >= 0 && leads_to(connection_, path_) && ioctl(connection_, SIOCOUTQ, &bytes) == 0 && bytes > 0;
+}
+
+}  // namespace lbea::wire::detail

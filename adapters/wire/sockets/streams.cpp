@@ -1,0 +1,220 @@
+#include "adapters/wire/sockets/streams.hpp"
+
+#include "adapters/wire/sockets/socket.hpp"
+#include "adapters/wire/sockets/socket_monitor.hpp"
+
+#include <atomic>
+#include <new>
+#include <thread>
+#include <utility>
+
+namespace lbea::wire {
+
+namespace detail {
+/// What the socket has accepted and still holds in this process.
+struct InFlight {
+  std::atomic<std::uint64_t> messages{0}, frames{0};
+};
+}  // namespace detail
+
+namespace {
+
+constexpr std::int64_t max_control_bytes = 1024;  // of a message from a receiver to a sender
+constexpr int result_linger_ms = 1000;
+constexpr std::int64_t max_subscription_bytes = 1024;
+constexpr std::int64_t max_result_bytes = 16 << 20;
+
+/// Keeps a message alive until ZeroMQ has read it.
+struct Pending {
+  std::shared_ptr<const std::vector<std::byte>> message;
+  std::shared_ptr<detail::InFlight> in_flight;
+  bool is_frame;
+  // ZeroMQ's queues order the two threads' accesses, but a thread sanitizer cannot see that.
+  std::atomic<bool> is_filled{false};
+};
+
+/// Called from ZeroMQ's I/O thread.
+void release(void*, void* hint) {
+  const std::unique_ptr<Pending> pending(static_cast<Pending*>(hint));
+  static_cast<void>(pending->is_filled.load(std::memory_order_acquire));
+  pending->message.reset();
+  if (pending->is_frame) pending->in_flight->frames.fetch_sub(1, std::memory_order_release);
+  pending->in_flight->messages.fetch_sub(1, std::memory_order_release);
+}
+
+std::optional<Message> receive_within(std::chrono::milliseconds timeout, zmq::socket_t& socket,
+                                      zmq::message_t& message) noexcept {
+  if (detail::receive(socket, message, ZMQ_DONTWAIT) == detail::Io::done) return detail::bytes_of(message);
+  if (timeout.count() == 0 || detail::wait(socket, ZMQ_POLLIN, timeout) != detail::Io::done) return {};
+  if (detail::receive(socket, message, ZMQ_DONTWAIT) != detail::Io::done) return {};
+  return detail::bytes_of(message);
+}
+
+}  // namespace
+
+struct FrameSource::State {
+  detail::BoundSocket bound;
+  zmq::message_t message;
+};
+
+FrameSource::FrameSource(WireContext& context, const std::string& address, WireLimits limits,
+                         const ServerAccess& access) try {
+  const detail::SocketOptions options{.high_water_mark = static_cast<int>(limits.queued_messages),
+                                      .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
+  state_.reset(new State{{context, zmq::socket_type::pull, options, address, access}, {}});
+} catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
+
+FrameSource::~FrameSource() = default;
+FrameSource::FrameSource(FrameSource&&) noexcept = default;
+FrameSource& FrameSource::operator=(FrameSource&&) noexcept = default;
+
+const std::string& FrameSource::endpoint() const noexcept { return state_->bound.endpoint; }
+
+PeerCounts FrameSource::peers() const noexcept { return state_->bound.peers(); }
+
+std::vector<PeerVisit> FrameSource::visits() { return state_->bound.visits(); }
+
+std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) noexcept {
+  return receive_within(timeout, state_->bound.socket, state_->message);
+}
+
+struct FrameSink::State {
+  zmq::socket_t socket;
+  detail::SendBuffer send_buffer;
+  Tally tally{};
+  std::shared_ptr<detail::InFlight> in_flight = std::make_shared<detail::InFlight>();
+
+  bool enqueue(const std::shared_ptr<const std::vector<std::byte>>& bytes, bool is_frame,
+               std::chrono::milliseconds timeout) noexcept;
+};
+
+FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint32_t queued_messages,
+                     const ClientAccess& access) try {
+  const Endpoint endpoint = parse_endpoint(address);
+  auto socket = detail::make_socket(context.state().context, zmq::socket_type::push,
+                                    {.high_water_mark = static_cast<int>(queued_messages),
+                                     .max_message_bytes = max_control_bytes,
+                                     .waits_for_connection = true});
+  detail::SendBuffer send_buffer(context.state().context, socket, endpoint);
+  detail::connect(socket, endpoint, access);
+  state_.reset(new State{std::move(socket), std::move(send_buffer)});
+} catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
+
+FrameSink::~FrameSink() = default;
+FrameSink::FrameSink(FrameSink&&) noexcept = default;
+FrameSink& FrameSink::operator=(FrameSink&&) noexcept = default;
+
+const FrameSink::Tally& FrameSink::tally() const noexcept { return state_->tally; }
+
+bool FrameSink::wait_ready(std::chrono::milliseconds timeout) noexcept {
+  return detail::wait(state_->socket, ZMQ_POLLOUT, timeout) == detail::Io::done;
+}
+
+bool FrameSink::send(Message message, std::chrono::milliseconds timeout) noexcept {
+  return send(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), timeout);
+}
+
+bool FrameSink::tell(Message message, std::chrono::milliseconds timeout) noexcept {
+  return state_->enqueue(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), false,
+                         timeout);
+}
+
+bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
+                     std::chrono::milliseconds timeout) noexcept {
+  const bool sent = state_->enqueue(bytes, true, timeout);
+  ++(sent ? state_->tally.sent : state_->tally.refused);
+  return sent;
+}
+
+bool FrameSink::State::enqueue(const std::shared_ptr<const std::vector<std::byte>>& bytes, bool is_frame,
+                               std::chrono::milliseconds timeout) noexcept {
+  send_buffer.poll();
+  in_flight->messages.fetch_add(1, std::memory_order_relaxed);
+  if (is_frame) in_flight->frames.fetch_add(1, std::memory_order_relaxed);
+  auto* pending = new Pending{bytes, in_flight, is_frame};
+  pending->is_filled.store(true, std::memory_order_release);
+  // ZeroMQ only reads the bytes; its parameter is non-const because of the release function.
+  zmq::message_t message(const_cast<std::byte*>(bytes->data()), bytes->size(), release, pending);
+  detail::Io io = detail::send(socket, message, ZMQ_DONTWAIT);
+  if (io == detail::Io::would_block && timeout.count() > 0 &&
+      detail::wait(socket, ZMQ_POLLOUT, timeout) == detail::Io::done)
+    io = detail::send(socket, message, ZMQ_DONTWAIT);
+  return io == detail::Io::done;
+}
+
+std::uint64_t FrameSink::flush(std::chrono::milliseconds timeout) noexcept {
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  const auto left = [&] { return state_->in_flight->messages.load(std::memory_order_acquire); };
+  while ((left() > 0 || state_->send_buffer.has_unread()) && std::chrono::steady_clock::now() < deadline) {
+    // Polling makes the socket discard what a broken connection left in it.
+    static_cast<void>(detail::wait(state_->socket, ZMQ_POLLOUT, {}));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return state_->in_flight->frames.load(std::memory_order_acquire);
+}
+
+struct ResultSink::State {
+  detail::BoundSocket bound;
+  bool has_newcomer = false;
+
+  /// ZeroMQ queues subscriptions until they are read.
+  void read_subscriptions() noexcept;
+};
+
+ResultSink::ResultSink(WireContext& context, const std::string& address, int held, const ServerAccess& access) try {
+  const detail::SocketOptions options{
+      .high_water_mark = held, .max_message_bytes = max_subscription_bytes, .linger_ms = result_linger_ms};
+  state_.reset(new State{{context, zmq::socket_type::xpub, options, address, access}});
+  state_->bound.socket.set(zmq::sockopt::xpub_verbose,
+                           true);  // report every subscription, not only the first to a topic
+} catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
+
+ResultSink::~ResultSink() = default;
+ResultSink::ResultSink(ResultSink&&) noexcept = default;
+ResultSink& ResultSink::operator=(ResultSink&&) noexcept = default;
+
+const std::string& ResultSink::endpoint() const noexcept { return state_->bound.endpoint; }
+
+bool ResultSink::send(Message bytes) noexcept {
+  state_->read_subscriptions();
+  zmq::message_t message(bytes.data(), bytes.size());
+  return detail::send(state_->bound.socket, message, ZMQ_DONTWAIT) == detail::Io::done;
+}
+
+void ResultSink::State::read_subscriptions() noexcept {
+  zmq::message_t subscription;
+  while (detail::receive(bound.socket, subscription, ZMQ_DONTWAIT) == detail::Io::done)
+    has_newcomer |= subscription.size() > 0 && *subscription.data<char>() == 1;
+}
+
+bool ResultSink::has_newcomer() noexcept {
+  state_->read_subscriptions();
+  return std::exchange(state_->has_newcomer, false);
+}
+
+PeerCounts ResultSink::peers() const noexcept { return state_->bound.peers(); }
+
+std::vector<PeerVisit> ResultSink::visits() { return state_->bound.visits(); }
+
+struct ResultSource::State {
+  zmq::socket_t socket;
+  zmq::message_t message;
+};
+
+ResultSource::ResultSource(WireContext& context, const std::string& address, int held, const ClientAccess& access) try {
+  const Endpoint endpoint = parse_endpoint(address);
+  auto socket = detail::make_socket(context.state().context, zmq::socket_type::sub,
+                                    {.high_water_mark = held, .max_message_bytes = max_result_bytes});
+  detail::connect(socket, endpoint, access);
+  state_.reset(new State{std::move(socket), {}});
+} catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
+
+ResultSource::~ResultSource() = default;
+ResultSource::ResultSource(ResultSource&&) noexcept = default;
+ResultSource& ResultSource::operator=(ResultSource&&) noexcept = default;
+
+std::optional<Message> ResultSource::receive(std::chrono::milliseconds timeout) noexcept {
+  return receive_within(timeout, state_->socket, state_->message);
+}
+
+}  // namespace lbea::wire
