@@ -3,7 +3,7 @@
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/program.hpp"
 #include "tests/wire/wire_support.hpp"
-#include "tools/record/waiting_words.hpp"
+#include "tools/record/forwarder.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 
 #include <doctest/doctest.h>
@@ -133,12 +133,12 @@ TEST_CASE("the words kept for a matcher lead to the account that all of them wou
   std::size_t most = 0;
   for (int run = 0; run < 2000; ++run) {
     IdTracker told_all, told_kept;
-    WaitingWords words;
+    PendingControls pending;
     std::array<std::uint64_t, 3> next{}, withheld{};
     const auto say = [&](std::uint64_t of, ControlKind kind, bool ends_stream) {
       const Control control{of, kind, next[of], ends_stream ? 0 : std::exchange(withheld[of], 0)};
       told_all.report(control);
-      words.add({control, ends_stream});
+      pending.add({control, ends_stream});
     };
     if (random() % 2 == 0)  // it knows one of them already
       for (IdTracker* ids : {&told_all, &told_kept}) ids->observe(1, next[1]);
@@ -156,8 +156,8 @@ TEST_CASE("the words kept for a matcher lead to the account that all of them wou
         ++next[of];
       }
     }
-    most = std::max(most, words.size());
-    for (; !words.empty(); words.pop()) told_kept.report(words.front().control);
+    most = std::max(most, pending.size());
+    for (; !pending.empty(); pending.pop()) told_kept.report(pending.front().control);
     const auto by_session = [](const IdTracker& ids) {
       auto senders = ids.senders({}, 1h);
       std::ranges::sort(senders, {}, &WireSender::session);
@@ -166,11 +166,11 @@ TEST_CASE("the words kept for a matcher lead to the account that all of them wou
     CHECK(by_session(told_kept) == by_session(told_all));
   }
   CHECK(most > 3);
-  WaitingWords words;
-  for (std::uint64_t i = 0; i < 10'000; ++i) words.add({{1, ControlKind::heartbeat, i, 0}});
-  CHECK(words.size() == 2);
-  for (std::uint64_t i = 0; i < 10'000; ++i) words.add({{i, ControlKind::heartbeat, 5, 1}});
-  CHECK(words.size() == WaitingWords::most);
+  PendingControls pending;
+  for (std::uint64_t i = 0; i < 10'000; ++i) pending.add({{1, ControlKind::heartbeat, i, 0}});
+  CHECK(pending.size() == 2);
+  for (std::uint64_t i = 0; i < 10'000; ++i) pending.add({{i, ControlKind::heartbeat, 5, 1}});
+  CHECK(pending.size() == PendingControls::max_size);
 }
 
 TEST_CASE("a lost or refused frame is in the log by its number, and at the end in what the recording lacks") {
@@ -183,7 +183,7 @@ TEST_CASE("a lost or refused frame is in the log by its number, and at the end i
   CHECK(rig.stop() == 1);
   for (const char* line : {"frames 2 to 3: missed:", "frames 9 to 11: withheld:", "a message: wrong_kind:",
                            "frame 0: from session 0000000000000007",
-                           "6 captures that never arrived (missed), 3 captures that found no room at their sender "
+                           "6 captures that never arrived (missed), 3 captures without room at their sender "
                            "(withheld), 1 messages without"})
     CHECK_MESSAGE(contains(rig.log(), line), rig.log());
   const Json tally = rig.tally();

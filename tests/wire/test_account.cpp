@@ -1,8 +1,7 @@
 // Every capture of every sender ends up in exactly one place, whatever happens on the way: small and large queues,
 // stalls on either side, senders that come and go, messages that the socket layer cuts off.
-#include "adapters/wire/access/handshake.hpp"
-#include "tools/serve/pipeline.hpp"
-#include "tools/serve/tally.hpp"
+#include "tools/serve/reports.hpp"
+#include "tools/shared/intake/handshake.hpp"
 
 #include "tests/support/test_data.hpp"
 #include "tests/wire/fake_engine.hpp"
@@ -116,7 +115,7 @@ Captures send_frames(WireContext& context, const std::string& endpoint, const st
   };
   Handshake handshake(sink, ResultSource(context, results, 2'000'000), session);
   CHECK(sink.wait_ready(30s));
-  CHECK(handshake.greet([] { return false; }));
+  CHECK(handshake.begin([] { return false; }));
   for (std::uint64_t id = 0; id < frames; ++id) {
     ++captures.captured;
     if (random() % 2000 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 20'000));
@@ -129,7 +128,7 @@ Captures send_frames(WireContext& context, const std::string& endpoint, const st
     captures.sent += sent ? 1 : 0;
     withheld += sent ? 0 : 1;
   }
-  const auto receipt = handshake.part(captures.captured, withheld, 60s);
+  const auto receipt = handshake.end(captures.captured, withheld, 60s);
   CHECK(receipt);
   if (receipt) CHECK(receipt->received + receipt->missed + receipt->withheld == captures.captured);
   CHECK(sink.flush(60s) == 0);
@@ -292,7 +291,7 @@ TEST_CASE(
   WireContext context;
   PipelineConfig chosen;
   chosen.limits.max_points = 100;
-  chosen.sender_patience = 300ms;
+  chosen.sender_timeout = 300ms;
   FrameSource source(context, "ipc://" + (folder / "frames").string(), chosen.limits);
   ResultSink results(context, "ipc://" + (folder / "results").string());
   FrameSink sink(context, source.endpoint());
@@ -367,7 +366,7 @@ TEST_CASE("strays beyond a rate are counted and not announced one by one; frames
   WireContext context;
   PipelineConfig chosen;
   chosen.limits.max_points = 100;
-  chosen.stray_results_per_second = 50;
+  chosen.unidentified_results_per_second = 50;
   FrameSource source(context, "ipc://" + (folder / "frames").string(), chosen.limits);
   ResultSink results(context, "ipc://" + (folder / "results").string());
   FrameSink sink(context, source.endpoint());

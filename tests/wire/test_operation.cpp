@@ -163,8 +163,8 @@ TEST_CASE("with keys: the right ones are served, end to end; others are not") {
   CHECK(bench.send({"--key", bench.file("camera.key")}) == 2);  // whose matcher?
   CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.pub")}) == 1);
   CHECK(eventually([&] {
-    return contains(bench.said(), "frames: camera came in from 127.0.0.1") &&
-           contains(bench.said(), "without a key that is allowed (--allow), one of them from 127.0.0.1");
+    return contains(bench.said(), "frames: camera connected from 127.0.0.1") &&
+           contains(bench.said(), "without an allowed key (--allow), one of them from 127.0.0.1");
   }));
   server->signal(SIGINT);
   CHECK(server->wait() == 0);
@@ -355,7 +355,7 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
 TEST_CASE("privileges that are not granted are said and not fatal") {
   Bench bench;
   const auto server = bench.serve({"--pin", "100000"});
-  CHECK(eventually([&] { return contains(bench.said(), "--pin: processor 100000 is not to be had"); }));
+  CHECK(eventually([&] { return contains(bench.said(), "--pin: processor 100000 is not available"); }));
   CHECK(bench.send() == 0);
   server->signal(SIGINT);
   CHECK(server->wait() == 0);

@@ -1,6 +1,5 @@
 // The pipeline of lbea-serve in this process, with faults where the matcher would be.
-#include "tools/serve/pipeline.hpp"
-#include "tools/serve/tally.hpp"
+#include "tools/serve/reports.hpp"
 
 #include "tests/support/test_data.hpp"
 #include "tests/wire/fake_engine.hpp"

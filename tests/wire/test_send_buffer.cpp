@@ -48,7 +48,8 @@ int granted() {
 
 }  // namespace
 
-TEST_CASE("an ipc connection gets the largest send buffer that the system grants, also after a restart of the receiver") {
+TEST_CASE(
+    "an ipc connection gets the largest send buffer that the system grants, also after a restart of the receiver") {
   const test::TemporaryFolder folder;
   const std::string path = (folder / "frames").string();
   WireContext context;

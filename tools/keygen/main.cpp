@@ -1,4 +1,4 @@
-// lbea-keygen: a pair of keys for a program that speaks over the network.
+// lbea-keygen: makes a pair of keys for encrypted connections.
 #include "adapters/wire/access/keys.hpp"
 #include "tools/shared/cli/tool.hpp"
 
@@ -8,8 +8,8 @@ namespace lbea::tool {
 namespace {
 
 constexpr auto description =
-    "Makes a pair of CURVE keys: BASE.key (secret, readable by you alone) and BASE.pub (to be given to the other\n"
-    "side). Every program needs one of its own; nothing is ever overwritten.";
+    "Makes a pair of CURVE keys: BASE.key (secret, readable only by you) and BASE.pub (for the other side).\n"
+    "Every program needs its own pair. Existing files are never overwritten.";
 
 int make_keys(const std::filesystem::path& base, std::string name) {
   if (name.empty()) name = base.filename().string();
@@ -28,6 +28,6 @@ int main(int argc, char** argv) {
   lbea::tool::Tool tool("lbea-keygen", lbea::tool::description,
                         "lbea-keygen matcher   # then: lbea-serve ... --key matcher.key --allow camera.pub");
   tool.add_option("base", base, "path of the files, without extension")->required();
-  tool.add_option("--name", name, "what logs call the owner, one word; else the file's name");
+  tool.add_option("--name", name, "name of the owner in logs, one word (default: the file's name)");
   return tool.run(argc, argv, [&] { return lbea::tool::make_keys(base, name); });
 }

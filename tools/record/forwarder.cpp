@@ -4,31 +4,50 @@
 
 namespace lbea::tool {
 
-void Forwarder::tell(const SenderWord& word) {
-  words_.add(word);
-  offer();
+void PendingControls::add(const SenderControl& control) {
+  if (SenderControl* last = control.ends_stream ? nullptr : replaceable_by(control.control)) {
+    *last = control;
+    return;
+  }
+  if (queue_.size() == max_size) queue_.pop_front();
+  queue_.push_back(control);
 }
 
-bool Forwarder::send(wire::Message frame) { return offer() && sink_.send(frame); }
+/// The session's last control message, unless it is the session's first or holds anything that `later` does not repeat.
+SenderControl* PendingControls::replaceable_by(const wire::Control& later) {
+  const auto is_of_session = [&](const SenderControl& pending) { return pending.control.session == later.session; };
+  const auto last = std::find_if(queue_.rbegin(), queue_.rend(), is_of_session);
+  if (last == queue_.rend() || std::find_if(last + 1, queue_.rend(), is_of_session) == queue_.rend()) return nullptr;
+  const wire::Control& earlier = last->control;
+  const bool is_contained = earlier.withheld == 0 && later.next_id - later.withheld >= earlier.next_id;
+  return is_contained && !last->ends_stream ? &*last : nullptr;
+}
 
-bool Forwarder::offer() {
-  for (; !words_.empty(); words_.pop()) {
-    const auto& [control, ends_stream] = words_.front();
+void Forwarder::send_control(const SenderControl& control) {
+  pending_.add(control);
+  send_pending();
+}
+
+bool Forwarder::send(wire::Message frame) { return send_pending() && sink_.send(frame); }
+
+bool Forwarder::send_pending() {
+  for (; !pending_.empty(); pending_.pop()) {
+    const auto& [control, ends_stream] = pending_.front();
     if (!sink_.tell(ends_stream ? encoder_.end_of_stream(control.session, control.next_id) : encoder_.control(control)))
       return false;
   }
   return true;
 }
 
-std::size_t Forwarder::finish(std::chrono::milliseconds patience) {
+std::size_t Forwarder::finish(std::chrono::milliseconds timeout) {
   using Clock = std::chrono::steady_clock;
-  const auto left = [deadline = Clock::now() + patience] {
+  const auto left = [deadline = Clock::now() + timeout] {
     return std::chrono::duration_cast<std::chrono::milliseconds>(
         std::max(deadline - Clock::now(), Clock::duration::zero()));
   };
-  while (!offer() && left().count() > 0) static_cast<void>(sink_.wait_ready(left()));
+  while (!send_pending() && left().count() > 0) static_cast<void>(sink_.wait_ready(left()));
   static_cast<void>(sink_.flush(left()));
-  return words_.size();
+  return pending_.size();
 }
 
 }  // namespace lbea::tool

@@ -1,31 +1,56 @@
-// The way from here to the matcher. Nothing waits for it but finish().
+// Forwards frames and control messages to the matcher. Only finish() waits.
 #pragma once
 
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
-#include "tools/record/waiting_words.hpp"
 
 #include <chrono>
+#include <deque>
 
 namespace lbea::tool {
 
-/// One thread's.
+/// A control message, or an end of stream.
+struct SenderControl {
+  wire::Control control;
+  bool ends_stream = false;  // sent as a frame message, because an end of stream gets a result too
+};
+
+/// Control messages that wait for room at the matcher. Of each session it keeps few, which lead a receiver to the same
+/// account as all of them: the first, because ids count from it on; those that withhold ids; ends of stream; the
+/// latest.
+class PendingControls {
+ public:
+  static constexpr std::size_t max_size = 4096;  // beyond it the oldest are discarded
+
+  void add(const SenderControl& control);
+  [[nodiscard]] bool empty() const noexcept { return queue_.empty(); }
+  [[nodiscard]] std::size_t size() const noexcept { return queue_.size(); }
+  /// The next one to send; not when empty.
+  [[nodiscard]] const SenderControl& front() const noexcept { return queue_.front(); }
+  void pop() { queue_.pop_front(); }
+
+ private:
+  SenderControl* replaceable_by(const wire::Control& later);
+  std::deque<SenderControl> queue_;
+};
+
+/// For one thread.
 class Forwarder {
  public:
   explicit Forwarder(wire::FrameSink sink) : sink_(std::move(sink)) {}
-  /// Passes a word on, now or when there is room.
-  void tell(const SenderWord& word);
-  /// Passes a frame on, unless there is no room for it or for a word that was said before it.
+  /// Forwards a control message now, or as soon as there is room.
+  void send_control(const SenderControl& control);
+  /// Forwards a frame; false when there is no room for it or for a control message before it.
   bool send(wire::Message frame);
-  /// Passes on what waits, as far as there is room; whether nothing waits any more.
-  bool offer();
-  /// The same with patience, and until all has left this process. The words that nobody took.
-  [[nodiscard]] std::size_t finish(std::chrono::milliseconds patience);
+  /// Forwards pending control messages while there is room; whether none is left.
+  bool send_pending();
+  /// Waits up to `timeout` until everything has left this process. Returns the number of control messages left over.
+  [[nodiscard]] std::size_t finish(std::chrono::milliseconds timeout);
 
  private:
   wire::FrameSink sink_;
   wire::Encoder encoder_;
-  WaitingWords words_;
+  PendingControls pending_;
 };
 
 }  // namespace lbea::tool

@@ -1,9 +1,8 @@
-// lbea-record: records frames without a matcher, or on their way to one.
-#include "tools/record/frame_tap.hpp"
+// lbea-record: records frames without a matcher, or between a rig and its matcher.
+#include "tools/record/frame_recorder.hpp"
 #include "tools/shared/cli/distinct_endpoints.hpp"
 #include "tools/shared/cli/wall_clock.hpp"
 #include "tools/shared/intake/access_options.hpp"
-#include "tools/shared/intake/unfinished_senders.hpp"
 #include "tools/shared/recording/recording_options.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -25,12 +24,11 @@ struct Options {
 };
 
 constexpr auto description =
-    "Records frames that a rig sends, without a matcher, or with --forward on their way to one: then the rig sends "
-    "here and\n"
-    "this program passes everything on. Where lbea-serve runs, its own --record is the shorter way.\n"
-    "Recording never waits for the matcher: a frame that finds no room there is recorded, and counted as refused.\n"
-    "The exit code is 1 when anything could not be recorded, found no room at the matcher, or did not arrive,\n"
-    "and when a sender fell silent without goodbye.";
+    "Records the frames of a rig. With --forward it also forwards everything to a matcher: the rig then sends to this\n"
+    "program. Where lbea-serve runs, its own --record is simpler.\n"
+    "Recording never waits for the matcher: a frame without room there is recorded and counted as refused.\n"
+    "The exit code is 1 when a frame could not be recorded, had no room at the matcher, or did not arrive, and when a\n"
+    "sender stopped without goodbye.";
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("FILE", options.recording.file,
@@ -38,26 +36,25 @@ void add_options(Tool& tool, Options& options) {
                   "strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
       ->required()
       ->transform(recording_name());
-  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/rig.ipc")
+  tool.add_option("--frames", options.frames_endpoint, "endpoint to receive frames on, e.g. ipc:///tmp/rig.ipc")
       ->required()
       ->check(not_empty());
-  tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to pass them on to")
+  tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to forward to")
       ->check(not_empty());
-  tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record them too")
+  tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record as well")
       ->check(not_empty());
   add_recording_options(tool, options.recording);
-  const auto take_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = stamp_ns; };
-  tool.add_option_function("--trigger-ns", take_trigger, "the sender's clock at impact")->default_text("0");
-  tool.add_option(
-          "--max-points", options.max_points,
-          "what a matcher of this recording will take; larger frames are recorded like all others, counted and logged")
+  const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = stamp_ns; };
+  tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");
+  tool.add_option("--max-points", options.max_points,
+                  "the limit of a matcher of this recording; larger frames are recorded too, counted and logged")
       ->check(in_range(1u, 16'777'216u));
   options.server_access.add_to(tool);
   auto* server_key = tool.add_option("--server-key", options.matcher_access.server_key_file,
-                                     "public key (.pub) of the matcher, when it has one: for --forward and --results")
+                                     "public key (.pub) of the matcher, if it has one: for --forward and --results")
                          ->check(not_empty());
   tool.add_option("--client-key", options.matcher_access.key_file,
-                  "this program's secret key (.key) towards the matcher, which the matcher allows")
+                  "this program's secret key (.key) for the matcher, which must allow it")
       ->needs(server_key)
       ->check(not_empty());
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
@@ -77,8 +74,8 @@ RunSettings settings_of(const Options& options) {
   return settings;
 }
 
-void print(const TapTally& tally, const RunObserver::Counts& counts, bool as_json) {
-  const nlohmann::ordered_json json{{"received", tally.frames},
+void print(const RecordTally& tally, const RunObserver::Counts& counts, bool as_json) {
+  const nlohmann::ordered_json json{{"received", tally.received},
                                     {"recorded", counts.recorded},
                                     {"unrecorded", counts.unrecorded},
                                     {"damaged", tally.damaged},
@@ -94,22 +91,22 @@ void print(const TapTally& tally, const RunObserver::Counts& counts, bool as_jso
   std::printf("%s\n", (as_json ? json.dump() : line).c_str());
 }
 
-/// What of the test is not in the recording, and what of it the matcher did not get.
-void warn_of_losses(const std::string& file, const TapTally& tally) {
+/// Logs what is missing from the recording, and what the matcher did not get.
+void warn_of_losses(const std::string& file, const RecordTally& tally) {
   std::string losses;
   const auto add = [&](std::uint64_t count, const char* what) {
     if (count > 0) losses += (losses.empty() ? "" : ", ") + std::to_string(count) + " " + what;
   };
   add(tally.missed - tally.withheld, "captures that never arrived (missed)");
-  add(tally.withheld, "captures that found no room at their sender (withheld)");
+  add(tally.withheld, "captures without room at their sender (withheld)");
   add(tally.damaged, "messages without a whole point cloud (damaged)");
-  add(tally.silent, "senders gone without goodbye (what they still held is unknown)");
+  add(tally.silent, "senders that stopped without goodbye (their withheld captures are unknown)");
   add(tally.lost_results, "results and states of the matcher");
-  if (!losses.empty()) spdlog::warn("{} does not hold the whole test; missing in it: {}", file, losses);
+  if (!losses.empty()) spdlog::warn("{} is incomplete; missing: {}", file, losses);
   if (tally.refused > 0)
-    spdlog::warn("the matcher did not get {} of {} frames; they are recorded", tally.refused, tally.frames);
-  if (tally.untold > 0)
-    spdlog::warn("the matcher was not told what the senders said last; its own account ends before that");
+    spdlog::warn("the matcher did not get {} of {} frames; they are recorded", tally.refused, tally.received);
+  if (tally.unforwarded_controls > 0)
+    spdlog::warn("the senders' last control messages did not reach the matcher; its account ends before them");
 }
 
 int record(const Options& options) {
@@ -132,19 +129,18 @@ int record(const Options& options) {
   const auto recorder = begin_recording(options.recording, settings_of(options));
   RecordingWatch watch(recorder.get(), options.recording.file);
   spdlog::info("ready: frames on {}", frames.endpoint());
-  FrameTap tap(std::move(frames), std::move(forward), std::move(results), *recorder, limits);
-  TapLog log;
+  FrameRecorder frame_recorder(std::move(frames), std::move(forward), std::move(results), *recorder, limits);
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     watch.look();
-    log.look(tap.events(), tap.senders());
+    frame_recorder.write_log();
   }
-  tap.stop();
-  log.look(tap.events(), tap.senders());
-  recorder->note_senders(tap.senders());
+  frame_recorder.stop();
+  frame_recorder.write_log();
+  recorder->note_senders(frame_recorder.senders());
   const bool all_recorded = watch.finish();
-  const TapTally tally = tap.tally();
-  warn_of_unfinished(tap.senders());
+  const RecordTally tally = frame_recorder.tally();
+  warn_of_unfinished(frame_recorder.senders());
   warn_of_losses(options.recording.file, tally);
   print(tally, recorder->counts(), options.json);
   return all_recorded && tally.is_complete() ? exit_ok : exit_failed;

@@ -4,8 +4,7 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
-#include "tools/shared/matching/model_engine.hpp"
-#include "tools/shared/matching/outcome.hpp"
+#include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/recording/recorded_run.hpp"
 
 #include <barrier>

@@ -36,8 +36,8 @@ MatcherWitness::MatcherWitness(wire::WireContext& context, const std::string& re
 }
 
 void MatcherWitness::ask(wire::FrameSink& frames, std::uint64_t session, std::uint64_t next_id) {
-  wire::Handshake handshake(frames, results(), session);
-  receipts_->ask(handshake, session, next_id);
+  Handshake handshake(frames, results(), session);
+  receipts_->collect(handshake, session, next_id);
   if (receipts_->knew(session))
     spdlog::warn("the matcher had frames of session {:016x} before, and refuses ids that come again; start it anew",
                  session);

@@ -1,7 +1,7 @@
 // What the matcher that frames are replayed to says of them.
 #pragma once
 
-#include "tools/shared/intake/receipt.hpp"
+#include "tools/shared/intake/handshake.hpp"
 
 #include <functional>
 #include <optional>

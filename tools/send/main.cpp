@@ -1,10 +1,10 @@
-// lbea-send: plays point clouds from files to a matcher, as a camera would.
+// lbea-send: sends point clouds from files to a matcher, as a camera does.
 #include "adapters/clouds/point_cloud.hpp"
 #include "tools/send/player.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
-#include "tools/shared/intake/receipt.hpp"
+#include "tools/shared/intake/handshake.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -25,29 +25,29 @@ struct Options {
 };
 
 constexpr auto description =
-    "Sends point clouds (PLY, PCD, STL, XYZ) as frames. All clouds are read and encoded before the first one leaves.\n"
-    "With --rate or --realtime a frame that finds no room at the receiver is refused and counted, as a camera\n"
-    "cannot wait; without, sending waits. With --results nothing is sent before the matcher has said that it\n"
-    "counts, and at the end it says what it has. The exit code is 1 when a frame was refused, did not leave here\n"
-    "or, with --results, did not arrive or found no room in the matcher's queue.";
-constexpr auto longest_wait = std::chrono::milliseconds(5000);
+    "Sends point clouds (PLY, PCD, STL, XYZ) as frames. All clouds are read and encoded before the first one is sent.\n"
+    "With --rate or --realtime a frame without room at the receiver is refused and counted, because a camera cannot\n"
+    "wait; otherwise sending waits. With --results sending starts after the matcher has registered this session, and\n"
+    "at the end the matcher reports what arrived. The exit code is 1 when a frame was refused, did not leave this\n"
+    "program or, with --results, did not arrive or had no room in the matcher's queue.";
+constexpr auto max_wait = std::chrono::milliseconds(5000);
 
 void add_options(Tool& tool, Options& options) {
-  tool.add_option("paths", options.paths, "files, or folders of them, which are taken by name")->required();
+  tool.add_option("paths", options.paths, "files, or folders of them, sent in the order of their names")->required();
   tool.add_option("--to", options.endpoint, "endpoint of the matcher's frames, e.g. ipc:///tmp/frames.ipc")->required();
   tool.add_option("--results", options.results_endpoint,
-                  "endpoint of the matcher's results: agree on the start and compare counts at the end");
+                  "endpoint of the matcher's results: register before the start and compare counts at the end");
   auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(in_range(1e-3, 1e6));
   tool.add_flag("--realtime", options.realtime, "pace by the clouds' stamps")->excludes(rate);
   tool.add_option(
       "--stamps", options.stamps,
-      "table of file,stamp_ns (or _us, _ms, _s): when each cloud was captured (default: stamps.csv beside them)");
+      "table of file,stamp_ns (or _us, _ms, _s) with capture times (default: stamps.csv beside the clouds)");
   tool.add_option("--loop", options.play.rounds, "how often to send all of them; 0: until stopped")
       ->check(in_range(0, 1'000'000));
-  tool.add_option("--frame-id", options.frame_id, "name of the coordinate system the points are in");
+  tool.add_option("--frame-id", options.frame_id, "name of the points' coordinate system");
   tool.add_flag("--end-of-stream,!--open-end", options.play.ends_stream,
-                "say after the last frame that the test is over");
-  tool.add_flag("--wait-ready", options.wait_ready, "wait for the receiver as long as it takes, not just 5 s");
+                "mark the end of the test after the last frame");
+  tool.add_flag("--wait-ready", options.wait_ready, "wait for the receiver without limit instead of 5 s");
   options.access.add_to(tool);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
 }
@@ -58,7 +58,7 @@ std::uint64_t new_session() {
 }
 
 void wait_for_receiver(wire::FrameSink& sink, const Options& options) {
-  const auto deadline = std::chrono::steady_clock::now() + longest_wait;
+  const auto deadline = std::chrono::steady_clock::now() + max_wait;
   while (stop_requested == 0 && !sink.wait_ready(std::chrono::milliseconds(50))) {
     if (options.wait_ready || std::chrono::steady_clock::now() < deadline) continue;
     throw Error{Status::endpoint_unavailable,
@@ -69,7 +69,7 @@ void wait_for_receiver(wire::FrameSink& sink, const Options& options) {
   }
 }
 
-/// What became of it all: as the sender saw it, and as the matcher says when it was asked.
+/// The sender's own tally, and the matcher's receipt with --results.
 struct Account {
   PlayTally tally;
   std::optional<Receipt> receipt;
@@ -120,14 +120,14 @@ int send(Options options) {
   const auto clouds = load(options);
   if (options.realtime) options.play.due_ns = schedule_by_stamps(clouds);
   if (options.rate_hz > 0) options.play.due_ns = schedule_by_rate(clouds.size(), options.rate_hz);
-  std::optional<wire::Handshake> handshake;
+  std::optional<Handshake> handshake;
   if (!options.results_endpoint.empty())
     handshake.emplace(sink, wire::ResultSource(context, options.results_endpoint, wire::results_held, access),
                       options.play.session);
   wait_for_receiver(sink, options);
   std::optional<Receipts> receipts;
   if (handshake) {
-    const wire::WireState state = handshake->greet(stop).value_or(wire::WireState{});
+    const wire::WireState state = handshake->begin(stop).value_or(wire::WireState{});
     options.play.max_message_bytes = state.max_message_bytes;
     receipts.emplace(state);
   }
@@ -138,7 +138,7 @@ int send(Options options) {
     account.tally = play(clouds, options.play, sink, stop, [&](std::uint64_t done) { progress.advance_to(done); });
   }
   if (handshake) {
-    receipts->ask(*handshake, options.play.session, account.tally.captured);
+    receipts->collect(*handshake, options.play.session, account.tally.captured);
     account.receipt = receipts->sum();
   }
   std::printf("%s\n", (options.json ? tally_json(account) : tally_line(account)).c_str());

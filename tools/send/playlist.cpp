@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The tables that say when clouds were captured, each read once.
+/// The tables of capture times, each read once.
 class StampTables {
  public:
   explicit StampTables(fs::path given) : given_(std::move(given)) {}
@@ -42,8 +42,8 @@ std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, cons
     const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, frame_id);
     if (message.empty())
       throw Error{Status::bad_input, file.string() +
-                                         ": its stamp is before 1970 or after 2106, or it has more than the "
-                                         "2 GB a message may have; it cannot be sent"};
+                                         ": its stamp is before 1970 or after 2106, or it is larger than the "
+                                         "2 GB of a message; it cannot be sent"};
     clouds.push_back({file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
     progress(clouds.size());
   }

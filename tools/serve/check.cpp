@@ -1,11 +1,14 @@
-#include "tools/serve/check.hpp"
+#include "tools/serve/command_line.hpp"
 
 #include "adapters/http/metrics.hpp"
 #include "adapters/rig/sensor_json.hpp"
-#include "tools/serve/inference_publisher.hpp"
-#include "tools/serve/preflight.hpp"
+#include "tools/serve/machine.hpp"
+#include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/shared/matching/views.hpp"
 
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -15,8 +18,63 @@
 namespace lbea::tool {
 namespace {
 
+/// The findings of all checks.
+class Preflight {
+ public:
+  /// Runs `question`; its return value is the finding's text, an exception makes it failed.
+  void check(const std::string& name, const std::function<std::string()>& question);
+  void add(Finding finding) { findings_.push_back(std::move(finding)); }
+  /// Nothing failed; warnings do not count.
+  [[nodiscard]] bool passed() const noexcept;
+  [[nodiscard]] std::string to_text() const;
+  [[nodiscard]] std::string to_json() const;
+
+ private:
+  std::vector<Finding> findings_;
+};
+
+std::string name_of(Finding::Level level) {
+  constexpr std::array<const char*, 3> names{"ok", "warning", "failed"};
+  return names[static_cast<std::size_t>(level)];
+}
+
+void Preflight::check(const std::string& name, const std::function<std::string()>& question) {
+  Finding finding{name, Finding::Level::ok, {}};
+  try {
+    finding.text = question();
+  } catch (const std::exception& error) {
+    finding.level = Finding::Level::failed;
+    finding.text = error.what();
+  }
+  add(std::move(finding));
+}
+
+bool Preflight::passed() const noexcept {
+  return std::ranges::find(findings_, Finding::Level::failed, &Finding::level) == findings_.end();
+}
+
+std::string Preflight::to_text() const {
+  std::string text;
+  for (const Finding& finding : findings_) {
+    std::string level = name_of(finding.level), name = finding.name;
+    level.resize(8, ' ');
+    name.resize(std::max<std::size_t>(name.size(), 12), ' ');
+    text += level + name + " " + finding.text + "\n";
+  }
+  return text + (passed() ? "ready for the test" : "not ready: see the failed checks");
+}
+
+std::string Preflight::to_json() const {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  json["passed"] = passed();
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& finding : findings_)
+    json["findings"].push_back({{"name", finding.name}, {"level", name_of(finding.level)}, {"text", finding.text}});
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 constexpr std::uint64_t probe_bytes = std::uint64_t{256} << 20;
-constexpr rlim_t enough_descriptors = 4096;
+constexpr rlim_t recommended_descriptors = 4096;
 
 std::string describe(const Model& model, const std::string& file) {
   return file + ": " + std::to_string(model.samples()) + " samples of " + std::to_string(model.simulations()) +
@@ -24,7 +82,7 @@ std::string describe(const Model& model, const std::string& file) {
 }
 
 std::string describe(const wire::ServerAccess& access) {
-  if (!access.keys) return "no keys: this machine alone may connect";
+  if (!access.keys) return "no keys: only this machine may connect";
   return std::to_string(access.allowed.size()) + " keys may connect";
 }
 
@@ -32,44 +90,45 @@ std::string describe_fit(ServeOptions options, const Model& model) {
   read_pose_file(options);
   const MatcherConfig& config = options.matcher;
   const Matcher matcher(model, config, views_for(config, model, options.sensor_json, options.pose_file));
-  return "a matcher is ready, with depth images for this pose";
+  return "the matcher has depth images for this pose";
 }
 
 void check_endpoints(Preflight& preflight, const ServeOptions& options) {
   wire::ServerAccess access;
-  preflight.ask("keys", [&] {
+  preflight.check("keys", [&] {
     access = options.access.load();
     return describe(access);
   });
   wire::WireContext context;
   std::optional<wire::FrameSource> frames;
   std::optional<wire::ResultSink> results, preview, inference;
-  preflight.ask("frames", [&] {
+  preflight.check("frames", [&] {
     return frames.emplace(context, options.frames_endpoint, wire::WireLimits{}, access).endpoint();
   });
-  preflight.ask("results", [&] {
+  preflight.check("results", [&] {
     return results.emplace(context, options.results_endpoint, wire::results_held, access).endpoint();
   });
   if (!options.preview_endpoint.empty())
-    preflight.ask("preview", [&] {
+    preflight.check("preview", [&] {
       return preview.emplace(context, options.preview_endpoint, wire::results_held, access).endpoint();
     });
   if (!options.inference_endpoint.empty())
-    preflight.ask("inference", [&] {
+    preflight.check("inference", [&] {
       return inference.emplace(context, options.inference_endpoint, wire::results_held, access).endpoint();
     });
   if (!options.metrics_address.empty())
-    preflight.ask("metrics",
-                  [&] { return http::MetricsServer(options.metrics_address, [] { return std::string(); }).address(); });
+    preflight.check("metrics", [&] {
+      return http::MetricsServer(options.metrics_address, [] { return std::string(); }).address();
+    });
 }
 
 Finding check_descriptors() {
   rlimit limit{};
   ::getrlimit(RLIMIT_NOFILE, &limit);
   const std::string text = std::to_string(limit.rlim_cur) + " may be open";
-  if (limit.rlim_cur >= enough_descriptors) return {"descriptors", Finding::Level::ok, text};
+  if (limit.rlim_cur >= recommended_descriptors) return {"descriptors", Finding::Level::ok, text};
   return {"descriptors", Finding::Level::warning,
-          text + "; strangers who knock could use them up, raise LimitNOFILE= or ulimit -n"};
+          text + "; unknown connections could use them up, raise LimitNOFILE= or ulimit -n"};
 }
 
 }  // namespace
@@ -77,28 +136,29 @@ Finding check_descriptors() {
 int check(const ServeOptions& options) {
   Preflight preflight;
   std::optional<Model> model;
-  preflight.ask("model", [&] { return describe(model.emplace(Model::open(options.model_file)), options.model_file); });
+  preflight.check("model",
+                  [&] { return describe(model.emplace(Model::open(options.model_file)), options.model_file); });
   if (!options.pose_file.empty())
-    preflight.ask("pose", [&] { return static_cast<void>(io::read_pose(options.pose_file)), options.pose_file; });
+    preflight.check("pose", [&] { return static_cast<void>(io::read_pose(options.pose_file)), options.pose_file; });
   if (model && options.matcher.method == Method::fit)
-    preflight.ask("fit", [&] { return describe_fit(options, *model); });
+    preflight.check("fit", [&] { return describe_fit(options, *model); });
   if (model && !options.inferred_field.empty())
-    preflight.ask("infer", [&] {
+    preflight.check("infer", [&] {
       return "field " + std::to_string(field_to_infer(options, *model)) + ", " + options.inferred_field;
     });
   check_endpoints(preflight, options);
   const bool records = !options.recording.file.empty();
   const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;
   const std::uint64_t model_bytes = model ? model->hot_bytes(options.matcher.method) : 0;
-  preflight.note(check_memory(queue_bytes(options) + model_bytes + ring_bytes));
+  preflight.add(check_memory(queue_bytes(options) + model_bytes + ring_bytes));
   for (Finding& finding : check_privileges(options.privileges, model ? &*model : nullptr, options.matcher.method))
-    preflight.note(std::move(finding));
-  for (Finding& finding : check_clock()) preflight.note(std::move(finding));
-  preflight.note(check_descriptors());
+    preflight.add(std::move(finding));
+  for (Finding& finding : check_clock()) preflight.add(std::move(finding));
+  preflight.add(check_descriptors());
   if (records) {
-    preflight.ask("record", [&] { return check_recording(options.recording), options.recording.file; });
+    preflight.check("record", [&] { return check_recording(options.recording), options.recording.file; });
     const auto folder = std::filesystem::absolute(options.recording.file).parent_path();
-    preflight.note(check_disk(folder, probe_bytes));
+    preflight.add(check_disk(folder, probe_bytes));
   }
   std::printf("%s\n", (options.json ? preflight.to_json() : preflight.to_text()).c_str());
   return preflight.passed() ? exit_ok : exit_failed;

@@ -2,7 +2,7 @@
 
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/rig/sensor_json.hpp"
-#include "tools/serve/inference_publisher.hpp"
+#include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/shared/cli/method_names.hpp"
 
 namespace lbea::tool {
@@ -10,46 +10,43 @@ namespace {
 
 void add_matching_options(Tool& tool, ServeOptions& options) {
   MatcherConfig& matcher = options.matcher;
-  tool.add_choice(
-      "--method", matcher.method, method_names,
-      "fit: by what the sensor would see, with a verdict, an estimate between the samples and the test's history; "
-      "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
-  tool.add_option(
-          "--pose", options.pose_file,
-          "sensor.json with T_reference_sensor; without it frames are taken as they are. With fit, the whole rig: when "
-          "the model was not baked for this pose, its samples are rendered anew at the start")
+  tool.add_choice("--method", matcher.method, method_names,
+                  "fit: compares depth images, with a verdict, an estimate between the samples and the state of the "
+                  "test; lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
+  tool.add_option("--pose", options.pose_file,
+                  "sensor.json with T_reference_sensor; without it frames must be in reference coordinates. With fit, "
+                  "the whole "
+                  "rig: when the model was not baked for this pose, its samples are rendered at the start")
       ->check(existing_file());
-  const auto take_trigger = [&](std::int64_t stamp_ns) {
-    options.recording.trigger_ns = matcher.trigger_ns = stamp_ns;
-  };
-  tool.add_option_function("--trigger-ns", take_trigger, "the sender's clock at impact")->default_text("0");
-  tool.add_option("--max-points", matcher.max_points, "larger frames are refused")->check(in_range(1u, 16'777'216u));
+  const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
+  tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");
+  tool.add_option("--max-points", matcher.max_points, "larger frames are rejected")->check(in_range(1u, 16'777'216u));
   tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(in_range(1u, 1000u));
   tool.add_option("--trusted-distance", matcher.trusted_distance,
-                  "a vertex counts as seen when a point lies this near, mm")
+                  "a vertex counts as seen when a point is within this distance, mm")
       ->check(positive_number());
   tool.add_option("--min-coverage", matcher.min_coverage,
-                  "share of the surface seen below which a match is not trusted")
+                  "minimum share of the surface seen; below it a match is not trusted")
       ->check(in_range(0.0f, 1.0f));
 }
 
 void add_operation_options(Tool& tool, ServeOptions& options) {
   tool.add_option("--metrics", options.metrics_address,
-                  "address of this machine for Prometheus to read, e.g. 127.0.0.1:9464");
-  tool.add_option("--pin", options.privileges.pin, "processor to keep the matching thread on");
+                  "address on this machine for Prometheus metrics, e.g. 127.0.0.1:9464");
+  tool.add_option("--pin", options.privileges.pin, "processor for the matching thread");
   tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching thread")
       ->check(in_range(1, 99));
-  tool.add_flag("--lock-memory", options.privileges.lock_memory, "keep all memory in RAM");
+  tool.add_flag("--lock-memory", options.privileges.lock_memory, "lock all memory in RAM");
   tool.add_flag("--check", options.check,
-                "try everything that can be tried before the test, say how it went, and leave");
-  tool.add_flag("--json", options.json, "print the closing tally, or what --check found, as JSON");
+                "test everything that can be tested without frames, print the findings, and exit");
+  tool.add_flag("--json", options.json, "print the closing tally, or the findings of --check, as JSON");
 }
 
 }  // namespace
 
 void add_options(Tool& tool, ServeOptions& options) {
   tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
-  tool.add_option("--frames", options.frames_endpoint, "endpoint to take frames from, e.g. ipc:///tmp/frames.ipc")
+  tool.add_option("--frames", options.frames_endpoint, "endpoint to receive frames on, e.g. ipc:///tmp/frames.ipc")
       ->required();
   tool.add_option("--results", options.results_endpoint, "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
       ->required();
@@ -58,9 +55,9 @@ void add_options(Tool& tool, ServeOptions& options) {
       "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. ipc:///tmp/preview.ipc");
   auto* inferred = tool.add_option(
       "--infer", options.inferred_field,
-      "with fit: field to infer on the whole component, hidden parts too, for every frame, e.g. plastic_strain");
+      "with fit: field to infer on the whole component, including hidden parts, for every frame, e.g. plastic_strain");
   tool.add_option("--inference", options.inference_endpoint,
-                  "endpoint to publish it on, with its spread over the plausible samples")
+                  "endpoint to publish the inferred field on, with its spread over the plausible samples")
       ->needs(inferred);
   inferred->needs("--inference");
   add_matching_options(tool, options);
@@ -72,7 +69,7 @@ void add_options(Tool& tool, ServeOptions& options) {
                       "contain the time of the start in strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
           ->transform(recording_name());
   add_recording_options(tool, options.recording);
-  tool.get_option("--record-window")->needs(record);  // who asks for a window believes it is being recorded
+  tool.get_option("--record-window")->needs(record);
   options.access.add_to(tool);
   add_operation_options(tool, options);
 }
@@ -85,8 +82,7 @@ void read_pose_file(ServeOptions& options) {
 
 std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
   if (options.matcher.method != Method::fit)
-    throw Error(Status::bad_config,
-                "--infer needs the estimate of --method fit; choose that method, or leave --infer out");
+    throw Error(Status::bad_config, "--infer needs the estimate of --method fit; choose that method, or omit --infer");
   return find_field(model, options.inferred_field);
 }
 

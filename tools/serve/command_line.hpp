@@ -1,8 +1,8 @@
-// What lbea-serve is told.
+// The command line of lbea-serve.
 #pragma once
 
-#include "tools/serve/pipeline.hpp"
-#include "tools/serve/privileges.hpp"
+#include "tools/serve/machine.hpp"
+#include "tools/serve/pipeline/pipeline.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/recording/recording_options.hpp"
@@ -27,9 +27,11 @@ struct ServeOptions {
 void add_options(Tool& tool, ServeOptions& options);
 /// Reads the pose and the text of --pose, if it was given. Throws Error{file_not_found | bad_input}.
 void read_pose_file(ServeOptions& options);
-/// The place of --infer's field in the model. Throws Error{bad_config}.
+/// The index of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
-/// Every waiting frame has a slot for max_points, allocated at the start; in bytes.
+/// Memory of the queue in bytes: one slot of max_points per waiting frame, allocated at the start.
 [[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
+/// --check: tests everything that does not need frames and prints the findings. Returns the exit code.
+int check(const ServeOptions& options);
 
 }  // namespace lbea::tool

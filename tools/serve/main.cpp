@@ -1,19 +1,14 @@
-// lbea-serve: takes frames from a socket, matches each one, publishes the results.
+// lbea-serve: receives frames, matches each one, publishes the results.
 #include "adapters/http/metrics.hpp"
-#include "tools/serve/check.hpp"
 #include "tools/serve/command_line.hpp"
-#include "tools/serve/inference_publisher.hpp"
-#include "tools/serve/metrics_page.hpp"
-#include "tools/serve/peer_log.hpp"
-#include "tools/serve/run_observers.hpp"
-#include "tools/serve/tally.hpp"
-#include "tools/serve/vigil.hpp"
+#include "tools/serve/pipeline/inference_publisher.hpp"
+#include "tools/serve/reports.hpp"
+#include "tools/serve/supervision.hpp"
 #include "tools/shared/cli/distinct_endpoints.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/service_notify.hpp"
 #include "tools/shared/cli/wall_clock.hpp"
-#include "tools/shared/intake/unfinished_senders.hpp"
-#include "tools/shared/matching/model_engine.hpp"
+#include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
 
@@ -28,10 +23,10 @@ namespace lbea::tool {
 namespace {
 
 constexpr auto description =
-    "Matches frames as they come in and publishes a result for each.\n"
-    "Frames that find no free slot are dropped, counted, and reported as results. The exit code is 1 when any\n"
-    "frame was dropped, when ids are missing between those received, when something could not be recorded, or\n"
-    "when the tally does not add up.";
+    "Matches frames as they arrive and publishes a result for each.\n"
+    "A frame without a free slot in the queue is dropped, counted, and published as a result. The exit code is 1\n"
+    "when a frame was dropped, when ids are missing between those received, when something could not be recorded,\n"
+    "or when the tally does not add up.";
 
 PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) {
   PipelineConfig config = options.pipeline;
@@ -43,7 +38,7 @@ PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) 
   return config;
 }
 
-/// For whoever replays the recording.
+/// Stored in the recording, for its replay.
 RunSettings run_settings(const ServeOptions& options, const Model& model) {
   RunSettings settings{"lbea-serve " LBEA_VERSION_STRING,
                        options.model_file,
@@ -56,7 +51,7 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
   return settings;
 }
 
-void check_memory(const ServeOptions& options) {
+void require_memory(const ServeOptions& options) {
   const auto pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGE_SIZE);
   const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
   const std::uint64_t needed = queue_bytes(options);
@@ -73,21 +68,73 @@ void report(const std::vector<Privilege>& privileges) {
                 privilege.detail);
 }
 
-/// Until a stop signal: tells who watches that all threads come round.
-void stay(Pipeline& pipeline, RecordingWatch& recording, const ServiceNotify& service) {
-  Vigil vigil(pipeline);
+/// Runs until a stop signal; reports to systemd as long as all threads advance.
+void supervise(Pipeline& pipeline, RecordingWatch& recording, const ServiceNotify& service) {
+  Watchdog watchdog(pipeline);
   PeerLog peers(pipeline);
   auto next_status = std::chrono::steady_clock::now();
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     recording.look();
     const auto now = std::chrono::steady_clock::now();
-    if (vigil.look(now)) service.alive();
-    peers.look(now);
+    if (watchdog.poll(now)) service.alive();
+    peers.poll(now);
     if (now < next_status) continue;
     service.status(tally_line(pipeline.counters()));
     next_status = now + std::chrono::seconds(1);
   }
+}
+
+/// The observers that publish on sockets of their own.
+struct Publishers {
+  std::optional<Preview> preview;
+  std::optional<InferencePublisher> inference;
+
+  void start(wire::WireContext& context, const ServeOptions& options, const wire::ServerAccess& access,
+             const wire::WireLimits& limits, const Model& model, RunObservers& observers) {
+    if (!options.preview_endpoint.empty())
+      observers.add(&preview.emplace(
+          context, options.preview_endpoint,
+          PreviewConfig{.limits = limits, .T_reference_sensor = options.matcher.T_reference_sensor, .access = access}));
+    if (!options.inference_endpoint.empty())
+      observers.add(
+          &inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
+  }
+};
+
+int serve_model(const ServeOptions& options, const Model& model) {
+  ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
+  wire::WireContext context;
+  const ServiceNotify service;
+  PipelineConfig config = pipeline_config(options, model);
+  config.on_matching_thread = [&] { report(request_for_thread(options.privileges)); };
+  const wire::ServerAccess access = options.access.load();
+  wire::FrameSource frames(context, options.frames_endpoint, config.limits, access);
+  wire::ResultSink results(context, options.results_endpoint, wire::results_held, access);
+  const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations",
+                                        frames.endpoint(), results.endpoint(), model.samples(), model.simulations());
+  const auto recorder = begin_recording(options.recording, run_settings(options, model));
+  RecordingWatch recording(recorder.get(), options.recording.file);
+  RunObservers observers;
+  observers.add(recorder.get());
+  Publishers publishers;
+  publishers.start(context, options, access, config.limits, model, observers);
+  config.observer = &observers;
+  Pipeline pipeline(config, engine, std::move(frames), std::move(results));
+  std::optional<http::MetricsServer> metrics;
+  if (!options.metrics_address.empty())
+    metrics.emplace(options.metrics_address, [&] { return metrics_page(pipeline); });
+  spdlog::info(ready);
+  if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
+  service.ready(ready);
+  supervise(pipeline, recording, service);
+  service.stopping();
+  pipeline.stop();
+  warn_of_unfinished(pipeline.senders());
+  const bool all_recorded = recording.finish();
+  const wire::Counters counters = pipeline.counters();
+  std::printf("%s\n", (options.json ? tally_json(counters) : tally_line(counters)).c_str());
+  return is_complete(counters) && all_recorded ? exit_ok : exit_failed;
 }
 
 int serve(ServeOptions options) {
@@ -101,48 +148,9 @@ int serve(ServeOptions options) {
   if (options.check) return check(options);
   read_pose_file(options);
   const Model model = Model::open(options.model_file);
-  report(ask_for_process(options.privileges, &model, options.matcher.method));
-  check_memory(options);
-  ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
-  wire::WireContext context;
-  const ServiceNotify service;
-  PipelineConfig config = pipeline_config(options, model);
-  config.on_matching_thread = [&] { report(ask_for_thread(options.privileges)); };
-  const wire::ServerAccess access = options.access.load();
-  wire::FrameSource frames(context, options.frames_endpoint, config.limits, access);
-  wire::ResultSink results(context, options.results_endpoint, wire::results_held, access);
-  const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations",
-                                        frames.endpoint(), results.endpoint(), model.samples(), model.simulations());
-  const auto recorder = begin_recording(options.recording, run_settings(options, model));
-  RecordingWatch recording(recorder.get(), options.recording.file);
-  RunObservers observers;
-  observers.add(recorder.get());
-  std::optional<Preview> preview;
-  if (!options.preview_endpoint.empty())
-    observers.add(&preview.emplace(
-        context, options.preview_endpoint,
-        PreviewConfig{
-            .limits = config.limits, .T_reference_sensor = options.matcher.T_reference_sensor, .access = access}));
-  std::optional<InferencePublisher> inference;
-  if (!options.inference_endpoint.empty())
-    observers.add(
-        &inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
-  config.observer = &observers;
-  Pipeline pipeline(config, engine, std::move(frames), std::move(results));
-  std::optional<http::MetricsServer> metrics;
-  if (!options.metrics_address.empty())
-    metrics.emplace(options.metrics_address, [&] { return metrics_page(pipeline); });
-  spdlog::info(ready);
-  if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
-  service.ready(ready);
-  stay(pipeline, recording, service);
-  service.stopping();
-  pipeline.stop();
-  warn_of_unfinished(pipeline.senders());
-  const bool all_recorded = recording.finish();
-  const wire::Counters counters = pipeline.counters();
-  std::printf("%s\n", (options.json ? tally_json(counters) : tally_line(counters)).c_str());
-  return is_complete(counters) && all_recorded ? exit_ok : exit_failed;
+  report(request_for_process(options.privileges, &model, options.matcher.method));
+  require_memory(options);
+  return serve_model(options, model);
 }
 
 }  // namespace

@@ -6,10 +6,10 @@ namespace lbea::tool {
 
 void ServerAccessOptions::add_to(CommandLine& app) {
   app.add_option("--key", key_file,
-                 "this program's secret key (.key of lbea-keygen): encrypts, and lets in only --allow");
-  app.add_option("--allow", allow_files, "public keys (.pub of lbea-keygen) of those who may connect; may be repeated");
-  app.add_option("--max-peers", max_peers, "connections per endpoint; more are turned away")
-      ->check(in_range(1u, 1000u));
+                 "this program's secret key (.key of lbea-keygen): encrypts, and admits only the keys of --allow");
+  app.add_option("--allow", allow_files,
+                 "public keys (.pub of lbea-keygen) of the peers that may connect; may be repeated");
+  app.add_option("--max-peers", max_peers, "maximum connections per endpoint")->check(in_range(1u, 1000u));
 }
 
 wire::ServerAccess ServerAccessOptions::load() const {
@@ -23,8 +23,8 @@ wire::ServerAccess ServerAccessOptions::load() const {
 }
 
 void ClientAccessOptions::add_to(CommandLine& app) {
-  auto* server = app.add_option("--server-key", server_key_file, "public key (.pub) of the matcher, when it has one");
-  app.add_option("--key", key_file, "this program's secret key (.key of lbea-keygen), which the matcher allows")
+  auto* server = app.add_option("--server-key", server_key_file, "public key (.pub) of the matcher, if it has one");
+  app.add_option("--key", key_file, "this program's secret key (.key of lbea-keygen), which the matcher must allow")
       ->needs(server);
 }
 
@@ -33,7 +33,7 @@ wire::ClientAccess ClientAccessOptions::load() const {
   if (server_key_file.empty()) return access;
   const auto servers = wire::read_public_keys(server_key_file);
   if (servers.size() != 1)
-    throw Error{Status::bad_config, server_key_file + ": holds several public keys; give the matcher's alone"};
+    throw Error{Status::bad_config, server_key_file + ": holds several public keys; give only the matcher's"};
   access.server_key = servers.front().public_key;
   if (!key_file.empty()) access.keys = wire::read_key_pair(key_file);
   return access;

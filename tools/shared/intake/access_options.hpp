@@ -1,4 +1,4 @@
-// --key, --allow, --server-key: the same words in every program that binds or connects.
+// --key, --allow, --server-key: the same options in every program that binds or connects.
 #pragma once
 
 #include "adapters/wire/access/keys.hpp"

@@ -20,34 +20,33 @@ std::string frames_text(IdRange ids) {
   return "frames " + std::to_string(ids.first) + " to " + std::to_string(ids.first + (ids.count - 1));
 }
 
-void FrameLog::note(const wire::WireResult& result) { note(result.status, result.session, {result.frame_id, 1}); }
+void FrameLog::log(const wire::WireResult& result) { log(result.status, result.session, {result.frame_id, 1}); }
 
-void FrameLog::note(wire::WireStatus status, std::uint64_t session, IdRange ids) {
-  note_session(status, session, ids.first);
+void FrameLog::log(wire::WireStatus status, std::uint64_t session, IdRange ids) {
+  log_session(status, session, ids.first);
   if (status == wire::WireStatus::end_of_stream) {
     spdlog::info("end of stream before frame {} of session {:016x}", ids.first, session);
   } else if (status != wire::WireStatus::ok) {
-    note_trouble(status, ids);
+    log_problem(status, ids);
   }
 }
 
-void FrameLog::note_trouble(wire::WireStatus status, IdRange ids) {
+void FrameLog::log_problem(wire::WireStatus status, IdRange ids) {
   LogLine& line = by_status_[static_cast<std::size_t>(status)];
   if (!line.may_speak(ids.count)) return;
   const std::string what = is_identified(status) ? frames_text(ids) : "a message";
   spdlog::warn("{}: {}: {}{}", what, wire::to_string(status), wire::explain(status), line.untold_text());
 }
 
-void FrameLog::note_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id) {
+void FrameLog::log_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id) {
   if (!is_identified(status) || session == session_) return;
   session_ = session;
-  if (senders_.may_speak()) spdlog::info("frame {}: from session {:016x}", id, session);
+  if (new_sessions_.may_speak()) spdlog::info("frame {}: from session {:016x}", id, session);
 }
 
-void FrameLog::note(const wire::WireState& state) {
-  for (const wire::WireSender& sender : state.senders) {
-    const auto known = std::find_if(known_.begin(), known_.end(),
-                                    [&](const wire::WireSender& k) { return k.session == sender.session; });
+void FrameLog::log(const std::vector<wire::WireSender>& senders) {
+  for (const wire::WireSender& sender : senders) {
+    const auto known = std::ranges::find(known_, sender.session, &wire::WireSender::session);
     const auto before = known == known_.end() ? wire::SenderCondition::active : known->condition;
     if (sender.condition == before) continue;
     if (sender.condition == wire::SenderCondition::silent)
@@ -56,7 +55,15 @@ void FrameLog::note(const wire::WireState& state) {
     else if (before == wire::SenderCondition::silent)
       spdlog::info("session {:016x} is back, next frame {}", sender.session, sender.next_id);
   }
-  known_ = state.senders;
+  known_ = senders;
+}
+
+void warn_of_unfinished(const std::vector<wire::WireSender>& senders) {
+  for (const wire::WireSender& sender : senders)
+    if (sender.condition != wire::SenderCondition::ended && sender.next_id > sender.first_id)
+      spdlog::warn(
+          "session {:016x} did not say goodbye: its captures are accounted for up to id {}; later ones are unknown",
+          sender.session, sender.next_id - 1);
 }
 
 }  // namespace lbea::tool

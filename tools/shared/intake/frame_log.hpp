@@ -1,4 +1,4 @@
-// What the operator reads while frames come in: one line per kind of trouble and second, however much there is.
+// The operator's log while frames arrive: at most one line per kind of problem and second.
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
@@ -12,21 +12,24 @@ namespace lbea::tool {
 
 class FrameLog {
  public:
-  /// A result about to be published.
-  void note(const wire::WireResult& result);
-  /// What became of these captures.
-  void note(wire::WireStatus status, std::uint64_t session, IdRange ids);
-  /// A state about to be published.
-  void note(const wire::WireState& state);
+  /// A published result.
+  void log(const wire::WireResult& result);
+  /// The status of these captures.
+  void log(wire::WireStatus status, std::uint64_t session, IdRange ids);
+  /// The latest list of senders.
+  void log(const std::vector<wire::WireSender>& senders);
 
  private:
-  void note_trouble(wire::WireStatus status, IdRange ids);
-  void note_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id);
+  void log_problem(wire::WireStatus status, IdRange ids);
+  void log_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id);
 
   std::array<LogLine, wire::wire_status_count> by_status_{};
-  LogLine senders_;
+  LogLine new_sessions_;
   std::uint64_t session_ = 0;
   std::vector<wire::WireSender> known_;
 };
+
+/// At the end of a run: logs a warning for each sender that did not say goodbye.
+void warn_of_unfinished(const std::vector<wire::WireSender>& senders);
 
 }  // namespace lbea::tool

@@ -1,4 +1,4 @@
-// What the pipeline shows of a run to who writes it down.
+// What the pipeline passes to observers of a run: recorder, preview, inference.
 #pragma once
 
 #include "adapters/wire/codec/codec.hpp"
@@ -10,18 +10,52 @@ class RunObserver {
  public:
   struct Counts {
     std::uint64_t recorded = 0;    // frames in the file
-    std::uint64_t unrecorded = 0;  // frames and results that should be there and are not
+    std::uint64_t unrecorded = 0;  // frames and results that are missing from the file
   };
   virtual ~RunObserver() = default;
-  /// Receiving thread. Every message as it came, whatever becomes of it; `message` is valid during the call.
+  /// Receiving thread. Every message as received, whatever its status; `message` is valid during the call.
   virtual void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept = 0;
-  /// Publishing thread. What was published, and the same in bytes.
+  /// Publishing thread. A published message, encoded and decoded.
   virtual void result(wire::Message message, const wire::WireResult& result) noexcept = 0;
   virtual void state(wire::Message message, const wire::WireState& state) noexcept = 0;
   /// Any thread.
-  [[nodiscard]] virtual Counts counts() const noexcept = 0;
-  /// Any thread. The file it writes, if it does.
+  [[nodiscard]] virtual Counts counts() const noexcept { return {}; }
+  /// Any thread. The state of the recording, if this observer records.
   [[nodiscard]] virtual std::optional<wire::WireRecording> recording() const noexcept { return {}; }
+};
+
+/// Several observers as one.
+class RunObservers final : public RunObserver {
+ public:
+  /// Call before the pipeline starts; null is ignored.
+  void add(RunObserver* observer) {
+    if (observer != nullptr) observers_.push_back(observer);
+  }
+  void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override {
+    for (RunObserver* observer : observers_) observer->frame(message, header, receive_ns);
+  }
+  void result(wire::Message message, const wire::WireResult& result) noexcept override {
+    for (RunObserver* observer : observers_) observer->result(message, result);
+  }
+  void state(wire::Message message, const wire::WireState& state) noexcept override {
+    for (RunObserver* observer : observers_) observer->state(message, state);
+  }
+  [[nodiscard]] Counts counts() const noexcept override {
+    Counts sum;
+    for (const RunObserver* observer : observers_) {
+      sum.recorded += observer->counts().recorded;
+      sum.unrecorded += observer->counts().unrecorded;
+    }
+    return sum;
+  }
+  [[nodiscard]] std::optional<wire::WireRecording> recording() const noexcept override {
+    for (const RunObserver* observer : observers_)
+      if (auto found = observer->recording()) return found;
+    return {};
+  }
+
+ private:
+  std::vector<RunObserver*> observers_;
 };
 
 }  // namespace lbea::tool

@@ -1,24 +1,71 @@
-// The seam between the pipeline and the matcher.
+// The matcher as the pipeline and the replay use it, and the result that is made from what it finds.
 #pragma once
+
+#include "adapters/wire/codec/messages.hpp"
 
 #include <lbea/lbea.hpp>
 #include <lbea/tracker.hpp>
 
+#include <optional>
 #include <string_view>
+#include <utility>
 
 namespace lbea::tool {
 
-/// What the pipeline asks of the matcher; tests put faults here.
+/// Interface between the pipeline and the matcher; tests replace the matcher here.
 class MatchEngine {
  public:
   virtual ~MatchEngine() = default;
   virtual MatchResult match(const Frame& frame) noexcept = 0;
-  /// What the test so far says, this frame included; null when nobody adds it up.
+  /// The state of the test including this frame; null without a tracker.
   virtual const TestState* track(const MatchResult&) noexcept { return nullptr; }
-  /// The next frame comes from a sender that was started anew.
+  /// The next frame is the first of another session.
   virtual void begin_test() noexcept {}
   [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
   [[nodiscard]] virtual double time_s(Sample sample) const noexcept = 0;
 };
+
+/// The engine of a baked model. Method::fit has a tracker.
+class ModelEngine final : public MatchEngine {
+ public:
+  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {})
+      : matcher_(model, config, views) {
+    if (config.method == Method::fit) tracker_.emplace(model, TrackerConfig{}, std::move(views));
+  }
+  MatchResult match(const Frame& frame) noexcept override { return matcher_.match(frame); }
+  const TestState* track(const MatchResult& result) noexcept override {
+    return tracker_ ? &tracker_->update(result) : nullptr;
+  }
+  void begin_test() noexcept override {
+    if (tracker_) tracker_->reset();
+  }
+  [[nodiscard]] std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
+    return matcher_.model().simulation_name(simulation);
+  }
+  [[nodiscard]] double time_s(Sample sample) const noexcept override;
+
+ private:
+  Matcher matcher_;
+  std::optional<Tracker> tracker_;
+};
+
+/// The model as the state message describes it.
+[[nodiscard]] wire::ModelSummary summarize(const Model& model, const std::string& file);
+
+/// A result without the matches' names. reserve() allocates; clear() and fill_outcome() do not.
+struct Outcome {
+  wire::WireResult result;     // without matches
+  std::vector<Match> matches;  // compose() adds their names
+};
+
+void reserve(Outcome& outcome, std::uint32_t max_matches);
+/// Resets all values and keeps the memory.
+void clear(Outcome& outcome) noexcept;
+/// Copies what the matcher found in one frame; `test` may be null.
+void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* test) noexcept;
+/// The complete result.
+void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into);
+/// Sets the verdict by the status when the matcher gave none.
+void complete_verdict(wire::WireResult& result) noexcept;
 
 }  // namespace lbea::tool

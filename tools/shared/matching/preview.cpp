@@ -6,7 +6,7 @@
 namespace lbea::tool {
 namespace {
 
-constexpr int clouds_held = 2;  // per subscriber; older ones interest nobody
+constexpr int clouds_held = 2;  // per subscriber; older ones are of no use
 
 Point transformed(const RigidTransform& T, const Point& p) noexcept {
   return {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
@@ -17,8 +17,8 @@ bool is_finite(const Point& p) noexcept { return std::isfinite(p.x) && std::isfi
 
 }  // namespace
 
-void thin(std::vector<Point>& points, std::uint32_t most, const RigidTransform& T_to_from) {
-  const std::size_t count = points.size(), wanted = std::min<std::size_t>(count, most);
+void thin(std::vector<Point>& points, std::uint32_t max_points, const RigidTransform& T_to_from) {
+  const std::size_t count = points.size(), wanted = std::min<std::size_t>(count, max_points);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < wanted; ++i) {
     const Point point = transformed(T_to_from, points[i * count / wanted]);
@@ -48,7 +48,7 @@ void Preview::frame(wire::Message message, const wire::FrameHeader& header, std:
   if (header.end_of_stream || header.cloud.empty() || now - last_ < config_.interval) return;
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock || has_waiting_ || message.size() > waiting_.capacity()) return;
-  // What exceeds the capacity has too many or very wide points; nothing is allocated for it.
+  // A message beyond the capacity has too many or very wide points; nothing is allocated for it.
   waiting_.assign(message.begin(), message.end());
   has_waiting_ = true;
   last_ = now;

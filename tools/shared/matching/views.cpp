@@ -51,14 +51,14 @@ SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
 }  // namespace
 
 bool suits(const RigidTransform& baked, const RigidTransform& wanted) noexcept {
-  constexpr double most_degrees = 5, most_distance = 30;  // length unit; where the same surface is hidden
+  constexpr double max_degrees = 5, max_distance = 30;  // length unit; the same surface is hidden up to here
   double trace = 0, squared = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) trace += double{baked[4 * i + k]} * double{wanted[4 * i + k]};
     squared += std::pow(double{baked[4 * i + 3]} - double{wanted[4 * i + 3]}, 2);
   }
   const double degrees = std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0)) * 57.29577951308232;
-  return degrees <= most_degrees && std::sqrt(squared) <= most_distance;
+  return degrees <= max_degrees && std::sqrt(squared) <= max_distance;
 }
 
 SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& sensor_json,
@@ -67,10 +67,11 @@ SensorViews views_for(const MatcherConfig& config, const Model& model, const std
   const SensorViews baked = SensorViews::baked_into(model);
   if (!baked.empty() && suits(baked.T_reference_sensor(), config.T_reference_sensor)) return baked;
   if (sensor_json.empty())
-    throw Error(Status::bad_config,
-                baked.empty()
-                    ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
-                    : "the model's depth images are for a rig elsewhere; give this one with --pose sensor.json");
+    throw Error(
+        Status::bad_config,
+        baked.empty()
+            ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
+            : "the model's depth images were rendered for another pose; give this rig's with --pose sensor.json");
   spdlog::info("the model holds no depth images for this pose: rendering {} samples", model.samples());
   return rendered(model, io::parse_sensor_json(sensor_json, name).sensor);
 }

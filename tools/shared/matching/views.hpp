@@ -1,4 +1,4 @@
-// The depth images that matching by fit needs: those of the model when they suit the rig, else rendered at the start.
+// The depth images for Method::fit: those of the model if they fit the rig's pose, otherwise rendered at the start.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -7,13 +7,13 @@
 
 namespace lbea::tool {
 
-/// Whether frames from `wanted` can be compared with images rendered for `baked`: the pose differs so little that both
-/// see the same surface.
+/// Whether frames from the pose `wanted` can be compared with images rendered for `baked`: the poses differ so little
+/// that both see the same surface.
 [[nodiscard]] bool suits(const RigidTransform& baked, const RigidTransform& wanted) noexcept;
 
 /// Empty unless the method is fit. `sensor_json`: the text of the rig's description, which may be empty when the
-/// model's own images suit; `name`: its file, for errors.
-/// Throws Error{bad_config | bad_input} when images are needed and cannot be rendered.
+/// model's own images are used; `name`: its file, for errors. Throws Error{bad_config | bad_input} when images are
+/// needed and cannot be rendered.
 [[nodiscard]] SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& sensor_json,
                                     const std::string& name);
 

@@ -1,0 +1,53 @@
+// Requests to the operating system, which may be denied, and checks of the machine before a test.
+#pragma once
+
+#include <lbea/lbea.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lbea::tool {
+
+/// Optional: the program also runs without them.
+struct PrivilegeRequest {
+  std::optional<unsigned> pin;  // processor for the matching thread
+  std::optional<int> realtime;  // its SCHED_FIFO priority, 1 to 99
+  bool lock_memory = false;  // present and future memory of the process, except parts of the model that no frame needs
+};
+
+struct Privilege {
+  std::string name;  // "pin", "realtime", "lock-memory"
+  bool granted = false;
+  std::string detail;  // what was granted; or why not, and how to allow it
+};
+
+/// For the calling thread, which becomes the matching thread.
+[[nodiscard]] std::vector<Privilege> request_for_thread(const PrivilegeRequest& request);
+/// For the process, after it has opened its model (if any) and before it allocates much.
+[[nodiscard]] std::vector<Privilege> request_for_process(const PrivilegeRequest& request, const Model* model,
+                                                         Method method);
+/// Raises the process's limit of open descriptors to the maximum, so that unknown connections do not use up those that
+/// peers need.
+void raise_descriptor_limit() noexcept;
+
+/// The result of one check.
+struct Finding {
+  enum class Level { ok, warning, failed };
+  std::string name;
+  Level level = Level::ok;
+  std::string text;
+};
+
+/// Whether the clock is synchronized, and fast to read.
+[[nodiscard]] std::vector<Finding> check_clock();
+/// Whether `needed` bytes of memory are free.
+[[nodiscard]] Finding check_memory(std::uint64_t needed);
+/// Makes each request in a temporary thread or in this process.
+[[nodiscard]] std::vector<Finding> check_privileges(const PrivilegeRequest& request, const Model* model, Method method);
+/// Writes a temporary file of `bytes` bytes in `folder`: rate, longest stall, and free space.
+[[nodiscard]] Finding check_disk(const std::filesystem::path& folder, std::uint64_t bytes);
+
+}  // namespace lbea::tool

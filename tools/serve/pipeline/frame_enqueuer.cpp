@@ -1,0 +1,83 @@
+#include "tools/serve/pipeline/frame_enqueuer.hpp"
+
+#include <algorithm>
+
+namespace lbea::tool {
+namespace {
+constexpr std::uint64_t max_announced = 1000;  // results for one gap; the rest is only counted
+}
+
+bool RateLimit::allows(Clock::time_point now) noexcept {
+  const double seconds = std::chrono::duration<double>(now - last_).count();
+  left_ = std::min(per_second_, left_ + std::max(0.0, seconds) * per_second_);
+  last_ = now;
+  if (left_ < 1) return false;
+  left_ -= 1;
+  return true;
+}
+
+void FrameEnqueuer::on_frame(const ReceivedFrame& frame) noexcept {
+  const bool is_end = frame.status == wire::WireStatus::end_of_stream;
+  if (frame.status != wire::WireStatus::ok && !is_end) {
+    reject(frame.status, frame);
+  } else if (is_end || frame.is_draining) {
+    enqueue(queues_.frames.wait_and_claim(), frame);
+  } else if (FrameSlot* slot = queues_.frames.claim()) {
+    enqueue(*slot, frame);
+  } else {
+    reject(wire::WireStatus::queue_full, frame);
+  }
+  // After the matcher has its copy, so that it does not wait for the observer's.
+  if (observer_ != nullptr) observer_->frame(frame.message, frame.decoder.header(), frame.receive_ns);
+}
+
+void FrameEnqueuer::on_absent(wire::WireStatus status, std::uint64_t session, IdRange ids,
+                              std::int64_t receive_ns) noexcept {
+  const std::uint64_t announced = std::min(ids.count, max_announced);
+  wire::FrameHeader header;
+  header.session = session;
+  for (header.id = ids.first; header.id - ids.first < announced; ++header.id)
+    push_rejection(status, header, receive_ns);
+  if (ids.count > announced) queues_.account.counters.count_unannounced(ids.count - announced);
+}
+
+void FrameEnqueuer::on_control(const wire::Control& control) noexcept {
+  if (control.kind != wire::ControlKind::heartbeat) queues_.request_state();
+}
+
+void FrameEnqueuer::enqueue(FrameSlot& slot, const ReceivedFrame& frame) noexcept {
+  slot.header = frame.decoder.header();
+  slot.header.frame_id = {};
+  slot.header.cloud = {};
+  frame.decoder.read_points(slot.points);
+  slot.receive_ns = frame.receive_ns;
+  slot.queued = RateLimit::Clock::now();
+  slot.decode_ns = since_ns(frame.begin);
+  queues_.frames.publish();
+}
+
+void FrameEnqueuer::reject(wire::WireStatus status, const ReceivedFrame& frame) noexcept {
+  const wire::FrameHeader& header = frame.decoder.header();
+  queues_.account.counters.count(status);
+  if (header.identified || unidentified_limit_.allows(RateLimit::Clock::now())) {
+    push_rejection(status, header, frame.receive_ns);
+  } else {
+    queues_.account.counters.count_unannounced();
+  }
+}
+
+void FrameEnqueuer::push_rejection(wire::WireStatus status, const wire::FrameHeader& header,
+                                   std::int64_t receive_ns) noexcept {
+  wire::WireResult* rejection = queues_.rejections.claim();
+  if (rejection == nullptr) return queues_.account.counters.count_unannounced();
+  *rejection = {};
+  rejection->session = header.session;
+  rejection->frame_id = header.id;
+  rejection->stamp_ns = header.stamp_ns;
+  rejection->points.received = header.points;
+  rejection->status = status;
+  rejection->receive_ns = receive_ns;
+  queues_.rejections.publish();
+}
+
+}  // namespace lbea::tool

@@ -1,0 +1,56 @@
+// Publishes the inferred field of every matched frame, hidden parts included, on its own socket and thread.
+#pragma once
+
+#include "tools/shared/intake/run_observer.hpp"
+
+#include <lbea/inference.hpp>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <string>
+#include <thread>
+
+namespace lbea::tool {
+
+/// The field's index in the model. Throws Error{bad_config} that lists the model's fields.
+[[nodiscard]] std::uint32_t find_field(const Model& model, const std::string& name);
+
+class InferencePublisher final : public RunObserver {
+ public:
+  /// Binds. Throws Error{endpoint_unavailable}.
+  InferencePublisher(wire::WireContext& context, const std::string& endpoint, const wire::ServerAccess& access,
+                     Model model, std::uint32_t field);
+  ~InferencePublisher() override;
+
+  void frame(wire::Message, const wire::FrameHeader&, std::int64_t) noexcept override {}
+  /// Copies the estimate and the candidates. Frames without an estimate are skipped. When the thread is too slow, the
+  /// oldest waiting frame is dropped, which shows as a gap in the sequence.
+  void result(wire::Message message, const wire::WireResult& result) noexcept override;
+  void state(wire::Message, const wire::WireState&) noexcept override {}
+  [[nodiscard]] const std::string& endpoint() const noexcept { return sink_.endpoint(); }
+
+ private:
+  struct Request {
+    std::uint64_t sequence = 0, session = 0, frame_id = 0;
+    std::int64_t stamp_ns = 0;
+    wire::WireFit fit;
+  };
+  void run() noexcept;
+  void publish(const Request& request);
+
+  Model model_;
+  std::uint32_t field_;
+  wire::ResultSink sink_;
+  wire::Encoder encoder_;  // from here on: this class's thread
+  Inferred inferred_;
+  wire::WireInference message_;
+  std::uint64_t requested_ = 0;  // pipeline's publishing thread
+  std::mutex mutex_;             // guards the members below
+  std::condition_variable wake_;
+  std::deque<Request> waiting_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace lbea::tool

@@ -1,0 +1,48 @@
+// Frames in, results out: a receiving, a matching and a publishing thread with bounded queues between them.
+// Every capture ends in exactly one status: matched, rejected or dropped (by reason), and in one result.
+#pragma once
+
+#include "tools/serve/pipeline/frame_enqueuer.hpp"
+#include "tools/serve/pipeline/frame_matcher.hpp"
+#include "tools/serve/pipeline/result_publisher.hpp"
+
+#include <array>
+#include <thread>
+
+namespace lbea::tool {
+
+class Pipeline {
+ public:
+  Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource frames, wire::ResultSink results);
+  ~Pipeline();
+  /// Stops receiving, takes in what has already arrived, matches all of it and publishes the last results.
+  void stop();
+  // Any thread:
+  [[nodiscard]] wire::Counters counters() const noexcept { return publisher_.counters(); }
+  [[nodiscard]] wire::PeerCounts frame_peers() const noexcept { return receiver_.peers(); }
+  [[nodiscard]] wire::PeerCounts result_peers() const noexcept { return publisher_.peers(); }
+  [[nodiscard]] std::vector<wire::PeerVisit> frame_visits() { return receiver_.visits(); }
+  [[nodiscard]] std::vector<wire::PeerVisit> result_visits() { return publisher_.visits(); }
+  [[nodiscard]] std::size_t queue_used() const noexcept { return queues_.frames.used(); }
+  [[nodiscard]] std::vector<wire::WireSender> senders() const { return queues_.account.senders.load(); }
+  [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return publisher_.match_times(); }
+  [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return publisher_.total_times(); }
+  /// The constant part of the state.
+  [[nodiscard]] const wire::WireState& description() const noexcept { return config_.description; }
+  /// Loop counts of receiver, matcher and publisher: each rises at least every 100 ms unless its thread hangs.
+  using Rounds = std::array<std::uint64_t, 3>;
+  [[nodiscard]] Rounds rounds() const noexcept { return {receiver_.rounds(), matcher_.rounds(), publisher_.rounds()}; }
+  /// The id of the frame that is being matched, or was matched last.
+  [[nodiscard]] std::uint64_t current_frame() const noexcept { return matcher_.current_frame(); }
+
+ private:
+  PipelineQueues queues_;
+  const PipelineConfig config_;
+  FrameEnqueuer enqueuer_;
+  FrameReceiver receiver_;
+  FrameMatcher matcher_;
+  ResultPublisher publisher_;
+  std::thread receiving_, matching_, publishing_;
+};
+
+}  // namespace lbea::tool

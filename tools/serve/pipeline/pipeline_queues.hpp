@@ -1,0 +1,67 @@
+// What the receiving, the matching and the publishing thread share: the configuration, the bounded queues between them,
+// and the account of the run.
+#pragma once
+
+#include "tools/shared/intake/channel.hpp"
+#include "tools/shared/intake/frame_receiver.hpp"
+#include "tools/shared/intake/run_observer.hpp"
+#include "tools/shared/matching/match_engine.hpp"
+
+#include <functional>
+#include <limits>
+
+namespace lbea::tool {
+
+struct PipelineConfig {
+  wire::WireLimits limits;
+  std::uint32_t queue_slots = 16;  // frames that may wait for the matcher; 1.5 MB each at 131,072 points
+  std::uint32_t max_matches = MatcherConfig{}.max_matches;
+  std::chrono::milliseconds state_interval{500};
+  std::chrono::milliseconds sender_timeout = IdTracker::default_sender_timeout;
+  double unidentified_results_per_second = 1000;  // results for messages without a readable id
+  wire::WireState description;                    // the constant part: version, method, model
+  std::function<void()> on_matching_thread;       // called there once before the first frame; may be empty
+  RunObserver* observer = nullptr;                // optional; must outlive the pipeline
+};
+
+struct FrameSlot {
+  wire::FrameHeader header;   // without frame_id and cloud, which refer to the message
+  std::vector<Point> points;  // max_points, of which header.points are filled
+  std::int64_t receive_ns = 0;
+  std::uint32_t decode_ns = 0;
+  std::chrono::steady_clock::time_point queued;
+};
+
+struct PipelineQueues {
+  /// Allocates all slots.
+  explicit PipelineQueues(const PipelineConfig& config)
+      : frames(config.queue_slots), outcomes(64, &publisher_bell), rejections(4096, &publisher_bell) {
+    for (FrameSlot& slot : frames.slots()) slot.points.resize(config.limits.max_points);
+    for (Outcome& outcome : outcomes.slots()) reserve(outcome, config.max_matches);
+  }
+  void request_state() noexcept {
+    state_requested = true;
+    publisher_bell.ring();
+  }
+
+  Doorbell publisher_bell;
+  Channel<FrameSlot> frames;             // receiver to matcher
+  Channel<Outcome> outcomes;             // matcher to publisher
+  Channel<wire::WireResult> rejections;  // receiver to publisher: rejected and dropped frames
+  SharedAccount account;
+  std::atomic<bool> state_requested{false};  // publish a state before its regular time
+};
+
+/// The longest time that a thread waits without looking at its queues.
+inline constexpr std::chrono::milliseconds max_idle{100};
+
+/// A duration as results carry it: ns in 32 bits, at most 4.29 s.
+[[nodiscard]] inline std::uint32_t short_ns(std::int64_t ns) noexcept {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(ns, 0, std::numeric_limits<std::uint32_t>::max()));
+}
+
+[[nodiscard]] inline std::uint32_t since_ns(std::chrono::steady_clock::time_point begin) noexcept {
+  return short_ns((std::chrono::steady_clock::now() - begin) / std::chrono::nanoseconds(1));
+}
+
+}  // namespace lbea::tool

@@ -1,0 +1,116 @@
+#include "tools/serve/pipeline/result_publisher.hpp"
+
+#include "adapters/mcap/wall_clock.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace lbea::tool {
+namespace {
+constexpr std::chrono::milliseconds min_state_interval{10};  // also when states are requested more often
+}
+
+void LatencyHistogram::add(std::uint64_t ns) noexcept {
+  std::size_t bucket = 0;
+  while (bucket < bounds_s.size() && static_cast<double>(ns) * 1e-9 > bounds_s[bucket]) ++bucket;
+  counts_[bucket].fetch_add(1, std::memory_order_relaxed);
+  sum_ns_.fetch_add(ns, std::memory_order_relaxed);
+}
+
+LatencyHistogram::Counts LatencyHistogram::counts() const noexcept {
+  Counts counts;
+  for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = counts_[i].load(std::memory_order_relaxed);
+  return counts;
+}
+
+ResultPublisher::ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink,
+                                 PipelineQueues& queues)
+    : config_(config), engine_(engine), sink_(std::move(sink)), queues_(queues), state_(config.description) {}
+
+void ResultPublisher::run() noexcept {
+  publish_state();
+  auto last_state = Clock::now();
+  auto next_state = last_state + config_.state_interval;
+  while (true) {
+    ++rounds_;
+    const bool is_closed = queues_.outcomes.closed();
+    const bool is_busy = publish_queued();
+    if (!is_busy && is_closed) break;
+    if (sink_.has_newcomer()) queues_.state_requested = true;
+    const auto now = Clock::now();
+    if (now >= next_state || (queues_.state_requested && now >= last_state + min_state_interval)) {
+      queues_.state_requested = false;
+      publish_state();
+      last_state = now;
+      next_state = now + config_.state_interval;
+    }
+    if (!is_busy) queues_.publisher_bell.wait_for(std::min(max_idle, config_.state_interval));
+  }
+  publish_state();
+}
+
+wire::Counters ResultPublisher::counters() const noexcept {
+  wire::Counters counters = queues_.account.counters.load();
+  if (config_.observer == nullptr) return counters;
+  const RunObserver::Counts counts = config_.observer->counts();
+  counters.recorded = counts.recorded;
+  counters.unrecorded = counts.unrecorded;
+  return counters;
+}
+
+bool ResultPublisher::publish_queued() noexcept {
+  const Outcome* outcome = queues_.outcomes.front();
+  // The rejections first: an end of stream follows all results of the frames before it.
+  const bool has_published = publish_rejections();
+  if (outcome == nullptr) return has_published;
+  compose(*outcome, engine_, result_);
+  send_result();
+  queues_.outcomes.release();
+  return true;
+}
+
+bool ResultPublisher::publish_rejections() noexcept {
+  const std::size_t queued = queues_.rejections.used();
+  for (std::size_t i = 0; i < queued; ++i) {
+    result_ = *queues_.rejections.front();
+    send_result();
+    queues_.rejections.release();
+  }
+  return queued > 0;
+}
+
+void ResultPublisher::send_result() noexcept {
+  complete_verdict(result_);
+  result_.counters = counters();
+  result_.model_checksum = config_.description.model.checksum;
+  result_.sequence = sequence_++;
+  result_.publish_ns = mcap::wall_clock_ns();
+  result_.elapsed_ns.total = short_ns(result_.publish_ns - result_.receive_ns);
+  if (wire::fate_of(result_.status) == wire::Fate::matched) add_times(result_.elapsed_ns);
+  const wire::Message message = encoder_.result(result_);
+  sink_.send(message);
+  if (config_.observer != nullptr) config_.observer->result(message, result_);
+  log_.log(result_);
+}
+
+void ResultPublisher::add_times(const wire::WireTimes& times) noexcept {
+  const StageTimes& stages = times.match;
+  match_times_.add(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching +
+                   stages.coverage + stages.fit);
+  total_times_.add(times.total);
+}
+
+void ResultPublisher::publish_state() noexcept {
+  state_.sequence = sequence_++;
+  state_.publish_ns = mcap::wall_clock_ns();
+  state_.queue_used = static_cast<std::uint32_t>(queues_.frames.used());
+  state_.senders = queues_.account.senders.load();
+  state_.counters = counters();  // after the senders, so that an ended sender's frames are included
+  if (config_.observer != nullptr) state_.recording = config_.observer->recording();
+  const wire::Message message = encoder_.state(state_);
+  sink_.send(message);
+  if (config_.observer != nullptr) config_.observer->state(message, state_);
+  log_.log(state_.senders);
+}
+
+}  // namespace lbea::tool

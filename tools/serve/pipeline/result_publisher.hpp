@@ -1,0 +1,68 @@
+// The publishing thread: publishes every outcome and rejection as a result, and the state at intervals.
+#pragma once
+
+#include "tools/serve/pipeline/pipeline_queues.hpp"
+#include "tools/shared/intake/frame_log.hpp"
+
+#include <array>
+#include <atomic>
+
+namespace lbea::tool {
+
+/// Durations counted between fixed bounds; written by one thread, read by any.
+class LatencyHistogram {
+ public:
+  /// Upper bounds in s; the last bucket has none.
+  static constexpr std::array<double, 13> bounds_s{5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3,
+                                                   1e-2, 2e-2, 5e-2, 0.1,  0.5,  1};
+  using Counts = std::array<std::uint64_t, bounds_s.size() + 1>;
+
+  void add(std::uint64_t ns) noexcept;
+  [[nodiscard]] Counts counts() const noexcept;
+  [[nodiscard]] double sum_s() const noexcept {
+    return static_cast<double>(sum_ns_.load(std::memory_order_relaxed)) * 1e-9;
+  }
+
+ private:
+  std::array<std::atomic<std::uint64_t>, bounds_s.size() + 1> counts_{};
+  std::atomic<std::uint64_t> sum_ns_{0};
+};
+
+class ResultPublisher {
+ public:
+  /// `config` must outlive the publisher.
+  ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink,
+                  PipelineQueues& queues);
+  /// Runs until the queue of outcomes is closed and everything is published.
+  void run() noexcept;
+  // Any thread:
+  /// The counters as a result published now would carry them.
+  [[nodiscard]] wire::Counters counters() const noexcept;
+  [[nodiscard]] wire::PeerCounts peers() const noexcept { return sink_.peers(); }
+  [[nodiscard]] std::vector<wire::PeerVisit> visits() { return sink_.visits(); }
+  [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
+  [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return total_times_; }
+  [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool publish_queued() noexcept;
+  bool publish_rejections() noexcept;
+  void send_result() noexcept;
+  void add_times(const wire::WireTimes& times) noexcept;
+  void publish_state() noexcept;
+
+  const PipelineConfig& config_;
+  const MatchEngine& engine_;
+  wire::ResultSink sink_;
+  PipelineQueues& queues_;
+  wire::Encoder encoder_;
+  FrameLog log_;
+  wire::WireResult result_;
+  wire::WireState state_;
+  std::uint64_t sequence_ = 0;
+  LatencyHistogram match_times_, total_times_;
+  std::atomic<std::uint64_t> rounds_{0};
+};
+
+}  // namespace lbea::tool

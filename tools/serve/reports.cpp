@@ -1,0 +1,196 @@
+#include "tools/serve/reports.hpp"
+
+#include "adapters/http/metrics.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+
+#include <unistd.h>
+
+namespace lbea::tool {
+namespace {
+
+std::string_view name_of(wire::Fate fate) {
+  switch (fate) {
+    case wire::Fate::matched:
+      return "matched";
+    case wire::Fate::rejected:
+      return "rejected";
+    case wire::Fate::dropped:
+      return "dropped";
+    case wire::Fate::not_a_capture:
+      break;
+  }
+  return "not_a_capture";
+}
+
+void write_frames(http::MetricsText& page, const wire::Counters& counters) {
+  page.metric("lbea_frames_captured_total", "counter", "Captures, by the senders' ids and control messages")
+      .value(counters.captured())
+      .metric("lbea_frames_received_total", "counter", "Frames that arrived, whatever their status")
+      .value(counters.received)
+      .metric("lbea_frames_total", "counter", "Captures by status; the sum is lbea_frames_captured_total");
+  for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
+    const auto status = static_cast<wire::WireStatus>(i);
+    if (wire::fate_of(status) == wire::Fate::not_a_capture) continue;
+    page.value(counters.of(status), http::MetricsText::label("fate", name_of(wire::fate_of(status))) + "," +
+                                        http::MetricsText::label("status", wire::to_string(status)));
+  }
+  page.metric("lbea_frames_on_the_way", "gauge", "Frames received and without a status yet")
+      .value(counters.on_the_way())
+      .metric("lbea_frames_reordered_total", "counter", "Frames that arrived after one with a higher id")
+      .value(counters.reordered)
+      .metric("lbea_results_unannounced_total", "counter",
+              "Refused, dropped or missed frames without a result of their own")
+      .value(counters.unannounced)
+      .metric("lbea_sender_sessions_total", "counter", "Sender sessions")
+      .value(counters.sessions)
+      .metric("lbea_senders_silent", "gauge", "Senders without a message for seconds and without a goodbye")
+      .value(counters.silent)
+      .metric("lbea_ends_of_stream_total", "counter", "Ends of stream that senders announced")
+      .value(counters.of(wire::WireStatus::end_of_stream))
+      .metric("lbea_recorded_frames_total", "counter", "Frames in the recording's file")
+      .value(counters.recorded)
+      .metric("lbea_unrecorded_total", "counter", "Frames and results missing from the recording")
+      .value(counters.unrecorded);
+}
+
+void write_peers(http::MetricsText& page, const Pipeline& pipeline) {
+  const wire::PeerCounts frames = pipeline.frame_peers(), results = pipeline.result_peers();
+  const std::string at_frames = http::MetricsText::label("endpoint", "frames"),
+                    at_results = http::MetricsText::label("endpoint", "results");
+  const auto both = [&](std::uint64_t wire::PeerCounts::*count, const std::string& more = {}) {
+    page.value(frames.*count, at_frames + more).value(results.*count, at_results + more);
+  };
+  page.metric("lbea_connections", "gauge", "Open connections, including unknown ones");
+  both(&wire::PeerCounts::connections);
+  page.metric("lbea_peers", "gauge", "Connections that are admitted");
+  both(&wire::PeerCounts::peers);
+  page.metric("lbea_peers_admitted_total", "counter", "Connections that were ever admitted");
+  both(&wire::PeerCounts::admitted);
+  page.metric("lbea_peers_refused_total", "counter", "Connections that were refused");
+  both(&wire::PeerCounts::unknown, "," + http::MetricsText::label("reason", "unknown"));
+  both(&wire::PeerCounts::excess, "," + http::MetricsText::label("reason", "excess"));
+  both(&wire::PeerCounts::malformed, "," + http::MetricsText::label("reason", "malformed"));
+}
+
+void write_pipeline(http::MetricsText& page, const Pipeline& pipeline) {
+  const wire::WireState& about = pipeline.description();
+  page.metric("lbea_build_info", "gauge", "This program")
+      .value(std::uint64_t{1}, http::MetricsText::label("version", about.version))
+      .metric("lbea_model_info", "gauge", "The model")
+      .value(std::uint64_t{1}, http::MetricsText::label("file", about.model.file) + "," +
+                                   http::MetricsText::label("checksum", std::to_string(about.model.checksum)) + "," +
+                                   http::MetricsText::label("method", about.method))
+      .metric("lbea_start_time_seconds", "gauge", "Time of readiness, in s since 1970")
+      .value(static_cast<double>(about.start_ns) * 1e-9)
+      .metric("lbea_queue_slots", "gauge", "Frames that may wait for the matcher")
+      .value(std::uint64_t{about.queue_slots})
+      .metric("lbea_queue_used", "gauge", "Frames that wait for the matcher")
+      .value(std::uint64_t{pipeline.queue_used()});
+  const LatencyHistogram& match = pipeline.match_times();
+  page.histogram("lbea_match_seconds", "Time in the matcher", LatencyHistogram::bounds_s, match.counts(),
+                 match.sum_s());
+  const LatencyHistogram& total = pipeline.total_times();
+  page.histogram("lbea_frame_seconds", "From receiving a frame to publishing its result", LatencyHistogram::bounds_s,
+                 total.counts(), total.sum_s());
+}
+
+void write_process(http::MetricsText& page) {
+  std::uint64_t pages = 0, resident = 0, descriptors = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  std::error_code ignored;
+  for (auto entry = std::filesystem::directory_iterator("/proc/self/fd", ignored);
+       entry != std::filesystem::directory_iterator(); entry.increment(ignored))
+    ++descriptors;
+  page.metric("process_resident_memory_bytes", "gauge", "Memory in use")
+      .value(resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)))
+      .metric("process_open_fds", "gauge", "Open descriptors")
+      .value(descriptors);
+}
+
+template <class Visit>
+void for_each_status(wire::Fate fate, Visit visit) {
+  for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
+    if (const auto status = static_cast<wire::WireStatus>(i); wire::fate_of(status) == fate) visit(status);
+  }
+}
+
+std::string reasons(const wire::Counters& counters, wire::Fate fate) {
+  std::string text;
+  for_each_status(fate, [&](wire::WireStatus status) {
+    if (counters.of(status) == 0) return;
+    text +=
+        (text.empty() ? " (" : ", ") + std::string(wire::to_string(status)) + " " + std::to_string(counters.of(status));
+  });
+  return std::to_string(counters.sum(fate)) + text + (text.empty() ? "" : ")");
+}
+
+std::string silence(const wire::Counters& counters) {
+  if (counters.silent == 0) return {};
+  return " (" + std::to_string(counters.silent) + " gone without goodbye: their withheld captures are unknown)";
+}
+
+std::string recording_text(const wire::Counters& counters) {
+  if (counters.recorded == 0 && counters.unrecorded == 0) return {};
+  return "; recorded " + std::to_string(counters.recorded) + ", NOT recorded " + std::to_string(counters.unrecorded);
+}
+
+nlohmann::ordered_json by_reason(const wire::Counters& counters, wire::Fate fate) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for_each_status(fate,
+                  [&](wire::WireStatus status) { json[std::string(wire::to_string(status))] = counters.of(status); });
+  return json;
+}
+
+}  // namespace
+
+std::string tally_line(const wire::Counters& counters) {
+  return "captured " + std::to_string(counters.captured()) + (counters.adds_up() ? " = " : " IS NOT ") + "matched " +
+         reasons(counters, wire::Fate::matched) + " + rejected " + reasons(counters, wire::Fate::rejected) +
+         " + dropped " + reasons(counters, wire::Fate::dropped) + "; received " + std::to_string(counters.received) +
+         ", reordered " + std::to_string(counters.reordered) + ", sessions " + std::to_string(counters.sessions) +
+         silence(counters) + recording_text(counters);
+}
+
+std::string tally_json(const wire::Counters& counters) {
+  // Not a null value that becomes an object: its destructor fails when memory is exhausted.
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  json["captured"] = counters.captured();
+  json["received"] = counters.received;
+  json["matched"] = counters.sum(wire::Fate::matched);
+  json["rejected"] = counters.sum(wire::Fate::rejected);
+  json["dropped"] = counters.sum(wire::Fate::dropped);
+  json["matched_by_status"] = by_reason(counters, wire::Fate::matched);
+  json["rejected_by_reason"] = by_reason(counters, wire::Fate::rejected);
+  json["dropped_by_reason"] = by_reason(counters, wire::Fate::dropped);
+  json["missed"] = counters.missed;
+  json["duplicates"] = counters.duplicates;
+  json["reordered"] = counters.reordered;
+  json["sessions"] = counters.sessions;
+  json["silent"] = counters.silent;
+  json["ends_of_stream"] = counters.of(wire::WireStatus::end_of_stream);
+  json["unannounced"] = counters.unannounced;
+  json["recorded"] = counters.recorded;
+  json["unrecorded"] = counters.unrecorded;
+  json["adds_up"] = counters.adds_up();
+  return json.dump();
+}
+
+bool is_complete(const wire::Counters& counters) {
+  return counters.adds_up() && counters.sum(wire::Fate::dropped) == 0 && counters.silent == 0 &&
+         counters.unrecorded == 0;
+}
+
+std::string metrics_page(const Pipeline& pipeline) {
+  http::MetricsText page;
+  write_frames(page, pipeline.counters());
+  write_peers(page, pipeline);
+  write_pipeline(page, pipeline);
+  write_process(page);
+  return page.text();
+}
+
+}  // namespace lbea::tool

@@ -1,0 +1,111 @@
+// Bounded queues between threads. Nothing blocks or allocates after construction, except the calls that wait.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace lbea::tool {
+
+/// Wakes one waiting thread; several channels to that thread may share it.
+class Doorbell {
+ public:
+  void ring() {
+    {
+      const std::lock_guard lock(mutex_);
+      ++rings_;
+    }
+    changed_.notify_one();
+  }
+  /// Returns after `timeout`, or as soon as ring() was called since the waiting thread's last wait_for().
+  void wait_for(std::chrono::nanoseconds timeout) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, timeout, [&] { return rings_ != seen_; });
+    seen_ = rings_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t rings_ = 0, seen_ = 0;
+};
+
+/// A queue from exactly one producer thread to exactly one consumer thread. Slots keep their place and are filled and
+/// read in place, so that the memory they hold (a cloud's points) is allocated once.
+template <class T>
+class Channel {
+ public:
+  /// `bell`: rung by publish() and close(); null: one of its own.
+  explicit Channel(std::size_t slots, Doorbell* bell = nullptr)
+      : slots_(slots), bell_(bell != nullptr ? *bell : own_bell_) {}
+  Channel(const Channel&) = delete;
+  Channel& operator=(const Channel&) = delete;
+
+  [[nodiscard]] std::size_t capacity() const noexcept { return slots_.size(); }
+  /// Slots published and not yet released; exact only for the two threads themselves.
+  [[nodiscard]] std::size_t used() const noexcept {
+    const std::size_t released = released_.load(std::memory_order_acquire);  // first: it never exceeds published_
+    return std::min(published_.load(std::memory_order_acquire) - released, slots_.size());
+  }
+  /// All slots, to allocate what they hold before the threads start.
+  [[nodiscard]] std::vector<T>& slots() noexcept { return slots_; }
+
+  /// Producer: the next free slot to fill, or null when all are taken. The consumer sees it after publish().
+  [[nodiscard]] T* claim() noexcept {
+    const std::size_t next = published_.load(std::memory_order_relaxed);
+    if (next - released_.load(std::memory_order_acquire) == slots_.size()) return nullptr;
+    return &slots_[next % slots_.size()];
+  }
+  /// Producer: the same, waiting for a free slot.
+  [[nodiscard]] T& wait_and_claim() noexcept {
+    constexpr std::chrono::microseconds poll_interval{100};
+    T* slot = claim();
+    for (; slot == nullptr; slot = claim()) std::this_thread::sleep_for(poll_interval);
+    return *slot;
+  }
+  void publish() noexcept {
+    published_.fetch_add(1, std::memory_order_release);
+    bell_.ring();
+  }
+  /// Producer: whether there was a free slot for `value`.
+  bool push(const T& value) noexcept {
+    T* slot = claim();
+    if (slot == nullptr) return false;
+    *slot = value;
+    publish();
+    return true;
+  }
+  /// Producer: everything is published. Whoever reads closed() before it finds the queue empty has seen all slots.
+  void close() noexcept {
+    closed_ = true;
+    bell_.ring();
+  }
+  [[nodiscard]] bool closed() const noexcept { return closed_; }
+
+  /// Consumer: the oldest published slot, or null when there is none. It stays valid until release().
+  [[nodiscard]] T* front() noexcept {
+    const std::size_t next = released_.load(std::memory_order_relaxed);
+    if (next == published_.load(std::memory_order_acquire)) return nullptr;
+    return &slots_[next % slots_.size()];
+  }
+  void release() noexcept { released_.fetch_add(1, std::memory_order_release); }
+  /// Consumer: waits until something is published, the channel is closed, or `timeout` has passed.
+  void wait_for(std::chrono::nanoseconds timeout) noexcept { bell_.wait_for(timeout); }
+
+ private:
+  static constexpr std::size_t cache_line = 64;  // the two threads write to different cache lines
+  std::vector<T> slots_;
+  Doorbell own_bell_;
+  Doorbell& bell_;
+  std::atomic<bool> closed_{false};
+  alignas(cache_line) std::atomic<std::size_t> published_{0};
+  alignas(cache_line) std::atomic<std::size_t> released_{0};
+};
+
+}  // namespace lbea::tool

@@ -1,0 +1,68 @@
+// A sender's control dialog with the matcher: hello before the first frame, goodbye after the last one, and the
+// matcher's receipt of what arrived. The matcher answers on its results socket.
+#pragma once
+
+#include "adapters/wire/sockets/streams.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace lbea::tool {
+
+class Handshake {
+ public:
+  Handshake(wire::FrameSink& frames, wire::ResultSource results, std::uint64_t session)
+      : frames_(frames), results_(std::move(results)), session_(session) {}
+
+  /// Sends hello until the matcher's state lists this session; from then on every id is accounted for. Nothing when
+  /// `stop` returns true before.
+  [[nodiscard]] std::optional<wire::WireState> begin(const std::function<bool()>& stop);
+  /// Sends goodbye until the matcher has accounted for all ids below `next_id`, of which the last `withheld` could not
+  /// be sent, and returns the matcher's entry for this session; nothing when that does not happen within `timeout`.
+  [[nodiscard]] std::optional<wire::WireSender> end(std::uint64_t next_id, std::uint64_t withheld,
+                                                    std::chrono::milliseconds timeout);
+  /// The matcher's latest state that was read.
+  [[nodiscard]] const wire::WireState& state() const noexcept { return state_; }
+
+ private:
+  [[nodiscard]] const wire::WireSender* own_entry(std::chrono::milliseconds timeout);
+
+  wire::FrameSink& frames_;
+  wire::ResultSource results_;
+  std::uint64_t session_;
+  wire::WireState state_;
+};
+
+/// What the matcher reports about the frames that were sent to it.
+struct Receipt {
+  bool is_whole = true;  // the matcher answered for each session
+  std::uint64_t received = 0, missed = 0, withheld = 0;
+  std::uint64_t dropped = 0;  // by the matcher because its queue was full, in the same time, from any sender
+};
+
+/// Sums the receipts of one or more sessions.
+class Receipts {
+ public:
+  /// `before`: the matcher's state before the first frame.
+  explicit Receipts(wire::WireState before) : before_(std::move(before)) {}
+  /// Ends a session and adds what the matcher reports of it; waits at most 5 s.
+  void collect(Handshake& handshake, std::uint64_t session, std::uint64_t next_id);
+  /// Whether the matcher had received frames of that session before.
+  [[nodiscard]] bool knew(std::uint64_t session) const { return before(session).received > 0; }
+  [[nodiscard]] const Receipt& sum() const noexcept { return sum_; }
+
+ private:
+  [[nodiscard]] wire::WireSender before(std::uint64_t session) const;
+  wire::WireState before_;
+  Receipt sum_;
+};
+
+/// To be appended to a sender's own tally.
+[[nodiscard]] std::string receipt_text(const Receipt& receipt);
+[[nodiscard]] nlohmann::ordered_json receipt_json(const Receipt& receipt);
+
+}  // namespace lbea::tool

@@ -1,0 +1,153 @@
+#include "tools/shared/matching/match_engine.hpp"
+
+#include <algorithm>
+
+namespace lbea::tool {
+namespace {
+
+constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
+
+wire::WireStatus to_wire(Status status) noexcept {
+  switch (status) {
+    case Status::ok:
+      return wire::WireStatus::ok;
+    case Status::low_coverage:
+      return wire::WireStatus::low_coverage;
+    case Status::too_many_points:
+      return wire::WireStatus::too_many_points;
+    default:
+      return wire::WireStatus::empty_frame;  // match() returns no other status
+  }
+}
+
+wire::WireVerdict verdict_of(wire::WireStatus status) noexcept {
+  if (status == wire::WireStatus::ok) return wire::WireVerdict::matched;
+  if (status == wire::WireStatus::low_coverage) return wire::WireVerdict::low_coverage;
+  return wire::fate_of(status) == wire::Fate::rejected ? wire::WireVerdict::refused : wire::WireVerdict::unknown;
+}
+
+wire::WireVerdict to_wire(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::matched:
+      return wire::WireVerdict::matched;
+    case Verdict::ambiguous:
+      return wire::WireVerdict::ambiguous;
+    case Verdict::no_simulation_fits:
+      return wire::WireVerdict::no_simulation_fits;
+    case Verdict::unknown:
+      break;
+  }
+  return wire::WireVerdict::unknown;
+}
+
+// The likeliest simulations, best first, in reserved memory.
+void rank(std::span<const float> probabilities, std::vector<wire::SimulationChance>& chances) noexcept {
+  chances.clear();
+  for (std::uint32_t i = 0; i < probabilities.size(); ++i) {
+    const auto place = std::ranges::find_if(
+        chances, [&](const wire::SimulationChance& c) { return c.probability < probabilities[i]; });
+    if (chances.size() == max_chances) {
+      if (place == chances.end()) continue;
+      std::copy_backward(place, chances.end() - 1, chances.end());
+      *place = {i, probabilities[i]};
+    } else {
+      chances.insert(place, {i, probabilities[i]});
+    }
+  }
+}
+
+void fill(wire::WireFit& fit, const SurfaceFit& from) noexcept {
+  if (from.candidates.empty()) return;
+  fit.residual = from.residual;
+  fit.estimate_residual = from.estimate_residual;
+  fit.misfit = from.misfit;
+  fit.spread = from.spread;
+  fit.candidates.assign(from.candidates.begin(), from.candidates.end());
+  fit.estimate.assign(from.estimate.begin(), from.estimate.end());
+}
+
+void fill(wire::WireTestState& test, const TestState& from) noexcept {
+  if (from.frames == 0) return;
+  test.frames = from.frames;
+  test.simulation = from.simulation;
+  test.sample = from.sample;
+  test.sample_probability = from.sample_probability;
+  test.misfit = from.misfit;
+  test.verdict = to_wire(from.verdict);
+  rank(from.simulation_probabilities, test.simulations);
+  test.branches.assign(from.branch_probabilities.begin(), from.branch_probabilities.end());
+}
+
+/// The same vector, empty, with its memory.
+template <class T>
+std::vector<T> emptied(std::vector<T>& vector) noexcept {
+  vector.clear();
+  return std::move(vector);
+}
+
+}  // namespace
+
+double ModelEngine::time_s(Sample sample) const noexcept {
+  const Model& model = matcher_.model();
+  const std::uint32_t index = model.sample_index(sample);
+  return index < model.samples() ? model.sample_time_s(index) : 0;
+}
+
+wire::ModelSummary summarize(const Model& model, const std::string& file) {
+  wire::ModelSummary summary{file,
+                             model.checksum(),
+                             model.vertices(),
+                             model.modes(),
+                             model.samples(),
+                             model.references(),
+                             std::string(model.length_unit()),
+                             {}};
+  for (std::uint32_t i = 0; i < model.simulations(); ++i) summary.simulations.emplace_back(model.simulation_name(i));
+  return summary;
+}
+
+void reserve(Outcome& outcome, std::uint32_t max_matches) {
+  outcome.matches.reserve(max_matches);
+  outcome.result.fit.candidates.reserve(max_candidates);
+  outcome.result.fit.estimate.reserve(max_candidates);
+  outcome.result.test.simulations.reserve(max_chances);
+  outcome.result.test.branches.reserve(max_branches);
+}
+
+void clear(Outcome& outcome) noexcept {
+  outcome.matches.clear();
+  wire::WireResult& result = outcome.result;
+  wire::WireResult fresh;
+  fresh.fit.candidates = emptied(result.fit.candidates);
+  fresh.fit.estimate = emptied(result.fit.estimate);
+  fresh.test.simulations = emptied(result.test.simulations);
+  fresh.test.branches = emptied(result.test.branches);
+  result = std::move(fresh);
+}
+
+void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* test) noexcept {
+  wire::WireResult& result = outcome.result;
+  result.status = to_wire(match.status);
+  result.reference = match.reference;
+  result.coverage = match.coverage;
+  result.points = match.points;
+  result.elapsed_ns.match = match.elapsed_ns;
+  result.leading_coordinates = match.leading_coordinates;
+  result.verdict = to_wire(match.verdict);
+  outcome.matches.assign(match.matches.begin(), match.matches.end());
+  fill(result.fit, match.fit);
+  if (test != nullptr) fill(result.test, *test);
+}
+
+void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {
+  into = outcome.result;
+  for (const Match& match : outcome.matches)
+    into.matches.push_back({match.sample, std::string(engine.simulation_name(match.sample.simulation)),
+                            engine.time_s(match.sample), match.distance});
+}
+
+void complete_verdict(wire::WireResult& result) noexcept {
+  if (result.verdict == wire::WireVerdict::unknown) result.verdict = verdict_of(result.status);
+}
+
+}  // namespace lbea::tool
