@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t key_characters = 40;
 constexpr std::size_t key_bytes = 32;
-constexpr std::size_t largest_file = 1 << 20;
+constexpr std::size_t max_file_bytes = 1 << 20;
 constexpr const char* secret_kind = "lbea-secret-key";
 constexpr const char* public_kind = "lbea-public-key";
 
@@ -41,7 +41,7 @@ struct OpenFile {
   }
 };
 
-/// Whoever may change a public key decides who may connect.
+/// Write permission on a public key file decides who may connect.
 void check_rights(const std::filesystem::path& file, const struct stat& found, bool is_secret) {
   if (is_secret && (found.st_mode & 077) != 0)
     refuse(file, "others may read or change this secret key; make it yours alone: chmod 600 " + file.string());
@@ -57,7 +57,7 @@ std::string read_text(const std::filesystem::path& file, bool is_secret) {
   if (open.descriptor < 0 || ::fstat(open.descriptor, &found) != 0)
     throw Error{Status::file_not_found, file.string() + ": cannot read this key file (" + std::strerror(errno) +
                                             "); check its path, or make one with lbea-keygen"};
-  if (!S_ISREG(found.st_mode) || found.st_size < 0 || static_cast<std::size_t>(found.st_size) > largest_file)
+  if (!S_ISREG(found.st_mode) || found.st_size < 0 || static_cast<std::size_t>(found.st_size) > max_file_bytes)
     refuse(file, "is not a key file; make one with lbea-keygen");
   std::string text(static_cast<std::size_t>(found.st_size), '\0');
   const ssize_t got = ::read(open.descriptor, text.data(), text.size());

@@ -1,7 +1,7 @@
-// Who may speak to whom: CURVE keys and the files that hold them. Set-up only: everything here throws Error.
+// CURVE keys, their files, and access settings. Set-up only: the functions throw Error.
 //
-// A key file has lines of three words, KIND KEY NAME, where KIND is lbea-secret-key or lbea-public-key, KEY 40
-// characters of Z85 and NAME what logs call the owner. Empty lines and those that begin with # are skipped.
+// A key file has lines of three words, KIND KEY NAME: KIND is lbea-secret-key or lbea-public-key, KEY has 40 characters
+// of Z85, and NAME is the owner's name in logs. Empty lines and lines that begin with # are skipped.
 #pragma once
 
 #include <cstdint>
@@ -20,29 +20,29 @@ struct AllowedPeer {
   std::string public_key, name;
 };
 
-/// Who may connect to a socket that is bound. Without keys: anyone who reaches it, and only this machine may.
+/// The peers that may connect to a bound socket. Without keys: all processes of this machine.
 struct ServerAccess {
   std::optional<CurveKeyPair> keys;
-  std::vector<AllowedPeer> allowed;  // with keys: nobody else
-  std::uint32_t max_peers = 16;      // connections at a time; more are turned away
+  std::vector<AllowedPeer> allowed;  // with keys: only these
+  std::uint32_t max_peers = 16;      // maximum connections at a time
 };
 
-/// What a client needs to connect to a server with keys.
+/// The keys for a connection to a server.
 struct ClientAccess {
-  std::string server_key;            // public; empty: a server without keys
-  std::optional<CurveKeyPair> keys;  // the client's own, which the server must allow
+  std::string server_key;            // public key; empty: a server without keys
+  std::optional<CurveKeyPair> keys;  // the client's own keys, which the server must allow
 };
 
 [[nodiscard]] CurveKeyPair generate_key_pair();
-/// Writes `base`.key (both keys, readable by its owner alone) and `base`.pub (the public one), named `name`.
-/// Throws Error{write_failed} when one of them exists.
+/// Writes `base`.key (both keys, readable only by its owner) and `base`.pub (the public key), with the name `name`.
+/// Throws Error{write_failed} when one of the files exists.
 void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys, const std::string& name);
-/// Throws Error{bad_config} when others than the owner may read the file, or the keys do not belong together.
+/// Throws Error{bad_config} when users other than the owner may read the file, or when the keys do not match.
 [[nodiscard]] CurveKeyPair read_key_pair(const std::filesystem::path& file);
-/// The public keys of a file, at least one. Throws Error{bad_config} when anybody may change the file.
+/// The public keys of a file, at least one. Throws Error{bad_config} when all users may change the file.
 [[nodiscard]] std::vector<AllowedPeer> read_public_keys(const std::filesystem::path& file);
 
-/// Throws Error{bad_config} for keys without anyone allowed, which ZeroMQ would take for "anyone", and the reverse.
+/// Throws Error{bad_config} for keys without an allow-list, which ZeroMQ treats as "allow all", and for the reverse.
 void check_access(const ServerAccess& access);
 
 }  // namespace lbea::wire

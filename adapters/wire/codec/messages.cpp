@@ -13,32 +13,27 @@ constexpr std::array<StatusText, wire_status_count> status_texts{{
     {"ok", Fate::matched, "matched"},
     {"low_coverage", Fate::matched, "matched, but too little of the surface was seen to trust it"},
     {"empty_frame", Fate::rejected,
-     "no finite point inside the ensemble's envelope; check the sensor's pose and what it looks at"},
-    {"too_many_points", Fate::rejected,
-     "more points than the matcher was started for; raise --max-points or thin the cloud"},
-    {"message_too_large", Fate::rejected, "more bytes than a frame of the allowed size can have"},
+     "no finite point inside the ensemble's envelope; check the sensor's pose and its field of view"},
+    {"too_many_points", Fate::rejected, "more points than --max-points of the matcher; raise it or thin the cloud"},
+    {"message_too_large", Fate::rejected, "more bytes than the largest allowed frame"},
     {"wrong_kind", Fate::rejected,
-     "the message is not of the kind that belongs on this socket (its file identifier says so); check what "
-     "the sender is connected to"},
+     "the message's file identifier is not one for this socket; check what the sender is connected to"},
     {"damaged", Fate::rejected,
-     "the message is cut short, its offsets lead outside it, or its id is 2^32 or more beyond the last one"},
-    {"bad_cloud", Fate::rejected, "the frame holds no intact foxglove.PointCloud"},
-    {"bad_layout", Fate::rejected,
-     "the cloud's point_stride does not divide its data or a field reaches beyond the stride"},
+     "the message is truncated, an offset points outside it, or its id is 2^32 or more beyond the last one"},
+    {"bad_cloud", Fate::rejected, "the frame holds no valid foxglove.PointCloud"},
+    {"bad_layout", Fate::rejected, "the cloud's point_stride does not divide its data or a field exceeds the stride"},
     {"bad_fields", Fate::rejected, "the cloud needs exactly one float32 field for each of x, y and z"},
     {"bad_stamp", Fate::rejected, "the stamp is before 1970, after 2106, or has 1,000,000,000 ns or more"},
-    {"unsupported_pose", Fate::rejected,
-     "the cloud carries a pose of its own; send points in sensor coordinates, without one"},
-    {"queue_full", Fate::dropped,
-     "the matcher was busy with earlier frames and no slot was free; raise --queue or send fewer frames"},
-    {"end_of_stream", Fate::not_a_capture, "the sender says that the test is over"},
+    {"unsupported_pose", Fate::rejected, "the cloud has a pose; send points in sensor coordinates, without one"},
+    {"queue_full", Fate::dropped, "the queue was full of earlier frames; raise --queue or send fewer frames"},
+    {"end_of_stream", Fate::not_a_capture, "the sender marked the end of the test"},
     {"missed", Fate::dropped,
-     "later ids came, this one did not: the connection broke, or the message was over the size limit"},
-    {"withheld", Fate::dropped, "the sender captured it and found no room to send it; send fewer frames"},
-    {"duplicate", Fate::rejected, "a frame with this id came before; give every capture an id of its own"},
+     "later ids arrived, this one did not: the connection broke, or the message was over the size limit"},
+    {"withheld", Fate::dropped, "the sender captured it and had no room to send it; send fewer frames"},
+    {"duplicate", Fate::rejected, "a frame with this id arrived before; give every capture its own id"},
 }};
 
-constexpr StatusText unknown_text{"unknown_status", Fate::not_a_capture, "not a status this version knows"};
+constexpr StatusText unknown_text{"unknown_status", Fate::not_a_capture, "a status that this version does not know"};
 
 const StatusText& text_of(WireStatus status) noexcept {
   const auto index = static_cast<std::size_t>(status);

@@ -1,4 +1,4 @@
-// What travels on the wire, as plain structs: no FlatBuffers or ZeroMQ type leaves this folder.
+// The messages of the wire as plain structs, without types of FlatBuffers or ZeroMQ.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -14,7 +14,7 @@
 
 namespace lbea::wire {
 
-/// What may become of a message; the names and numbers of schema/counters.fbs.
+/// The status of a message; names and numbers are those of schema/counters.fbs.
 enum class WireStatus : std::uint8_t {
   ok = 0,
   low_coverage,
@@ -31,7 +31,7 @@ enum class WireStatus : std::uint8_t {
   unsupported_pose,
   // dropped
   queue_full,
-  // no frame at all
+  // not a frame
   end_of_stream,
   // dropped: captures of which no frame arrived
   missed,
@@ -42,7 +42,7 @@ enum class WireStatus : std::uint8_t {
 inline constexpr std::size_t wire_status_count = 17;
 /// Stable lower-case name, e.g. "bad_layout"; "unknown_status" for a value that is none of the above.
 [[nodiscard]] std::string_view to_string(WireStatus status) noexcept;
-/// What is wrong and what to do, e.g. for a log line.
+/// What is wrong and what to do, for a log line.
 [[nodiscard]] std::string_view explain(WireStatus status) noexcept;
 
 enum class Fate : std::uint8_t { matched, rejected, dropped, not_a_capture };
@@ -54,41 +54,42 @@ enum class WireVerdict : std::uint8_t { unknown = 0, matched, low_coverage, refu
 /// Frames held per peer and side of a connection; at 62,000 points 12 MB.
 inline constexpr std::uint32_t default_queued_messages = 16;
 
-/// What a peer may send before it is refused.
+/// Limits for received messages.
 struct WireLimits {
   std::uint32_t queued_messages = default_queued_messages;
   std::uint32_t max_points = MatcherConfig{}.max_points;
-  /// Room for frames with far too many points, 20 million, so that they are counted and refused in words.
+  /// Frames with far too many points, up to 20 million, still arrive, so that they are counted and rejected with a
+  /// reason.
   std::size_t least_message_bytes = std::size_t{1} << 28;
-  /// Larger messages never leave the socket layer: the sender is disconnected. Leaves room for wide points.
+  /// The socket layer discards larger messages and disconnects their sender. Allows points of 64 bytes.
   [[nodiscard]] std::size_t max_message_bytes() const noexcept {
     const std::size_t wide_points = std::size_t{max_points} * 64 + 65'536;
     return wide_points > least_message_bytes ? wide_points : least_message_bytes;
   }
 };
 
-/// How many frames met which end.
+/// The number of frames by status.
 struct Counters {
-  std::uint64_t received = 0;  // frames, whatever became of them
+  std::uint64_t received = 0;  // frames, whatever their status
   std::array<std::uint64_t, wire_status_count> by_status{};
-  std::uint64_t missed = 0;      // ids never received: gaps within the sessions
-  std::uint64_t duplicates = 0;  // ids that came before
-  std::uint64_t reordered = 0;   // frames that came after one with a higher id; no longer missed
+  std::uint64_t missed = 0;      // ids never received: gaps in the sessions
+  std::uint64_t duplicates = 0;  // ids that arrived before
+  std::uint64_t reordered = 0;   // frames that arrived after one with a higher id; no longer missed
   std::uint64_t sessions = 0;
-  std::uint64_t silent = 0;       // senders that neither said goodbye nor anything else for seconds
-  std::uint64_t unannounced = 0;  // refused or dropped frames of which no result could be published
-  std::uint64_t recorded = 0;     // frames that are in the recording's file
-  std::uint64_t unrecorded = 0;   // frames and results that a recording was to hold and does not
+  std::uint64_t silent = 0;       // senders without a message for seconds and without a goodbye
+  std::uint64_t unannounced = 0;  // rejected or dropped frames without a published result
+  std::uint64_t recorded = 0;     // frames in the recording
+  std::uint64_t unrecorded = 0;   // frames and results missing from the recording
 
   [[nodiscard]] std::uint64_t of(WireStatus status) const noexcept {
     return by_status[static_cast<std::size_t>(status)];
   }
   [[nodiscard]] std::uint64_t sum(Fate fate) const noexcept;
-  /// What the senders took, as far as their ids and words tell.
+  /// Captures of the senders, by their ids and control messages.
   [[nodiscard]] std::uint64_t captured() const noexcept {
     return received + of(WireStatus::missed) + of(WireStatus::withheld);
   }
-  /// Received and not yet at an end; never negative, at most what the queues hold.
+  /// Received and without a status yet; never negative, at most what the queues hold.
   [[nodiscard]] std::uint64_t on_the_way() const noexcept {
     return captured() - sum(Fate::matched) - sum(Fate::rejected) - sum(Fate::dropped);
   }
@@ -99,8 +100,8 @@ struct Counters {
 
 enum class ControlKind : std::uint8_t { hello = 0, heartbeat, goodbye };
 
-/// What a sender says beside its frames: every id below next_id has been given to a capture, and the last
-/// `withheld` of them will not come.
+/// A sender's control message: every id below next_id was given to a capture, and the last `withheld` of them will not
+/// be sent.
 struct Control {
   std::uint64_t session = 0;
   ControlKind kind = ControlKind::heartbeat;
@@ -111,7 +112,7 @@ struct Control {
 
 enum class SenderCondition : std::uint8_t { active = 0, ended, silent };
 
-/// What a matcher knows of one sender: next_id - first_id = received + missed + withheld.
+/// The account of one sender: next_id - first_id = received + missed + withheld.
 struct WireSender {
   std::uint64_t session = 0;
   std::uint64_t first_id = 0, next_id = 0;
@@ -135,11 +136,11 @@ struct WireTimes {
   std::uint32_t total = 0;  // receive_ns to publish_ns
 };
 
-/// What the depth images say: see SurfaceFit. Without candidates: not asked.
+/// See SurfaceFit. Without candidates: another method than fit.
 struct WireFit {
   float residual = 0, estimate_residual = 0, misfit = 0, spread = 0;
   std::vector<Match> candidates;         // best first; distance: residual
-  std::vector<WeightedSample> estimate;  // shares add up to 1
+  std::vector<WeightedSample> estimate;  // weights add up to 1
 };
 
 struct SimulationChance {
@@ -147,13 +148,13 @@ struct SimulationChance {
   float probability = 0;
 };
 
-/// What the test so far says: see TestState. Without frames: not asked.
+/// See TestState. Without frames: another method than fit.
 struct WireTestState {
   std::uint64_t frames = 0;
   std::uint32_t simulation = 0;
   Sample sample;
   float sample_probability = 0;
-  std::vector<SimulationChance> simulations;  // the likeliest ones, best first
+  std::vector<SimulationChance> simulations;  // the most probable ones, best first
   std::vector<float> branches;
   float misfit = 0;
   WireVerdict verdict = WireVerdict::unknown;
@@ -191,7 +192,7 @@ struct ModelSummary {
   std::vector<std::string> simulations;  // names
 };
 
-/// A baked field on the whole component, as the samples that explain a frame have it: see Inferred.
+/// A baked field on the whole component, inferred from the samples that explain a frame: see Inferred.
 struct WireInference {
   std::uint64_t sequence = 0;  // rises by one per matched frame
   std::uint64_t session = 0;
@@ -204,21 +205,20 @@ struct WireInference {
   std::uint64_t model_checksum = 0;
 };
 
-/// Failed: something that was to be recorded is not in the file, from the first loss on, or the file could not be
-/// ended.
+/// failed: from the first loss on, or when the file could not be completed.
 enum class RecordingPhase : std::uint8_t { armed, recording, finished, failed };
 [[nodiscard]] std::string_view to_string(RecordingPhase phase) noexcept;
 
-/// The file that the matcher program records to.
+/// The state of the matcher program's recording.
 struct WireRecording {
   static constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
   RecordingPhase phase = RecordingPhase::recording;
   std::uint64_t bytes = 0;             // in the file
-  std::uint64_t free_bytes = unknown;  // of its file system, for this program
+  std::uint64_t free_bytes = unknown;  // of its file system, available to this program
   bool operator==(const WireRecording&) const = default;
 };
 
-/// How the matcher program is set up and how it is doing.
+/// Settings and current state of the matcher program.
 struct WireState {
   std::uint64_t sequence = 0;
   std::int64_t publish_ns = 0;

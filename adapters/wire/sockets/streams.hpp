@@ -1,9 +1,9 @@
-// Frames in and out, results out and in. One thread per object at a time; constructors throw
-// Error{bad_config | endpoint_unavailable}, the rest never throws.
+// Sockets that send and receive frames and results. One thread per object at a time. Constructors throw
+// Error{bad_config | endpoint_unavailable}; the other functions do not throw.
 //
-// Frames go PUSH to PULL, which never discards: connect one sender per matcher and never a second PULL, which
-// would take every other frame. Results go PUB to SUB, which discards silently when a subscriber is slow: the
-// messages' sequence numbers show it.
+// Frames use PUSH and PULL, which never discard. Connect one sender to one matcher; a second PULL would receive every
+// other frame. Results use PUB and SUB, which discard silently when a subscriber is slow; the messages' sequence
+// numbers show it.
 #pragma once
 
 #include "adapters/wire/access/keys.hpp"
@@ -19,7 +19,7 @@
 
 namespace lbea::wire {
 
-/// One per process, outliving all streams.
+/// One per process; must outlive all streams.
 class WireContext {
  public:
   WireContext();
@@ -33,25 +33,25 @@ class WireContext {
 
 using Message = std::span<const std::byte>;
 
-/// Who is at a bound socket and who was turned away.
+/// Connections of a bound socket.
 struct PeerCounts {
-  std::uint64_t connections = 0;  // now, strangers included
+  std::uint64_t connections = 0;  // now, including those not yet admitted
   std::uint64_t peers = 0;        // now, admitted
   std::uint64_t admitted = 0;
-  std::uint64_t unknown = 0;    // turned away: no key, or one that is not allowed
-  std::uint64_t excess = 0;     // turned away: as many peers as may be are there
-  std::uint64_t malformed = 0;  // ended before they were known: silent too long, or not ZeroMQ's protocol
+  std::uint64_t unknown = 0;    // refused: no key, or one that is not allowed
+  std::uint64_t excess = 0;     // refused: the maximum number of peers is connected
+  std::uint64_t malformed = 0;  // ended before authentication: handshake timeout, or not ZeroMQ's protocol
 };
 
-/// Somebody who came to a bound socket and said who they are.
+/// A peer that connected to a bound socket and identified itself.
 struct PeerVisit {
   enum class Answer : std::uint8_t { admitted, unknown, excess };  // as in PeerCounts
   Answer answer = Answer::unknown;
-  std::string name;     // of the key's owner; empty for keys that are not allowed, and without keys
-  std::string address;  // as ZeroMQ has it: an IP address, over ipc localhost:USER:GROUP:PROCESS in numbers
+  std::string name;     // of the key's owner; empty without keys and for keys that are not allowed
+  std::string address;  // from ZeroMQ: an IP address, over ipc localhost:USER:GROUP:PROCESS in numbers
 };
 
-/// Where the matcher takes frames from: binds.
+/// Receives frames, in the matcher: binds.
 class FrameSource {
  public:
   FrameSource(WireContext& context, const std::string& endpoint, WireLimits limits = {},
@@ -59,12 +59,12 @@ class FrameSource {
   ~FrameSource();
   FrameSource(FrameSource&&) noexcept;
   FrameSource& operator=(FrameSource&&) noexcept;
-  /// The endpoint as bound: with the port's number where "*" was asked for.
+  /// The endpoint as bound, with the port number in place of "*".
   [[nodiscard]] const std::string& endpoint() const noexcept;
-  /// The next message, valid until the next call; nothing when none comes within `timeout` or a signal does.
+  /// The next message, valid until the next call; nothing when none arrives within `timeout` or on a signal.
   [[nodiscard]] std::optional<Message> receive(std::chrono::milliseconds timeout) noexcept;
   [[nodiscard]] PeerCounts peers() const noexcept;  // any thread
-  /// Those since the last call, at most 64: the first of a crowd. Any thread.
+  /// Visits since the last call, at most the first 64. Any thread.
   [[nodiscard]] std::vector<PeerVisit> visits();
 
  private:
@@ -72,11 +72,11 @@ class FrameSource {
   std::unique_ptr<State> state_;
 };
 
-/// Where a camera puts frames: connects.
+/// Sends frames, in a camera's program: connects.
 class FrameSink {
  public:
   struct Tally {
-    std::uint64_t sent = 0;     // taken over by the socket
+    std::uint64_t sent = 0;     // accepted by the socket
     std::uint64_t refused = 0;  // the receiver was absent or its queue full
   };
 
@@ -89,16 +89,15 @@ class FrameSink {
   [[nodiscard]] bool wait_ready(std::chrono::milliseconds timeout) noexcept;
   /// Sends a copy, or counts a refusal when there is no room within `timeout` (0: at once).
   bool send(Message message, std::chrono::milliseconds timeout = {}) noexcept;
-  /// Sends a copy of something that is no frame: the tally does not count it.
+  /// Sends a copy of a message that is not a frame: the tally does not count it.
   bool tell(Message message, std::chrono::milliseconds timeout = {}) noexcept;
   /// Sends without copying: `message` is kept alive until the receiver's machine has it (use_count drops).
   bool send(const std::shared_ptr<const std::vector<std::byte>>& message,
             std::chrono::milliseconds timeout = {}) noexcept;
   [[nodiscard]] const Tally& tally() const noexcept;
-  /// Frames taken over by the socket and still in this process; waits up to `timeout` for no message at all, and over
-  /// ipc until the receiver has read the connection empty: ZeroMQ throws away what is unread in one whose sender leaves
-  /// while the receiver's queue is full. Over tcp only results tell what has been read. To be called before a sink is
-  /// destroyed.
+  /// Waits up to `timeout` until no message is left in this process and, over ipc, until the receiver has read all:
+  /// ZeroMQ discards unread messages when the sender closes while the receiver's queue is full. Over tcp only results
+  /// show what was read. Returns the number of frames still in this process. Call it before destroying a sink.
   [[nodiscard]] std::uint64_t flush(std::chrono::milliseconds timeout) noexcept;
 
  private:
@@ -106,10 +105,10 @@ class FrameSink {
   std::unique_ptr<State> state_;
 };
 
-/// Messages that wait for a subscriber who reads slowly: seconds of results, 6 MB for one that stalls.
+/// Messages held for a slow subscriber: seconds of results; 6 MB for one that stalls.
 inline constexpr int results_held = 10'000;
 
-/// Where the matcher puts results: binds. Never waits for subscribers; what exceeds `held` is discarded.
+/// Publishes results, in the matcher: binds. Never waits for subscribers; messages beyond `held` are discarded.
 class ResultSink {
  public:
   ResultSink(WireContext& context, const std::string& endpoint, int held = results_held,
@@ -119,7 +118,7 @@ class ResultSink {
   ResultSink& operator=(ResultSink&&) noexcept;
   [[nodiscard]] const std::string& endpoint() const noexcept;
   bool send(Message message) noexcept;
-  /// Whether anyone subscribed since the last call: who comes late wants the state.
+  /// Whether anyone has subscribed since the last call; new subscribers need the state.
   [[nodiscard]] bool has_newcomer() noexcept;
   [[nodiscard]] PeerCounts peers() const noexcept;  // any thread
   [[nodiscard]] std::vector<PeerVisit> visits();    // any thread
@@ -129,7 +128,7 @@ class ResultSink {
   std::unique_ptr<State> state_;
 };
 
-/// Where anyone reads results and states: connects.
+/// Receives results and states: connects.
 class ResultSource {
  public:
   ResultSource(WireContext& context, const std::string& endpoint, int held = results_held,
