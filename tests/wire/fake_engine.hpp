@@ -1,4 +1,4 @@
-// A matcher for tests of what surrounds it.
+// A fake matcher for tests of the pipeline.
 #pragma once
 
 #include "tools/shared/matching/match_engine.hpp"
@@ -11,7 +11,7 @@ namespace lbea::test {
 
 using namespace lbea::tool;
 
-/// Takes its time; finds the simulation whose number is the first point's x.
+/// Waits for `delay`; its match is the simulation whose number is the first point's x.
 class FakeEngine final : public MatchEngine {
  public:
   explicit FakeEngine(std::chrono::microseconds delay = {}) : delay_(delay) {}

@@ -1,4 +1,4 @@
-// Nobody in: keys and their files, the allow-list, caps, strangers who knock. Real sockets throughout.
+// Access control with real sockets: key files, allow-list, limits, unauthorized connections.
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/files.hpp"
@@ -37,7 +37,7 @@ struct Parties {
 
 const std::vector<std::byte> some_bytes(100, std::byte{7});
 
-/// A bare TCP connection: what is sent is not even ZeroMQ.
+/// A plain TCP connection that does not speak ZeroMQ.
 class Knock {
  public:
   explicit Knock(const std::string& endpoint) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -62,7 +62,7 @@ class Knock {
 };
 
 std::string garbage(std::mt19937& random) {
-  // ZMTP 3 with a mechanism nobody has, ZMTP 1 with a frame, HTTP, noise, and a greeting cut short
+  // ZMTP 3 with an unknown mechanism, ZMTP 1 with a frame, HTTP, noise, and a truncated greeting
   std::string greeting = std::string("\xff") + std::string(8, '\0') + "\x7f\x03\x01";
   switch (random() % 5) {
     case 0:
@@ -98,7 +98,7 @@ void write(const std::filesystem::path& file, const std::string& text, mode_t mo
 
 }  // namespace
 
-TEST_CASE("key files: written, read back, never overwritten; the secret one is nobody else's") {
+TEST_CASE("key files are written, read back, never overwritten; only the owner may read the secret one") {
   const test::TemporaryFolder folder;
   const mode_t before = ::umask(0);
   const CurveKeyPair keys = generate_key_pair();
@@ -121,7 +121,7 @@ TEST_CASE("key files: written, read back, never overwritten; the secret one is n
   CHECK(error_of([&] { write_key_pair(folder / "two", keys, "two words"); }).status == Status::bad_config);
 }
 
-TEST_CASE("a secret key that others may read is refused, whichever others") {
+TEST_CASE("a secret key that group or others may read is rejected") {
   const test::TemporaryFolder folder;
   write_key_pair(folder / "k", generate_key_pair(), "k");
   for (const mode_t mode : {0640u, 0620u, 0604u, 0602u, 0644u, 0666u, 0610u, 0601u}) {
@@ -136,7 +136,7 @@ TEST_CASE("a secret key that others may read is refused, whichever others") {
   }
 }
 
-TEST_CASE("public keys that anybody may change are refused: they say who may connect") {
+TEST_CASE("public keys that all users may change are rejected") {
   const test::TemporaryFolder folder;
   write_key_pair(folder / "k", generate_key_pair(), "k");
   for (const mode_t mode : {0644u, 0664u, 0600u, 0440u}) {
@@ -150,7 +150,7 @@ TEST_CASE("public keys that anybody may change are refused: they say who may con
   }
 }
 
-TEST_CASE("a public key in place of a secret one, and a byte order mark, are called what they are") {
+TEST_CASE("errors name a public key in place of a secret one, and a byte order mark") {
   const test::TemporaryFolder folder;
   write_key_pair(folder / "k", generate_key_pair(), "k");
   check_error(error_of([&] { static_cast<void>(read_key_pair(folder / "k.pub")); }), Status::bad_config,
@@ -160,7 +160,7 @@ TEST_CASE("a public key in place of a secret one, and a byte order mark, are cal
               {"byte order mark"});
 }
 
-TEST_CASE("damaged key files are refused with their line") {
+TEST_CASE("damaged key files are rejected with the line") {
   const test::TemporaryFolder folder;
   const CurveKeyPair keys = generate_key_pair();
   const std::string good = "lbea-public-key " + keys.public_key + " rig\n";
@@ -201,7 +201,7 @@ TEST_CASE("damaged key files are refused with their line") {
   CHECK(error_of([&] { static_cast<void>(read_key_pair(folder.path())); }).status == Status::bad_config);
 }
 
-TEST_CASE("beyond this machine only with keys and someone who is allowed") {
+TEST_CASE("remote endpoints need keys and an allow-list") {
   const Parties parties;
   WireContext context;
   for (const std::string address : {"tcp://0.0.0.0:*", "tcp://*:*"}) {
@@ -217,13 +217,13 @@ TEST_CASE("beyond this machine only with keys and someone who is allowed") {
     CHECK(error_of([&] { FrameSource source(context, address, {}, parties.access()); }).status == Status::ok);
     CHECK(error_of([&] { ResultSink sink(context, address, results_held, parties.access()); }).status == Status::ok);
   }
-  // Also on this machine a key without an allow-list would mean "anyone".
+  // A key without an allow-list is also rejected on this machine: ZeroMQ would admit every key.
   CHECK(error_of([&] {
           FrameSource source(context, "tcp://127.0.0.1:*", {}, {parties.server, {}, 16});
         }).status == Status::bad_config);
 }
 
-TEST_CASE("frames come from allowed keys alone") {
+TEST_CASE("frames are accepted from allowed keys only") {
   const Parties parties;
   const test::TemporaryFolder folder;
   for (const std::string& where : {std::string("tcp://127.0.0.1:*"), "ipc://" + (folder / "f").string()}) {
@@ -260,7 +260,7 @@ TEST_CASE("frames come from allowed keys alone") {
   }
 }
 
-TEST_CASE("results go to allowed keys alone") {
+TEST_CASE("results are sent to allowed keys only") {
   const Parties parties;
   WireContext context;
   ResultSink sink(context, "tcp://127.0.0.1:*", results_held, parties.access());
@@ -276,7 +276,7 @@ TEST_CASE("results go to allowed keys alone") {
   CHECK_FALSE(plain.receive(50ms));
 }
 
-TEST_CASE("as many peers as may be, and a place that becomes free") {
+TEST_CASE("at most max_peers connect, and another one after a disconnect") {
   const test::TemporaryFolder folder;
   const Parties parties;
   for (const bool with_keys : {false, true}) {
@@ -300,7 +300,7 @@ TEST_CASE("as many peers as may be, and a place that becomes free") {
   }
 }
 
-TEST_CASE("connections that fail in every way are counted as what they were and leave no trace") {
+TEST_CASE("failed connections of all kinds are counted by cause and leave no state") {
   const Parties parties;
   for (const bool with_keys : {false, true}) {
     CAPTURE(with_keys);
@@ -323,7 +323,7 @@ TEST_CASE("connections that fail in every way are counted as what they were and 
   }
 }
 
-TEST_CASE("an ipc socket is its owner's, whatever the umask") {
+TEST_CASE("an ipc socket is accessible only to its owner, whatever the umask") {
   const test::TemporaryFolder folder;
   WireContext context;
   const mode_t before = ::umask(0);
@@ -332,8 +332,8 @@ TEST_CASE("an ipc socket is its owner's, whatever the umask") {
   CHECK(mode_of(folder / "f") == 0600);
 }
 
-// Attempts by strangers with other keys, without keys, with the wrong protocol: 0 frames accepted.
-TEST_CASE("attempts without a right key: nothing is accepted") {
+// Attempts with unknown keys, without keys, with the wrong protocol: 0 frames accepted.
+TEST_CASE("attempts without an allowed key: nothing is accepted") {
   const std::uint64_t attempts = std::getenv("LBEA_LONG_TESTS") != nullptr ? 100'000 : 1'000;
   const Parties parties;
   WireContext context;

@@ -1,5 +1,5 @@
-// Every capture of every sender ends up in exactly one place, whatever happens on the way: small and large queues,
-// stalls on either side, senders that come and go, messages that the socket layer cuts off.
+// Every capture of every sender gets exactly one status: with small and large queues, stalls on either side, senders
+// that start and stop, messages over the size limit.
 #include "tools/serve/reports.hpp"
 #include "tools/shared/intake/handshake.hpp"
 
@@ -22,26 +22,26 @@ using lbea::test::FakeEngine;
 
 namespace {
 
-/// LBEA_CAPTURES=10000000 asks for so many.
+/// LBEA_CAPTURES=10000000 sets the number.
 std::uint64_t wanted_captures() {
   if (const char* number = std::getenv("LBEA_CAPTURES")) return std::strtoull(number, nullptr, 10);
   return std::getenv("LBEA_LONG_TESTS") != nullptr ? 1'000'000 : 10'000;
 }
 
-/// What a sender knows itself: the independent count.
+/// The sender's own, independent count.
 struct Captures {
   std::uint64_t session = 0, captured = 0, sent = 0;
 };
 
-/// Everything that is said on the results socket.
+/// Collects everything from the results socket.
 class Listener {
  public:
   Listener(WireContext& context, const std::string& endpoint) : source_(context, endpoint, 2'000'000) {}
   ~Listener() { stop(); }
   void start() {
-    REQUIRE(eventually([&] { return hear(10ms); }));
+    REQUIRE(eventually([&] { return receive(10ms); }));
     thread_ = std::thread([this] {
-      while (!stopping_ || hear(200ms)) hear(10ms);
+      while (!stopping_ || receive(200ms)) receive(10ms);
     });
   }
   void stop() {
@@ -52,10 +52,10 @@ class Listener {
   std::map<std::uint64_t, std::map<std::uint64_t, std::uint32_t>> results;  // by session and id: how many
   std::map<WireStatus, std::uint64_t> by_status;
   std::map<std::uint64_t, WireSender> senders;
-  std::uint64_t strays = 0, lost = 0;  // lost: messages that this listener missed
+  std::uint64_t unidentified = 0, lost = 0;  // lost: messages that this listener missed
 
  private:
-  bool hear(std::chrono::milliseconds timeout) {
+  bool receive(std::chrono::milliseconds timeout) {
     const auto message = source_.receive(timeout);
     if (!message) return false;
     WireResult result;
@@ -76,7 +76,7 @@ class Listener {
     if (result.status == WireStatus::end_of_stream) return;
     ++by_status[result.status];
     if (result.session == 0) {
-      ++strays;
+      ++unidentified;
     } else {
       ++results[result.session][result.frame_id];
     }
@@ -97,19 +97,18 @@ PipelineConfig config(std::mt19937& random) {
   return config;
 }
 
-/// A sender that cannot wait, with fits of haste, pauses and now and then a message far too large; it leaves in good
-/// order.
+/// A sender that does not wait, with bursts, pauses and some oversized messages; it ends with a goodbye.
 Captures send_frames(WireContext& context, const std::string& endpoint, const std::string& results,
                      std::uint64_t session, std::uint64_t frames, std::uint32_t seed, std::size_t cap) {
   std::mt19937 random(seed);
   FrameSink sink(context, endpoint, 1 + random() % 64);
   Encoder encoder;
   std::vector<Point> points(20, Point{4, 0, 0});
-  const std::vector<std::byte> monster(cap + 1);
+  const std::vector<std::byte> oversized(cap + 1);
   std::uint64_t withheld = 0;
   Captures captures{session, 0, 0};
-  const auto tell = [&](ControlKind kind, std::uint64_t next_id, std::chrono::milliseconds patience) {
-    if (!sink.tell(encoder.control({session, kind, next_id, withheld}), patience)) return false;
+  const auto tell = [&](ControlKind kind, std::uint64_t next_id, std::chrono::milliseconds timeout) {
+    if (!sink.tell(encoder.control({session, kind, next_id, withheld}), timeout)) return false;
     withheld = 0;
     return true;
   };
@@ -120,11 +119,12 @@ Captures send_frames(WireContext& context, const std::string& endpoint, const st
     ++captures.captured;
     if (random() % 2000 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 20'000));
     if (random() % 8 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 200));
-    const bool is_monster = random() % 5000 == 0;
+    const bool is_oversized = random() % 5000 == 0;
     const bool is_free = withheld == 0 || tell(ControlKind::heartbeat, id, 0ms);
     const bool sent =
-        is_free && sink.send(is_monster ? std::span<const std::byte>(monster)
-                                        : encoder.frame({id, 1, std::span(points).first(1 + random() % 20)}, session));
+        is_free &&
+        sink.send(is_oversized ? std::span<const std::byte>(oversized)
+                               : encoder.frame({id, 1, std::span(points).first(1 + random() % 20)}, session));
     captures.sent += sent ? 1 : 0;
     withheld += sent ? 0 : 1;
   }
@@ -137,7 +137,8 @@ Captures send_frames(WireContext& context, const std::string& endpoint, const st
 
 }  // namespace
 
-TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-off messages, three senders at once") {
+TEST_CASE(
+    "every capture is accounted for: queues of 1 to 64, stalls, restarts, oversized messages, three senders at once") {
   const std::uint64_t wanted = wanted_captures();
   std::uint64_t total = 0;
   for (std::uint32_t round = 0; total < wanted; ++round) {
@@ -155,7 +156,7 @@ TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-
     listener.start();
 
     std::atomic<bool> done = false;
-    std::thread watcher([&] {  // at all times
+    std::thread watcher([&] {  // checks the counters all the time
       std::mt19937 moods(round + 1000);
       for (std::uint64_t captured = 0; !done;) {
         const Counters now = pipeline.counters();
@@ -196,7 +197,7 @@ TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-
     CHECK(counters.silent == 0);
     CHECK(counters.duplicates == 0);
     CHECK(listener.lost == 0);
-    CHECK(listener.strays == 0);
+    CHECK(listener.unidentified == 0);
     std::uint64_t announced = 0;
     for (const auto& [status, count] : listener.by_status) {
       CHECK(count <= counters.of(status));
@@ -217,10 +218,10 @@ TEST_CASE("nothing is unaccounted for: queues of 1 to 64, stalls, restarts, cut-
     }
     total += captured;
   }
-  MESSAGE(total << " captures, none unaccounted for");
+  MESSAGE(total << " captures, all accounted for");
 }
 
-TEST_CASE("a message that the socket layer cuts off is missed, with a result of its own") {
+TEST_CASE("a message over the size limit is missed and gets a result") {
   std::mt19937 random(1);
   const test::TemporaryFolder folder;
   FakeEngine engine;
@@ -240,7 +241,7 @@ TEST_CASE("a message that the socket layer cuts off is missed, with a result of 
   REQUIRE(eventually([&] { return pipeline.counters().received == 1; }));
   const std::vector<Point> many(100'000);
   REQUIRE(sink.send(encoder.frame({1, 1, many}, 7)));                         // 1.2 MB, over the limit
-  REQUIRE(eventually([&] { return pipeline.frame_peers().admitted >= 2; }));  // sent away, and back again
+  REQUIRE(eventually([&] { return pipeline.frame_peers().admitted >= 2; }));  // disconnected, and reconnected
   REQUIRE(sink.tell(encoder.control({7, ControlKind::goodbye, 2, 0}), 30s));
   REQUIRE(eventually([&] { return pipeline.counters().captured() == 2; }));
   pipeline.stop();
@@ -253,7 +254,7 @@ TEST_CASE("a message that the socket layer cuts off is missed, with a result of 
   CHECK(listener.results[7][1] == 1);
 }
 
-TEST_CASE("hello is answered with a state that lists the session; so is a new subscriber") {
+TEST_CASE("a hello is answered with a state that lists the session; a new subscriber gets a state") {
   const test::TemporaryFolder folder;
   FakeEngine engine;
   WireContext context;
@@ -266,26 +267,24 @@ TEST_CASE("hello is answered with a state that lists the session; so is a new su
   FrameSink sink(context, source.endpoint());
   const Pipeline pipeline(chosen, engine, std::move(source), std::move(results));
   WireState state;
-  const auto hears_state = [&](ResultSource& subscriber) {
+  const auto receives_state = [&](ResultSource& subscriber) {
     const auto message = subscriber.receive(30s);
     return message && decode_state(*message, state) == WireStatus::ok;
   };
   ResultSource early(context, results_endpoint);
-  CHECK(hears_state(early));
+  CHECK(receives_state(early));
   CHECK(state.max_message_bytes == chosen.limits.max_message_bytes());
   Encoder encoder;
   REQUIRE(sink.tell(encoder.control({5, ControlKind::hello, 0, 0}), 30s));
-  CHECK(hears_state(early));
+  CHECK(receives_state(early));
   REQUIRE(state.senders.size() == 1);
   CHECK(state.senders[0] == WireSender{5, 0, 0, 0, 0, 0, SenderCondition::active});
   ResultSource late(context, results_endpoint);
-  CHECK(hears_state(late));
+  CHECK(receives_state(late));
   CHECK(state.senders.size() == 1);
 }
 
-TEST_CASE(
-    "a sender that falls silent without goodbye is noticed, and makes the run incomplete; one that comes back does "
-    "not") {
+TEST_CASE("a sender that stops without goodbye is silent and makes the run incomplete; one that resumes does not") {
   const test::TemporaryFolder folder;
   FakeEngine engine;
   WireContext context;
@@ -310,8 +309,8 @@ TEST_CASE(
   CHECK(is_complete(pipeline.counters()));
 }
 
-// Stopped within the three seconds of patience after its sender was killed, a run once called itself complete.
-TEST_CASE("at the end nobody who is gone without goodbye is waited for") {
+// Regression: a run that was stopped within the sender timeout after its sender was killed reported itself complete.
+TEST_CASE("at the end a disconnected sender without goodbye is silent at once") {
   const test::TemporaryFolder folder;
   FakeEngine engine;
   WireContext context;
@@ -332,7 +331,7 @@ TEST_CASE("at the end nobody who is gone without goodbye is waited for") {
   CHECK_FALSE(is_complete(pipeline.counters()));
 }
 
-TEST_CASE("an id or a word that cannot be is refused and leaves the account as it was") {
+TEST_CASE("an impossible id or control message is rejected and does not change the account") {
   const test::TemporaryFolder folder;
   FakeEngine engine;
   WireContext context;
@@ -355,12 +354,12 @@ TEST_CASE("an id or a word that cannot be is refused and leaves the account as i
   const Counters counters = pipeline.counters();
   CHECK(counters.captured() == 6);
   CHECK(counters.of(WireStatus::damaged) == 3);     // two frames and the end of the stream
-  CHECK(counters.of(WireStatus::wrong_kind) == 1);  // the word
+  CHECK(counters.of(WireStatus::wrong_kind) == 1);  // the control message
   CHECK(counters.missed == 0);
   CHECK(counters.adds_up());
 }
 
-TEST_CASE("strays beyond a rate are counted and not announced one by one; frames are") {
+TEST_CASE("unidentified messages beyond the rate limit are counted without results; frames get results") {
   const test::TemporaryFolder folder;
   FakeEngine engine;
   WireContext context;
@@ -387,8 +386,8 @@ TEST_CASE("strays beyond a rate are counted and not announced one by one; frames
   listener.stop();
   const Counters counters = pipeline.counters();
   CHECK(counters.of(WireStatus::wrong_kind) == 5000);
-  CHECK(listener.strays <= 50 * (seconds + 1) + 1);
-  CHECK(listener.strays >= 1);
+  CHECK(listener.unidentified <= 50 * (seconds + 1) + 1);
+  CHECK(listener.unidentified >= 1);
   CHECK(counters.received - counters.of(WireStatus::wrong_kind) == 50);
   CHECK(listener.results[3].size() == 4901);  // 50 frames, and the ids between them as missed
 }

@@ -34,7 +34,7 @@ TEST_CASE("a channel holds as many as it has slots, in order") {
   }
 }
 
-TEST_CASE("what is claimed is not seen before it is published") {
+TEST_CASE("a claimed slot is not visible before it is published") {
   Channel<int> channel(2);
   *channel.claim() = 1;
   CHECK(channel.front() == nullptr);
@@ -42,7 +42,7 @@ TEST_CASE("what is claimed is not seen before it is published") {
   CHECK(*channel.front() == 1);
 }
 
-// A state once could say that four thousand million frames wait: the two ends were read in the wrong order.
+// Regression: a state reported 2^32 waiting frames because the two ends were read in the wrong order.
 TEST_CASE("a third thread never sees more used than there are slots") {
   Channel<int> channel(3);
   std::atomic<bool> done{false};

@@ -12,7 +12,7 @@ using namespace lbea::wire;
 using lbea::test::error_of;
 using lbea::test::mentions;
 
-TEST_CASE("endpoints that may be connected to") {
+TEST_CASE("valid endpoints") {
   for (const char* address : {"ipc:///tmp/a", "ipc://relative", "tcp://127.0.0.1:5555", "tcp://rig.local:1",
                               "tcp://10.0.0.1:65535", "inproc://frames"}) {
     CAPTURE(address);
@@ -21,7 +21,7 @@ TEST_CASE("endpoints that may be connected to") {
   CHECK(parse_endpoint("ipc:///tmp/a").path == "/tmp/a");
 }
 
-TEST_CASE("endpoints refused in words") {
+TEST_CASE("invalid endpoints are rejected with a sentence") {
   for (const std::string address :
        {"", "frames", "udp://127.0.0.1:1", "tcp://", "tcp://127.0.0.1", "tcp://:5555",
         "tcp://127.0.0.1:", "tcp://127.0.0.1:0", "tcp://127.0.0.1:65536", "tcp://127.0.0.1:12a", "tcp://127.0.0.1:-1",
@@ -49,7 +49,7 @@ TEST_CASE("only this machine may connect") {
   }
 }
 
-TEST_CASE("a lock is held by one at a time and leaves nothing behind") {
+TEST_CASE("a lock has one holder and leaves no file") {
   const test::TemporaryFolder folder;
   const Endpoint endpoint = parse_endpoint("ipc://" + (folder / "frames").string());
   for (int round = 0; round < 3; ++round) {
@@ -64,7 +64,7 @@ TEST_CASE("a lock is held by one at a time and leaves nothing behind") {
   CHECK_FALSE(std::filesystem::exists(folder / "frames.lock"));
 }
 
-TEST_CASE("a lock file that a killed process left behind is taken over") {
+TEST_CASE("the lock file of a killed process is reused") {
   const test::TemporaryFolder folder;
   const Endpoint endpoint = parse_endpoint("ipc://" + (folder / "frames").string());
   const pid_t child = ::fork();
@@ -78,9 +78,8 @@ TEST_CASE("a lock file that a killed process left behind is taken over") {
   CHECK(error_of([&] { EndpointLock lock(endpoint); }).status == Status::ok);
 }
 
-// What tidies up old files took a lock away, and the next matcher the socket of the one that ran, without a word to
-// either.
-TEST_CASE("who listens is not robbed when the lock file was removed") {
+// Regression: a clean-up of old files removed a lock file, and a second matcher took over the running one's socket.
+TEST_CASE("a listening endpoint is not taken over when its lock file was removed") {
   const test::TemporaryFolder folder;
   WireContext context;
   FrameSource first(context, "ipc://" + (folder / "frames").string());
@@ -93,14 +92,14 @@ TEST_CASE("who listens is not robbed when the lock file was removed") {
   CHECK(first.receive(std::chrono::seconds(30)));
 }
 
-TEST_CASE("a folder that is not there") {
+TEST_CASE("a folder that does not exist") {
   const Error error = error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
   CHECK(error.status == Status::endpoint_unavailable);
   CHECK(mentions(error, "/no/such/folder/frames.lock"));
 }
 
-// An ipc path that named somebody's file, a model for instance, was once unlinked to make room for the socket.
-TEST_CASE("a file that stands at an ipc path is left alone, and no lock file stays") {
+// Regression: a regular file at the ipc path, for example a model, was deleted.
+TEST_CASE("a regular file at an ipc path is kept, and no lock file remains") {
   const test::TemporaryFolder folder;
   std::ofstream(folder / "rail.lbea") << "precious";
   const Endpoint endpoint = parse_bind_endpoint("ipc://" + (folder / "rail.lbea").string());

@@ -34,7 +34,7 @@ std::vector<std::byte> encode(const Frame& frame, std::uint64_t session = 7) {
 
 }  // namespace
 
-TEST_CASE("a frame comes back as it was, for every size") {
+TEST_CASE("a frame of any size is decoded unchanged") {
   for (const std::size_t count : {0u, 1u, 2u, 3u, 17u, 62'000u}) {
     CAPTURE(count);
     const auto points = some_points(count);
@@ -51,7 +51,7 @@ TEST_CASE("a frame comes back as it was, for every size") {
   }
 }
 
-TEST_CASE("a recorded cloud goes out again byte for byte, under the session and id it is given") {
+TEST_CASE("a recorded cloud is sent again byte for byte, with a given session and id") {
   for (const std::size_t count : {0u, 1u, 1000u}) {
     const auto points = some_points(count);
     const auto message = encode({0, 77, points}, 5);
@@ -75,7 +75,7 @@ TEST_CASE("a recorded cloud goes out again byte for byte, under the session and 
   CHECK(decoder.header().cloud.empty());
 }
 
-TEST_CASE("points that are not finite pass unchanged: the matcher counts them") {
+TEST_CASE("points that are not finite are decoded unchanged: the matcher counts them") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
   const std::vector<Point> points{{nan, 1, 2}, {3, infinity, 4}, {5, 6, -infinity}};
@@ -84,7 +84,7 @@ TEST_CASE("points that are not finite pass unchanged: the matcher counts them") 
   CHECK(same_bits(frame.points, points));
 }
 
-TEST_CASE("a message may lie at any address") {
+TEST_CASE("a message may begin at any address") {
   const auto points = some_points(100);
   const auto message = encode({9, 1, points});
   std::vector<std::uint64_t> aligned(message.size() / 8 + 4);
@@ -101,7 +101,7 @@ TEST_CASE("a message may lie at any address") {
   }
 }
 
-TEST_CASE("the decoder copies no more than there is room for") {
+TEST_CASE("the decoder copies no more points than the destination holds") {
   const auto points = some_points(10);
   const auto message = encode({0, 0, points});
   FrameDecoder decoder;
@@ -121,7 +121,7 @@ TEST_CASE("an end of stream carries session and id, and no points") {
   CHECK(decoder.header().points == 0);
 }
 
-TEST_CASE("relabelling changes id and stamp and nothing else") {
+TEST_CASE("relabel_frame changes only id and stamp") {
   const auto points = some_points(5);
   auto message = encode({0, 0, points});
   relabel_frame(message, std::numeric_limits<std::uint64_t>::max(), 5'000'000'007);
@@ -130,7 +130,7 @@ TEST_CASE("relabelling changes id and stamp and nothing else") {
   CHECK(message == encode({0, 0, points}));
 }
 
-TEST_CASE("stamps from 1970 to 2106 fit, others are not sent") {
+TEST_CASE("stamps from 1970 to 2106 are encoded, others are not") {
   constexpr std::int64_t last = 4'294'967'295'999'999'999;
   CHECK(is_sendable_stamp(0));
   CHECK(is_sendable_stamp(last));
@@ -143,7 +143,7 @@ TEST_CASE("stamps from 1970 to 2106 fit, others are not sent") {
   CHECK(frame.header.stamp_ns == last);
 }
 
-TEST_CASE("an encoder is used again and again") {
+TEST_CASE("an encoder can be reused") {
   Encoder encoder;
   const auto many = some_points(1000), few = some_points(3);
   const auto first = encode({1, 1, few});
@@ -153,7 +153,7 @@ TEST_CASE("an encoder is used again and again") {
   CHECK(std::equal(again.begin(), again.end(), first.begin(), first.end()));
 }
 
-TEST_CASE("the schemas inside the library are those of the messages") {
+TEST_CASE("the embedded schemas are those of the messages") {
   for (const auto schema : {point_cloud_schema(), frame_schema(), result_schema(), state_schema()}) {
     REQUIRE(schema.size() > 100);
     CHECK(std::memcmp(schema.data() + 4, "BFBS", 4) == 0);

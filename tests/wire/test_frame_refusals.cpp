@@ -1,4 +1,4 @@
-// Frames as a careless or hostile peer would send them, built field by field with the generated accessors.
+// Malformed and hostile frames, built field by field with the generated accessors.
 #include "adapters/wire/codec/codec.hpp"
 
 #include "frame_generated.h"
@@ -126,7 +126,7 @@ TEST_CASE("too many points, too many bytes") {
   FrameDecoder decoder({.least_message_bytes = 0});
   const auto message = encoder.frame({1, 1, ten_million}, 1);
   REQUIRE(message.size() > 120'000'000);
-  // Such a frame once never reached the decoder: the socket cut its sender off, and nobody had counted it.
+  // Regression: such a frame never reached the decoder; the socket disconnected its sender without counting it.
   CHECK(FrameDecoder().open(message) == WireStatus::too_many_points);
   CHECK(decoder.open(message) == WireStatus::message_too_large);
   CHECK_FALSE(decoder.header().identified);
@@ -144,7 +144,7 @@ TEST_CASE("stamps and poses") {
   CHECK(status_of({.shift = std::nan(""), .has_pose = true}) == WireStatus::unsupported_pose);
 }
 
-TEST_CASE("messages that are no frames") {
+TEST_CASE("messages that are not frames") {
   FrameDecoder decoder;
   CHECK(decoder.open({}) == WireStatus::wrong_kind);
   const std::vector<std::byte> zeros(1000);
@@ -154,7 +154,7 @@ TEST_CASE("messages that are no frames") {
   CHECK(decoder.open(encoder.state({})) == WireStatus::wrong_kind);
 }
 
-TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
+TEST_CASE("the nested cloud is checked separately and may be misaligned") {
   flatbuffers::FlatBufferBuilder none, garbage;
   schema::FinishFrameBuffer(none, schema::CreateFrame(none, 1, 2));
   FrameDecoder decoder;
@@ -186,7 +186,7 @@ TEST_CASE("the inner cloud is checked on its own, and need not be aligned") {
   }
 }
 
-TEST_CASE("a frame cut at any byte is refused, or lacks only padding") {
+TEST_CASE("a frame truncated at any byte is rejected, or lacks only padding") {
   const std::vector<Point> points(20, Point{1, 2, 3});
   Encoder encoder;
   const auto message = encoder.frame({1, 1, points}, 1);
@@ -205,7 +205,7 @@ TEST_CASE("a frame cut at any byte is refused, or lacks only padding") {
   }
 }
 
-TEST_CASE("a frame with any bit flipped is refused or read within its bounds") {
+TEST_CASE("a frame with any flipped bit is rejected or read within its bounds") {
   const std::vector<Point> points(20, Point{1, 2, 3});
   Encoder encoder;
   const auto message = encoder.frame({1, 1, points}, 1);
@@ -219,7 +219,7 @@ TEST_CASE("a frame with any bit flipped is refused or read within its bounds") {
     CHECK((status == WireStatus::ok || frame.points.empty()));
     accepted += status == WireStatus::ok;
   }
-  // Flips within the points, the ids and the stamp cannot be seen here: transports have checksums.
+  // Flipped bits in points, ids and stamp cannot be detected here: transports have checksums.
   CHECK(accepted >= points.size() * sizeof(Point) * 8);
   CHECK(accepted < message.size() * 8);
 }

@@ -11,7 +11,7 @@ using namespace lbea;
 using namespace lbea::tool;
 using namespace lbea::wire;
 
-TEST_CASE("gaps and repetitions within a session") {
+TEST_CASE("gaps and duplicates within a session") {
   IdTracker ids;
   for (const std::uint64_t id : {10u, 11u, 14u, 14u, 12u, 15u}) ids.observe(1, id);
   CHECK(ids.missed() == 1);      // 12 and 13 when 14 came, 12 came after all
@@ -20,7 +20,7 @@ TEST_CASE("gaps and repetitions within a session") {
   CHECK(ids.sessions() == 1);
 }
 
-TEST_CASE("a late id is taken out of its gap once, wherever it lies in it") {
+TEST_CASE("a late id is removed from its gap once, wherever it lies in the gap") {
   for (const std::uint64_t late : {1u, 5u, 9u}) {
     CAPTURE(late);
     IdTracker ids;
@@ -36,8 +36,8 @@ TEST_CASE("a late id is taken out of its gap once, wherever it lies in it") {
   }
 }
 
-// Any order, any repetition, any words of the sender: each id is exactly one of received, missed, withheld.
-TEST_CASE("the account of a session against a set of its ids") {
+// In any order, with duplicates and control messages, each id is exactly one of received, missed, withheld.
+TEST_CASE("the account of a session agrees with the set of its ids") {
   std::mt19937 random(3);
   for (int round = 0; round < 300; ++round) {
     IdTracker ids;
@@ -76,7 +76,7 @@ TEST_CASE("the account of a session against a set of its ids") {
   }
 }
 
-TEST_CASE("what a sender says: the tail of a stream that never came, and what it could not send") {
+TEST_CASE("a sender reports the missing end of a stream, and withheld ids") {
   IdTracker ids;
   static_cast<void>(ids.report({9, ControlKind::hello, 0, 0}));
   CHECK(ids.observe(9, 2).gap == IdRange{0, 2});  // from the hello on every id counts
@@ -84,19 +84,19 @@ TEST_CASE("what a sender says: the tail of a stream that never came, and what it
   CHECK(report.gap == IdRange{3, 4});
   CHECK(report.withheld == IdRange{7, 3});
   CHECK(ids.report({9, ControlKind::heartbeat, 10, 3}).withheld.count == 0);
-  CHECK(ids.report({9, ControlKind::heartbeat, 5, 5}).gap == IdRange{});  // old news
+  CHECK(ids.report({9, ControlKind::heartbeat, 5, 5}).gap == IdRange{});  // already known
   CHECK(ids.observe(9, 8).arrival == IdTracker::Arrival::duplicate);
   CHECK(ids.report({9, ControlKind::goodbye, 12, 0}).gap == IdRange{10, 2});
   CHECK(ids.missed() == 8);
   CHECK(ids.withheld() == 3);
   CHECK(ids.senders({}, {}).front().condition == SenderCondition::ended);
-  // A matcher that starts later hears only of what is new.
+  // A receiver that starts later learns only of new ids.
   IdTracker late;
   CHECK(late.report({9, ControlKind::heartbeat, 100, 4}).gap == IdRange{});
   CHECK(late.withheld() == 4);
 }
 
-TEST_CASE("silence: only of those who speak and did not take leave") {
+TEST_CASE("silent are only senders of control messages without goodbye") {
   using namespace std::chrono_literals;
   const IdTracker::Clock::time_point begin{1h};
   IdTracker ids;
@@ -116,7 +116,7 @@ TEST_CASE("silence: only of those who speak and did not take leave") {
   CHECK(conditions(begin + 6s) == std::vector{active, active, ended});
 }
 
-TEST_CASE("sessions do not disturb each other") {
+TEST_CASE("sessions are independent") {
   IdTracker ids;
   for (std::uint64_t id = 0; id < 100; ++id) {
     ids.observe(1, id);
@@ -127,19 +127,19 @@ TEST_CASE("sessions do not disturb each other") {
   CHECK(ids.sessions() == 2);
 }
 
-TEST_CASE("extreme ids do no harm") {
+TEST_CASE("extreme ids are handled") {
   constexpr auto last = std::numeric_limits<std::uint64_t>::max() - 1;
   constexpr auto far = std::uint64_t{1} << 32;
   using enum IdTracker::Arrival;
   IdTracker ids;
-  CHECK(ids.observe(3, last + 1).arrival == impossible);  // has no next one
+  CHECK(ids.observe(3, last + 1).arrival == impossible);  // has no successor
   CHECK(ids.sessions() == 0);
   CHECK(ids.observe(2, last).arrival == in_order);
   CHECK(ids.observe(2, last).arrival == duplicate);
   CHECK(ids.observe(2, last + 1).arrival == impossible);
   CHECK(ids.duplicates() == 1);
   CHECK(ids.senders({}, {}).front().next_id == last + 1);
-  // One false number once made "captured 1, matched 4, dropped 18446744073709551611" of an account, and it added up.
+  // Regression: one wrong number made the account "captured 1, matched 4, dropped 18446744073709551611".
   ids.observe(1, 0);
   for (const std::uint64_t id : {last, far + 1}) CHECK(ids.observe(1, id).arrival == impossible);
   CHECK_FALSE(ids.report({1, ControlKind::goodbye, last, 0}).is_possible);
@@ -152,8 +152,8 @@ TEST_CASE("extreme ids do no harm") {
   CHECK(ids.report({1, ControlKind::goodbye, far + 1, 0}).is_possible);
 }
 
-// Of 100 frames in any order, from a sender that says nothing but frames, half were once refused as having come before.
-TEST_CASE("frames that come after a later one are no duplicates because the session began with that one") {
+// Regression: of 100 frames in any order from a sender without control messages, half were rejected as duplicates.
+TEST_CASE("frames that arrive after a session's first one with lower ids are not duplicates") {
   std::mt19937 random(9);
   for (const std::uint64_t first : {0u, 5u, 2000u}) {
     std::vector<std::uint64_t> order(100);
@@ -168,17 +168,17 @@ TEST_CASE("frames that come after a later one are no duplicates because the sess
   }
   IdTracker ids;
   ids.observe(1, 5000);
-  CHECK(ids.observe(1, 4990).gap == IdRange{4991, 9});  // now it is known that there were these
+  CHECK(ids.observe(1, 4990).gap == IdRange{4991, 9});  // these are missed as of now
   CHECK(ids.missed() == 9);
   CHECK(ids.observe(1, 5000 - 1024).gap == IdRange{5000 - 1023, 1013});
   CHECK(ids.senders({}, {}).front().received == 3);
-  CHECK(ids.observe(1, 5000 - 1025).arrival == IdTracker::Arrival::duplicate);  // so far back nothing is remembered
-  // Who said where it began has nothing before.
+  CHECK(ids.observe(1, 5000 - 1025).arrival == IdTracker::Arrival::duplicate);  // further back nothing is remembered
+  // After a hello the session has no ids before its begin.
   static_cast<void>(ids.report({2, ControlKind::hello, 10, 0}));
   CHECK(ids.observe(2, 9).arrival == IdTracker::Arrival::duplicate);
 }
 
-TEST_CASE("many sessions: the least recently used one is forgotten, memory stays bounded") {
+TEST_CASE("with many sessions the least recently used one is forgotten; memory is bounded") {
   IdTracker ids;
   for (std::uint64_t session = 0; session < 10'000; ++session) {
     ids.observe(session, 5);
@@ -187,6 +187,6 @@ TEST_CASE("many sessions: the least recently used one is forgotten, memory stays
   CHECK(ids.sessions() == 10'001);
   CHECK(ids.missed() == 0);
   CHECK(ids.duplicates() == 0);
-  ids.observe(0, 5);  // forgotten long ago: a new session
+  ids.observe(0, 5);  // forgotten: a new session
   CHECK(ids.sessions() == 10'002);
 }

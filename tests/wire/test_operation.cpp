@@ -1,4 +1,5 @@
-// lbea-serve in operation, as a process: keys end to end, metrics, words to systemd, the check, restarts, strangers.
+// lbea-serve as a process: keys end to end, metrics, systemd notifications, --check, restarts, unauthorized
+// connections.
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/test_data.hpp"
@@ -51,7 +52,7 @@ class Bench {
   void make_key(const std::string& name) { REQUIRE(start(LBEA_KEYGEN, {file(name)}, "keygen")->wait() == 0); }
   [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
   [[nodiscard]] std::string said() const { return text_of(file("serve.err")); }
-  /// What the server logged after `words`, up to a blank or comma.
+  /// The server's log after `words`, up to a blank or comma.
   [[nodiscard]] std::string word_after(const std::string& words) const {
     const std::string text = said();
     const auto at = text.find(words);
@@ -96,8 +97,8 @@ double value_of(const std::string& page, const std::string& metric) {
   return std::stod(page.substr(at + metric.size() + 2));
 }
 
-/// A process that keeps 1,000 connections open, idle or babbling, and closes and opens a thousand a second.
-int a_crowd(const std::string& frames) {
+/// A process that keeps 1,000 connections open, idle or sending noise, and reopens a thousand per second.
+int start_crowd(const std::string& frames) {
   const int crowd = ::fork();
   if (crowd != 0) return crowd;
   std::vector<int> connections;
@@ -115,7 +116,7 @@ int a_crowd(const std::string& frames) {
   }
 }
 
-/// Where systemd would listen.
+/// systemd's notification socket.
 class ServiceManager {
  public:
   explicit ServiceManager(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -123,21 +124,21 @@ class ServiceManager {
     address.sun_family = AF_UNIX;
     path.copy(address.sun_path, sizeof address.sun_path - 1);
     REQUIRE(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-    const timeval patience{0, 100'000};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval timeout{0, 100'000};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   }
   ~ServiceManager() { ::close(socket_); }
-  std::string hear() {
+  std::string receive() {
     std::string text(4096, '\0');
     const ssize_t got = ::recv(socket_, text.data(), text.size(), 0);
     text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
     return text;
   }
-  bool hears(const std::string& words) {
-    return eventually([&] { return contains(hear(), words); });
+  bool receives(const std::string& words) {
+    return eventually([&] { return contains(receive(), words); });
   }
-  void forget() {
-    while (!hear().empty()) {}
+  void discard() {
+    while (!receive().empty()) {}
   }
 
  private:
@@ -146,7 +147,7 @@ class ServiceManager {
 
 }  // namespace
 
-TEST_CASE("with keys: the right ones are served, end to end; others are not") {
+TEST_CASE("with keys, only allowed peers are served, end to end") {
   Bench bench;
   for (const std::string name : {"matcher", "camera", "stranger"}) bench.make_key(name);
   bench.frames = bench.results = "tcp://127.0.0.1:*";
@@ -160,7 +161,7 @@ TEST_CASE("with keys: the right ones are served, end to end; others are not") {
   CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("stranger.key")}) == 1);
   CHECK(contains(text_of(bench.file("send.err")), "nobody who knows this program's key"));
   CHECK(bench.send() == 1);
-  CHECK(bench.send({"--key", bench.file("camera.key")}) == 2);  // whose matcher?
+  CHECK(bench.send({"--key", bench.file("camera.key")}) == 2);  // no --server-key
   CHECK(bench.send({"--server-key", bench.file("matcher.pub"), "--key", bench.file("camera.pub")}) == 1);
   CHECK(eventually([&] {
     return contains(bench.said(), "frames: camera connected from 127.0.0.1") &&
@@ -171,7 +172,7 @@ TEST_CASE("with keys: the right ones are served, end to end; others are not") {
   CHECK(contains(text_of(bench.file("serve.out")), "\"captured\":1,\"received\":1,\"matched\":1"));
 }
 
-TEST_CASE("what is not safe does not start") {
+TEST_CASE("unsafe settings are rejected at the start") {
   Bench bench;
   for (const std::string name : {"matcher", "camera"}) bench.make_key(name);
   const auto refused = [&](std::vector<std::string> more, const std::string& sentence) {
@@ -231,7 +232,7 @@ TEST_CASE("a lost frame shows in the result stream, the log, the metrics and the
   CHECK(contains(text_of(bench.file("serve.out")), "\"missed\":2"));
 }
 
-TEST_CASE("metrics: read only, under this machine's names, and no crowd stops them or the matcher") {
+TEST_CASE("metrics: read only, local host names only, and unaffected by a crowd of connections") {
   Bench bench;
   const auto server = bench.serve({"--metrics", "127.0.0.1:0"});
   REQUIRE(eventually([&] { return contains(bench.said(), "metrics on http://"); }));
@@ -254,7 +255,7 @@ TEST_CASE("metrics: read only, under this machine's names, and no crowd stops th
   CHECK(server->wait() == 0);
 }
 
-TEST_CASE("systemd hears that it is ready, alive and stopping; nothing while it is stopped") {
+TEST_CASE("systemd is notified of ready, alive and stopping, and of nothing while the process is suspended") {
   Bench bench;
   ServiceManager manager(bench.file("notify"));
   ::setenv("NOTIFY_SOCKET", bench.file("notify").c_str(), 1);
@@ -262,21 +263,21 @@ TEST_CASE("systemd hears that it is ready, alive and stopping; nothing while it 
   const auto server = bench.serve();
   ::unsetenv("NOTIFY_SOCKET");
   ::unsetenv("WATCHDOG_USEC");
-  CHECK(manager.hears("READY=1"));
-  CHECK(manager.hears("WATCHDOG=1"));
-  CHECK(manager.hears("STATUS=captured 0"));
+  CHECK(manager.receives("READY=1"));
+  CHECK(manager.receives("WATCHDOG=1"));
+  CHECK(manager.receives("STATUS=captured 0"));
   server->signal(SIGSTOP);
   std::this_thread::sleep_for(200ms);
-  manager.forget();
-  CHECK(manager.hear().empty());
+  manager.discard();
+  CHECK(manager.receive().empty());
   server->signal(SIGCONT);
-  CHECK(manager.hears("WATCHDOG=1"));
+  CHECK(manager.receives("WATCHDOG=1"));
   server->signal(SIGTERM);
-  CHECK(manager.hears("STOPPING=1"));
+  CHECK(manager.receives("STOPPING=1"));
   CHECK(server->wait() == 0);
 }
 
-TEST_CASE("--check finds what would go wrong, changes nothing, and says so for programs too") {
+TEST_CASE("--check finds problems, changes nothing, and prints JSON") {
   Bench bench;
   const auto check = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments{LBEA_MODEL, "--check", "--json"};
@@ -299,15 +300,15 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--record", "/no/such/folder/run.mcap"}) == 1);
   CHECK(contains(found(), "\"name\":\"disk\",\"level\":\"failed\""));
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--pin", "100000"}) ==
-        0);  // asked for, not granted, not fatal
+        0);  // requested, not granted, not fatal
   CHECK(contains(found(), "\"name\":\"pin\",\"level\":\"warning\""));
-  // Once what only fit needs was not tried, and the start failed where the check had passed.
+  // Regression: the check did not test the requirements of fit, and the start failed after it had passed.
   const std::vector<std::string> fit{"--frames", bench.frames, "--results", bench.results, "--method", "fit"};
   const auto fit_and = [&](std::vector<std::string> more) {
     more.insert(more.begin(), fit.begin(), fit.end());
     return check(std::move(more));
   };
-  CHECK(fit_and({}) == 1);  // the model's images are for a rig elsewhere
+  CHECK(fit_and({}) == 1);  // the model's images were rendered for another pose
   CHECK(contains(found(), "\"name\":\"fit\",\"level\":\"failed\""));
   CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference",
                  "ipc://" + bench.file("inference")}) == 0);
@@ -315,7 +316,7 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
   CHECK(contains(found(), "\"name\":\"infer\",\"level\":\"failed\""));
   CHECK(fit_and({"--pose", LBEA_SENSOR, "--infer", "plastic_strain", "--inference", "tcp://0.0.0.0:1"}) == 1);
   CHECK(contains(found(), "\"name\":\"inference\",\"level\":\"failed\""));
-  // A check once passed what the start then refused: a recording's name that is taken, a window that is none.
+  // Regression: the check passed a recording's name that exists and an invalid window, which the start rejects.
   std::ofstream(bench.file("taken.mcap")) << "of yesterday";
   for (const std::vector<std::string>& recording : {std::vector<std::string>{"--record", bench.file("taken.mcap")},
                                                     {"--record", bench.folder.path().string()},
@@ -325,16 +326,17 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
     CHECK(check(more) == 1);
     CHECK(contains(found(), "\"name\":\"record\",\"level\":\"failed\""));
   }
-  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--record-window", "0.5:2"}) == 2);  // of what?
-  for (const std::string number :
-       {"010", "0x10", "99999999999999999999", "-9223372036854775809"}) {  // not eight, nor what would fit
+  CHECK(check({"--frames", bench.frames, "--results", bench.results, "--record-window", "0.5:2"}) ==
+        2);  // a window without --record
+  for (const std::string number : {"010", "0x10", "99999999999999999999",
+                                   "-9223372036854775809"}) {  // not octal, not hexadecimal, not out of range
     CAPTURE(number);
     CHECK(check({"--frames", bench.frames, "--results", bench.results, "--trigger-ns=" + number}) == 2);
   }
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--trigger-ns=-9223372036854775808"}) == 0);
   const auto server = bench.serve();
   CHECK(check({"--frames", bench.frames, "--results", "ipc://" + bench.file("other")}) == 1);
-  // A name in another encoding once ended the check with the JSON library's own words.
+  // Regression: a file name in another encoding ended the check with an error of the JSON library.
   const std::string latin = bench.file(
       "k\xFC"
       "che.lbea");
@@ -347,12 +349,12 @@ TEST_CASE("--check finds what would go wrong, changes nothing, and says so for p
                  "k\xEF\xBF\xBD"
                  "che.lbea: "));
   CHECK(contains(found(), "in use by another process"));
-  CHECK(bench.send() == 0);  // the one that runs was not disturbed
+  CHECK(bench.send() == 0);  // the running server was not disturbed
   server->signal(SIGINT);
   CHECK(server->wait() == 0);
 }
 
-TEST_CASE("privileges that are not granted are said and not fatal") {
+TEST_CASE("privileges that are not granted are logged and not fatal") {
   Bench bench;
   const auto server = bench.serve({"--pin", "100000"});
   CHECK(eventually([&] { return contains(bench.said(), "--pin: processor 100000 is not available"); }));
@@ -361,7 +363,7 @@ TEST_CASE("privileges that are not granted are said and not fatal") {
   CHECK(server->wait() == 0);
 }
 
-TEST_CASE("killed and started again, over and over: it always starts, soon, and serves") {
+TEST_CASE("killed and restarted repeatedly, it always starts quickly and serves") {
   Bench bench;
   const int cycles = is_long_run() ? 1000 : 50;
   std::mt19937 random(11);
@@ -381,9 +383,9 @@ TEST_CASE("killed and started again, over and over: it always starts, soon, and 
                  << " s in the median, the slowest after " << seconds.back() << " s");
 }
 
-// 1,000 strangers must not cost a rightful sender its rate. Windows beside them and without them take turns, so that a
-// machine with other work to do slows both.
-TEST_CASE("a crowd of strangers does not slow the rightful sender") {
+// 1,000 unauthorized connections must not reduce an admitted sender's rate. Windows with and without them alternate, so
+// that other load on the machine affects both.
+TEST_CASE("a crowd of unauthorized connections does not slow an admitted sender") {
   Bench bench;
   for (const std::string name : {"matcher", "camera"}) bench.make_key(name);
   bench.frames = bench.results = "tcp://127.0.0.1:*";
@@ -396,7 +398,7 @@ TEST_CASE("a crowd of strangers does not slow the rightful sender") {
   Encoder encoder;
   const std::vector<Point> points(1000, Point{1, 2, 3});
   std::uint64_t id = 0;
-  const auto share_sent = [&] {  // of 500 frames at 500/s that do not wait
+  const auto share_sent = [&] {  // of 500 frames at 500/s without waiting
     std::uint64_t sent = 0;
     const auto begin = std::chrono::steady_clock::now();
     for (int i = 0; i < 500; ++i) {
@@ -408,7 +410,7 @@ TEST_CASE("a crowd of strangers does not slow the rightful sender") {
   double beside = 0, alone = 0;
   const int pairs = is_long_run() ? 20 : 1;
   for (int pair = 0; pair < pairs; ++pair) {
-    const int crowd = a_crowd(frames);
+    const int crowd = start_crowd(frames);
     std::this_thread::sleep_for(1s);
     beside += share_sent() / pairs;
     ::kill(crowd, SIGKILL);

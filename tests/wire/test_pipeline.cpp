@@ -1,4 +1,4 @@
-// The pipeline of lbea-serve in this process, with faults where the matcher would be.
+// The pipeline of lbea-serve in this process, with a fake matcher.
 #include "tools/serve/reports.hpp"
 
 #include "tests/support/test_data.hpp"
@@ -20,7 +20,7 @@ using lbea::test::FakeEngine;
 
 namespace {
 
-// inproc hands over the sender's own memory through queues that the thread sanitizer does not see into.
+// inproc passes the sender's memory through queues that the thread sanitizer cannot follow.
 const std::vector<std::string> transports{
     "ipc",
     "tcp",
@@ -29,7 +29,7 @@ const std::vector<std::string> transports{
 #endif
 };
 
-/// A pipeline with one sender and one subscriber that hears everything.
+/// A pipeline with one sender and one subscriber that receives everything.
 class Bench {
  public:
   explicit Bench(std::chrono::microseconds delay = {}, PipelineConfig config = small(),
@@ -41,7 +41,7 @@ class Bench {
         subscriber(context, sink_.endpoint()),
         pipeline(std::move(config), engine, std::move(source_), std::move(sink_)) {
     REQUIRE(sender.wait_ready(30s));
-    // A state: the subscription stands.
+    // A state shows that the subscription is complete.
     REQUIRE(eventually([&] { return subscriber.receive(10ms).has_value(); }));
   }
 
@@ -51,15 +51,15 @@ class Bench {
   }
   void send_bytes(std::span<const std::byte> bytes) { REQUIRE(sender.send(bytes, 30s)); }
 
-  /// Results until `count` of them are there.
-  void hear(std::size_t count) {
+  /// Receives until there are `count` results.
+  void receive(std::size_t count) {
     while (results.size() < count) {
       const auto message = subscriber.receive(30s);
       REQUIRE(message);
-      take(*message);
+      decode(*message);
     }
   }
-  /// Stops once all has arrived, then hears what is left.
+  /// Stops after everything has arrived, then receives the rest.
   Counters finish() {
     const auto arrived = [&] {
       const Counters counters = pipeline.counters();
@@ -67,7 +67,7 @@ class Bench {
     };
     CHECK(eventually([&] { return arrived() == sender.tally().sent; }));
     pipeline.stop();
-    while (const auto message = subscriber.receive(200ms)) take(*message);
+    while (const auto message = subscriber.receive(200ms)) decode(*message);
     return pipeline.counters();
   }
 
@@ -89,7 +89,7 @@ class Bench {
     if (transport == "tcp") return "tcp://127.0.0.1:*";
     return transport == "inproc" ? "inproc://" + name : "ipc://" + (folder / name).string();
   }
-  void take(Message message) {
+  void decode(Message message) {
     if (message_kind(message) == MessageKind::state) {
       REQUIRE(decode_state(message, state) == WireStatus::ok);
       return;
@@ -127,13 +127,13 @@ void check_published_as_counted(const Bench& bench, const Counters& counters) {
 
 }  // namespace
 
-TEST_CASE("every frame is answered, in order, with names, times and counters") {
+TEST_CASE("every frame gets a result, in order, with names, times and counters") {
   for (const std::string& transport : transports) {
     CAPTURE(transport);
     Bench bench({}, Bench::small(), transport);
     for (std::uint64_t id = 0; id < 100; ++id) {
       bench.send(id, 10);
-      bench.hear(id + 1);
+      bench.receive(id + 1);
     }
     const Counters counters = bench.finish();
     REQUIRE(bench.results.size() == 100);
@@ -166,7 +166,7 @@ TEST_CASE("every frame is answered, in order, with names, times and counters") {
   }
 }
 
-TEST_CASE("a slow matcher: what does not fit is dropped, counted and announced, to the last frame") {
+TEST_CASE("with a slow matcher, frames beyond the queue are dropped, counted and published") {
   PipelineConfig config = Bench::small();
   config.queue_slots = 3;
   Bench bench(2ms, config);
@@ -188,7 +188,7 @@ TEST_CASE("a slow matcher: what does not fit is dropped, counted and announced, 
   CHECK(bench.results.back().counters.adds_up());
 }
 
-TEST_CASE("refused frames are answered too, and do not disturb the others") {
+TEST_CASE("rejected frames get results too and do not affect the others") {
   Bench bench;
   const std::vector<std::byte> garbage(500, std::byte{0x5a});
   const std::vector<Point> many(1001), few(3, Point{4, 0, 0});
@@ -201,7 +201,7 @@ TEST_CASE("refused frames are answered too, and do not disturb the others") {
     bench.send(id++, 1);
     const auto message = bench.encoder.frame({id, 1, few}, 1);
     bench.send_bytes(message.first(message.size() / 2));
-    bench.hear(static_cast<std::size_t>(round + 1) * 6);
+    bench.receive(static_cast<std::size_t>(round + 1) * 6);
   }
   const Counters counters = bench.finish();
   CHECK(counters.received == 120);
@@ -218,12 +218,12 @@ TEST_CASE("refused frames are answered too, and do not disturb the others") {
   }
 }
 
-TEST_CASE("gaps, repetitions and sessions are counted") {
+TEST_CASE("gaps, duplicates and sessions are counted") {
   Bench bench;
   for (const std::uint64_t id : {5u, 6u, 9u, 9u}) bench.send(id, 2, 1);
   bench.send(1000, 2, 2);
   bench.send_bytes(bench.encoder.end_of_stream(2, 1003));
-  bench.hear(10);
+  bench.receive(10);
   const Counters counters = bench.finish();
   CHECK(counters.missed == 4);  // 7, 8; 1001, 1002
   CHECK(counters.of(WireStatus::missed) == 4);
@@ -238,7 +238,7 @@ TEST_CASE("gaps, repetitions and sessions are counted") {
   CHECK_FALSE(is_complete(counters));
 }
 
-TEST_CASE("stopping finishes what has arrived") {
+TEST_CASE("stop() finishes all frames that have arrived") {
   PipelineConfig config = Bench::small();
   config.queue_slots = 8;
   Bench bench(20ms, config);
@@ -247,13 +247,13 @@ TEST_CASE("stopping finishes what has arrived") {
   CHECK(counters.received == 5);
   CHECK(counters.of(WireStatus::ok) == 5);
   CHECK(bench.results.size() == 5);
-  CHECK(bench.state.counters == counters);  // the farewell state has the closing tally
+  CHECK(bench.state.counters == counters);  // the last state has the closing tally
 }
 
-TEST_CASE("who comes late learns from the state what is going on") {
+TEST_CASE("a late subscriber learns the current counts from the state") {
   Bench bench;
   bench.send(0, 3);
-  bench.hear(1);
+  bench.receive(1);
   ResultSource late(bench.context, "ipc://" + (bench.folder / "results").string());
   WireState state;
   REQUIRE(eventually([&] {
@@ -290,7 +290,7 @@ TEST_CASE("sequence numbers on the results socket have no gap") {
   static_cast<void>(bench.finish());
 }
 
-TEST_CASE("random stalls of the matcher: the tally stays exact") {
+TEST_CASE("with random stalls of the matcher the tally is exact") {
   std::mt19937 random(7);
   for (int round = 0; round < 3; ++round) {
     PipelineConfig config = Bench::small();
@@ -309,7 +309,7 @@ TEST_CASE("random stalls of the matcher: the tally stays exact") {
   }
 }
 
-TEST_CASE("the closing tally in words and as JSON") {
+TEST_CASE("the closing tally as text and as JSON") {
   Counters counters;
   counters.received = 10;
   counters.by_status[static_cast<std::size_t>(WireStatus::ok)] = 6;

@@ -88,7 +88,7 @@ void check_equal(const WireResult& a, const WireResult& b) {
 
 }  // namespace
 
-TEST_CASE("a result comes back as it was, from any address") {
+TEST_CASE("a result is decoded unchanged, from any address") {
   Encoder encoder;
   for (const WireResult& result : {WireResult{}, some_result()}) {
     const auto message = encoder.result(result);
@@ -104,7 +104,7 @@ TEST_CASE("a result comes back as it was, from any address") {
   }
 }
 
-TEST_CASE("a thousand matches fit") {
+TEST_CASE("a result may have a thousand matches") {
   WireResult result;
   for (std::uint32_t i = 0; i < 1000; ++i) result.matches.push_back({{i, i}, "run_" + std::to_string(i), 0, 0});
   Encoder encoder;
@@ -113,7 +113,7 @@ TEST_CASE("a thousand matches fit") {
   check_equal(read, result);
 }
 
-TEST_CASE("a state comes back as it was") {
+TEST_CASE("a state is decoded unchanged") {
   const ModelSummary model{"rail.lbea", 7, 8, 9, 10, 11, "mm", {"run_001", "", "run_003"}};
   const std::vector<WireSender> senders{{1, 2, 30, 20, 5, 3, SenderCondition::silent}, {}};
   const WireState state{1,
@@ -158,7 +158,7 @@ TEST_CASE("a state comes back as it was") {
   CHECK_FALSE(read.recording.has_value());
 }
 
-TEST_CASE("what a sender says comes back as it was, from any address, and never half") {
+TEST_CASE("a control message is decoded unchanged, from any address, and never partially") {
   Encoder encoder;
   constexpr auto most = std::numeric_limits<std::uint64_t>::max();
   for (const Control& control :
@@ -185,7 +185,7 @@ TEST_CASE("what a sender says comes back as it was, from any address, and never 
   CHECK(decode_control(encoder.end_of_stream(1, 1), read) == WireStatus::wrong_kind);
 }
 
-TEST_CASE("an inference comes back as it was, for any number of values, and never half") {
+TEST_CASE("an inference is decoded unchanged, with any number of values, and never partially") {
   Encoder encoder;
   for (const std::size_t count : {0u, 1u, 2u, 5'000u}) {
     WireInference sent{1, 2, 3, -4, "plastic_strain", "1", FieldInfo::Location::node, {}, {}, 5};
@@ -212,7 +212,7 @@ TEST_CASE("an inference comes back as it was, for any number of values, and neve
   CHECK(decode_inference(encoder.result({}), read) == WireStatus::wrong_kind);
 }
 
-TEST_CASE("results and states are told apart, and cut ones refused") {
+TEST_CASE("results and states are distinguished, truncated ones rejected") {
   Encoder encoder;
   WireResult result;
   WireState state;
@@ -241,7 +241,7 @@ TEST_CASE("every status has a name, a sentence and a fate") {
   CHECK(counters.sum(Fate::matched) == 0b11);
   CHECK(counters.sum(Fate::rejected) == 0b1'0000'1111'1111'1100);
   CHECK(counters.sum(Fate::dropped) == 0b1101'0000'0000'0000);
-  // missed and withheld were never received
+  // missed and withheld are not received
   counters.received = 0b1'0001'1111'1111'1111;
   CHECK(counters.adds_up());
   ++counters.received;

@@ -1,4 +1,4 @@
-// lbea-send as the program it is, against a pipeline in this process.
+// lbea-send as a process, with a pipeline in this process.
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/instrumented.hpp"
@@ -51,7 +51,7 @@ struct Received {
   std::uint64_t end_id = 0;
 };
 
-/// The next message that is a frame; what the sender says beside them is skipped.
+/// The next frame; control messages are skipped.
 std::optional<Message> next_frame(FrameSource& source) {
   while (const auto message = source.receive(30s))
     if (message_kind(*message) != MessageKind::control) return message;
@@ -75,7 +75,7 @@ Received receive_all(FrameSource& source) {
 
 }  // namespace
 
-TEST_CASE("a folder arrives by name, with rising ids, the files' stamps and an end") {
+TEST_CASE("a folder is sent in the order of names, with rising ids, the files' stamps and an end of stream") {
   Bench bench;
   WireContext context;
   FrameSource source(context, bench.endpoint());
@@ -98,8 +98,8 @@ TEST_CASE("a folder arrives by name, with rising ids, the files' stamps and an e
   CHECK(contains(text_of(bench.out()), R"("captured":12,"sent":12,"refused":0,"handed_over":12)"));
 }
 
-// Once every frame wrote a line of progress when nobody knew how many there would be.
-TEST_CASE("sent for ever, progress is a line every few seconds" *
+// Regression: without a known total, every frame printed a line of progress.
+TEST_CASE("in an endless loop, progress is a line every few seconds" *
           doctest::skip(std::getenv("LBEA_LONG_TESTS") == nullptr)) {
   Bench bench(2);
   WireContext context;
@@ -115,7 +115,7 @@ TEST_CASE("sent for ever, progress is a line every few seconds" *
   CHECK(static_cast<double>(std::ranges::count(said, '\n')) <= seconds / 5 + 3);
 }
 
-TEST_CASE("clouds without a stamp get the present one") {
+TEST_CASE("clouds without a stamp get the current time") {
   Bench bench(2, false);
   WireContext context;
   FrameSource source(context, bench.endpoint());
@@ -165,12 +165,12 @@ TEST_CASE("the pace: at a rate, and by the stamps" * doctest::skip(test::is_inst
     CHECK(sender->wait() == 0);
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
-  // Never earlier than due; later as the machine is loaded. The first frame may itself be a little late.
+  // Never early; late on a loaded machine. The first frame may itself be a little late.
   CHECK(seconds_of({"--rate", "20", "--loop", "2"}, 10) > 9 / 20.0 - 0.1);
   CHECK(seconds_of({"--realtime", "--loop", "40"}, 200) > 199 * 0.001 - 0.1);
 }
 
-TEST_CASE("a paced sender does not wait for a receiver that does not read: it counts") {
+TEST_CASE("a paced sender does not wait for a receiver that does not read; it counts refusals") {
   Bench bench;
   WireContext context;
   const FrameSource source(context, bench.endpoint());
@@ -186,7 +186,7 @@ TEST_CASE("a paced sender does not wait for a receiver that does not read: it co
   CHECK_FALSE(contains(tally, "\"refused\":0,"));
 }
 
-TEST_CASE("Ctrl-C ends an endless loop in good order") {
+TEST_CASE("Ctrl-C ends an endless loop cleanly") {
   Bench bench;
   WireContext context;
   FrameSource source(context, bench.endpoint());
@@ -198,7 +198,7 @@ TEST_CASE("Ctrl-C ends an endless loop in good order") {
   CHECK(rest.end_id == 10 + rest.frames.size());
 }
 
-TEST_CASE("a sender killed in mid-stream does no harm; the next one is served") {
+TEST_CASE("after a sender is killed in mid-stream the next one is served") {
   Bench bench;
   WireContext context;
   FrameSource source(context, bench.endpoint());
@@ -214,7 +214,7 @@ TEST_CASE("a sender killed in mid-stream does no harm; the next one is served") 
   CHECK(sender->wait() == 0);
 }
 
-TEST_CASE("--wait-ready waits for a receiver that comes later") {
+TEST_CASE("--wait-ready waits for a receiver that starts later") {
   Bench bench;
   const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint(), "--wait-ready"});
   std::this_thread::sleep_for(300ms);
@@ -225,7 +225,7 @@ TEST_CASE("--wait-ready waits for a receiver that comes later") {
   CHECK(sender->wait() == 0);
 }
 
-TEST_CASE("what cannot be done is said in a sentence") {
+TEST_CASE("errors are reported in a sentence") {
   Bench bench;
   const auto fails = [&](const std::vector<std::string>& arguments, int code, const std::string& sentence) {
     CAPTURE(sentence);

@@ -1,4 +1,4 @@
-// lbea-serve as the program it is, with the demo ensemble's model; frames and results in this process.
+// lbea-serve as a process with the demo ensemble's model; frames and results in this process.
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
@@ -118,7 +118,7 @@ TEST_CASE("a sample sent as a frame is found, by either method") {
       const WireResult result = next_result(results);
       CHECK(result.frame_id == id++);
       REQUIRE(result.matches.size() == 3);
-      // At time step 0 all runs look alike up to their imperfections; later ones are distinct.
+      // At time step 0 all runs are equal up to their imperfections; later they differ.
       if (sample > 0) CHECK(result.matches[0].sample == camera.model().sample(sample));
       CHECK(result.matches[0].simulation_name == camera.model().simulation_name(result.matches[0].sample.simulation));
       CHECK(result.matches[0].distance <= result.matches[1].distance);
@@ -131,7 +131,7 @@ TEST_CASE("a sample sent as a frame is found, by either method") {
   }
 }
 
-TEST_CASE("SIGTERM with frames in flight: everything received is accounted for and announced") {
+TEST_CASE("SIGTERM with frames in flight: every received frame is accounted for and published") {
   for (int round = 0; round < 3; ++round) {
     Bench bench;
     const auto server = bench.serve({"--queue", "4"});
@@ -172,7 +172,7 @@ TEST_CASE("SIGTERM with frames in flight: everything received is accounted for a
   }
 }
 
-TEST_CASE("a sender killed in mid-frame leaves the server alive and serving") {
+TEST_CASE("the server continues after a sender is killed in mid-frame") {
   Bench bench;
   const auto server = bench.serve();
   WireContext context;
@@ -195,7 +195,7 @@ TEST_CASE("a sender killed in mid-frame leaves the server alive and serving") {
   CHECK(contains(text_of(bench.file("serve.out")), "\"adds_up\":true"));
 }
 
-TEST_CASE("a second instance refuses; after a kill -9 the next one starts") {
+TEST_CASE("a second instance fails; after a kill -9 the next one starts") {
   Bench bench;
   const auto first = bench.serve();
   const auto second = bench.start({LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results()}, "second");
@@ -215,7 +215,7 @@ TEST_CASE("a second instance refuses; after a kill -9 the next one starts") {
   CHECK(third->wait() == 0);
 }
 
-TEST_CASE("what the cameras cannot see is published frame by frame, as the estimate's samples have it") {
+TEST_CASE("the inferred field is published for every frame, from the estimate's samples") {
   Bench bench;
   const std::string endpoint = "ipc://" + bench.file("inference");
   const auto server =
@@ -248,7 +248,7 @@ TEST_CASE("what the cameras cannot see is published frame by frame, as the estim
   CHECK(explained.size() == 3);
 }
 
-TEST_CASE("what cannot be done is said in a sentence") {
+TEST_CASE("errors are reported in a sentence") {
   Bench bench;
   const auto fails = [&](const std::vector<std::string>& arguments, int code, const std::string& sentence) {
     CAPTURE(sentence);

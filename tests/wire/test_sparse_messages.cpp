@@ -1,4 +1,4 @@
-// Messages of other writers, which leave away what they do not have: read with the defaults, never through a null.
+// Messages of other writers that omit fields: read with the defaults, without null access.
 #include "adapters/wire/codec/codec.hpp"
 
 #include "inference_generated.h"
@@ -22,7 +22,7 @@ std::span<const std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builde
 
 }  // namespace
 
-TEST_CASE("a result that says nothing, and one whose parts say nothing") {
+TEST_CASE("an empty result, and one with empty parts") {
   flatbuffers::FlatBufferBuilder empty;
   schema::FinishResultBuffer(empty, schema::CreateResult(empty));
   WireResult result;
@@ -48,7 +48,7 @@ TEST_CASE("a result that says nothing, and one whose parts say nothing") {
   CHECK(result.test.branches.empty());
 }
 
-TEST_CASE("a state and an inference that say nothing; messages larger than any of their kind") {
+TEST_CASE("an empty state and inference; oversized messages") {
   flatbuffers::FlatBufferBuilder empty;
   schema::FinishStateBuffer(empty, schema::CreateState(empty));
   WireState state;

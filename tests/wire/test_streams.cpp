@@ -58,7 +58,7 @@ TEST_CASE("frames of all sizes arrive in order, copied or not") {
   }
 }
 
-TEST_CASE("without a receiver nothing is taken, every refusal is counted") {
+TEST_CASE("without a receiver nothing is accepted, every refusal is counted") {
   const test::TemporaryFolder folder;
   WireContext context;
   FrameSink sink(context, "ipc://" + (folder / "nobody").string());
@@ -70,7 +70,7 @@ TEST_CASE("without a receiver nothing is taken, every refusal is counted") {
   CHECK(sink.flush(0ms) == 0);
 }
 
-TEST_CASE("a receiver that does not read: sends end in refusals, and everything taken arrives later") {
+TEST_CASE("with a receiver that does not read, sends are refused, and everything accepted arrives later") {
   const test::TemporaryFolder folder;
   WireContext context;
   FrameSource source(context, "ipc://" + (folder / "slow").string());
@@ -88,10 +88,10 @@ TEST_CASE("a receiver that does not read: sends end in refusals, and everything 
   CHECK(message.use_count() == 1);
 }
 
-// The matcher once died when a sender was killed while it could not read: ZeroMQ's heartbeat fell due on a connection
-// whose input was stopped at the high-water mark and whose other end was gone ("Assertion failed: !_io_error").
-// Short tests missed it, because the heartbeat has to fall between the two.
-TEST_CASE("a sender that leaves while the receiver's queue is full does not take the receiver with it") {
+// Regression: the matcher aborted when a sender was killed while it could not read. ZeroMQ's heartbeat was due on a
+// connection whose input was stopped at the high-water mark and whose other end was closed ("Assertion failed:
+// !_io_error"). Short tests missed it, because the heartbeat must be due between the two.
+TEST_CASE("the receiver survives a sender that closes while the receiver's queue is full") {
   const test::TemporaryFolder folder;
   for (const std::string& endpoint : {"ipc://" + (folder / "full").string(), std::string("tcp://127.0.0.1:*")}) {
     CAPTURE(endpoint);
@@ -114,9 +114,9 @@ TEST_CASE("a sender that leaves while the receiver's queue is full does not take
   }
 }
 
-// A replay once lost its last rounds on a busy machine: ZeroMQ throws away what is unread in a connection whose other
-// end has left while the receiver's queue was full, and flush() had waited only until the system had the bytes.
-TEST_CASE("what was flushed over ipc arrives, however late the receiver reads and however soon the sender leaves") {
+// Regression: a replay lost its last rounds on a busy machine. ZeroMQ discards unread messages when the sender closes
+// while the receiver's queue is full, and flush() waited only until the system had the bytes.
+TEST_CASE("messages flushed over ipc arrive, however late the receiver reads and however soon the sender closes") {
   const test::TemporaryFolder folder;
   WireContext context;
   WireLimits limits;
@@ -138,7 +138,7 @@ TEST_CASE("what was flushed over ipc arrives, however late the receiver reads an
   CHECK(received == messages);
 }
 
-TEST_CASE("a message beyond the limit is not delivered, and the next one is") {
+TEST_CASE("a message over the limit is not delivered, the next one is") {
   const test::TemporaryFolder folder;
   WireContext context;
   const WireLimits limits{.max_points = 10, .least_message_bytes = 0};
@@ -155,7 +155,7 @@ TEST_CASE("a message beyond the limit is not delivered, and the next one is") {
   CHECK(received->size() == 5);
 }
 
-TEST_CASE("a second instance refuses with a sentence and does not disturb the first") {
+TEST_CASE("a second instance fails with a sentence and does not disturb the first") {
   const test::TemporaryFolder folder;
   for (const std::string& wanted : endpoints(folder)) {
     CAPTURE(wanted);
@@ -173,7 +173,7 @@ TEST_CASE("a second instance refuses with a sentence and does not disturb the fi
   }
 }
 
-TEST_CASE("an endpoint is free again as soon as its owner is gone") {
+TEST_CASE("an endpoint is free as soon as its owner is destroyed") {
   const test::TemporaryFolder folder;
   const std::string endpoint = "ipc://" + (folder / "again").string();
   for (int round = 0; round < 30; ++round) {

@@ -1,4 +1,4 @@
-// Shared by the wire's tests: patience, errors as text, other processes.
+// Shared by the wire tests: polling with a timeout, errors as text, other processes.
 #pragma once
 
 #include "tests/support/files.hpp"
@@ -10,7 +10,7 @@
 
 namespace lbea::test {
 
-/// Polls until `holds` or, generous for loaded machines and sanitizers, 30 s have passed.
+/// Polls until `holds` returns true, at most 30 s (for loaded machines and sanitizers).
 template <class Predicate>
 bool eventually(Predicate holds) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
