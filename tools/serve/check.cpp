@@ -18,60 +18,45 @@
 namespace lbea::tool {
 namespace {
 
-/// The findings of all checks.
-class Preflight {
- public:
-  /// Runs `question`; its return value is the finding's text, an exception makes it failed.
-  void check(const std::string& name, const std::function<std::string()>& question);
-  void add(Finding finding) { findings_.push_back(std::move(finding)); }
-  /// Nothing failed; warnings do not count.
-  [[nodiscard]] bool passed() const noexcept;
-  [[nodiscard]] std::string to_text() const;
-  [[nodiscard]] std::string to_json() const;
-
- private:
-  std::vector<Finding> findings_;
-};
-
 std::string name_of(Finding::Level level) {
   constexpr std::array<const char*, 3> names{"ok", "warning", "failed"};
   return names[static_cast<std::size_t>(level)];
 }
 
-void Preflight::check(const std::string& name, const std::function<std::string()>& question) {
-  Finding finding{name, Finding::Level::ok, {}};
-  try {
-    finding.text = question();
-  } catch (const std::exception& error) {
-    finding.level = Finding::Level::failed;
-    finding.text = error.what();
+/// The findings of all checks.
+class Preflight {
+ public:
+  /// Runs `question`; its return value is the finding's text, an exception makes it failed.
+  void check(const std::string& name, const std::function<std::string()>& question) {
+    try {
+      add({name, Finding::Level::ok, question()});
+    } catch (const std::exception& error) { add({name, Finding::Level::failed, error.what()}); }
   }
-  add(std::move(finding));
-}
-
-bool Preflight::passed() const noexcept {
-  return std::ranges::find(findings_, Finding::Level::failed, &Finding::level) == findings_.end();
-}
-
-std::string Preflight::to_text() const {
-  std::string text;
-  for (const Finding& finding : findings_) {
-    std::string level = name_of(finding.level), name = finding.name;
-    level.resize(8, ' ');
-    name.resize(std::max<std::size_t>(name.size(), 12), ' ');
-    text += level + name + " " + finding.text + "\n";
+  void add(Finding finding) { findings_.push_back(std::move(finding)); }
+  /// Nothing failed; warnings do not count.
+  [[nodiscard]] bool passed() const noexcept {
+    return std::ranges::find(findings_, Finding::Level::failed, &Finding::level) == findings_.end();
   }
-  return text + (passed() ? "ready for the test" : "not ready: see the failed checks");
-}
+  [[nodiscard]] std::string to_text() const {
+    std::string text;
+    for (const Finding& finding : findings_) {
+      std::string level = name_of(finding.level), name = finding.name;
+      level.resize(8, ' ');
+      name.resize(std::max<std::size_t>(name.size(), 12), ' ');
+      text += level + name + " " + finding.text + "\n";
+    }
+    return text + (passed() ? "ready for the test" : "not ready: see the failed checks");
+  }
+  [[nodiscard]] std::string to_json() const {
+    nlohmann::ordered_json json{{"passed", passed()}, {"findings", nlohmann::ordered_json::array()}};
+    for (const Finding& finding : findings_)
+      json["findings"].push_back({{"name", finding.name}, {"level", name_of(finding.level)}, {"text", finding.text}});
+    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  }
 
-std::string Preflight::to_json() const {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  json["passed"] = passed();
-  json["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& finding : findings_)
-    json["findings"].push_back({{"name", finding.name}, {"level", name_of(finding.level)}, {"text", finding.text}});
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
+ private:
+  std::vector<Finding> findings_;
+};
 
 constexpr std::uint64_t probe_bytes = std::uint64_t{256} << 20;
 constexpr rlim_t recommended_descriptors = 4096;
