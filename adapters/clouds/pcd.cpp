@@ -4,21 +4,12 @@
 #include "adapters/files/binary_numbers.hpp"
 #include "adapters/files/text_line.hpp"
 
-#include <lbea/lbea.hpp>
-
 extern "C" {
 #include <liblzf/lzf.h>
 }
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::io {
 namespace {
@@ -51,20 +42,17 @@ struct PcdHeader {
 /// The type of a field's values, when coordinates may have it.
 std::optional<binary::Scalar> scalar_of(const PcdField& field) noexcept {
   using enum binary::Scalar;
-  if (field.type == 'F')
-    return field.size == 4 ? std::optional(float32) : field.size == 8 ? std::optional(float64) : std::nullopt;
-  if (field.type != 'I' && field.type != 'U') return std::nullopt;
-  const bool is_signed = field.type == 'I';
-  switch (field.size) {
-    case 1:
-      return is_signed ? int8 : uint8;
-    case 2:
-      return is_signed ? int16 : uint16;
-    case 4:
-      return is_signed ? int32 : uint32;
-    default:
-      return std::nullopt;
-  }
+  struct Known {
+    char type;
+    std::size_t size;
+    binary::Scalar scalar;
+  };
+  constexpr std::array known{Known{'F', 4, float32}, Known{'F', 8, float64}, Known{'I', 1, int8},
+                             Known{'U', 1, uint8},   Known{'I', 2, int16},   Known{'U', 2, uint16},
+                             Known{'I', 4, int32},   Known{'U', 4, uint32}};
+  for (const auto& [type, size, scalar] : known)
+    if (field.type == type && field.size == size) return scalar;
+  return std::nullopt;
 }
 
 constexpr std::uint64_t most = 0xffffffff;
@@ -80,16 +68,16 @@ class PcdHeaderParser {
         continue;
       }
       const std::string_view keyword = text::next_word(line);
-      take(keyword, line);
+      read_line(keyword, line);
       if (keyword == "DATA") return finish();
     }
     fail("the header has no \"DATA\"; the file is cut short");
   }
 
  private:
-  void take(std::string_view keyword, std::string_view rest) {
+  void read_line(std::string_view keyword, std::string_view rest) {
     if (keyword == "FIELDS")
-      take_fields(rest);
+      read_fields(rest);
     else if (keyword == "SIZE")
       each(rest, [&](PcdField& field, std::string_view word) { field.size = number(word); });
     else if (keyword == "COUNT")
@@ -103,12 +91,12 @@ class PcdHeaderParser {
     else if (keyword == "POINTS")
       points_ = number(text::trimmed(rest));
     else if (keyword == "DATA")
-      take_storage(text::trimmed(rest));
+      read_storage(text::trimmed(rest));
     else if (keyword != "VERSION" && keyword != "VIEWPOINT" && !keyword.empty())
       fail("unknown keyword \"" + std::string(keyword.substr(0, 40)) + "\"");
   }
 
-  void take_fields(std::string_view rest) {
+  void read_fields(std::string_view rest) {
     header_.fields.clear();
     for (std::string_view word = text::next_word(rest); !word.empty(); word = text::next_word(rest))
       header_.fields.push_back({std::string(word), 4, 'F', 1});
@@ -123,7 +111,7 @@ class PcdHeaderParser {
     }
   }
 
-  void take_storage(std::string_view name) {
+  void read_storage(std::string_view name) {
     if (name == "ascii")
       header_.storage = PcdStorage::text;
     else if (name == "binary")

@@ -4,18 +4,10 @@
 #include "adapters/files/ply_header.hpp"
 #include "adapters/files/text_line.hpp"
 
-#include <lbea/lbea.hpp>
-
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::io {
 namespace {
@@ -155,7 +147,7 @@ class BinaryRows {
         skip_list(property);
       else
         row[axis_of(property)] =
-            static_cast<float>(binary::load(take(binary::size_of(property.type)), property.type, big_endian_));
+            static_cast<float>(binary::load(next(binary::size_of(property.type)), property.type, big_endian_));
     }
     return row;
   }
@@ -163,12 +155,12 @@ class BinaryRows {
   void skip_list(const ply::Property& property) {
     const ply::Scalar type = *property.count_type;
     const std::size_t size = binary::size_of(type);
-    const std::uint64_t count = binary::load_bits(take(size), size, big_endian_);
+    const std::uint64_t count = binary::load_bits(next(size), size, big_endian_);
     if (binary::is_signed_integer(type) && (count >> (8 * size - 1)) != 0) fail("a list with a negative count");
-    take(static_cast<std::size_t>(count) * binary::size_of(property.type));  // at most 2^32 * 8
+    next(static_cast<std::size_t>(count) * binary::size_of(property.type));  // at most 2^32 * 8
   }
 
-  const std::byte* take(std::size_t size) {
+  const std::byte* next(std::size_t size) {
     if (size > bytes_.size() - at_) fail("the file ends within a row; it is cut short");
     at_ += size;
     return bytes_.data() + at_ - size;

@@ -7,10 +7,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <limits>
 #include <utility>
-#include <vector>
 
 namespace lbea::io {
 namespace {
@@ -19,24 +17,21 @@ constexpr std::array<std::pair<std::string_view, std::int64_t>, 4> units{
     {{"ns", 1}, {"us", 1'000}, {"ms", 1'000'000}, {"s", 1'000'000'000}}};
 constexpr std::int64_t second = 1'000'000'000;
 
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-bool is_letter(char c) noexcept { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
-
-/// Decimal digits times a unit, exactly down to the ns; nothing when it does not fit.
+/// Decimal digits times a unit, exact to the ns; nothing when it does not fit into 64 bits.
 std::optional<std::int64_t> in_ns(std::string_view number, std::int64_t unit) noexcept {
   const bool is_negative = number.starts_with('-');
   if (is_negative) number.remove_prefix(1);
   std::int64_t value = 0, scale = unit;
-  bool is_behind_point = false, has_digit = false;
+  bool is_after_point = false, has_digit = false;
   for (const char c : number) {
-    if (c == '.' && !is_behind_point) {
-      is_behind_point = true;
+    if (c == '.' && !is_after_point) {
+      is_after_point = true;
       continue;
     }
-    if (!is_digit(c)) return std::nullopt;
+    if (!text::is_digit(c)) return std::nullopt;
     has_digit = true;
     const std::int64_t digit = c - '0';
-    if (is_behind_point) {
+    if (is_after_point) {
       scale /= 10;
       if (__builtin_add_overflow(value, digit * scale, &value)) return std::nullopt;
     } else if (__builtin_mul_overflow(value, std::int64_t{10}, &value) ||
@@ -48,13 +43,13 @@ std::optional<std::int64_t> in_ns(std::string_view number, std::int64_t unit) no
   return is_negative ? -value : value;
 }
 
-/// The number at `at`: digits, at most one point between them.
+/// The number at `at`: digits with at most one decimal point between them.
 std::string_view number_at(std::string_view text, std::size_t at) noexcept {
   std::size_t end = at;
   bool has_point = false;
   for (; end < text.size(); ++end) {
-    const bool is_point = text[end] == '.' && !has_point && end + 1 < text.size() && is_digit(text[end + 1]);
-    if (!is_digit(text[end]) && !is_point) break;
+    const bool is_point = text[end] == '.' && !has_point && end + 1 < text.size() && text::is_digit(text[end + 1]);
+    if (!text::is_digit(text[end]) && !is_point) break;
     has_point = has_point || is_point;
   }
   return text.substr(at, end - at);
@@ -74,14 +69,7 @@ std::optional<std::int64_t> unit_named(std::string_view word) noexcept {
   return std::nullopt;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
-/// The unit at the end of a column's name: "stamp_ns", "time [s]"; nothing when it is no time.
+/// The unit at the end of a column's name: "stamp_ns", "time [s]"; nothing when the column is not a time.
 std::optional<std::int64_t> unit_of_column(const std::string& name) {
   constexpr std::array<std::string_view, 4> times{"stamp", "timestamp", "time", "t"};
   const std::size_t end = std::min(name.find_first_of("_ [("), name.size());
@@ -102,18 +90,11 @@ char separator_of(std::string_view line) {
   return text::Fields::blanks;
 }
 
-std::vector<std::string> split(std::string_view line, char separator) {
-  std::vector<std::string> words;
-  text::Fields fields(line, separator);
-  for (std::string_view field; fields.next(field);) words.emplace_back(field);
-  return words;
-}
-
-std::optional<TableColumns> columns_of(const std::vector<std::string>& names) {
+std::optional<TableColumns> columns_of(const std::vector<std::string_view>& names) {
   constexpr std::array<std::string_view, 4> files{"file", "filename", "name", "cloud"};
   TableColumns columns{names.size(), names.size(), 1};
   for (std::size_t i = names.size(); i-- > 0;) {
-    const std::string name = lower(names[i]);
+    const std::string name = text::lower(names[i]);
     if (std::find(files.begin(), files.end(), name) != files.end()) columns.file = i;
     if (const auto unit = unit_of_column(name)) columns.time = i, columns.unit = *unit;
   }
@@ -125,14 +106,14 @@ std::optional<TableColumns> columns_of(const std::vector<std::string>& names) {
 std::optional<std::int64_t> stamp_in_name(std::string_view stem) noexcept {
   std::optional<std::int64_t> found;
   for (std::size_t at = 0; at < stem.size(); ++at) {
-    if (!is_digit(stem[at])) continue;
+    if (!text::is_digit(stem[at])) continue;
     const std::string_view number = number_at(stem, at);
     const std::size_t end = at + number.size();
     std::size_t letters = end;
-    while (letters < stem.size() && is_letter(stem[letters])) ++letters;
+    while (letters < stem.size() && text::is_letter(stem[letters])) ++letters;
     const auto unit = unit_named(stem.substr(end, letters - end));
     const std::size_t before = at > 0 && stem[at - 1] == '=' ? at - 1 : at;  // "t=3.5"
-    const bool is_after_t = before > 0 && stem[before - 1] == 't' && (before < 2 || !is_letter(stem[before - 2]));
+    const bool is_after_t = before > 0 && stem[before - 1] == 't' && (before < 2 || !text::is_letter(stem[before - 2]));
     if (unit)
       found = in_ns(number, *unit);
     else if (is_after_t && (number.find('.') != std::string_view::npos || before != at))
@@ -157,17 +138,17 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
     if (!columns) {
       if (line.starts_with('#')) line.remove_prefix(1);
       separator = separator_of(line);
-      columns = columns_of(split(line, separator));
+      columns = columns_of(text::split(line, separator));
       if (!columns)
         fail(
             "the columns are not named; expected a column \"file\" and one of the time with its unit, such as "
             "\"stamp_ns\"");
       continue;
     }
-    const auto words = split(line, separator);
+    const auto words = text::split(line, separator);
     if (words.size() <= std::max(columns->file, columns->time)) fail("too few columns");
     const auto stamp = in_ns(words[columns->time], columns->unit);
-    if (!stamp) fail("\"" + words[columns->time].substr(0, 40) + "\" is not a time");
+    if (!stamp) fail("\"" + std::string(words[columns->time].substr(0, 40)) + "\" is not a time");
     const std::string file = std::filesystem::path(words[columns->file]).filename().string();
     if (const auto [at, is_new] = table_.emplace(file, *stamp); !is_new && at->second != *stamp)
       fail(file + " has another time above");
@@ -182,7 +163,7 @@ std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file,
   if (!table_.empty())
     throw Error{Status::bad_input, file.string() +
                                        ": is not in the table of stamps; clouds of one test need one clock, so add its "
-                                       "line or take the table away"};
+                                       "line or remove the table"};
   return in_file ? in_file : stamp_in_name(file.stem().string());
 }
 

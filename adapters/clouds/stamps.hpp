@@ -1,4 +1,4 @@
-// When a cloud was captured, where its file does not say so itself: in the file's name, or in a table beside it.
+// Capture times of clouds, from a table, from the file, or from the file's name.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ namespace lbea::io {
 
 /// A stamp in a file's name without extension, in ns: a number with its unit ("cloud_1000050ns", "left-12.5ms",
 /// "a_0.0125s"), seconds after a t ("frame_t0.0125", "t=3.5"), or a time since 1970 alone (10 digits, a point and a
-/// fraction: s; 13 digits: ms; 16: us; 19: ns). Nothing for other numbers: those of frames are no stamps.
+/// fraction: s; 13 digits: ms; 16: us; 19: ns). Nothing for other numbers, such as frame numbers.
 [[nodiscard]] std::optional<std::int64_t> stamp_in_name(std::string_view stem) noexcept;
 
-/// Stamps by the name of the file.
+/// Stamps by file name.
 class CloudStamps {
  public:
   /// No table.
@@ -25,8 +25,8 @@ class CloudStamps {
   /// line.
   explicit CloudStamps(const std::filesystem::path& table);
 
-  /// The table's for this file's name (with or without extension); without a table `in_file`, else the name's.
-  /// Throws Error{bad_input} for a file that the table lacks.
+  /// The table's stamp for this file name (with or without extension). Without a table: `in_file`, else the stamp in
+  /// the name. Throws Error{bad_input} for a file that is not in the table.
   [[nodiscard]] std::optional<std::int64_t> of(const std::filesystem::path& file,
                                                std::optional<std::int64_t> in_file) const;
 
@@ -34,7 +34,7 @@ class CloudStamps {
   std::map<std::string, std::int64_t> table_;
 };
 
-/// The name of a table that is read when it stands beside the clouds.
+/// The name of the table that is read when it is in the folder of the clouds.
 inline constexpr const char* stamp_table_name = "stamps.csv";
 
 }  // namespace lbea::io

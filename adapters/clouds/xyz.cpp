@@ -5,12 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::io {
 namespace {
@@ -37,20 +32,10 @@ bool parse_field(std::string_view field, bool has_decimal_comma, float& value) n
   return text::parse_number({digits.data(), field.size()}, value);
 }
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-
-std::vector<std::string_view> split(std::string_view line, char separator) {
-  std::vector<std::string_view> fields;
-  text::Fields reader(line, separator);
-  for (std::string_view field; reader.next(field);) fields.push_back(field);
-  return fields;
-}
-
-/// "1,5<tab>2,5": every comma stands between two digits.
+/// "1,5<tab>2,5": every comma is between two digits.
 bool commas_are_decimal(std::string_view line) {
   for (std::size_t i = line.find(','); i != std::string_view::npos; i = line.find(',', i + 1))
-    if (i == 0 || i + 1 == line.size() || !is_digit(line[i - 1]) || !is_digit(line[i + 1])) return false;
+    if (i == 0 || i + 1 == line.size() || !text::is_digit(line[i - 1]) || !text::is_digit(line[i + 1])) return false;
   return true;
 }
 
@@ -59,20 +44,20 @@ bool has_blank(std::string_view field) { return std::any_of(field.begin(), field
 char separator_of(std::string_view line) {
   if (line.find(';') != std::string_view::npos) return ';';
   if (line.find('\t') != std::string_view::npos && commas_are_decimal(line)) {
-    const auto fields = split(line, '\t');
+    const auto fields = text::split(line, '\t');
     return std::any_of(fields.begin(), fields.end(), has_blank) ? text::Fields::blanks : '\t';
   }
   return line.find(',') != std::string_view::npos ? ',' : text::Fields::blanks;
 }
 
-/// Names, unlike numbers, may have blanks in them, and no decimal comma.
+/// Names may contain blanks, but no decimal comma.
 std::vector<std::string_view> split_names(std::string_view line) {
   for (const char separator : {';', ',', '\t'})
-    if (line.find(separator) != std::string_view::npos) return split(line, separator);
-  return split(line, text::Fields::blanks);
+    if (line.find(separator) != std::string_view::npos) return text::split(line, separator);
+  return text::split(line, text::Fields::blanks);
 }
 
-/// "x [mm] y [mm]" -> "x  y ": units would look like columns.
+/// "x [mm] y [mm]" -> "x  y ", because units would look like columns.
 std::string without_units(std::string_view names) {
   std::string text;
   int depth = 0;
@@ -87,12 +72,12 @@ std::string without_units(std::string_view names) {
 /// 'x' for "x", "X", "x_mm"; not for "xylem" or "x1".
 bool names_axis(std::string_view field, char axis) {
   if (field.empty() || (field[0] != axis && field[0] != axis - 'a' + 'A')) return false;
-  return field.size() == 1 || !(is_letter(field[1]) || is_digit(field[1]));
+  return field.size() == 1 || !(text::is_letter(field[1]) || text::is_digit(field[1]));
 }
 
 using Axes = std::optional<std::array<std::size_t, 3>>;
 
-/// The columns named x, y, z. A `width` other than 0 is how many columns there must be.
+/// The columns named x, y, z. A `width` other than 0 is the required number of columns.
 Axes named_axes(std::string_view line, std::size_t width) {
   const std::string plain = without_units(line);
   const auto names = split_names(plain);
@@ -118,8 +103,8 @@ Axes first_numeric(const std::vector<std::string_view>& fields, bool has_decimal
 
 /// True for a line of names: letters, and no field that is a number.
 bool is_name_line(std::string_view line) {
-  if (std::none_of(line.begin(), line.end(), is_letter)) return false;
-  const auto fields = split(line, separator_of(line));
+  if (std::none_of(line.begin(), line.end(), text::is_letter)) return false;
+  const auto fields = text::split(line, separator_of(line));
   float ignored = 0;
   return std::none_of(fields.begin(), fields.end(),
                       [&](auto field) { return !field.empty() && parse_field(field, true, ignored); });
@@ -133,7 +118,7 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
   XyzColumns columns;
   columns.separator = separator_of(numbers);
   columns.has_decimal_comma = columns.separator == ';' || columns.separator == '\t';
-  const auto fields = split(numbers, columns.separator);
+  const auto fields = text::split(numbers, columns.separator);
   Axes axes = named_axes(names, 0);
   if (!axes) axes = named_axes(remark, fields.size());
   if (!axes && split_names(without_units(names)).size() > 3) {
@@ -159,29 +144,29 @@ class XyzParser {
       line = text::trimmed(line);
       if (line.empty()) continue;
       if (const std::size_t mark = comment_mark(line))
-        take_comment(line.substr(mark));
+        read_comment(line.substr(mark));
       else if (columns_)
-        take_point(line);
+        read_point(line);
       else
-        take_first(line);
+        read_first(line);
     }
     return std::move(cloud_);
   }
 
  private:
-  /// Characters that make the line a comment, 0: it is none.
+  /// The length of the comment mark at the start of a line; 0 without one.
   static std::size_t comment_mark(std::string_view line) {
     if (line[0] == '#' || line[0] == '%') return 1;
     return line.starts_with("//") ? 2 : 0;
   }
 
-  void take_comment(std::string_view comment) {
+  void read_comment(std::string_view comment) {
     if (!cloud_.stamp_ns) cloud_.stamp_ns = text::find_stamp(comment);
     if (!columns_) remark_ = text::trimmed(comment);
   }
 
-  /// The first line that is no comment: names, or already a point.
-  void take_first(std::string_view line) {
+  /// The first line that is not a comment: names or a point.
+  void read_first(std::string_view line) {
     if (names_.empty() && is_name_line(line)) {
       names_ = line;
       return;
@@ -191,10 +176,10 @@ class XyzParser {
     if (!columns_) fail(problem);
     last_column_ = *std::max_element(columns_->axes.begin(), columns_->axes.end());
     cloud_.points.reserve(lines_.rest().size() / (line.size() + 1) + 1);  // exact when all lines are alike
-    take_point(line);
+    read_point(line);
   }
 
-  void take_point(std::string_view line) {
+  void read_point(std::string_view line) {
     std::array<float, 3> position{};
     text::Fields fields(line, columns_->separator);
     std::string_view field;
@@ -225,7 +210,7 @@ class XyzParser {
 
 }  // namespace
 
-/// Any file without a zero byte: text is tried last.
+/// Any file without a zero byte, so this format is tried last.
 bool is_xyz(std::string_view start, std::size_t) noexcept { return start.find('\0') == std::string_view::npos; }
 
 /// Text, a point per line. Columns are separated by blanks, tabs, commas or semicolons (with semicolons and with tabs,

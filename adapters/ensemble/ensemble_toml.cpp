@@ -5,7 +5,6 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <unordered_set>
 #include <utility>
@@ -161,13 +160,10 @@ bake::EnsembleDescription read_description(TomlTable table) {
 
 struct GlobResult {
   glob_t value{};
-  GlobResult() = default;
-  GlobResult(const GlobResult&) = delete;
-  GlobResult& operator=(const GlobResult&) = delete;
   ~GlobResult() { globfree(&value); }
 };
 
-/// The folder's own name may hold signs of a pattern.
+/// Escapes characters of a pattern in the name of a folder.
 std::string literal(const std::string& path) {
   std::string text;
   for (const char c : path) {
@@ -193,10 +189,10 @@ std::vector<std::filesystem::path> matching_paths(const std::filesystem::path& f
   GlobResult found;
   const auto stops = [](const char*, int error) {
     return error == ENOENT ? 0 : 1;
-  };  // what is not there matches nothing
+  };  // a missing folder matches nothing
   const int outcome = ::glob((base + pattern).c_str(), GLOB_NOSORT, stops, &found.value);
   if (outcome != 0 && outcome != GLOB_NOMATCH)
-    throw Error(Status::bad_input, "cannot look through the folders of \"" + pattern + "\" in " +
+    throw Error(Status::bad_input, "cannot read the folders of \"" + pattern + "\" in " +
                                        (folder.empty() ? "." : folder.string()) + "; check their rights");
   std::vector<std::filesystem::path> paths;
   for (std::size_t i = 0; i < found.value.gl_pathc; ++i)

@@ -1,4 +1,4 @@
-// What to bake, as an engineer writes it down: ensemble.toml and the two tables it points to.
+// The description of a bake: ensemble.toml and the two tables it refers to.
 #pragma once
 
 #include "precompute/ensemble_description.hpp"
@@ -14,7 +14,7 @@
 namespace lbea::io {
 
 /// Reads ensemble.toml; every key is described in ENSEMBLE.md beside this file. Paths in it are relative to its
-/// folder and come back resolved, patterns expanded and in the order of their names.
+/// folder and are returned resolved, with patterns expanded and sorted by name.
 /// Throws Error{file_not_found | bad_input} that names file, line and key.
 [[nodiscard]] bake::EnsembleDescription read_ensemble_toml(const std::filesystem::path& path);
 
@@ -30,7 +30,7 @@ namespace lbea::io {
 /// What was varied between the runs.
 struct ParameterTable {
   std::vector<std::string> names, units;  // "t_front [mm]" is name "t_front", unit "mm"; no brackets: unit ""
-  std::vector<std::string> runs;          // row names
+  std::vector<std::string> runs;          // names of the rows
   std::vector<double> values;             // runs x names; NaN: not given
 
   /// The row of a run; nothing when the table has none.

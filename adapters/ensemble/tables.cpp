@@ -5,21 +5,17 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 namespace lbea::io {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blank = " \t\r";
-  const std::size_t begin = text.find_first_not_of(blank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(blank) + 1 - begin);
-}
+constexpr std::string_view utf8_mark = "\xef\xbb\xbf";
 
-/// Fields of a line; a separator between double quotes does not separate.
+std::string_view trimmed(std::string_view text) { return text::trimmed(text, " \t\r"); }
+
+/// Fields of a line; separators inside double quotes are part of a field.
 std::vector<std::string> split(std::string_view line, char separator) {
   std::vector<std::string> fields(1);
   bool is_quoted = false;
@@ -48,31 +44,26 @@ bool is_missing(std::string_view field) {
 
 class CsvParser {
  public:
-  CsvParser(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {}
+  CsvParser(std::string_view text, std::string name)
+      : lines_(text.substr(text.starts_with(utf8_mark) ? utf8_mark.size() : 0)), name_(std::move(name)) {}
 
   ParameterTable parse() {
-    if (rest_.starts_with("\xef\xbb\xbf")) rest_.remove_prefix(3);
     std::string_view line;
     if (!next_line(line)) fail("no line of names: the first column names the run, the others the parameters");
-    take_header(line);
-    while (next_line(line)) take_row(line);
+    read_header(line);
+    while (next_line(line)) read_row(line);
     return std::move(table_);
   }
 
  private:
   /// The next line that is neither empty nor a comment.
   bool next_line(std::string_view& line) {
-    while (!rest_.empty()) {
-      line = rest_.substr(0, rest_.find('\n'));
-      rest_.remove_prefix(std::min(line.size() + 1, rest_.size()));
-      ++number_;
-      if (line.ends_with('\r')) line.remove_suffix(1);
+    while (lines_.next(line))
       if (!trimmed(line).empty() && line[0] != '#') return true;
-    }
     return false;
   }
 
-  void take_header(std::string_view line) {
+  void read_header(std::string_view line) {
     separator_ = separator_of(line);
     const auto fields = split(line, separator_);
     for (std::size_t i = 1; i < fields.size(); ++i) {
@@ -87,7 +78,7 @@ class CsvParser {
     }
   }
 
-  void take_row(std::string_view line) {
+  void read_row(std::string_view line) {
     const auto fields = split(line, separator_);
     if (fields.size() != table_.names.size() + 1)
       fail(std::to_string(fields.size()) + " fields where the names are " + std::to_string(table_.names.size() + 1));
@@ -109,20 +100,19 @@ class CsvParser {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Status::bad_input, name_ + ", line " + std::to_string(number_) + ": " + what);
+    throw Error(Status::bad_input, name_ + ", line " + std::to_string(lines_.line()) + ": " + what);
   }
 
-  std::string_view rest_;
+  text::LineReader lines_;
   std::string name_;
-  std::size_t number_ = 0;
   char separator_ = ',';
   ParameterTable table_;
 };
 
 constexpr std::string_view between = " \t\r,;";
 
-/// Takes the ids of one line.
-void take_ids(std::string_view line, std::vector<std::uint32_t>& ids, const std::string& where) {
+/// Reads the ids of one line.
+void read_ids(std::string_view line, std::vector<std::uint32_t>& ids, const std::string& where) {
   line = line.substr(0, line.find('#'));
   for (std::size_t at = line.find_first_not_of(between); at != std::string_view::npos;
        at = line.find_first_not_of(between, at)) {
@@ -153,13 +143,10 @@ ParameterTable read_parameters_csv(const std::filesystem::path& path) {
 
 std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path) {
   const auto bytes = read_file(path);
-  std::string_view text = as_text(bytes);
+  text::LineReader lines(as_text(bytes));
   std::vector<std::uint32_t> ids;
-  for (std::size_t number = 1; !text.empty(); ++number) {
-    const std::string_view line = text.substr(0, text.find('\n'));
-    take_ids(line, ids, path.string() + ", line " + std::to_string(number));
-    text.remove_prefix(std::min(line.size() + 1, text.size()));
-  }
+  for (std::string_view line; lines.next(line);)
+    read_ids(line, ids, path.string() + ", line " + std::to_string(lines.line()));
   if (ids.empty()) throw Error(Status::bad_input, path.string() + ": no node ids");
   return ids;
 }

@@ -16,20 +16,14 @@ static_assert(std::endian::native == std::endian::little, "values are written in
 
 /// `text` between quotes. Throws Error{bad_config} for control characters, which XML cannot hold.
 std::string xml_quoted(std::string_view text) {
+  constexpr std::string_view special = "&<>\"";
+  constexpr std::array names{"&amp;", "&lt;", "&gt;", "&quot;"};
   std::string quoted = "\"";
   for (const char c : text) {
     if (static_cast<unsigned char>(c) < 0x20)
       throw Error(Status::bad_config, "a name with a control character cannot be written to XML: rename it");
-    if (c == '&')
-      quoted += "&amp;";
-    else if (c == '<')
-      quoted += "&lt;";
-    else if (c == '>')
-      quoted += "&gt;";
-    else if (c == '"')
-      quoted += "&quot;";
-    else
-      quoted += c;
+    const std::size_t at = special.find(c);
+    quoted += at == special.npos ? std::string(1, c) : names[at];
   }
   return quoted + '"';
 }

@@ -24,7 +24,7 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
-/// Closes on every way out.
+/// Closes the descriptor when it goes out of scope.
 struct Descriptor {
   int value;
   explicit Descriptor(int v) : value(v) {}
@@ -44,13 +44,13 @@ struct Descriptor {
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   if (!path_.has_filename()) fail("create", EISDIR);
   std::error_code missing;
-  if (std::filesystem::exists(path_, missing)) path_ = std::filesystem::canonical(path_);  // the file behind a link
+  if (std::filesystem::exists(path_, missing)) path_ = std::filesystem::canonical(path_);  // follows a link
   if (std::filesystem::exists(path_, missing) && !std::filesystem::is_regular_file(path_))
-    throw Error(Status::write_failed, path_.string() + ": exists and is not an ordinary file; choose another name");
+    throw Error(Status::write_failed, path_.string() + ": exists and is not a regular file; choose another name");
   buffer_.reserve(buffer_size);
   int error = EEXIST;
   for (int i = 0; i < temporary_names && error == EEXIST; ++i) {
-    // Not mkstemp: that creates with mode 0600, and the reader's rights should be those of an ordinary new file.
+    // Not mkstemp: it creates with mode 0600, but the file should have the permissions of an ordinary new file.
     const std::string suffix = ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(i);
     temporary_ = folder_of(path_) / (path_.filename().string() + suffix);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -98,14 +98,13 @@ void AtomicFile::close_descriptor() {
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("close", errno);
 }
 
-// The rename itself is on the disk only when the folder is. Not every file system offers that (EINVAL), and a
-// folder may be writable without being readable: the file is whole in any case.
+// The rename is on the disk only when the folder is. Some file systems do not support that (EINVAL), and a folder may
+// be writable but not readable; the file is complete in both cases.
 void AtomicFile::sync_folder() const {
   const Descriptor folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   const int error = folder.value < 0 || ::fsync(folder.value) == 0 ? 0 : errno;
   if (error == 0 || error == EINVAL) return;
-  ::unlink(
-      path_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
+  ::unlink(path_.c_str());  // after an error the caller must not find the file
   fail("flush the folder of", error);
 }
 

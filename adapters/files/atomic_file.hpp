@@ -1,4 +1,4 @@
-// Whole files: written so that nobody ever sees half of one, read in one piece.
+// Whole files: written atomically, read at once.
 #pragma once
 
 #include <cstddef>
@@ -11,21 +11,22 @@
 
 namespace lbea::io {
 
-/// A file that appears under its name only when it is whole. Bytes go to a temporary file in the same folder;
-/// commit() flushes it to the disk and renames it. Without commit() the destructor removes it and whatever stood
-/// under the name before stays as it was.
+/// A file that appears under its name only when it is complete. Bytes go to a temporary file in the same folder;
+/// commit() flushes it to the disk and renames it. Without commit() the destructor removes it, and an earlier file of
+/// that name stays as it was.
 class AtomicFile {
  public:
-  /// Throws Error{write_failed} when the folder does not take a new file.
+  /// Throws Error{write_failed} when the file cannot be created.
   explicit AtomicFile(std::filesystem::path path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  /// Appends. Throws Error{write_failed} with file, byte and the system's reason; only the destructor may follow.
+  /// Appends. Throws Error{write_failed} with file, byte and the system's reason; after that only the destructor may be
+  /// called.
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
-  /// Throws Error{write_failed}; the file then is not there under its name.
+  /// Throws Error{write_failed}; the new file then does not exist under its name.
   void commit();
 
   /// Bytes appended so far.
@@ -42,7 +43,7 @@ class AtomicFile {
   std::filesystem::path path_;
   std::filesystem::path temporary_;  // empty once renamed
   int descriptor_ = -1;
-  std::uint64_t written_ = 0;  // handed to the system
+  std::uint64_t written_ = 0;  // passed to the system
   std::vector<std::byte> buffer_;
 };
 

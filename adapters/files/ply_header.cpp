@@ -10,24 +10,15 @@
 namespace lbea::io::ply {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, Scalar>, 16> scalar_names{{
-    {"char", Scalar::int8},
-    {"uchar", Scalar::uint8},
-    {"short", Scalar::int16},
-    {"ushort", Scalar::uint16},
-    {"int", Scalar::int32},
-    {"uint", Scalar::uint32},
-    {"float", Scalar::float32},
-    {"double", Scalar::float64},
-    {"int8", Scalar::int8},
-    {"uint8", Scalar::uint8},
-    {"int16", Scalar::int16},
-    {"uint16", Scalar::uint16},
-    {"int32", Scalar::int32},
-    {"uint32", Scalar::uint32},
-    {"float32", Scalar::float32},
-    {"float64", Scalar::float64},
-}};
+struct ScalarNames {
+  Scalar type;
+  std::string_view name, other_name;
+};
+constexpr std::array scalar_names{
+    ScalarNames{Scalar::int8, "char", "int8"},        ScalarNames{Scalar::uint8, "uchar", "uint8"},
+    ScalarNames{Scalar::int16, "short", "int16"},     ScalarNames{Scalar::uint16, "ushort", "uint16"},
+    ScalarNames{Scalar::int32, "int", "int32"},       ScalarNames{Scalar::uint32, "uint", "uint32"},
+    ScalarNames{Scalar::float32, "float", "float32"}, ScalarNames{Scalar::float64, "double", "float64"}};
 
 class HeaderParser {
  public:
@@ -39,26 +30,26 @@ class HeaderParser {
     while (lines_.next(line)) {
       const std::string_view keyword = text::next_word(line);
       if (keyword == "end_header") return finish();
-      take(keyword, line);
+      read_line(keyword, line);
     }
     fail("the header has no \"end_header\"; the file is cut short");
   }
 
  private:
-  void take(std::string_view keyword, std::string_view rest) {
+  void read_line(std::string_view keyword, std::string_view rest) {
     if (keyword == "format")
-      take_format(rest);
+      read_format(rest);
     else if (keyword == "comment" || keyword == "obj_info")
-      take_comment(rest);
+      read_comment(rest);
     else if (keyword == "element")
-      take_element(rest);
+      read_element(rest);
     else if (keyword == "property")
-      take_property(rest);
+      read_property(rest);
     else if (!keyword.empty())
       fail("unknown keyword \"" + std::string(keyword) + "\"");
   }
 
-  void take_format(std::string_view rest) {
+  void read_format(std::string_view rest) {
     const std::string_view format = text::next_word(rest);
     if (format == "ascii")
       header_.format = Format::ascii;
@@ -72,11 +63,11 @@ class HeaderParser {
     has_format_ = true;
   }
 
-  void take_comment(std::string_view rest) {
+  void read_comment(std::string_view rest) {
     if (!header_.stamp_ns) header_.stamp_ns = text::find_stamp(rest);
   }
 
-  void take_element(std::string_view rest) {
+  void read_element(std::string_view rest) {
     Element element;
     element.name = text::next_word(rest);
     if (element.name.empty() || !text::parse_integer(text::next_word(rest), element.count))
@@ -84,7 +75,7 @@ class HeaderParser {
     header_.elements.push_back(std::move(element));
   }
 
-  void take_property(std::string_view rest) {
+  void read_property(std::string_view rest) {
     if (header_.elements.empty()) fail("a property before the first element");
     Property property;
     std::string_view type = text::next_word(rest);
@@ -100,8 +91,8 @@ class HeaderParser {
   }
 
   Scalar scalar(std::string_view word) const {
-    for (const auto& [scalar_name, type] : scalar_names)
-      if (word == scalar_name) return type;
+    for (const auto& [type, name, other_name] : scalar_names)
+      if (word == name || word == other_name) return type;
     fail("unknown type \"" + std::string(word) + "\"");
   }
 

@@ -3,8 +3,6 @@
 
 #include "adapters/files/binary_numbers.hpp"
 
-#include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -1,5 +1,6 @@
 #include "adapters/files/text_line.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace lbea::io::text {
@@ -15,10 +16,15 @@ bool LineReader::next(std::string_view& line) {
   return true;
 }
 
-std::string_view trimmed(std::string_view text) noexcept {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
+std::string_view trimmed(std::string_view text, std::string_view blanks) noexcept {
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = is_letter(c) ? static_cast<char>(c | 0x20) : c;
+  return result;
 }
 
 std::string_view next_word(std::string_view& rest) noexcept {
@@ -46,13 +52,20 @@ bool Fields::next(std::string_view& field) noexcept {
   return true;
 }
 
+std::vector<std::string_view> split(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  Fields reader(line, separator);
+  for (std::string_view field; reader.next(field);) fields.push_back(field);
+  return fields;
+}
+
 bool parse_number(std::string_view word, float& value) noexcept {
   if (word.starts_with('+')) word.remove_prefix(1);
   if (word.empty() || word.front() == '+') return false;
   const char* const end = word.data() + word.size();
   const auto [stop, error] = std::from_chars(word.data(), end, value);
   if (error == std::errc{} && stop == end) return true;
-  if (error == std::errc::result_out_of_range && stop == end) {  // below or above float, not double: 1e-60
+  if (error == std::errc::result_out_of_range && stop == end) {  // outside the range of float, but not of double: 1e-60
     double wide = 0;
     if (std::from_chars(word.data(), end, wide).ec != std::errc{}) return false;
     value = static_cast<float>(wide);

@@ -5,18 +5,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 namespace lbea::io::text {
 
-/// Goes through a text line by line; "\n" and "\r\n" end a line.
+/// Reads a text line by line; "\n" and "\r\n" end a line.
 class LineReader {
  public:
   explicit LineReader(std::string_view text) : text_(text) {}
   /// False at the end of the text.
   bool next(std::string_view& line);
-  [[nodiscard]] std::size_t line() const noexcept { return line_; }  // of the line read last, from 1
+  [[nodiscard]] std::size_t line() const noexcept { return line_; }  // number of the last line read, from 1
   [[nodiscard]] std::size_t byte() const noexcept { return at_; }    // where the next line begins
   [[nodiscard]] std::string_view rest() const noexcept { return text_.substr(at_); }
 
@@ -27,18 +29,23 @@ class LineReader {
 };
 
 [[nodiscard]] constexpr bool is_blank(char c) noexcept { return c == ' ' || c == '\t'; }
+[[nodiscard]] constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+[[nodiscard]] constexpr bool is_letter(char c) noexcept { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 [[nodiscard]] constexpr bool is_space(char c) noexcept { return is_blank(c) || c == '\n' || c == '\r'; }
-[[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
+[[nodiscard]] std::string_view trimmed(std::string_view text, std::string_view blanks = " \t") noexcept;
+
+/// `text` with the letters A to Z in lower case.
+[[nodiscard]] std::string lower(std::string_view text);
 
 /// Takes the next word (no blanks in it) from the front of `rest`; empty at the end.
 std::string_view next_word(std::string_view& rest) noexcept;
 
-/// Goes through the fields of a line.
+/// Reads the fields of a line.
 class Fields {
  public:
   static constexpr char blanks = ' ';  // any run of blanks and tabs separates
   Fields(std::string_view line, char separator) : rest_(line), separator_(separator) {}
-  /// False after the last field. Fields come without blanks and quotes around them.
+  /// False after the last field. Blanks and quotes around a field are removed.
   bool next(std::string_view& field) noexcept;
 
  private:
@@ -46,6 +53,9 @@ class Fields {
   char separator_;
   bool at_end_ = false;
 };
+
+/// All fields of a line.
+[[nodiscard]] std::vector<std::string_view> split(std::string_view line, char separator);
 
 /// The whole of `word` as a number: decimal point, optional sign, exponent, nan, inf, and the spellings 1.#QNAN
 /// and -1.#IND. False when it is anything else or outside double's range.
@@ -59,7 +69,7 @@ template <class Integer>
 }
 
 /// Skips blanks and line ends, then takes a number from the front of `rest`; NaN for one outside double's range.
-/// False when no number stands there.
+/// False when it does not begin with one.
 [[nodiscard]] bool next_real(std::string_view& rest, double& value) noexcept;
 
 /// The number after the word "stamp_ns" in a comment.

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <initializer_list>
 #include <limits>
 
@@ -19,7 +18,7 @@ using Json = nlohmann::json;
 constexpr double rotation_tolerance = 1e-4;  // poses are often written with few digits
 constexpr double most_pixels = 65'536;       // along one side
 
-/// An object of the file, with what stands before its keys in messages.
+/// An object of the file, with the prefix of its keys in messages.
 class JsonTable {
  public:
   JsonTable(const Json& json, const std::filesystem::path& file, std::string prefix = "")
@@ -105,7 +104,7 @@ RigidTransform JsonTable::pose(const char* key) const {
     for (std::size_t j = 0; j < 4; ++j) {
       const double value = rows[i][j].get<double>();
       if (!(std::abs(value) <= double{std::numeric_limits<float>::max()}))
-        fail(key, "holds a number beyond all measure");
+        fail(key, "contains a number that does not fit into a float");
       transform[4 * i + j] = static_cast<float>(value);
       if (j < 3) rotation[i][j] = value;
     }
@@ -116,7 +115,7 @@ RigidTransform JsonTable::pose(const char* key) const {
   return transform;
 }
 
-/// Without the library's name for it, "[json.exception.parse_error.101] ".
+/// The message without its prefix "[json.exception.parse_error.101] ".
 std::string reason(const Json::exception& error) {
   const std::string text = error.what();
   const std::size_t end = text.find("] ");
@@ -143,7 +142,7 @@ bake::StereoSensor read_sensor(const JsonTable& file) {
   return sensor;
 }
 
-/// Length units per mm; 0 for a unit not known here.
+/// Length units per mm; 0 for an unknown unit.
 double units_per_mm(std::string_view unit) {
   if (unit == "mm") return 1;
   if (unit == "cm") return 0.1;

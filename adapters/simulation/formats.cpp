@@ -1,8 +1,9 @@
 // The formats of simulation files. To add one with a mesh per file:
 // 1. Write mesh/NAME.cpp with is_NAME(), which recognizes the start of a file, and parse_NAME(), which returns a Grid.
-// 2. Declare both below and add a row to the table; formats are tried in its order, those with a clear mark first.
+// 2. Declare both below and add a row to the table. Formats are tried in its order: those with a unique mark come
+// first.
 // 3. Add a test to tests/simulation, files to tests/data/fuzz/mesh_files, and a line to docs/ensembles.md.
-// A format that is no series of meshes implements bake::SimulationReader instead, as d3plot/reader.cpp does.
+// A format with several states per file implements bake::SimulationReader instead, as d3plot/reader.cpp does.
 #include "adapters/simulation/open.hpp"
 
 #include "adapters/files/atomic_file.hpp"
@@ -12,7 +13,6 @@
 #include "adapters/simulation/vtk/vtk.hpp"
 
 #include <algorithm>
-#include <array>
 #include <fstream>
 
 namespace lbea::io {

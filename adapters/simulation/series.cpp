@@ -18,7 +18,7 @@ struct NumberedName {
   std::string prefix, digits, extension;
 
   [[nodiscard]] auto series() const { return std::pair(prefix, extension); }
-  /// By value, whatever the leading zeros.
+  /// Compares by value, ignoring leading zeros.
   [[nodiscard]] auto order() const {
     const std::size_t first = std::min(digits.find_first_not_of('0'), digits.size());
     return std::tuple(digits.size() - first, digits.substr(first), digits.size());

@@ -6,11 +6,11 @@
 
 namespace lbea::io {
 
-/// All files beside `file` whose names differ from its name in nothing but the number before the extension, by number;
-/// `file` alone when it has no number. Throws Error{file_not_found} when it is not there.
+/// All files beside `file` whose names differ from its name only in the number before the extension, sorted by it;
+/// `file` alone when it has no number. Throws Error{file_not_found} when it does not exist.
 [[nodiscard]] std::vector<std::filesystem::path> find_series(const std::filesystem::path& file);
 
-/// The first file of every series in a folder, by name.
+/// The first file of every series in a folder, sorted by name.
 [[nodiscard]] std::vector<std::filesystem::path> first_files(const std::filesystem::path& folder);
 
 }  // namespace lbea::io

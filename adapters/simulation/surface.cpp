@@ -13,15 +13,15 @@ constexpr std::array<std::array<std::uint8_t, 4>, 6> hexahedron_faces{
 constexpr std::array<std::array<std::uint8_t, 4>, 4> tetrahedron_faces{
     {{0, 2, 1, 1}, {0, 1, 3, 3}, {1, 2, 3, 3}, {2, 0, 3, 3}}};
 
-/// The quad without repeated neighbours: four corners, or three with the last repeated, or nothing.
-std::optional<Quad> normalised(const Quad& quad) {
+/// The quad without repeated neighbors: four corners, or three with the last repeated, or nothing.
+std::optional<Quad> normalized(const Quad& quad) {
   Quad kept{};
   std::size_t corners = 0;
   for (std::size_t i = 0; i < 4; ++i)
     if (quad[i] != quad[(i + 1) % 4]) kept[corners++] = quad[i];
   if (corners < 3) return std::nullopt;
   if (corners == 3) kept[3] = kept[2];
-  // opposite corners in one node: folded flat
+  // two opposite corners at one node: no area
   if (corners == 4 && (kept[0] == kept[2] || kept[1] == kept[3])) return std::nullopt;
   return kept;
 }
@@ -44,7 +44,7 @@ std::optional<Quad> tetrahedron(const Hexahedron& solid) {
 template <typename Faces, typename Corners>
 void add_faces(const Faces& faces, const Corners& corners, std::uint32_t source, std::vector<SurfaceElement>& into) {
   for (const auto& face : faces)
-    if (const auto quad = normalised({corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]}))
+    if (const auto quad = normalized({corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]}))
       into.push_back({*quad, source});
 }
 
@@ -61,7 +61,7 @@ std::vector<SurfaceElement> shell_faces(std::span<const Quad> shells) {
   std::vector<SurfaceElement> faces;
   faces.reserve(shells.size());
   for (std::uint32_t s = 0; s < shells.size(); ++s)
-    if (const auto quad = normalised(shells[s])) faces.push_back({*quad, s});
+    if (const auto quad = normalized(shells[s])) faces.push_back({*quad, s});
   return faces;
 }
 

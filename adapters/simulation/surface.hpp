@@ -16,11 +16,11 @@ struct SurfaceElement {
   std::uint32_t source;  // index of the shell or solid it comes from
 };
 
-/// Shells in file order; a shell that repeated nodes leave with fewer than three corners is left out.
+/// Shells in file order, without those that repeated nodes leave with fewer than three corners.
 [[nodiscard]] std::vector<SurfaceElement> shell_faces(std::span<const Quad> shells);
 
-/// The faces that belong to exactly one solid, by solid, with outward normals for solids numbered as LS-DYNA numbers
-/// them. Wedges, pyramids and tetrahedra are hexahedra with repeated nodes; faces that vanish are left out.
+/// The faces that belong to exactly one solid, by solid, with outward normals when nodes are in LS-DYNA's order.
+/// Wedges, pyramids and tetrahedra are hexahedra with repeated nodes; faces without area are left out.
 [[nodiscard]] std::vector<SurfaceElement> outer_faces(std::span<const Hexahedron> solids);
 
 }  // namespace lbea::io

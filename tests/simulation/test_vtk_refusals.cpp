@@ -86,10 +86,10 @@ TEST_CASE("legacy files: what is wrong is said") {
   refused(grid_head + three_points + "CELLS 2 3\nOFFSETS vtktypeint64\n0 3\nCELLS\n", {"expected CONNECTIVITY"});
   refused(grid_head + three_points +
               "CELLS 3 3\nOFFSETS vtktypeint64\n0 3 1\nCONNECTIVITY vtktypeint64\n0 1 2\nCELL_TYPES 2\n5\n5\n",
-          {"offsets of cells do not rise"});
+          {"offsets of cells decrease"});
   refused(grid_head + three_points +
               "CELLS 2 3\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2\nCELL_TYPES 1\n5\n",
-          {"offsets of cells do not rise"});
+          {"offsets of cells decrease"});
   refused(grid_head + triangle + "POINT_DATA 2\nSCALARS a float\n1 2\n", {"array \"a\" has 2 values", "for 3 points"});
   refused(grid_head + triangle + "CELL_DATA 2\nSCALARS a float\n1 2\n", {"array \"a\" has 2 values", "for 1 cells"});
   refused(grid_head + "POINTS 2 float\n0 0 0 1 0 0\nCELLS 1 3\n2 0 1\nCELL_TYPES 1\n3\n", {"no surface"},
@@ -196,7 +196,7 @@ TEST_CASE("XML files: what is wrong is said") {
   refused(xml("", "type=\"ImageData\""), {"holds a ImageData"}, Status::unsupported_input);
   refused(xml("", "type=\"PUnstructuredGrid\""), {"give the pieces' own files"}, Status::unsupported_input);
   refused(xml("", "type=\"UnstructuredGrid\""), {"no element UnstructuredGrid"});
-  refused(xml("", "type=\"PolyData\" compressor=\"vtkLZMADataCompressor\""), {"packed by vtkLZMADataCompressor"},
+  refused(xml("", "type=\"PolyData\" compressor=\"vtkLZMADataCompressor\""), {"compressed with vtkLZMADataCompressor"},
           Status::unsupported_input);
   refused("<VTKFile type=\"PolyData\"><PolyData/><AppendedData encoding=\"raw\">", {"ends within its appended data"});
   refused(xml("<Piece NumberOfPoints=\"many\"/>"), {"no number at NumberOfPoints"});
@@ -231,10 +231,9 @@ TEST_CASE("XML files: what is wrong is said") {
                "type=\"UnstructuredGrid\"", "UnstructuredGrid");
   };
   refused(unstructured("3 6", "5 256"), {"a type of cell that does not exist"});
-  refused(unstructured("3 2", "5 5"), {"offsets of cells that do not rise"});
-  refused(unstructured("7 6", "5 5"), {"offsets of cells that do not rise"});
-  refused(replaced(unstructured("3 2 6", "5 5 5"), "Cells=\"2\"", "Cells=\"3\""),
-          {"offsets of cells that do not rise"});
+  refused(unstructured("3 2", "5 5"), {"decreasing offsets of cells"});
+  refused(unstructured("7 6", "5 5"), {"decreasing offsets of cells"});
+  refused(replaced(unstructured("3 2 6", "5 5 5"), "Cells=\"2\"", "Cells=\"3\""), {"decreasing offsets of cells"});
 }
 
 TEST_CASE("XML files in base64 and packed: blocks that do not fit are refused") {
@@ -250,13 +249,14 @@ TEST_CASE("XML files in base64 and packed: blocks that do not fit are refused") 
     refused(replaced(with("AAAAAA==", packed), "Points=\"1\"", "Points=\"0\""), {"no surface"},
             Status::unsupported_input);
     refused(replaced(with("AQAAAAAbtwAAAAAAAwAAAA==AAAA", packed), "Points=\"1\"", "Points=\"1000000\""),
-            {"claims to unpack to more than it can"});
-    refused(with("AAAAAAAAAAAAAAAA", packed), {"its size does not fit its values"});  // no parts, but three values
-    refused(with("AQAAAAwAAAAAAAAABAAAAA==AAAA", packed), {"its data end early"});    // four packed bytes, three there
-    refused(with("AQAAAAwAAAAAAAAABAAAAA==AAAAAA==", packed), {"its data do not unpack"});  // twelve bytes wanted
+            {"its declared size is too large for its compressed data"});
+    refused(with("AAAAAAAAAAAAAAAA", packed), {"its size does not match its values"});  // no parts, but three values
+    refused(with("AQAAAAwAAAAAAAAABAAAAA==AAAA", packed), {"its data end early"});  // four packed bytes, three there
+    refused(with("AQAAAAwAAAAAAAAABAAAAA==AAAAAA==", packed),
+            {"its data cannot be decompressed"});  // twelve bytes wanted
   }
   refused(with("AQAAAAwAAAAAAAAACwAAAA==eJxjYIAAAAAIAAE=", "vtkZLibDataCompressor"),
-          {"its data do not unpack"});  // to 8 bytes, not 12
+          {"its data cannot be decompressed"});  // to 8 bytes, not 12
   refused(with("DAAAAA==", ""), {"its data end early"});
   refused(with("CAAAAAAAAAAAAAAA", ""), {"array \"p\""});
 }

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <optional>
-#include <string>
 #include <string_view>
 
 namespace lbea::io::d3plot {
@@ -14,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// 7 for "07", 100 for "100"; nothing for what no solver writes: one digit, "007".
+/// 7 for "07", 100 for "100"; nothing for names that no solver writes: one digit, "007".
 std::optional<std::uint32_t> member_number(std::string_view digits) {
   if (digits.size() < 2 || (digits.size() > 2 && digits.front() == '0')) return std::nullopt;
   std::uint32_t number = 0;
@@ -39,8 +37,8 @@ enum class End {
   marked,   // by the end marker
   plain,    // by the end of the file or by zeros up to it
   cut,      // in the middle of a state
-  overrun,  // an end marker stands inside the last state
-  bad,      // no state stands here
+  overrun,  // by an end marker inside the last state
+  bad,      // by words that are not a state
 };
 
 struct Walk {
@@ -71,7 +69,6 @@ Walk step_through(const WordFile& file, std::uint32_t index, std::uint64_t word,
       found.end = End::marked;
       return found;
     }
-    // padding reads as states at time 0
     if ((!is_late || time == 0) && file.is_zero_from(found.word)) return found;
     if (plus(found.word, state_words) > file.words() || !is_late) {
       found.end = plus(found.word, state_words) > file.words() ? End::cut : End::bad;
@@ -82,7 +79,7 @@ Walk step_through(const WordFile& file, std::uint32_t index, std::uint64_t word,
   return found;
 }
 
-/// The same, and makes sure that no end marker was stepped over: then states are shorter than they seem to be.
+/// The same, and checks that no state contains an end marker, which would mean that states are shorter than computed.
 Walk walk(const WordFile& file, std::uint32_t index, std::uint64_t word, std::uint64_t state_words,
           const StatePlace* previous) {
   Walk found = step_through(file, index, word, state_words, previous);
@@ -98,13 +95,13 @@ void refuse_unfit(const WordFile& file, const Walk& found, bool is_last, std::ui
   const std::string state = "a state of " + std::to_string(times(state_words, file.word_bytes())) + " bytes";
   if (found.end == End::bad)
     file.refuse(Status::bad_input, found.word,
-                "neither " + state + " nor an end marker stands here, its time would be " +
+                "neither " + state + " nor an end marker is here, its time would be " +
                     std::to_string(file.real(found.word, "the time of a state")) +
                     "; the file is damaged, or files of two runs are mixed: keep one run's files in the folder");
   if (found.end == End::overrun)
     file.refuse(Status::bad_input, found.word,
                 state +
-                    " should stand here, but the states end before it does; the control words do not fit the "
+                    " should be here, but the states end inside it; the control words do not match the "
                     "states, copy or compute the files again");
   if (found.end == End::cut && !is_last)
     file.refuse(Status::bad_input, found.word,
@@ -112,8 +109,8 @@ void refuse_unfit(const WordFile& file, const Walk& found, bool is_last, std::ui
                     ", but later files follow; copy it again");
 }
 
-}  // namespace
-
+/// Throws when `file`, which does not begin like a first file, has the name of a later one (`d3plot07` beside
+/// `d3plot`).
 void refuse_continuation(const fs::path& file) {
   const std::string name = file.filename().string(), base = without_digits(name);
   std::error_code none;
@@ -123,6 +120,7 @@ void refuse_continuation(const fs::path& file) {
                 file.string() + ", byte 0: this is a later file of a family; give its first file, " + base};
 }
 
+/// The first file and its continuations `<name>01` ... `<name>99`, `<name>100`, ... in numeric order; gaps are allowed.
 std::vector<fs::path> find_family(const fs::path& first_file) {
   refuse_adaptive(first_file);
   const std::string name = first_file.filename().string();
@@ -143,6 +141,8 @@ std::vector<fs::path> find_family(const fs::path& first_file) {
   return family;
 }
 
+/// Finds the complete states, each of `state_words`. A state never spans files; a file ends with an end marker, with
+/// its last byte, or with zeros. In the first file states may follow the geometry at `first_word`.
 std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::uint64_t word_bytes,
                                      std::uint64_t first_word, std::uint64_t state_words) {
   std::vector<StatePlace> states;
@@ -150,13 +150,15 @@ std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::u
     const WordFile file(family[f], word_bytes);
     Walk found = walk(file, f, f == 0 ? first_word : 0, state_words, states.empty() ? nullptr : &states.back());
     const bool is_last = f + 1 == family.size();
-    // what follows the geometry of a family's first file and is no state is left alone
+    // The first file of a family may have other data after its geometry.
     if (f == 0 && !is_last && found.end != End::marked && found.end != End::plain) continue;
     refuse_unfit(file, found, is_last, state_words);
     states.insert(states.end(), found.states.begin(), found.states.end());
   }
   return states;
 }
+
+}  // namespace
 
 Database open_database(const std::filesystem::path& first_file) {
   WordFile file(first_file);
@@ -167,7 +169,7 @@ Database open_database(const std::filesystem::path& first_file) {
   database.word_bytes = file.word_bytes();
   if (database.header.shells == 0 && database.header.solids == 0)
     file.refuse(Status::unsupported_input, 31,
-                "the model has neither shells nor solids, so no surface to see (beams and thick shells are not "
+                "the model has neither shells nor solids, so no surface (beams and thick shells are not "
                 "read); give a run with a surface");
   database.geometry = read_geometry(file, database.header);
   database.layout = lay_out_state(file, database.header, database.geometry);
@@ -180,15 +182,12 @@ Database open_database(const std::filesystem::path& first_file) {
   return database;
 }
 
-StateFile::StateFile(const Database& database)
-    : family_(database.family), file_(database.family.front(), database.word_bytes) {}
+StateFile::StateFile(const Database& database) : family_(database.family), word_bytes_(database.word_bytes) {}
 
 void StateFile::read(const StatePlace& place, std::uint64_t start, std::span<float> into) {
-  if (place.file != open_) {
-    file_ = WordFile(family_[place.file], file_.word_bytes());
-    open_ = place.file;
-  }
-  file_.reals(place.word + start, into, "a state");
+  if (!file_ || place.file != open_) file_.emplace(family_[place.file], word_bytes_);
+  open_ = place.file;
+  file_->reals(place.word + start, into, "a state");
 }
 
 }  // namespace lbea::io::d3plot

@@ -1,7 +1,6 @@
 #include "adapters/simulation/d3plot/geometry.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
 namespace lbea::io::d3plot {
@@ -22,15 +21,13 @@ std::vector<std::uint32_t> read_ids(const WordFile& file, std::uint64_t word, st
   std::vector<std::uint32_t> ids(words.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (words[i] < 0 || words[i] > std::numeric_limits<std::uint32_t>::max())
-      file.refuse(Status::bad_input, word + i,
-                  what + " contain " + std::to_string(words[i]) +
-                      ", which is no id; the file is damaged, copy or compute it again");
+      file.refuse_damaged(word + i, what + " contain " + std::to_string(words[i]) + ", which is not an id");
     ids[i] = static_cast<std::uint32_t>(words[i]);
   }
   return ids;
 }
 
-/// The five lists in the order they stand in the block.
+/// Lengths of the five lists, in the order of the block.
 struct Lists {
   std::uint64_t nodes, solids, beams, shells, thick_shells;
 
@@ -42,9 +39,8 @@ Lists read_lengths(const WordFile& file, std::uint64_t word, const std::vector<s
   const auto length = [&](std::size_t at, std::uint64_t expected, const char* what) {
     const std::int64_t value = header_words[at];
     if (value != 0 && (value < 0 || static_cast<std::uint64_t>(value) != expected))
-      file.refuse(Status::bad_input, word + at,
-                  "the numbering block lists " + std::to_string(value) + " " + what + ", the database has " +
-                      std::to_string(expected) + "; the file is damaged, copy or compute it again");
+      file.refuse_damaged(word + at, "the numbering block lists " + std::to_string(value) + " " + what +
+                                         ", the database has " + std::to_string(expected));
     return static_cast<std::uint64_t>(value);
   };
   return {length(5, header.nodes, "nodes"), length(6, header.solids, "solids"), length(7, header.beams, "beams"),
@@ -67,9 +63,8 @@ void read_numbering(const WordFile& file, std::uint64_t word, const Header& head
   const std::uint64_t start = has_part_ids ? long_header : short_header;
   const std::uint64_t needed = plus(plus(start, lists.sum()), has_part_ids ? header.parts : 0);
   if (needed > header.numbering_words)
-    file.refuse(Status::bad_input, word,
-                "the numbering block has " + std::to_string(header.numbering_words) + " words, its lists need " +
-                    std::to_string(needed) + "; the file is damaged, copy or compute it again");
+    file.refuse_damaged(word, "the numbering block has " + std::to_string(header.numbering_words) +
+                                  " words, its lists need " + std::to_string(needed));
 
   std::uint64_t at = word + start;
   if (lists.nodes > 0) geometry.node_ids = read_ids(file, at, lists.nodes, "node ids");
@@ -81,7 +76,7 @@ void read_numbering(const WordFile& file, std::uint64_t word, const Header& head
   if (has_part_ids) geometry.part_ids = read_ids(file, at, header.parts, "part ids");
 }
 
-/// Reads block after block.
+/// Reads one block after the other.
 class Cursor {
  public:
   Cursor(const WordFile& file, std::uint64_t word) : file_(file), word_(word) {}
@@ -93,12 +88,11 @@ class Cursor {
     skip(count);
     return values;
   }
-  /// A count that says how many words follow.
+  /// A word that is the length of a list.
   std::uint64_t count(const std::string& what) {
     const std::int64_t value = integers(1, what).front();
     if (value < 0 || static_cast<std::uint64_t>(value) > file_.words())
-      file_.refuse(Status::bad_input, word_ - 1,
-                   what + " is " + std::to_string(value) + "; the file is damaged, copy or compute it again");
+      file_.refuse_damaged(word_ - 1, what + " is " + std::to_string(value));
     return static_cast<std::uint64_t>(value);
   }
 
@@ -124,9 +118,8 @@ Elements<Corners> read_elements(const WordFile& file, Cursor& cursor, std::uint6
   elements.parts.resize(count);
   const auto checked = [&](std::size_t at, std::uint64_t most, const char* name) {
     if (words[at] < 1 || static_cast<std::uint64_t>(words[at]) > most)
-      file.refuse(Status::bad_input, start + at,
-                  what + " refer to " + name + " " + std::to_string(words[at]) +
-                      ", which does not exist; the file is damaged, copy or compute it again");
+      file.refuse_damaged(start + at,
+                          what + " refer to " + name + " " + std::to_string(words[at]) + ", which does not exist");
     return static_cast<std::uint32_t>(words[at]);
   };
   for (std::size_t e = 0; e < count; ++e) {
@@ -148,9 +141,9 @@ void mark_rigid_shells(const WordFile& file, const Header& header, const std::ve
     rigid += is_rigid ? 1 : 0;
   }
   if (rigid != geometry.rigid_shells)
-    file.refuse(Status::bad_input, header.control_words,
-                std::to_string(geometry.rigid_shells) + " rigid shells are announced, but " + std::to_string(rigid) +
-                    " have a rigid material; the file is damaged, copy or compute it again");
+    file.refuse_damaged(header.control_words, std::to_string(geometry.rigid_shells) +
+                                                  " rigid shells are declared, but " + std::to_string(rigid) +
+                                                  " have a rigid material");
 }
 
 // Road surface: node ids and positions, then per surface its id and segments of four nodes.
@@ -167,8 +160,8 @@ void skip_road(Cursor& cursor, Geometry& geometry) {
   geometry.moving_roads = is_moving ? surfaces : 0;
 }
 
-// Titles stand after an end marker: of the run, of parts, of contacts, and the keyword lines of d3prop. Their texts
-// have fixed lengths in bytes, whatever the word size.
+// Titles of the run, parts and contacts, and the keyword lines of d3prop, follow an end marker. Their texts have fixed
+// lengths in bytes for both word sizes.
 std::uint64_t skip_titles(const WordFile& file, std::uint64_t word) {
   const std::uint64_t title = 72 / file.word_bytes(), line = 80 / file.word_bytes();
   const auto is_marker = [&] { return word < file.words() && file.real(word, "the end marker") == end_marker; };

@@ -1,7 +1,6 @@
 #include "adapters/simulation/d3plot/header.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "adapters/simulation/d3plot/words.hpp"
 
@@ -9,55 +8,12 @@ namespace lbea::io::d3plot {
 namespace {
 
 // Positions of the control words.
-enum Word : std::uint64_t {
-  file_type = file_type_word,
-  ndim = dimensions_word,
-  numnp = 16,
-  nglbv = 18,
-  it = 19,
-  iu = 20,
-  iv = 21,
-  ia = 22,
-  nel8 = 23,
-  numds = 25,
-  nv3d = 27,
-  nel2 = 28,
-  nv1d = 30,
-  nel4 = 31,
-  nv2d = 33,
-  neiph = 34,
-  neips = 35,
-  maxint = 36,
-  nmsph = 37,
-  narbs = 39,
-  nelt = 40,
-  nv3dt = 42,
-  ioshl1 = 43,
-  ioshl2 = 44,
-  ioshl3 = 45,
-  ioshl4 = 46,
-  ialemat = 47,
-  ncfdv1 = 48,
-  ncfdv2 = 49,
-  nadapt = 50,
-  nmmat = 51,
-  npefg = 54,
-  nel48 = 55,
-  idtdt = 56,
-  extra = 57,
-  nel20 = 64,
-  nt3d = 65,
-  nel27 = 66,
-  nel21p = 68,
-  nel15t = 69,
-  nel20t = 71,
-  nel40p = 72,
-  nel64 = 73,
-  quadr = 74,
-  cubic = 75,
-  penout = 78,
-  engout = 79,
-};
+enum Word : std::uint64_t {};
+constexpr Word file_type{file_type_word}, ndim{dimensions_word}, numnp{16}, nglbv{18}, it{19}, iu{20}, iv{21}, ia{22},
+    nel8{23}, numds{25}, nv3d{27}, nel2{28}, nv1d{30}, nel4{31}, nv2d{33}, neiph{34}, neips{35}, maxint{36}, nmsph{37},
+    narbs{39}, nelt{40}, nv3dt{42}, ioshl1{43}, ioshl2{44}, ioshl3{45}, ioshl4{46}, ialemat{47}, ncfdv1{48}, ncfdv2{49},
+    nadapt{50}, nmmat{51}, npefg{54}, nel48{55}, idtdt{56}, extra{57}, nel20{64}, nt3d{65}, nel27{66}, nel21p{68},
+    nel15t{69}, nel20t{71}, nel40p{72}, nel64{73}, quadr{74}, cubic{75}, penout{78}, engout{79};
 constexpr std::uint64_t known_words = 80;
 
 constexpr std::int64_t femzip_mark = 76'893'465;     // in NMMAT
@@ -215,7 +171,7 @@ std::uint64_t shell_words_without_strain(const Header& header) {
               (header.has_shell_forces ? 8u : 0u) + (header.has_shell_extra ? 4u : 0u));
 }
 
-// Older databases do not say whether strains are stored: then it shows in the length of a shell's row.
+// Older databases do not say whether strains are stored; the length of a shell's row shows it.
 bool stores_strain(const ControlWords& words, const Header& header) {
   if (words[idtdt] > 100) return words.digit(idtdt, 10'000) == 1;
   return header.shell_words > plus(shell_words_without_strain(header), 1);

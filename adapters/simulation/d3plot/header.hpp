@@ -1,8 +1,6 @@
 // The control words of a d3plot database: what is in it and how much of each.
 #pragma once
 
-#include <cstdint>
-
 #include "adapters/simulation/d3plot/words.hpp"
 
 namespace lbea::io::d3plot {

@@ -4,8 +4,6 @@
 #include "precompute/simulation.hpp"
 
 #include <algorithm>
-#include <limits>
-#include <vector>
 
 namespace lbea::io::d3plot {
 namespace {
@@ -41,7 +39,7 @@ class Reader final : public bake::SimulationReader {
   bake::SimulationMesh mesh_;
   std::vector<Field> stored_;
   std::vector<bake::SimulationField> fields_;
-  std::size_t shell_elements_ = 0;          // the mesh's first elements are shells, the others faces of solids
+  std::size_t shell_elements_ = 0;          // the first elements of the mesh are shells, the others faces of solids
   std::vector<std::uint32_t> source_;       // element -> shell or solid of the database
   std::vector<std::uint32_t> node_source_;  // node -> node of the database
   std::vector<std::uint32_t> shell_row_;    // shell -> its row in a state, or no_row

@@ -1,7 +1,6 @@
 #include "adapters/simulation/d3plot/state_layout.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace lbea::io::d3plot {
@@ -56,7 +55,7 @@ RowFields shell_fields(const WordFile& file, const Header& header) {
   return row;
 }
 
-/// Hands out the blocks of a state one after the other.
+/// Allocates the blocks of a state one after the other.
 class Blocks {
  public:
   std::uint64_t next(std::uint64_t rows, std::uint64_t row_words) {

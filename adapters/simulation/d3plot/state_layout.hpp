@@ -1,17 +1,12 @@
-// Where things stand in one state, in words from its start.
+// The layout of one state, in words from its start, and the fields read from it.
 #pragma once
 
 #include "adapters/simulation/d3plot/geometry.hpp"
 #include "precompute/simulation.hpp"
 
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <vector>
-
 namespace lbea::io::d3plot {
 
-/// What one element's row holds. Points are through-thickness layers or integration points.
+/// The contents of one element's row. Points are through-thickness layers or integration points.
 struct RowFields {
   std::uint64_t points = 0, point_words = 0;
   std::optional<std::uint64_t> stress;          // in each point: xx yy zz xy yz zx
@@ -30,7 +25,7 @@ struct StateLayout {
   std::uint64_t positions = 0;
   Block solids, shells;
   RowFields solid, shell;
-  // words of the deletion flags: one per node or one per element
+  // first words of the deletion flags: one per node or one per element
   std::uint64_t node_flags = 0, solid_flags = 0, shell_flags = 0;
 };
 
@@ -43,7 +38,7 @@ enum class Field { plastic_strain, von_mises, thickness, internal_energy, effect
 [[nodiscard]] std::vector<Field> stored_fields(const StateLayout& layout);
 [[nodiscard]] bake::SimulationField describe(Field field);
 
-/// The field's value from one row: the maximum over points where there are several, 0 when it is not stored.
+/// The field's value from one row: the maximum over its points; 0 when it is not stored.
 [[nodiscard]] float field_value(Field field, const RowFields& fields, std::span<const float> row);
 
 }  // namespace lbea::io::d3plot

@@ -17,28 +17,19 @@ namespace {
 constexpr std::size_t chunk_bytes = 1 << 18;
 
 std::int64_t integer_at(std::span<const std::byte> bytes, std::uint64_t word, Encoding encoding) {
-  std::array<std::byte, 8> raw{};
-  const auto from = bytes.subspan(word * encoding.word_bytes, encoding.word_bytes);
-  for (std::size_t i = 0; i < from.size() && i < raw.size(); ++i)
-    raw[i] = from[encoding.is_big_endian ? from.size() - 1 - i : i];
-  if (encoding.word_bytes == 8) {
-    std::int64_t value = 0;
-    std::memcpy(&value, raw.data(), sizeof value);
-    return value;
-  }
-  std::int32_t value = 0;
-  std::memcpy(&value, raw.data(), sizeof value);
-  return value;
+  const std::size_t size = encoding.word_bytes;
+  const std::uint64_t bits = binary::load_bits(bytes.data() + word * size, size, encoding.is_big_endian);
+  return size == 8 ? static_cast<std::int64_t>(bits) : static_cast<std::int32_t>(bits);
 }
 
 }  // namespace
 
-static_assert(std::endian::native == std::endian::little, "words are read as they stand in memory");
+static_assert(std::endian::native == std::endian::little, "words are read in their memory layout");
 
 WordFile::WordFile(std::filesystem::path path, std::uint64_t word_bytes)
     : path_(std::move(path)), word_bytes_(word_bytes) {
   struct stat status {};
-  // stat first: opening a fifo would wait for its writer
+  // stat before open, which would wait for the writer of a fifo
   if (::stat(path_.c_str(), &status) != 0)
     throw Error{Status::file_not_found, path_.string() + ": " + std::strerror(errno) + "; check the path"};
   if (!S_ISREG(status.st_mode))
@@ -53,22 +44,12 @@ WordFile::~WordFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-WordFile::WordFile(WordFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      bytes_(other.bytes_),
-      word_bytes_(other.word_bytes_) {}
-
-WordFile& WordFile::operator=(WordFile&& other) noexcept {
-  std::swap(path_, other.path_);
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(bytes_, other.bytes_);
-  std::swap(word_bytes_, other.word_bytes_);
-  return *this;
-}
-
 void WordFile::refuse(Status status, std::uint64_t word, const std::string& sentence) const {
   throw Error{status, path_.string() + ", byte " + std::to_string(times(word, word_bytes_)) + ": " + sentence};
+}
+
+void WordFile::refuse_damaged(std::uint64_t word, const std::string& sentence) const {
+  refuse(Status::bad_input, word, sentence + "; the file is damaged, copy or compute it again");
 }
 
 void WordFile::require(std::uint64_t word, std::uint64_t count, const std::string& what) const {

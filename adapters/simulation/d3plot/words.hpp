@@ -1,14 +1,11 @@
-// A d3plot file as an array of 4- or 8-byte words, read where asked.
+// A d3plot file as an array of 4- or 8-byte words, with random access.
 #pragma once
 
 #include "adapters/files/binary_numbers.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,14 +16,14 @@ namespace lbea::io::d3plot {
 using binary::plus;
 using binary::times;
 
-/// Random access to one file of a database. Little-endian words.
+/// One file of a database, with little-endian words.
 class WordFile {
  public:
   /// Throws Error{file_not_found | bad_input}.
   explicit WordFile(std::filesystem::path path, std::uint64_t word_bytes = 4);
   ~WordFile();
-  WordFile(WordFile&& other) noexcept;
-  WordFile& operator=(WordFile&& other) noexcept;
+  WordFile(const WordFile&) = delete;
+  WordFile& operator=(const WordFile&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_; }
@@ -34,18 +31,21 @@ class WordFile {
   [[nodiscard]] std::uint64_t word_bytes() const noexcept { return word_bytes_; }
   void set_word_bytes(std::uint64_t word_bytes) noexcept { word_bytes_ = word_bytes; }
 
-  /// `what` names the block in the sentence of the Error{bad_input} that a file cut short leads to.
+  /// Each throws Error{bad_input} that names the block `what` when the file ends before it does.
   void require(std::uint64_t word, std::uint64_t count, const std::string& what) const;
   void read(std::uint64_t byte, std::span<std::byte> into, const std::string& what) const;
   [[nodiscard]] std::vector<std::int64_t> integers(std::uint64_t word, std::uint64_t count,
                                                    const std::string& what) const;
   void reals(std::uint64_t word, std::span<float> into, const std::string& what) const;
   [[nodiscard]] double real(std::uint64_t word, const std::string& what) const;
-  /// Whether there is nothing but zero bytes from `word` to the end.
+  /// Whether all bytes from `word` to the end are zero.
   [[nodiscard]] bool is_zero_from(std::uint64_t word) const;
 
-  /// Throws Error with the sentence "<path>, byte <byte of word>: <sentence>".
+  /// Throws Error with the message "<path>, byte <byte of word>: <sentence>".
   [[noreturn]] void refuse(Status status, std::uint64_t word, const std::string& sentence) const;
+
+  /// The same with Error{bad_input} and the advice to copy or compute the damaged file again.
+  [[noreturn]] void refuse_damaged(std::uint64_t word, const std::string& sentence) const;
 
  private:
   template <typename Word, typename Out>
@@ -57,10 +57,10 @@ class WordFile {
   std::uint64_t word_bytes_ = 4;
 };
 
-/// The real that stands where a file's states end.
+/// The real after the last state of a file.
 inline constexpr double end_marker = -999999.0;
 
-inline constexpr std::uint64_t base_words = 64;  // every database begins with that many control words
+inline constexpr std::uint64_t base_words = 64;  // number of control words that every database has
 inline constexpr std::uint64_t file_type_word = 11, dimensions_word = 15;
 inline constexpr std::int64_t type_d3plot = 1, type_d3part = 5, type_d3eigv = 11;
 inline constexpr std::int64_t wide_ids = 1000;  // added to the file type when ids take 8 bytes
@@ -70,7 +70,8 @@ struct Encoding {
   bool is_big_endian;
 };
 
-/// Nothing when the file does not begin like the first file of a d3plot database.
+/// Word size and byte order, from two control words with known values. Nothing when the file does not begin like the
+/// first file of a d3plot database.
 [[nodiscard]] std::optional<Encoding> detect_encoding(const WordFile& file);
 
 }  // namespace lbea::io::d3plot

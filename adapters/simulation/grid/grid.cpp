@@ -1,7 +1,6 @@
 #include "adapters/simulation/grid/grid.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 namespace lbea::io::grid {

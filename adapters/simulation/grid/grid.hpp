@@ -1,5 +1,4 @@
-// The contents of a mesh file of any format: points, cells and values at them. One state of a run, or all of its
-// states.
+// The contents of a mesh file of any format: points, cells and their values, of one state or of all states of a run.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -89,7 +88,7 @@ struct Grid {
   [[nodiscard]] std::size_t points() const noexcept { return positions.size() / 3; }
 };
 
-/// What a format consists of: whether a file that begins with `start` has it, and the file's grid. Parsers throw
+/// The two functions of a format: whether a file that begins with `start` has it, and the parser, which throws
 /// Error{bad_input | unsupported_input} that names the file and the line or byte.
 using IsFormat = bool(std::string_view start) noexcept;
 using ParseGrid = Grid(std::string_view bytes, const std::string& name);

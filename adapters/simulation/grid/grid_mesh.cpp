@@ -4,7 +4,6 @@
 #include "adapters/simulation/surface.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <numeric>
@@ -12,14 +11,15 @@
 namespace lbea::io::grid {
 namespace {
 
-inline constexpr std::array node_id_names{"NODE_ID", "NodeID", "GlobalNodeId"};
-inline constexpr std::array element_id_names{"ELEMENT_ID", "ElementID", "GlobalElementId"};
-inline constexpr std::array part_id_names{"PART_ID", "PartID", "part"};
-inline constexpr std::array alive_names{"EROSION_STATUS", "alive"};
+// Names of arrays with ids and flags, in the spellings of several programs; case is ignored.
+constexpr std::array node_id_names{"NODE_ID", "NodeID", "GlobalNodeId"};
+constexpr std::array element_id_names{"ELEMENT_ID", "ElementID", "GlobalElementId"};
+constexpr std::array part_id_names{"PART_ID", "PartID", "part"};
+constexpr std::array alive_names{"EROSION_STATUS", "alive"};
 
 /// The first of these with one component; nullptr when there is none.
 template <typename Names>
-[[nodiscard]] const Array* find_any(const std::vector<Array>& arrays, const Names& names) {
+const Array* find_any(const std::vector<Array>& arrays, const Names& names) {
   for (const char* name : names)
     if (const Array* array = find_array(arrays, name); array != nullptr && array->components == 1) return array;
   return nullptr;
@@ -47,7 +47,7 @@ std::vector<std::uint32_t> ids_of(const std::vector<Array>& arrays, const Names&
   return ids;
 }
 
-/// What the cells come down to: quads and solids with the cells they are.
+/// The cells as quads and hexahedra, each with the index of its cell.
 struct Shapes {
   std::vector<Quad> flats;
   std::vector<Hexahedron> solids;
@@ -96,7 +96,7 @@ Shapes shapes_of(const Grid& grid, const std::vector<std::uint32_t>& element_ids
   return shapes;
 }
 
-/// Corners in the file's points, to be numbered by nodes later.
+/// Adds elements with point indices; number_nodes() replaces them by node indices.
 void add_elements(SourcedMesh& into, std::vector<SurfaceElement> faces, const std::vector<std::uint32_t>& cells,
                   const std::vector<std::uint32_t>& ids, const std::vector<std::uint32_t>& parts, bool is_solid) {
   std::stable_sort(faces.begin(), faces.end(),
@@ -123,7 +123,7 @@ void number_nodes(SourcedMesh& into, const Grid& grid, const std::vector<std::ui
     const std::uint32_t point = into.node_source[node];
     if (node > 0 && into.mesh.node_ids.back() == ids[point])
       throw Error{Status::bad_input, file + ": node id " + std::to_string(ids[point]) +
-                                         " stands at two points of the surface; give every node its own id"};
+                                         " belongs to two points of the surface; give every node its own id"};
     place[point] = node;
     into.mesh.node_ids.push_back(ids[point]);
     into.mesh.positions.insert(into.mesh.positions.end(),
@@ -142,7 +142,7 @@ bool is_number_or_flag(const std::string& name) {
          std::any_of(alive_names.begin(), alive_names.end(), is_name);
 }
 
-/// Without prefix and ending, in small letters.
+/// The name in lower case, without the prefix of OpenRadioss and the last `suffix` letters.
 std::string plain_name(std::string name, std::size_t suffix) {
   name.resize(name.size() - suffix);
   std::transform(name.begin(), name.end(), name.begin(),

@@ -1,7 +1,6 @@
 #include "adapters/simulation/grid/grid_reader.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -20,7 +19,7 @@ struct CornerHash {
   }
 };
 
-/// -0 and 0 are one coordinate.
+/// Adding 0 makes -0 and 0 equal.
 std::array<std::uint32_t, 3> key_of(std::span<const float> p) {
   return {std::bit_cast<std::uint32_t>(p[0] + 0.0f), std::bit_cast<std::uint32_t>(p[1] + 0.0f),
           std::bit_cast<std::uint32_t>(p[2] + 0.0f)};
@@ -47,7 +46,7 @@ std::optional<double> displacement_time(const Array& array) {
   return is_whole ? std::optional(time) : std::nullopt;
 }
 
-/// Node and element ids, one list: compared between files.
+/// Node and element ids in one list, for comparison between files.
 std::vector<double> all_ids(const Grid& grid) {
   std::vector<double> ids;
   for (const auto& [arrays, name] :
@@ -111,7 +110,7 @@ void GridReader::find_times(const std::vector<GridState>& states, const Grid& fi
     if (!std::isfinite(states_[i].time) || (i > 0 && states_[i].time < states_[i - 1].time))
       throw Error{Status::bad_input,
                   states[i].file.string() + ": its time " + std::to_string(states_[i].time) +
-                      " is before that of the file before it; number the files in the order of time"};
+                      " is earlier than that of the previous file; number the files in the order of time"};
   }
 }
 
@@ -132,7 +131,7 @@ void GridReader::check_same_mesh(const Grid& grid, const std::string& file) cons
     if (key_of(std::span(grid.positions).subspan(3 * std::size_t{p}, 3)) !=
         key_of(std::span(grid.positions).subspan(3 * std::size_t{welded_[p]}, 3)))
       throw Error{Status::bad_input, file + ", triangle " + std::to_string(p / 3) +
-                                         ": a corner has left its neighbours', which it shares in " +
+                                         ": a corner has separated from the corners that it coincides with in " +
                                          files_.front().string() + "; the triangles are not those of the same mesh"};
 }
 

@@ -1,23 +1,20 @@
 // A run whose states are mesh files, or displacements in one mesh file, as a SimulationReader.
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "adapters/simulation/grid/grid_mesh.hpp"
 
 namespace lbea::io::grid {
 
 struct GridState {
   std::filesystem::path file;
-  std::optional<double> time;  // without: the file's own, else the number of the state
+  std::optional<double> time;  // default: the file's own time, else the number of the state
 };
 
-/// Files must have the same cells, and ids where they have any; positions and values may differ. A file with point
-/// arrays displacement_t<time> is a run by itself: a state per array, values in arrays that end likewise.
+/// All files must have the same cells and ids; positions and values may differ. A single file with point arrays
+/// displacement_t<time> is a run with a state per array; the fields of a state are in arrays with the same ending.
 class GridReader final : public bake::SimulationReader {
  public:
-  /// Reads the first file whole and, where `states` gives no times, every other one's time by `read_time`.
+  /// Reads the first file completely and, where `states` has no time, the time of each other file with `read_time`.
   GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time);
 
   [[nodiscard]] const bake::SimulationMesh& mesh() const noexcept override { return sourced_.mesh; }
@@ -31,7 +28,7 @@ class GridReader final : public bake::SimulationReader {
   struct Place {
     std::size_t file = 0;
     double time = 0;
-    std::string suffix;  // of the arrays of this state in a file that holds them all
+    std::string suffix;  // of this state's arrays, in a file with all states
   };
   [[nodiscard]] const Place& place(std::uint32_t state) const;
   void find_displacements(const Grid& grid);
@@ -45,12 +42,12 @@ class GridReader final : public bake::SimulationReader {
   Cells cells_;                        // of the first file
   std::size_t points_ = 0;             // of the first file
   std::vector<std::uint32_t> welded_;  // of a triangle soup: point -> the first point with its coordinates
-  std::vector<double> ids_;            // of nodes and cells in the first file, as far as it has them
+  std::vector<double> ids_;            // of nodes and cells in the first file, if it has any
   SourcedMesh sourced_;
   std::vector<FieldSource> sources_;
   std::vector<bake::SimulationField> fields_;
   std::vector<Place> states_;
-  Grid grid_;  // the file read last
+  Grid grid_;  // of the last file read
   std::size_t loaded_ = 0;
 };
 

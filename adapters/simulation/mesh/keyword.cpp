@@ -2,18 +2,15 @@
 #include "adapters/simulation/grid/grid.hpp"
 
 #include <algorithm>
-#include <array>
 #include <unordered_map>
 
 namespace lbea::io::grid {
 namespace {
 
-bool is_letter(char c) noexcept { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
-
 std::string in_capitals(std::string_view text) {
   std::string result(text);
   std::transform(result.begin(), result.end(), result.begin(),
-                 [](char c) { return is_letter(c) ? static_cast<char>(c & ~0x20) : c; });
+                 [](char c) { return text::is_letter(c) ? static_cast<char>(c & ~0x20) : c; });
   return result;
 }
 
@@ -37,11 +34,11 @@ class KeywordParser {
       else if (skip_ > 0)
         --skip_;
       else if (card_ == Card::node)
-        take_node(line);
+        read_node(line);
       else if (card_ == Card::shell)
-        take_shell(line);
+        read_shell(line);
       else if (card_ == Card::solid)
-        take_solid(line);
+        read_solid(line);
     }
     return finish();
   }
@@ -55,7 +52,7 @@ class KeywordParser {
     }
     widths_ = general_;
     for (; std::string_view("+%-").find(keyword.back()) != std::string_view::npos;
-         keyword.pop_back()) {  // stops at its '*'
+         keyword.pop_back()) {  // ends at the '*'
       if (keyword.back() == '+') widths_ = {20, 20};
       if (keyword.back() == '%') widths_.integer = 10;
       if (keyword.back() == '-') widths_ = {};
@@ -73,16 +70,16 @@ class KeywordParser {
     constexpr std::array own_card{"_OFFSET", "_DOF"};
     card_ = Card::shell;
     std::string rest = options;
-    const auto take = [&](const char* option) {
+    const auto remove = [&](const char* option) {
       const std::size_t at = rest.find(option);
       if (at == std::string::npos) return false;
       rest.erase(at, std::string_view(option).size());
       return true;
     };
     bool has_card = false;
-    for (const char* option : same_card) has_card = take(option) || has_card;
+    for (const char* option : same_card) has_card = remove(option) || has_card;
     extra_ = has_card ? 1 : 0;
-    for (const char* option : own_card) extra_ += take(option) ? 1u : 0u;
+    for (const char* option : own_card) extra_ += remove(option) ? 1u : 0u;
     if (!rest.empty()) fail("the option of *ELEMENT_SHELL" + options + " is not read", Status::unsupported_input);
   }
 
@@ -105,7 +102,7 @@ class KeywordParser {
     return result;
   }
 
-  void take_node(std::string_view line) {
+  void read_node(std::string_view line) {
     const auto card = fields(line, 1, 3);
     if (card.size() < 4) fail("a node needs an id and x, y, z");
     if (!node_points_.emplace(id(card[0]), static_cast<std::uint32_t>(node_ids_.size())).second)
@@ -119,7 +116,7 @@ class KeywordParser {
     }
   }
 
-  void take_shell(std::string_view line) {
+  void read_shell(std::string_view line) {
     const auto card = fields(line, 10, 0);
     if (card.size() < 5) fail("a shell needs an id, a part and at least three nodes");
     skip_ = extra_;
@@ -129,7 +126,7 @@ class KeywordParser {
   }
 
   /// One card of id, part and 8 nodes, or a card of id and part followed by one of up to 10 nodes.
-  void take_solid(std::string_view line) {
+  void read_solid(std::string_view line) {
     auto card = fields(line, 10, 0);
     if (card.size() < 2) fail("a solid needs an id and a part");
     begin_element(card, CellKind::hexahedron);
@@ -205,7 +202,7 @@ bool is_keyword(std::string_view start) noexcept {
   text::LineReader lines(start);
   for (std::string_view line; lines.next(line);) {
     if (line.starts_with('$') || text::trimmed(line).empty()) continue;
-    return line.size() > 3 && line[0] == '*' && is_letter(line[1]) && is_letter(line[2]);
+    return line.size() > 3 && line[0] == '*' && text::is_letter(line[1]) && text::is_letter(line[2]);
   }
   return false;
 }

@@ -2,7 +2,6 @@
 #include "adapters/simulation/grid/grid.hpp"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace lbea::io::grid {
@@ -18,14 +17,14 @@ class ObjParser {
   Grid parse() {
     for (std::string_view line; lines_.next(line);) {
       const std::string_view keyword = text::next_word(line);
-      if (keyword == "v") take_vertex(line);
-      if (keyword == "f") take_face(line);
+      if (keyword == "v") read_vertex(line);
+      if (keyword == "f") read_face(line);
     }
     return std::move(grid_);
   }
 
  private:
-  void take_vertex(std::string_view line) {
+  void read_vertex(std::string_view line) {
     for (int axis = 0; axis < 3; ++axis) {
       float value = 0;
       if (!text::parse_number(text::next_word(line), value)) fail("a vertex needs three numbers");
@@ -33,7 +32,7 @@ class ObjParser {
     }
   }
 
-  void take_face(std::string_view line) {
+  void read_face(std::string_view line) {
     corners_.clear();
     for (std::string_view word = text::next_word(line); !word.empty(); word = text::next_word(line)) {
       if (word.ends_with('\\')) fail("a face that continues on the next line is not read; write the face in one line");

@@ -1,8 +1,6 @@
 #include "adapters/files/stl_corners.hpp"
 #include "adapters/simulation/grid/grid.hpp"
 
-#include <array>
-
 namespace lbea::io::grid {
 
 /// Binary when the number of triangles matches the file's size, whatever the file begins with; else text when it begins

@@ -1,7 +1,5 @@
 #include "adapters/simulation/vtk/vtk.hpp"
 
-#include <array>
-#include <charconv>
 #include <fstream>
 #include <utility>
 
@@ -35,7 +33,7 @@ class LegacyParser {
  public:
   LegacyParser(std::string_view bytes, const std::string& name) : tokens_(bytes, name) {}
 
-  /// With `only_time` up to the points.
+  /// `only_time`: stops at the points.
   Grid parse(bool only_time) {
     read_head();
     for (;;) {
@@ -93,15 +91,15 @@ class LegacyParser {
   void read_attribute(std::string_view keyword, std::string_view rest) {
     const std::string name = decoded(text::next_word(rest));
     if (keyword == "SCALARS") return read_scalars(name, rest);
-    if (keyword == "VECTORS" || keyword == "NORMALS") return take(name, 3, text::next_word(rest));
-    if (keyword == "TENSORS") return take(name, 9, text::next_word(rest));
-    if (keyword == "TENSORS6") return take(name, 6, text::next_word(rest));
+    if (keyword == "VECTORS" || keyword == "NORMALS") return add_array(name, 3, text::next_word(rest));
+    if (keyword == "TENSORS") return add_array(name, 9, text::next_word(rest));
+    if (keyword == "TENSORS6") return add_array(name, 6, text::next_word(rest));
     if (keyword == "GLOBAL_IDS" || keyword == "PEDIGREE_IDS" || keyword == "EDGE_FLAGS")
-      return take(name, 1, text::next_word(rest));
-    if (keyword == "COLOR_SCALARS") return take(name, count(rest), tokens_.is_binary ? "unsigned_char" : "float");
+      return add_array(name, 1, text::next_word(rest));
+    if (keyword == "COLOR_SCALARS") return add_array(name, count(rest), tokens_.is_binary ? "unsigned_char" : "float");
     if (keyword == "TEXTURE_COORDINATES") {
       const std::uint64_t dimensions = count(rest);
-      return take(name, dimensions, text::next_word(rest));
+      return add_array(name, dimensions, text::next_word(rest));
     }
     if (keyword == "LOOKUP_TABLE") {
       static_cast<void>(tokens_.values(binary::times(count(rest), 4), tokens_.is_binary ? "unsigned_char" : "float"));
@@ -115,10 +113,10 @@ class LegacyParser {
     const std::uint64_t components = text::trimmed(rest).empty() ? 1 : count(rest);
     std::string_view table;
     if (tokens_.peek().starts_with("LOOKUP_TABLE")) tokens_.line(table);
-    take(name, components, type);
+    add_array(name, components, type);
   }
 
-  void take(const std::string& name, std::uint64_t components, std::string_view type) {
+  void add_array(const std::string& name, std::uint64_t components, std::string_view type) {
     if (arrays_ == nullptr) tokens_.fail("an attribute before POINT_DATA or CELL_DATA");
     if (components == 0) tokens_.fail("an array without components");
     arrays_->push_back({name, components, tokens_.values(binary::times(rows_, components), type)});
@@ -185,7 +183,7 @@ class LegacyParser {
     const auto list = block("CONNECTIVITY", size);
     std::vector<std::uint32_t> corners;
     for (std::size_t c = 0; c + 1 < ends.size(); ++c) {
-      if (ends[c] > ends[c + 1] || ends[c + 1] > list.size()) tokens_.fail("offsets of cells do not rise");
+      if (ends[c] > ends[c + 1] || ends[c + 1] > list.size()) tokens_.fail("offsets of cells decrease");
       const auto at = [&](std::uint64_t i) { return list.begin() + static_cast<std::ptrdiff_t>(i); };
       corners.assign(at(ends[c]), at(ends[c + 1]));
       pieces_[piece].add(kind, corners);
@@ -208,7 +206,7 @@ class LegacyParser {
   VtkTokens tokens_;
   Grid grid_;
   bool is_polygons_ = false;
-  std::array<Cells, 4> pieces_;  // polygons' cells are numbered in this order: vertices, lines, polygons, strips
+  std::array<Cells, 4> pieces_;  // cells of polygons, numbered in this order: vertices, lines, polygons, strips
   std::vector<CellKind> kinds_;
   std::vector<Array>* arrays_ = nullptr;
   std::uint64_t rows_ = 0;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <utility>
 
 #include "adapters/files/binary_numbers.hpp"
@@ -32,12 +31,6 @@ constexpr std::array<std::pair<std::string_view, Scalar>, 14> types{{
     {"double", Scalar::float64},
 }};
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
-}
-
 }  // namespace
 
 bool VtkTokens::line(std::string_view& line) noexcept {
@@ -63,8 +56,7 @@ std::string_view VtkTokens::peek() noexcept {
 }
 
 std::vector<double> VtkTokens::text_values(std::uint64_t count) {
-  if (count > (bytes_.size() - at_) / 2 + 1)
-    fail("too few values follow, " + std::to_string(count) + " were announced");
+  if (count > (bytes_.size() - at_) / 2 + 1) fail("too few values follow, " + std::to_string(count) + " were declared");
   std::vector<double> values(count);
   for (double& value : values) {
     skip_blank_lines();
@@ -76,7 +68,7 @@ std::vector<double> VtkTokens::text_values(std::uint64_t count) {
 }
 
 std::vector<double> VtkTokens::values(std::uint64_t count, std::string_view type) {
-  const std::string wanted = lower(type);
+  const std::string wanted = text::lower(type);
   const auto found = std::find_if(types.begin(), types.end(), [&](const auto& known) { return known.first == wanted; });
   if (found == types.end())
     fail("values of type \"" + std::string(type) + "\" are not read; export them as float", true);

@@ -17,11 +17,11 @@ class VtkTokens {
 
   /// The next line; false at the end.
   bool line(std::string_view& line) noexcept;
-  /// The next line that is not blank, left where it is; empty at the end.
+  /// The next line that is not blank, without moving past it; empty at the end.
   [[nodiscard]] std::string_view peek() noexcept;
   /// `count` values of a type as VTK calls it ("float", "vtktypeint64", ...).
   [[nodiscard]] std::vector<double> values(std::uint64_t count, std::string_view type);
-  /// The same of numbers that are indices or counts.
+  /// The same for indices and counts.
   [[nodiscard]] std::vector<std::uint64_t> indices(std::uint64_t count, std::string_view type);
   void skip_blank_lines() noexcept;
   [[noreturn]] void fail(const std::string& what, bool is_unsupported = false) const;

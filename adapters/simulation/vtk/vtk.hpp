@@ -3,9 +3,6 @@
 
 #include "adapters/simulation/grid/grid_reader.hpp"
 
-#include <string_view>
-#include <vector>
-
 namespace lbea::io::grid {
 
 [[nodiscard]] bool is_vtk_legacy(std::string_view start) noexcept;

@@ -6,25 +6,14 @@
 #include <pugixml.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace lbea::io::grid {
 namespace {
 
-std::filesystem::path beside(const std::filesystem::path& collection, const std::string& name) {
-  const std::filesystem::path file = name;
-  return file.is_absolute() ? file : collection.parent_path() / file;
-}
-
 constexpr std::string_view appended_tag = "<AppendedData";
 
-std::string_view without_blanks(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r\n";
-  const std::size_t first = std::min(text.find_first_not_of(blanks), text.size());
-  text.remove_prefix(first);
-  return text.substr(0, text.find_last_not_of(blanks) + 1);
-}
+constexpr std::string_view blanks = " \t\r\n";
 
 class XmlParser {
  public:
@@ -34,7 +23,7 @@ class XmlParser {
     if (!file_) fail("has no element VTKFile");
     storage_.is_big_endian = attribute(file_, "byte_order") == "BigEndian";
     storage_.header_bytes = attribute(file_, "header_type") == "UInt64" ? 8 : 4;
-    take_compressor();
+    read_compressor();
   }
 
   Grid parse(bool only_time) {
@@ -45,14 +34,14 @@ class XmlParser {
            Status::unsupported_input);
     const pugi::xml_node data = file_.child(type.c_str());
     if (!data) fail("has no element " + type);
-    take_time(data);
+    read_time(data);
     if (only_time) return std::move(grid_);
-    for (const pugi::xml_node piece : data.children("Piece")) take_piece(piece, type == "PolyData");
+    for (const pugi::xml_node piece : data.children("Piece")) read_piece(piece, type == "PolyData");
     return std::move(grid_);
   }
 
  private:
-  /// What stands behind the mark "_" may be anything: it is kept from the XML parser.
+  /// The data after the mark "_" are not XML, so only the part before them goes to the XML parser.
   void load(std::string_view bytes) {
     std::string xml(bytes.substr(0, std::min(bytes.find(appended_tag), bytes.size())));
     if (xml.size() < bytes.size()) {
@@ -70,7 +59,7 @@ class XmlParser {
                                          " (XML); the file is damaged or cut short, export it again"};
   }
 
-  void take_compressor() {
+  void read_compressor() {
     const std::string compressor(attribute(file_, "compressor"));
     if (compressor.empty()) return;
     if (compressor == "vtkZLibDataCompressor")
@@ -78,34 +67,34 @@ class XmlParser {
     else if (compressor == "vtkLZ4DataCompressor")
       storage_.compressor = Compressor::lz4;
     else
-      fail("is packed by " + compressor + "; export it with ZLib, LZ4 or without compression",
+      fail("is compressed with " + compressor + "; export it with ZLib, LZ4 or without compression",
            Status::unsupported_input);
   }
 
-  void take_time(const pugi::xml_node& data) {
+  void read_time(const pugi::xml_node& data) {
     for (const pugi::xml_node array : data.child("FieldData").children("DataArray"))
       if (attribute(array, "Name") == "TimeValue") grid_.time = values(array, 1).front();
   }
 
-  void take_piece(const pugi::xml_node& piece, bool is_polygons) {
+  void read_piece(const pugi::xml_node& piece, bool is_polygons) {
     const std::size_t first_point = grid_.points();
     const std::uint64_t points = count(piece, "NumberOfPoints");
     const auto positions = values(piece.child("Points").child("DataArray"), points * 3);
     grid_.positions.insert(grid_.positions.end(), positions.begin(), positions.end());
     std::uint64_t cells = 0;
     if (is_polygons) {
-      cells += take_cells(piece.child("Verts"), count(piece, "NumberOfVerts"), first_point, CellKind::poly_vertex);
-      cells += take_cells(piece.child("Lines"), count(piece, "NumberOfLines"), first_point, CellKind::poly_line);
-      cells += take_cells(piece.child("Polys"), count(piece, "NumberOfPolys"), first_point, CellKind::polygon);
-      cells += take_cells(piece.child("Strips"), count(piece, "NumberOfStrips"), first_point, CellKind::triangle_strip);
+      cells += read_cells(piece.child("Verts"), count(piece, "NumberOfVerts"), first_point, CellKind::poly_vertex);
+      cells += read_cells(piece.child("Lines"), count(piece, "NumberOfLines"), first_point, CellKind::poly_line);
+      cells += read_cells(piece.child("Polys"), count(piece, "NumberOfPolys"), first_point, CellKind::polygon);
+      cells += read_cells(piece.child("Strips"), count(piece, "NumberOfStrips"), first_point, CellKind::triangle_strip);
     } else {
-      cells = take_cells(piece.child("Cells"), count(piece, "NumberOfCells"), first_point, std::nullopt);
+      cells = read_cells(piece.child("Cells"), count(piece, "NumberOfCells"), first_point, std::nullopt);
     }
-    take_arrays(piece.child("PointData"), points, grid_.point_arrays);
-    take_arrays(piece.child("CellData"), cells, grid_.cell_arrays);
+    read_arrays(piece.child("PointData"), points, grid_.point_arrays);
+    read_arrays(piece.child("CellData"), cells, grid_.cell_arrays);
   }
 
-  std::uint64_t take_cells(const pugi::xml_node& node, std::uint64_t cells, std::size_t first_point,
+  std::uint64_t read_cells(const pugi::xml_node& node, std::uint64_t cells, std::size_t first_point,
                            std::optional<CellKind> kind) {
     if (cells == 0) return 0;
     const auto ends = indices(array_named(node, "offsets"), cells);
@@ -113,7 +102,7 @@ class XmlParser {
     const auto kinds = kind ? std::vector<std::uint64_t>() : indices(array_named(node, "types"), cells);
     std::vector<std::uint32_t> corners;
     for (std::size_t c = 0, begin = 0; c < cells; begin = ends[c++]) {
-      if (ends[c] < begin || ends[c] > list.size()) fail("has offsets of cells that do not rise");
+      if (ends[c] < begin || ends[c] > list.size()) fail("has decreasing offsets of cells");
       corners.clear();
       for (std::size_t i = begin; i < ends[c]; ++i)
         corners.push_back(static_cast<std::uint32_t>(list[i] + first_point));
@@ -123,7 +112,7 @@ class XmlParser {
     return cells;
   }
 
-  void take_arrays(const pugi::xml_node& node, std::uint64_t rows, std::vector<Array>& into) {
+  void read_arrays(const pugi::xml_node& node, std::uint64_t rows, std::vector<Array>& into) {
     for (const pugi::xml_node array : node.children("DataArray")) {
       if (!xml_type(attribute(array, "type"))) continue;  // texts
       const std::string name(attribute(array, "Name"));
@@ -149,9 +138,9 @@ class XmlParser {
     const auto type = xml_type(attribute(array, "type"));
     if (!type) fail("has values of type " + std::string(attribute(array, "type")), Status::unsupported_input);
     const std::string_view format = attribute(array, "format");
-    const std::string_view text = array.text().get();
-    if (format == "ascii") return text_values(text, number, what);
-    if (format != "appended") return block_values(without_blanks(text), false, storage_, *type, number, what);
+    const std::string_view content = array.text().get();
+    if (format == "ascii") return text_values(content, number, what);
+    if (format != "appended") return block_values(text::trimmed(content, blanks), false, storage_, *type, number, what);
     const std::uint64_t offset = count(array, "offset");
     if (offset > storage_.appended.size()) fail("ends before the data of its arrays; it is cut short");
     return block_values(storage_.appended.substr(offset), storage_.is_appended_raw, storage_, *type, number, what);
@@ -208,19 +197,19 @@ std::vector<GridState> read_vtk_collection(const std::filesystem::path& file) {
   for (const pugi::xml_node entry : document.child("VTKFile").child("Collection").children("DataSet")) {
     const double time = entry.attribute("timestep").as_double(std::nan(""));
     if (!std::isfinite(time)) refuse(Status::bad_input, " names a file without a time; add timestep=\"...\"");
-    states.push_back({beside(file, entry.attribute("file").value()), time});
+    states.push_back({file.parent_path() / entry.attribute("file").value(), time});
   }
   if (states.empty()) refuse(Status::bad_input, " names no file; export it again");
   std::stable_sort(states.begin(), states.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
   for (std::size_t i = 1; i < states.size(); ++i)
     if (states[i].time == states[i - 1].time)
       refuse(Status::unsupported_input, " names several files at time " + std::to_string(*states[i].time) +
-                                            "; join the parts to one file per time");
+                                            "; join the parts into one file per time");
   return states;
 }
 
 bool is_vtk_xml(std::string_view start) noexcept {
-  return start.find("<VTKFile") != std::string_view::npos && without_blanks(start).starts_with('<');
+  return start.find("<VTKFile") != std::string_view::npos && text::trimmed(start, blanks).starts_with('<');
 }
 
 Grid parse_vtk_xml(std::string_view bytes, const std::string& name) { return XmlParser(bytes, name).parse(false); }

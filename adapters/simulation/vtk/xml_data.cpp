@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -20,7 +19,7 @@ using binary::plus;
 using binary::Scalar;
 using binary::times;
 
-constexpr std::uint64_t densest = 1100;  // no compressor here shrinks more than that: larger claims are forged
+constexpr std::uint64_t densest = 1100;  // no compressor here reaches this ratio, so a larger one means damage
 
 [[noreturn]] void fail(const std::string& what, const std::string& why) {
   throw Error{Status::bad_input, what + ": " + why + "; the file is damaged or cut short, export it again"};
@@ -33,8 +32,8 @@ int digit_of(char c) noexcept {
   return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/// The first bytes of a block, `most` and at most two more. Groups of four characters stand for themselves, so that
-/// runs which were encoded one by one, with padding between them, are one.
+/// Decodes the first bytes of a block, `most` and at most two more. Each group of four characters is decoded by itself,
+/// because a block may consist of several encoded parts with padding between them.
 std::vector<std::byte> decode_base64(std::string_view text, std::uint64_t most) {
   std::vector<std::byte> bytes;
   bytes.reserve(std::min<std::uint64_t>(most, text.size()) + 3);
@@ -52,7 +51,7 @@ std::vector<std::byte> decode_base64(std::string_view text, std::uint64_t most) 
   return bytes;
 }
 
-/// A block's bytes, as far as they are asked for.
+/// Decodes a block as far as needed.
 class Block {
  public:
   Block(std::string_view text, bool is_raw, const std::string& what) : text_(text), is_raw_(is_raw), what_(what) {}
@@ -72,7 +71,7 @@ class Block {
   std::vector<std::byte> decoded_;
 };
 
-bool unpack(Compressor compressor, std::span<const std::byte> from, std::span<std::byte> into) {
+bool decompress(Compressor compressor, std::span<const std::byte> from, std::span<std::byte> into) {
   if (compressor == Compressor::lz4) {
     constexpr auto most = static_cast<std::size_t>(std::numeric_limits<int>::max());
     if (from.size() > most || into.size() > most) return false;
@@ -86,8 +85,9 @@ bool unpack(Compressor compressor, std::span<const std::byte> from, std::span<st
          size == into.size();
 }
 
-/// Header: number of parts, size of each unpacked, size of the last one when it is smaller, size of each packed.
-std::vector<std::byte> unpacked(Block& block, const XmlStorage& storage, std::uint64_t size, const std::string& what) {
+/// Header: number of parts, decompressed size of each, of the last one when it is smaller, compressed size of each.
+std::vector<std::byte> decompressed(Block& block, const XmlStorage& storage, std::uint64_t size,
+                                    const std::string& what) {
   const std::size_t h = storage.header_bytes;
   const auto number = [&](std::uint64_t i) {
     return binary::load_bits(block.first((i + 1) * h).data() + i * h, h, storage.is_big_endian);
@@ -96,20 +96,21 @@ std::vector<std::byte> unpacked(Block& block, const XmlStorage& storage, std::ui
   if (parts == 0 && size == 0) return {};
   const std::uint64_t part_size = number(1), last_size = number(2);
   const std::uint64_t full = last_size == 0 ? parts : parts - 1;
-  if (parts == 0 || plus(times(full, part_size), last_size) != size) fail(what, "its size does not fit its values");
+  if (parts == 0 || plus(times(full, part_size), last_size) != size) fail(what, "its size does not match its values");
   const std::uint64_t header = times(plus(parts, 3), h);
   const auto counts = block.first(header);
   std::vector<std::uint64_t> ends{header};
   for (std::uint64_t i = 0; i < parts; ++i)
     ends.push_back(plus(ends.back(), binary::load_bits(counts.data() + (3 + i) * h, h, storage.is_big_endian)));
   const auto bytes = block.first(ends.back());
-  if (size / densest > bytes.size()) fail(what, "it claims to unpack to more than it can");
+  if (size / densest > bytes.size()) fail(what, "its declared size is too large for its compressed data");
   std::vector<std::byte> result(size);
   std::uint64_t at = 0;
   for (std::size_t i = 0; i < parts; ++i) {
     const std::uint64_t part = std::min(part_size, size - at);
-    if (!unpack(storage.compressor, bytes.subspan(ends[i], ends[i + 1] - ends[i]), std::span(result).subspan(at, part)))
-      fail(what, "its data do not unpack");
+    if (!decompress(storage.compressor, bytes.subspan(ends[i], ends[i + 1] - ends[i]),
+                    std::span(result).subspan(at, part)))
+      fail(what, "its data cannot be decompressed");
     at += part;
   }
   return result;
@@ -147,15 +148,15 @@ std::vector<double> block_values(std::string_view text, bool is_raw, const XmlSt
                                  std::uint64_t count, const std::string& what) {
   Block block(text, is_raw, what);
   const std::size_t size = binary::size_of(type);
-  std::vector<std::byte> unpacked_bytes;
+  std::vector<std::byte> decompressed_bytes;
   std::span<const std::byte> bytes;
   if (storage.compressor != Compressor::none) {
-    unpacked_bytes = unpacked(block, storage, times(count, size), what);
-    bytes = unpacked_bytes;
+    decompressed_bytes = decompressed(block, storage, times(count, size), what);
+    bytes = decompressed_bytes;
   } else {
     const std::size_t h = storage.header_bytes;
     if (binary::load_bits(block.first(h).data(), h, storage.is_big_endian) != times(count, size))
-      fail(what, "its size does not fit its values");
+      fail(what, "its size does not match its values");
     bytes = block.first(plus(h, times(count, size))).subspan(h);
   }
   std::vector<double> values(count);

@@ -1,8 +1,6 @@
-// The values in a DataArray of a VTK XML file: text, base64 or raw bytes behind the XML, packed or not.
+// The values in a DataArray of a VTK XML file: text, base64, or raw bytes after the XML, with or without compression.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,7 +17,7 @@ struct XmlStorage {
   bool is_big_endian = false;
   std::size_t header_bytes = 4;  // of each count in a block's header
   Compressor compressor = Compressor::none;
-  std::string_view appended;     // behind the XML; empty without
+  std::string_view appended;     // the bytes after the XML
   bool is_appended_raw = false;  // else base64
 };
 
