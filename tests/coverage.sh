@@ -16,7 +16,7 @@ fuzzers=(frame result control model mcap d3plot mesh_files ply xyz cloud tables 
 parsers=(
   runtime/src/'(model/section_reader|model/model_view|model/mapped_file|depth/depth_images)'
   adapters/wire/'(codec/(frame_codec|result_codec|codec|flatbuffer)|access/keys|sockets/endpoint)'
-  adapters/mcap/'(byte_cursor|byte_source|mcap_parse|record_walk|salvage|compression|audit|audit_summary|recovery)'
+  adapters/mcap/'(bytes|records|reader|salvage|compression|file_check|recovery)'
   adapters/simulation/
   adapters/clouds/'(formats|pcd|ply|stamps|stl|xyz)'
   adapters/files/'(binary_numbers|ply_header|stl_corners|text_line)'

@@ -68,8 +68,8 @@ bool compress_zstd(std::span<const Bytes> pieces, Buffer& out) {
   return left == 0;
 }
 
-/// Calls `step(room)` with more and more room at the end of `out` until it says that all is there. One byte more
-/// than expected is asked for, so that surplus data show.
+/// Calls `step(room)` with increasing room at the end of `out` until it is complete. The room is one byte larger than
+/// the expected size, so that surplus data are detected.
 template <class Step>
 bool grow(std::uint64_t size, Buffer& out, Step step) {
   out.clear();
@@ -91,7 +91,7 @@ bool grow(std::uint64_t size, Buffer& out, Step step) {
 
 struct Step {
   std::size_t written;
-  int state;  // < 0: damaged, 0: goes on, > 0: complete
+  int state;  // < 0: damaged, 0: incomplete, > 0: complete
 };
 
 bool decompress_lz4(Bytes bytes, std::uint64_t size, Buffer& out) {

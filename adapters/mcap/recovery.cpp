@@ -10,16 +10,16 @@ namespace {
 
 constexpr std::size_t new_chunk_bytes = std::size_t{1} << 20;
 
-/// All definitions anywhere in the readable part. Of two that differ, the first is believed.
+/// All definitions in the readable part. The first one with an id is used.
 Definitions find_definitions(const ByteSource& source) {
   Definitions found;
-  SalvageWalk walk(source);
-  while (const auto record = walk.next()) {
-    static_cast<void>(found.take(*record));
+  SalvageReader reader(source);
+  while (const auto record = reader.next()) {
+    static_cast<void>(found.add(*record));
     if (record->opcode != Opcode::chunk) continue;
-    Bytes rest = walk.chunk().records();
+    Bytes rest = reader.chunk().records();
     std::uint64_t offset = 0;
-    while (const auto inner = next_record(rest, offset)) static_cast<void>(found.take(*inner));
+    while (const auto inner = next_record(rest, offset)) static_cast<void>(found.add(*inner));
   }
   return found;
 }
@@ -30,18 +30,18 @@ class Rebuilder {
       : writer_(sink), known_(std::move(known)), source_name_(source_name) {}
 
   void begin(const Header& header) { check(writer_.begin(header)); }
-  void take(const Record& record, const OpenChunk& chunk) {
+  void copy(const Record& record, const OpenChunk& chunk) {
     switch (record.opcode) {
       case Opcode::chunk:
-        return take_chunk(chunk);
+        return copy_chunk(chunk);
       case Opcode::message:
-        return take_message(record);
+        return copy_message(*parse<Message>(record.content));
       case Opcode::metadata:
-        return take_metadata(record);
+        return copy_metadata(record);
       case Opcode::attachment:
-        return take_attachment(record);
+        return copy_attachment(record);
       default:
-        return;  // definitions are written where they are needed, indexes anew
+        return;  // definitions are written before their first message, and indexes are new
     }
   }
   Recovery finish(Sink& sink) {
@@ -57,16 +57,16 @@ class Rebuilder {
  private:
   void check(int error) const {
     if (error != 0)
-      throw Error(Status::write_failed, "what was recovered from " + source_name_ +
+      throw Error(Status::write_failed, "the records recovered from " + source_name_ +
                                             " cannot be written: " + std::generic_category().message(error) +
                                             "; check the folder and the free space");
   }
-  void take_chunk(const OpenChunk& chunk) {
+  void copy_chunk(const OpenChunk& chunk) {
     flush();
     bool whole = true;
     each_message(chunk.records(), [&](const Message& message) { whole = define(message.channel_id) && whole; });
     if (whole) return check(writer_.chunk_as_is(chunk.chunk(), chunk.records()));
-    each_message(chunk.records(), [&](const Message& message) { keep(message); });
+    each_message(chunk.records(), [&](const Message& message) { copy_message(message); });
     flush();
   }
   template <class Visit>
@@ -75,8 +75,7 @@ class Rebuilder {
     while (const auto inner = next_record(records, offset))
       if (inner->opcode == Opcode::message) visit(*parse<Message>(inner->content));
   }
-  void take_message(const Record& record) { keep(*parse<Message>(record.content)); }
-  void keep(const Message& message) {
+  void copy_message(const Message& message) {
     if (!define(message.channel_id)) {
       ++done.undefined_messages;
       return;
@@ -90,7 +89,7 @@ class Rebuilder {
     check(writer_.chunk({&piece, 1}));
     waiting_.clear();
   }
-  /// Channel and schema stand in the new file before the first message on it; false when they are not known.
+  /// Writes the channel and its schema before the first message on it; false when they are not known.
   bool define(std::uint16_t channel_id) {
     if (defined_.contains(channel_id)) return true;
     const auto channel = known_.channels.find(channel_id);
@@ -101,12 +100,12 @@ class Rebuilder {
     check(writer_.define(channel->second));
     return defined_.insert(channel_id).second;
   }
-  void take_metadata(const Record& record) {
+  void copy_metadata(const Record& record) {
     flush();
     check(writer_.metadata(*parse<Metadata>(record.content)));
     ++done.metadata;
   }
-  void take_attachment(const Record& record) {
+  void copy_attachment(const Record& record) {
     flush();
     check(writer_.attachment(*parse<Attachment>(record.content)));
     ++done.attachments;
@@ -128,17 +127,17 @@ std::uint64_t Recovery::lost_bytes() const noexcept {
 }
 
 Recovery recover(const ByteSource& source, Sink& sink) {
-  SalvageWalk walk(source);
-  auto record = walk.next();
+  SalvageReader reader(source);
+  auto record = reader.next();
   if (!record)
     throw Error(Status::bad_input,
-                source.name() + ": nothing in this file can be read as MCAP; there is nothing to recover");
+                source.name() + ": no part of this file can be read as MCAP; there is nothing to recover");
   Rebuilder rebuilder(sink, find_definitions(source), source.name());
   const bool has_header = record->opcode == Opcode::header;
   rebuilder.begin(has_header ? *parse<Header>(record->content) : Header{"", "lbea recovery"});
-  for (; record; record = walk.next()) rebuilder.take(*record, walk.chunk());
-  rebuilder.done.gaps = walk.gaps();
-  rebuilder.done.was_closed = walk.reached_data_end();
+  for (; record; record = reader.next()) rebuilder.copy(*record, reader.chunk());
+  rebuilder.done.gaps = reader.gaps();
+  rebuilder.done.was_closed = reader.reached_data_end();
   return rebuilder.finish(sink);
 }
 

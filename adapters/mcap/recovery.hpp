@@ -1,21 +1,21 @@
-// Makes a sound, indexed file of what can be read of a cut or damaged one.
+// Writes the readable part of a cut or damaged file to a new file with an index.
 #pragma once
 
-#include "adapters/mcap/mcap_writer.hpp"
 #include "adapters/mcap/salvage.hpp"
+#include "adapters/mcap/writer.hpp"
 
 namespace lbea::mcap {
 
 struct Recovery {
   std::uint64_t chunks = 0, messages = 0, attachments = 0, metadata = 0;
-  std::uint64_t undefined_messages = 0;  // left out: their channel is defined nowhere
-  bool was_closed = false;               // the data's end was there
-  std::vector<Gap> gaps;                 // what could not be read
+  std::uint64_t undefined_messages = 0;  // omitted: their channel is not defined anywhere
+  bool was_closed = false;               // the record that ends the data was found
+  std::vector<Gap> gaps;                 // unreadable bytes
   [[nodiscard]] std::uint64_t lost_bytes() const noexcept;
 };
 
-/// Every sound chunk goes over as it is, compressed or not; messages outside chunks go into new ones. Writes to
-/// `sink` and commits it. Throws Error{bad_input} when nothing in `source` is MCAP or it cannot be read, and
+/// Copies every sound chunk unchanged, compressed or not, and writes messages outside chunks to new chunks. Writes to
+/// `sink` and commits it. Throws Error{bad_input} when `source` cannot be read or contains no MCAP record, and
 /// Error{write_failed}.
 Recovery recover(const ByteSource& source, Sink& sink);
 

@@ -15,7 +15,7 @@ bool has_magic(const ByteSource& source) {
   return std::ranges::equal(bytes, std::as_bytes(std::span(magic)));
 }
 
-/// Sorts out nearly all positions before anything is read there.
+/// Excludes nearly all positions without reading a record.
 bool may_be_anchor(Bytes here, std::uint64_t left) {
   const auto opcode = static_cast<Opcode>(here[0]);
   if (opcode != Opcode::chunk && opcode != Opcode::metadata) return false;
@@ -47,8 +47,8 @@ std::optional<std::uint64_t> size_as(const Record& record) {
   return again.size() - record_prefix_bytes;
 }
 
-/// How long the content would be without surplus bytes; nothing for what cannot be read or does not belong into
-/// the data.
+/// The length of the content without surplus bytes. Nothing for a record that cannot be parsed or does not belong in
+/// the data section.
 std::optional<std::uint64_t> sound_size(const Record& record) {
   switch (record.opcode) {
     case Opcode::header:
@@ -80,17 +80,17 @@ std::optional<std::uint64_t> sound_size(const Record& record) {
 
 }  // namespace
 
-SalvageWalk::SalvageWalk(const ByteSource& source)
-    : source_(source), walk_(source, magic.size(), source.size()), starts_with_magic_(has_magic(source)) {
-  if (!starts_with_magic_) resume_after(0, "no MCAP file begins here");
+SalvageReader::SalvageReader(const ByteSource& source)
+    : source_(source), reader_(source, magic.size(), source.size()), starts_with_magic_(has_magic(source)) {
+  if (!starts_with_magic_) resume_after(0, "not the start of an MCAP file");
 }
 
-std::optional<Record> SalvageWalk::next() {
-  while (!reached_data_end_ && walk_.position() < source_.size()) {
-    const std::uint64_t begin = walk_.position();
-    const auto record = walk_.next();
+std::optional<Record> SalvageReader::next() {
+  while (!reached_data_end_ && reader_.position() < source_.size()) {
+    const std::uint64_t begin = reader_.position();
+    const auto record = reader_.next();
     if (!record) {
-      resume_after(begin, "cut off or no record");
+      resume_after(begin, "cut off, or not a record");
       continue;
     }
     if (std::string flaw = flaw_of(*record); !flaw.empty()) {
@@ -103,9 +103,9 @@ std::optional<Record> SalvageWalk::next() {
   return std::nullopt;
 }
 
-/// Empty for a sound record. One with surplus bytes at its end is sound if another record follows: its length may
-/// be what is damaged, and others lie in those bytes.
-std::string SalvageWalk::flaw_of(const Record& record) {
+/// Empty for a sound record. A record with surplus bytes at its end is sound only if another record follows: otherwise
+/// its length may be damaged, and the surplus bytes may be other records.
+std::string SalvageReader::flaw_of(const Record& record) {
   const auto size = sound_size(record);
   if (!size) return "damaged record of kind " + std::to_string(static_cast<unsigned>(record.opcode));
   if (record.opcode == Opcode::chunk) {
@@ -114,18 +114,18 @@ std::string SalvageWalk::flaw_of(const Record& record) {
     if (!are_whole(chunk_.records())) return "damaged chunk: " + std::string(to_string(ChunkDamage::bad_contents));
   }
   if (record.opcode == Opcode::data_end && !is_data_end(record)) return "damaged end of the data";
-  if (*size != record.length && !may_begin_record(record.end())) return "a record of the wrong length";
+  if (*size != record.length && !may_begin_record(record.end())) return "a record with a wrong length";
   return {};
 }
 
-bool SalvageWalk::may_begin_record(std::uint64_t at) const {
+bool SalvageReader::may_begin_record(std::uint64_t at) const {
   if (at == source_.size()) return true;
-  const auto next = FileWalk(source_, at, source_.size()).peek(0);
+  const auto next = FileReader(source_, at, source_.size()).peek(0);
   return next && (next->opcode <= Opcode::data_end || is_private(next->opcode));
 }
 
-/// A summary or the footer follows. A damaged opcode may look like the end of the data.
-bool SalvageWalk::is_data_end(const Record& record) const {
+/// Also checks that a summary or the footer follows, because a damaged opcode may look like the end of the data.
+bool SalvageReader::is_data_end(const Record& record) const {
   if (record.content.size() != sizeof(std::uint32_t)) return false;
   if (record.end() >= source_.size()) return false;
   std::byte opcode{};
@@ -136,13 +136,13 @@ bool SalvageWalk::is_data_end(const Record& record) const {
   return std::ranges::find(following, static_cast<Opcode>(opcode)) != following.end();
 }
 
-void SalvageWalk::resume_after(std::uint64_t begin, std::string what) {
+void SalvageReader::resume_after(std::uint64_t begin, std::string what) {
   const std::uint64_t end = find_anchor(begin + 1);
   gaps_.push_back({begin, end, std::move(what)});
-  walk_.go_to(end);
+  reader_.go_to(end);
 }
 
-std::uint64_t SalvageWalk::find_anchor(std::uint64_t from) {
+std::uint64_t SalvageReader::find_anchor(std::uint64_t from) {
   Buffer window;
   for (std::uint64_t at = from; at < source_.size(); at += window.size()) {
     window.resize(static_cast<std::size_t>(std::min<std::uint64_t>(window_bytes, source_.size() - at)));
@@ -153,12 +153,12 @@ std::uint64_t SalvageWalk::find_anchor(std::uint64_t from) {
   return source_.size();
 }
 
-bool SalvageWalk::is_anchor(std::uint64_t at) {
-  FileWalk walk(source_, at, source_.size());
-  const auto front = walk.peek(64);
+bool SalvageReader::is_anchor(std::uint64_t at) {
+  FileReader reader(source_, at, source_.size());
+  const auto front = reader.peek(64);
   if (!front) return false;
   if (front->opcode == Opcode::chunk && !is_plausible_chunk(front->content, front->length)) return false;
-  const auto record = walk.next();
+  const auto record = reader.next();
   if (!record) return false;
   if (record->opcode == Opcode::metadata) return record->length > 0 && size_as<Metadata>(*record) == record->length;
   return chunk_.open(record->content) == ChunkDamage::none && are_whole(chunk_.records()) &&

@@ -1,32 +1,33 @@
-// What can be read of a file that may be cut or damaged: every record of its data that is whole, in order.
+// Reads all whole records of the data section of a file that may be cut or damaged.
 #pragma once
 
-#include "adapters/mcap/record_walk.hpp"
+#include "adapters/mcap/reader.hpp"
 
 namespace lbea::mcap {
 
-/// Bytes that are no record, or one that is damaged.
+/// Bytes that are not a record or a damaged one.
 struct Gap {
   std::uint64_t begin = 0, end = 0;
   std::string what;
 };
 
-/// Walks the data section. In an intact file it shows each record and no gap. Chunks are shown when their checksum
-/// is right and their contents are whole records; behind damage it goes on at the next sound chunk or metadata.
-class SalvageWalk {
+/// Reads the data section. In an intact file it returns every record and finds no gap. A chunk is returned when its
+/// checksum is right and it contains whole records. After damage, reading continues at the next sound chunk or metadata
+/// record.
+class SalvageReader {
  public:
-  /// The source outlives the walk.
-  explicit SalvageWalk(const ByteSource& source);
-  /// The next sound record; nothing after the last. Its content, and chunk(), are valid until the next call.
+  /// The source must outlive the reader.
+  explicit SalvageReader(const ByteSource& source);
+  /// The next sound record; nothing after the last. Its content and chunk() are valid until the next call.
   [[nodiscard]] std::optional<Record> next();
-  /// Of the chunk record that next() returned.
+  /// The chunk that next() returned last.
   [[nodiscard]] const OpenChunk& chunk() const noexcept { return chunk_; }
 
   [[nodiscard]] const std::vector<Gap>& gaps() const noexcept { return gaps_; }
   [[nodiscard]] bool starts_with_magic() const noexcept { return starts_with_magic_; }
-  /// Whether the data's own end was found; then position() is where a summary or the footer begins.
+  /// Whether the record that ends the data was found. Then position() is the offset of the summary or footer.
   [[nodiscard]] bool reached_data_end() const noexcept { return reached_data_end_; }
-  [[nodiscard]] std::uint64_t position() const noexcept { return walk_.position(); }
+  [[nodiscard]] std::uint64_t position() const noexcept { return reader_.position(); }
 
  private:
   std::string flaw_of(const Record& record);
@@ -37,7 +38,7 @@ class SalvageWalk {
   bool is_anchor(std::uint64_t at);
 
   const ByteSource& source_;
-  FileWalk walk_;
+  FileReader reader_;
   OpenChunk chunk_;
   std::vector<Gap> gaps_;
   bool starts_with_magic_ = false, reached_data_end_ = false;

@@ -16,7 +16,7 @@
 namespace lbea::mcap {
 namespace {
 
-// The system is told to write early and often: left alone it saves up gigabytes and then stalls.
+// Write-back is started early and often, because otherwise the system collects gigabytes and then stalls.
 constexpr std::uint64_t write_back_bytes = std::uint64_t{8} << 20;
 constexpr std::size_t most_pieces = 64;
 
@@ -29,7 +29,7 @@ bool is_there(const std::filesystem::path& file) {
   return ::lstat(file.c_str(), &about) == 0;
 }
 
-/// 0 or an error number; `written` counts also what a failing call had written before.
+/// Returns 0 or an error number.
 int write_all(int descriptor, std::span<iovec> pieces, std::uint64_t offset) {
   while (!pieces.empty()) {
     const ssize_t n = ::pwritev(descriptor, pieces.data(), static_cast<int>(pieces.size()), static_cast<off_t>(offset));
@@ -51,7 +51,7 @@ int write_all(int descriptor, std::span<iovec> pieces, std::uint64_t offset) {
 
 void sync_folder(const std::filesystem::path& folder) noexcept {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;  // writable without being readable: the file itself is whole in any case
+  if (descriptor < 0) return;  // the folder may be writable but not readable
   static_cast<void>(::fsync(descriptor));
   ::close(descriptor);
 }
@@ -66,9 +66,9 @@ PartialFile::PartialFile(const std::filesystem::path& file, const std::filesyste
   if (is_there(file_)) fail(file, "the file exists and recordings are never overwritten; choose another name");
   descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0 && errno == EEXIST)
-    fail(file, partial_.string() + " exists, from a recording that goes on or was cut off; see " +
+    fail(file, partial_.string() + " exists, from a recording that is running or was cut off; see " +
                    "lbea-inspect --recover, or choose another name");
-  if (descriptor_ < 0) fail(file, std::generic_category().message(errno) + "; check the folder and its rights");
+  if (descriptor_ < 0) fail(file, std::generic_category().message(errno) + "; check the folder and its permissions");
 }
 
 PartialFile::~PartialFile() {
@@ -82,7 +82,7 @@ int PartialFile::append(std::span<const Bytes> pieces) noexcept {
   if (pieces.size() > vectors.size()) return E2BIG;
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    vectors[i] = {const_cast<std::byte*>(pieces[i].data()), pieces[i].size()};  // written from, never to
+    vectors[i] = {const_cast<std::byte*>(pieces[i].data()), pieces[i].size()};  // only read
     bytes += pieces[i].size();
   }
   if (const int error = write_all(descriptor_, std::span(vectors).first(pieces.size()), size_); error != 0) {
@@ -110,12 +110,12 @@ int PartialFile::sync() noexcept { return ::fdatasync(descriptor_) == 0 ? 0 : er
 int PartialFile::commit() noexcept {
   if (broken_ != 0) return broken_;
   if (::fsync(descriptor_) != 0) return errno;
-  // link() refuses where rename() would overwrite what has appeared under the name meanwhile.
+  // link() fails when a file with this name was created in the meantime; rename() would overwrite it.
   if (::link(partial_.c_str(), file_.c_str()) == 0) {
     static_cast<void>(::unlink(partial_.c_str()));
   } else if (errno == EEXIST || is_there(file_)) {
     return EEXIST;
-  } else if (::rename(partial_.c_str(), file_.c_str()) != 0) {  // a file system without links
+  } else if (::rename(partial_.c_str(), file_.c_str()) != 0) {  // the file system does not support links
     return errno;
   }
   committed_ = true;

@@ -1,4 +1,4 @@
-// Programs whose n-th system call or allocation fails, and what may be left of their work then.
+// Runs programs whose n-th system call or allocation fails and checks what they leave.
 #pragma once
 
 #include "tests/support/program.hpp"
@@ -15,15 +15,15 @@ namespace lbea::test {
 
 inline bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
 
-inline constexpr std::chrono::seconds longest_run{60};  // of a program: it takes less than one; so long, it hangs
+inline constexpr std::chrono::seconds longest_run{60};  // of a program, which normally takes less than one second
 
 struct Fault {
   std::string call;       // as in fail_nth.c
   unsigned long nth = 0;  // 0: none
 };
 
-/// Words before a command: it runs with the fault, in whatever it does with files below `folder`; how often the call
-/// was made stands in `count` afterwards, which libraries asked for a failed allocation beside it.
+/// The prefix of a command that runs with the fault, for files below `folder`. The number of calls is written to
+/// `count`, the libraries that requested a failed allocation to a file beside it.
 inline std::vector<std::string> with(const Fault& fault, const std::filesystem::path& folder,
                                      const std::filesystem::path& count) {
   return {"/usr/bin/env",
@@ -46,7 +46,7 @@ inline bool was_asked_by(const std::string& library, const std::filesystem::path
 
 inline constexpr unsigned long all = ~0ul;
 
-/// Of 1 to `count`: in a long run `most_of_long`, otherwise `most` in all, the first and the last among them.
+/// Numbers from 1 to `count`, including both: at most `most`, or `most_of_long` in a long run.
 inline std::vector<unsigned long> chosen(unsigned long count, unsigned long most, unsigned long most_of_long = all) {
   std::vector<unsigned long> numbers;
   const unsigned long steps = std::min(count, is_long_run() ? most_of_long : most);
@@ -54,7 +54,7 @@ inline std::vector<unsigned long> chosen(unsigned long count, unsigned long most
   return numbers;
 }
 
-/// A program that reads what is elsewhere and writes one file into the folder it runs in.
+/// A program that reads files from elsewhere and writes one file into its working folder.
 struct OneFile {
   std::string command, output;
 
@@ -69,7 +69,7 @@ struct OneFile {
   void check_one(const Fault& fault, const std::string& undisturbed) const;
 };
 
-/// Fails each chosen call and looks at exit code, words and files.
+/// Fails each chosen call and checks exit code, message and files.
 inline void OneFile::check(const std::string& call, unsigned long most, unsigned long most_of_long) const {
   const TemporaryFolder folder, elsewhere;
   const Outcome outcome = run({call, 0}, folder, elsewhere / "count");
@@ -77,13 +77,13 @@ inline void OneFile::check(const std::string& call, unsigned long most, unsigned
   const std::string undisturbed = text_of(folder / output);
   REQUIRE_FALSE(undisturbed.empty());
   const std::vector<unsigned long> numbers = chosen(counted(elsewhere / "count"), most, most_of_long);
-  CHECK((!numbers.empty() || call == "truncate"));  // what makes none cannot fail; not every program reserves room
+  CHECK((!numbers.empty() || call == "truncate"));  // not every program reserves disk space
   for (const unsigned long nth : numbers) check_one({call, nth}, undisturbed);
   MESSAGE(output << ": " << numbers.size() << " of " << counted(elsewhere / "count") << " calls of " << call
                  << " failed");
 }
 
-/// The file is whole, or it is not there and words say why; nothing else is left in any case.
+/// The file is whole, or it is absent and a message gives the reason. No other file is left.
 inline void OneFile::check_one(const Fault& fault, const std::string& undisturbed) const {
   CAPTURE(fault.call);
   CAPTURE(fault.nth);
@@ -92,8 +92,8 @@ inline void OneFile::check_one(const Fault& fault, const std::string& undisturbe
   CAPTURE(outcome.err);
   const bool is_there = std::filesystem::exists(folder / output);
   if (outcome.exit_code == 0) CHECK(is_there);
-  // TBB, which the ray caster's library works with, ends the program when it gets no thread; the next bake clears away
-  // what is left.
+  // TBB, used by the ray casting library, ends the program when it cannot start a thread; the next bake removes what is
+  // left.
   if (was_asked_by("libtbb", elsewhere / "count") && outcome.exit_code == 128 + SIGABRT) {
     CHECK_FALSE(is_there);
     return;

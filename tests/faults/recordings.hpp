@@ -1,7 +1,7 @@
-// Short recordings made by the programs, whole, cut, or while something fails.
+// Short recordings made by the programs: whole, cut, or during a fault.
 #pragma once
 
-#include "adapters/mcap/audit.hpp"
+#include "adapters/mcap/file_check.hpp"
 #include "adapters/mcap/recovery.hpp"
 #include "adapters/mcap/sink.hpp"
 #include "adapters/wire/codec/codec.hpp"
@@ -18,7 +18,7 @@ using namespace lbea::wire;
 
 inline constexpr std::uint64_t stream_frames = 6;
 
-/// Runs a program that records frames sent to ipc://FOLDER/frames, sends it some, lets it end in good order.
+/// Runs a program that records frames from ipc://FOLDER/frames, sends it some, and interrupts it.
 inline Outcome record_stream(std::vector<std::string> words, const std::vector<std::string>& program,
                              const TemporaryFolder& folder) {
   const TemporaryFolder said;
@@ -48,9 +48,9 @@ inline Outcome record_stream(std::vector<std::string> words, const std::vector<s
 
 inline std::uint64_t frames_in(const mcap::ByteSource& source) {
   std::uint64_t frames = 0;
-  CHECK(mcap::audit(source, [&](const mcap::Message&, const mcap::Channel* channel) {
+  CHECK(mcap::check_file(source, [&](const mcap::Message&, const mcap::Channel* channel) {
           frames += channel != nullptr && channel->topic == "/frames" ? 1u : 0u;
-        }).complaints.empty());
+        }).errors.empty());
   return frames;
 }
 

@@ -1,5 +1,5 @@
 // Every write, fsync, rename, reservation and allocation of a bake, a recovery and a replay fails once. A failed
-// program has said why and left nothing; a successful one has left what it always leaves.
+// program reports the reason and leaves no file; a successful one leaves its usual files.
 #include "tests/faults/faults.hpp"
 #include "tests/faults/recordings.hpp"
 
@@ -47,7 +47,7 @@ TEST_CASE("any call of a replay into a model fails") {
   for (const std::string& call : calls) OneFile{command, "results.mcap"}.check(call, most);
 }
 
-TEST_CASE("a program that hangs does not hang its test: it is killed, and that is said") {
+TEST_CASE("a program that hangs is killed, and the test reports it") {
   const TemporaryFolder folder;
   const Outcome outcome = run_program("sleep 600", folder.path(), {}, std::chrono::milliseconds(100));
   CHECK(outcome.exit_code == 128 + SIGKILL);
@@ -84,7 +84,7 @@ TEST_CASE("results that cannot be printed are a failure") {
   CHECK(contains(outcome.err, "cannot write to standard output: No space left on device"));
 }
 
-TEST_CASE("what a killed bake left is cleared away by the next one; what lives or is somebody's stays") {
+TEST_CASE("the next bake removes the files of a killed one, but not those of a running bake or other files") {
   const TemporaryFolder folder;
   pid_t gone = 0;
   {
@@ -110,7 +110,7 @@ TEST_CASE("what a killed bake left is cleared away by the next one; what lives o
   CHECK(text_of(folder / "elsewhere/file") == "mine");
 }
 
-TEST_CASE("killed at any moment and started again: the bake's bytes, and nothing beside them") {
+TEST_CASE("killed at any time and restarted: the same bytes of the bake, and no other file") {
   const TemporaryFolder undisturbed, folder;
   REQUIRE(run_program(bake_command("m.lbea"), undisturbed.path()).exit_code == 0);
   std::mt19937 random(5);

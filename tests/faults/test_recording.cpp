@@ -1,5 +1,4 @@
-// While a recording is made, any of its calls fails: nothing is lost without a word, and what was said to be recorded
-// is there.
+// Any call fails during a recording: every loss is reported, and everything reported as recorded is in the file.
 #include "tests/faults/recordings.hpp"
 #include "tests/mcap/mcap_support.hpp"
 
@@ -13,11 +12,11 @@ using Json = nlohmann::json;
 
 namespace {
 
-/// How many frames come out of what is left: from the file, or recovered from what it was called before it was whole.
+/// The number of frames in the file, or recovered from its .partial file.
 std::uint64_t frames_left(const TemporaryFolder& folder) {
   const auto file = folder / "run.mcap";
   if (std::filesystem::exists(file)) {
-    CHECK(mcap::audit(mcap::FileSource(file)).is_intact());
+    CHECK(mcap::check_file(mcap::FileSource(file)).is_intact());
     return frames_in(mcap::FileSource(file));
   }
   if (!std::filesystem::exists(mcap::partial_name(file)) || std::filesystem::file_size(mcap::partial_name(file)) == 0)
@@ -27,8 +26,8 @@ std::uint64_t frames_left(const TemporaryFolder& folder) {
   return frames_in(mcap::MemorySource(sink.bytes, "recovered"));
 }
 
-/// ZeroMQ without memory ends the program, or the connection and whatever it had read of it: then nobody here knows of
-/// the frames in it. What was said to be recorded is there all the same.
+/// Without memory, ZeroMQ ends the program or the connection with everything it had read from it. The frames in it are
+/// not known here, but everything reported as recorded is in the file.
 void check_left_by_zeromq(const Outcome& outcome, std::uint64_t left) {
   CHECK((outcome.exit_code == 0 || outcome.exit_code == 1 || outcome.exit_code == 128 + SIGABRT ||
          outcome.exit_code == 128 + SIGSEGV));
@@ -48,7 +47,7 @@ void check_left(const Outcome& outcome, std::uint64_t left, const TemporaryFolde
   } else {
     CHECK((contains(outcome.err, "error") || contains(outcome.err, "MEMORY")));
   }
-  if (!contains(outcome.err, "recording to"))  // it never came to that
+  if (!contains(outcome.err, "recording to"))  // the recording was not started
     CHECK_FALSE((std::filesystem::exists(folder / "run.mcap.partial") || std::filesystem::exists(folder / "run.mcap")));
 }
 

@@ -1,5 +1,5 @@
-// Any bytes as a recording: audited within their bounds, and whatever is recovered is a sound file.
-#include "adapters/mcap/audit.hpp"
+// Any bytes as a recording: the check stays within their bounds, and the recovered file is sound.
+#include "adapters/mcap/file_check.hpp"
 #include "adapters/mcap/recovery.hpp"
 
 #include <lbea/lbea.hpp>
@@ -25,7 +25,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace lbea::mcap;
   const MemorySource source(std::as_bytes(std::span{data, size}));
   std::uint64_t seen = 0;
-  const Audit found = audit(source, [&](const Message& message, const Channel*) {
+  const FileCheck found = check_file(source, [&](const Message& message, const Channel*) {
     for (const std::byte byte : message.data) seen += static_cast<std::uint64_t>(byte);
   });
   BufferSink sink;
@@ -33,7 +33,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     recovery = recover(source, sink);
   } catch (const lbea::Error&) { return 0; }
-  const Audit again = audit(MemorySource(sink.bytes));
+  const FileCheck again = check_file(MemorySource(sink.bytes));
   if (!again.is_closed || !again.gaps.empty() || again.counted.messages != recovery.messages) std::abort();
   if (recovery.messages + recovery.undefined_messages != found.counted.messages) std::abort();
   return seen == std::uint64_t(-1) ? 1 : 0;

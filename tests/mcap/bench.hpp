@@ -1,4 +1,4 @@
-// A matcher that records, and a camera that sends it the model's own samples: real programs, sockets and files.
+// A matcher that records and a camera that sends it samples of the model. Uses real programs, sockets and files.
 #pragma once
 
 #include "adapters/wire/codec/codec.hpp"
@@ -23,7 +23,8 @@ class Bench {
  public:
   std::unique_ptr<Process> start(std::vector<std::string> arguments, const std::string& name,
                                  const std::string& ready) {
-    std::filesystem::remove(file(name + ".err"));  // or the last one's would tell that this one is ready
+    std::filesystem::remove(
+        file(name + ".err"));  // otherwise the log of the last process would look like that of a ready one
     auto process = std::make_unique<Process>(arguments, file(name + ".out"), file(name + ".err"));
     REQUIRE(eventually([&] { return contains(text_of(file(name + ".err")), ready); }));
     return process;
@@ -47,13 +48,13 @@ class Bench {
   TemporaryFolder folder;
 };
 
-/// Sends the model's own samples as frames: all nodes, in reference coordinates.
+/// Sends samples of the model as frames: all nodes, in reference coordinates.
 class Camera {
  public:
   Camera(WireContext& context, const std::string& endpoint) : sink_(context, endpoint) {
     REQUIRE(sink_.wait_ready(30s));
   }
-  /// From now on in the sensor's coordinates.
+  /// Frames are in sensor coordinates from now on.
   void look_from(const std::string& sensor_json) {
     const Json pose = Json::parse(text_of(sensor_json));
     for (const Json& row : pose["T_reference_sensor"])
@@ -87,7 +88,7 @@ class Camera {
   std::vector<Point> points_;
 };
 
-/// What lbea-serve says of its recording, once it says that it is in this phase.
+/// The recording in the state of lbea-serve, once it has this phase.
 inline std::optional<WireRecording> recording_in(RecordingPhase phase, WireContext& context,
                                                  const std::string& results) {
   ResultSource source(context, results);
@@ -101,7 +102,7 @@ inline std::optional<WireRecording> recording_in(RecordingPhase phase, WireConte
   return {};
 }
 
-/// Ends a program in good order and returns its exit code.
+/// Interrupts a program and returns its exit code.
 inline int stop(Process& process) {
   process.signal(SIGINT);
   return process.wait();

@@ -1,5 +1,5 @@
-// A rig's programs in a row: sender, recorder, matcher, and the monitor where it is built. Real processes, sockets and
-// files.
+// The programs of a rig in a chain: sender, recorder, matcher, and the monitor if it is built. Real processes, sockets
+// and files.
 #pragma once
 
 #include "tests/support/program.hpp"
@@ -21,7 +21,7 @@ class Chain {
  public:
   using Json = nlohmann::json;
 
-  /// The sender takes `frames` captures at 400 a second.
+  /// The sender sends `frames` captures at 400 per second.
   explicit Chain(int frames) : frames_(frames) {
     const Model model = Model::open(LBEA_MODEL);
     const auto positions = model.node_positions(0);
@@ -31,8 +31,7 @@ class Chain {
     cloud.close();
     for (const std::string& name : names()) {
       if (name == "send")
-        std::this_thread::sleep_for(
-            std::chrono::milliseconds(300));  // until the way from the recorder to the matcher stands
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until the recorder is connected to the matcher
       start(name);
     }
   }
@@ -43,7 +42,7 @@ class Chain {
     return {"serve", "record", "send"};
 #endif
   }
-  /// Until it is ready, the sender until it runs. A recorder that is started again begins another recording.
+  /// Waits until the program is ready (the sender: until it runs). A restarted recorder starts another recording.
   void start(const std::string& name) {
     CAPTURE(name);
     if (name == "record") ++recordings_;

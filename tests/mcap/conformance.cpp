@@ -1,6 +1,6 @@
 #include "tests/mcap/conformance.hpp"
 
-#include "adapters/mcap/audit.hpp"
+#include "adapters/mcap/file_check.hpp"
 
 #include <doctest/doctest.h>
 
@@ -163,8 +163,8 @@ Json expected_records(const std::filesystem::path& file) {
 
 Json list_records(const ByteSource& source) {
   Json list = Json::array();
-  FileWalk walk(source, magic.size(), source.size() - magic.size());
-  while (const auto found = walk.next()) {
+  FileReader reader(source, magic.size(), source.size() - magic.size());
+  while (const auto found = reader.next()) {
     if (found->opcode == Opcode::message_index) continue;
     if (found->opcode != Opcode::chunk) {
       list.push_back(to_json(*found));
@@ -177,7 +177,7 @@ Json list_records(const ByteSource& source) {
     while (const auto inner = next_record(rest, offset)) list.push_back(to_json(*inner));
     CHECK(rest.empty());
   }
-  CHECK(walk.position() == source.size() - magic.size());
+  CHECK(reader.position() == source.size() - magic.size());
   return list;
 }
 
@@ -190,8 +190,8 @@ std::size_t check_conformance(const std::filesystem::path& folder) {
     const FileSource source(entry.path());
     const Json expected = expected_records(std::filesystem::path(entry.path()).replace_extension(".json"));
     CHECK(list_records(source) == expected);
-    const Audit found = audit(source);
-    for (const std::string& complaint : found.complaints) CHECK_MESSAGE(false, complaint);
+    const FileCheck found = check_file(source);
+    for (const std::string& error : found.errors) CHECK_MESSAGE(false, error);
     CHECK(found.is_intact());
     const auto messages =
         std::ranges::count(expected, "Message", [](const Json& r) { return r["type"].get<std::string>(); });

@@ -1,7 +1,7 @@
 // An MCAP file as the conformance suite's JSON lists it.
 #pragma once
 
-#include "adapters/mcap/record_walk.hpp"
+#include "adapters/mcap/reader.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -11,10 +11,10 @@ namespace lbea::test {
 
 using namespace lbea::mcap;
 
-/// Every record in order: chunks expanded, message indexes left out, numbers as text, fields by name.
+/// Every record in order: chunks expanded, without message indexes, numbers as text, fields by name.
 [[nodiscard]] nlohmann::json list_records(const mcap::ByteSource& source);
 
-/// All pairs X.mcap, X.json below `folder` are compared and audited; how many there were.
+/// All pairs X.mcap, X.json below `folder` are compared and checked. Returns their number.
 std::size_t check_conformance(const std::filesystem::path& folder);
 
 }  // namespace lbea::test

@@ -1,8 +1,8 @@
-// Recordings in memory, disks that fail on demand, and what a reader gets out of them.
+// Recordings in memory, disks that fail on demand, and the messages that a reader finds.
 #pragma once
 
-#include "adapters/mcap/audit.hpp"
-#include "adapters/mcap/mcap_writer.hpp"
+#include "adapters/mcap/file_check.hpp"
+#include "adapters/mcap/writer.hpp"
 
 #include <cerrno>
 #include <string>
@@ -12,8 +12,8 @@ namespace lbea::test {
 
 using namespace lbea::mcap;
 
-/// Keeps what is appended. The append, sync or commit with number `fail_at` fails, counted together from 1; with
-/// `persists` all after it too.
+/// Stores appended bytes. Call number `fail_at` fails, counting append, sync and commit together from 1. With
+/// `persists` all later calls fail too.
 class MemorySink final : public mcap::Sink {
  public:
   int append(std::span<const mcap::Bytes> pieces) noexcept override {
@@ -67,7 +67,7 @@ inline mcap::Channel a_channel(std::uint16_t id, std::uint16_t schema) {
   return {id, schema, "/topic" + std::to_string(id), "flatbuffer", {{"session", "00ff"}, {"", "empty key"}}};
 }
 
-/// `count` messages on channels 1 and 2 with times that go back and forth and data of all small sizes.
+/// `count` messages on channels 1 and 2 with unordered times and data of different small sizes.
 inline std::vector<Said> some_messages(std::size_t count) {
   std::vector<Said> messages;
   for (std::size_t i = 0; i < count; ++i)
@@ -84,7 +84,7 @@ inline mcap::Buffer records_of(std::span<const Said> messages) {
   return records;
 }
 
-/// Definitions and `messages`, `per_chunk` to a chunk, with metadata at the front.
+/// Definitions and `messages`, `per_chunk` per chunk, after metadata.
 inline int write_file(mcap::Sink& sink, std::span<const Said> messages, std::size_t per_chunk,
                       mcap::Compression compression = mcap::Compression::none) {
   mcap::Writer writer(sink, compression);
@@ -105,14 +105,14 @@ inline int write_file(mcap::Sink& sink, std::span<const Said> messages, std::siz
 }
 
 struct Heard {
-  mcap::Audit audit;
+  mcap::FileCheck audit;
   std::vector<Said> messages;
 };
 
 inline Heard hear(mcap::Bytes file) {
   Heard heard;
   const mcap::MemorySource source(file);
-  heard.audit = mcap::audit(
+  heard.audit = mcap::check_file(
       source, [&](const mcap::Message& message, const mcap::Channel*) { heard.messages.push_back(said(message)); });
   return heard;
 }

@@ -1,4 +1,4 @@
-// What lbea-inspect says of a recording: a sound file is one thing, a whole test another.
+// What lbea-inspect prints about a recording: whether the file is sound, and whether the test is whole.
 #include "tests/mcap/bench.hpp"
 
 #include <ctime>
@@ -31,18 +31,17 @@ void send_frames(Camera& camera, std::uint64_t session, std::uint64_t first, std
 
 }  // namespace
 
-// Once losses before the first and after the last frame were nobody's: lbea-inspect said "complete", missing 0.
-TEST_CASE(
-    "captures that never came, or that the sender found no room for, are missing from the test, whatever the file") {
+// Regression: losses before the first and after the last frame were not counted.
+TEST_CASE("captures that never arrived or found no room at the sender are missing, also in a sound file") {
   Bench bench;
   const auto server = bench.serve({"--record", bench.file("run.mcap")});
   WireContext context;
   Camera camera(context, bench.frames());
   const auto say = [&](const Control& control) { camera.send_bytes(camera.encoder().control(control)); };
-  say({1, ControlKind::hello, 0, 0});  // 0 to 4 come, of ten
+  say({1, ControlKind::hello, 0, 0});  // 0 to 4 of ten arrive
   send_frames(camera, 1, 0, 5);
   say({1, ControlKind::goodbye, 10, 0});
-  say({2, ControlKind::hello, 0, 0});  // the first five never come
+  say({2, ControlKind::hello, 0, 0});  // the first five never arrive
   send_frames(camera, 2, 5, 9);
   say({2, ControlKind::goodbye, 9, 0});
   say({3, ControlKind::hello, 0, 0});  // three in the middle and the last one find no room
@@ -50,10 +49,10 @@ TEST_CASE(
   say({3, ControlKind::heartbeat, 5, 3});
   send_frames(camera, 3, 5, 7);
   say({3, ControlKind::goodbye, 8, 1});
-  say({4, ControlKind::hello, 0, 0});  // not a single frame comes
+  say({4, ControlKind::hello, 0, 0});  // no frame arrives
   say({4, ControlKind::goodbye, 6, 0});
   const std::uint64_t frames = 5 + 4 + 4, missed = 5 + 5 + 6, withheld = 3 + 1;
-  say({5, ControlKind::hello, 0, 0});  // all come
+  say({5, ControlKind::hello, 0, 0});  // all arrive
   send_frames(camera, 5, 0, 3);
   camera.end(3, 5);
   REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
@@ -75,16 +74,17 @@ TEST_CASE(
     CHECK(session_of(report, session)["first_id"] == 0);
     CHECK(session_of(report, session)["ended"] == true);
   }
-  CHECK(contains(flaws_of(report),
-                 "20 captures of the test are missing; the matcher says: 16 never arrived (missed), 4 found no room at "
-                 "the sender (withheld)"));
+  CHECK(contains(
+      flaws_of(report),
+      "20 captures of the test are missing; the matcher reports: 16 never arrived (missed), 4 found no room at "
+      "the sender (withheld)"));
   const Outcome text = run_program(LBEA_INSPECT " run.mcap", bench.folder.path());
   CHECK(contains(text.out, "run.mcap: NOT COMPLETE"));
-  CHECK(contains(text.out, "the file is sound and holds all that came"));
+  CHECK(contains(text.out, "the file is sound and contains everything that was received"));
 }
 
-// Once a window without its trigger was a success, and a file without a single frame "complete".
-TEST_CASE("a trigger that never comes is a failure, said at the end and by the file; a trigger at 0 is one") {
+// Regression: a window without a trigger was a success, and a file without frames "complete".
+TEST_CASE("a missing trigger is a failure, reported in the log and in the file; time 0 is a valid trigger") {
   for (const bool comes : {false, true}) {
     CAPTURE(comes);
     Bench bench;
@@ -97,17 +97,18 @@ TEST_CASE("a trigger that never comes is a failure, said at the end and by the f
     camera.end(7);
     REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
     CHECK(stop(*server) == (comes ? 0 : 1));
-    CHECK(contains(text_of(bench.file("serve.err")), "THE TRIGGER NEVER CAME: of 7 frames nothing was kept") == !comes);
+    CHECK(contains(text_of(bench.file("serve.err")), "THERE WAS NO TRIGGER: none of 7 frames was recorded") == !comes);
     const Json report = bench.inspect("run.mcap", comes ? 0 : 1);
     CHECK(report["frames"] == (comes ? 7 : 0));
     CHECK(report["window"]["triggered"] == comes);
     CHECK(report["holds_all_that_came"] == comes);
-    CHECK(contains(flaws_of(report), "the trigger never came: nothing was kept") == !comes);
+    CHECK(contains(flaws_of(report), "there was no trigger: nothing was recorded for the window, of 7 frames") ==
+          !comes);
   }
 }
 
-// Once the documented trigger killed programs that had not been given a window.
-TEST_CASE("SIGUSR1 without a window changes nothing and is answered") {
+// Regression: SIGUSR1 killed programs without a window.
+TEST_CASE("SIGUSR1 without a window only causes a warning") {
   Bench bench;
   const auto recorder = bench.start(
       {LBEA_RECORD, bench.file("alone.mcap"), "--frames", "ipc://" + bench.file("rig"), "--record-memory", "16"},
@@ -126,8 +127,9 @@ TEST_CASE("SIGUSR1 without a window changes nothing and is answered") {
   CHECK(stop(*server) == 0);
 }
 
-// Once a service with --record could not start again: its own FILE.partial, or FILE, was in the way for ever.
-TEST_CASE("with the time in its name a recording is begun again with the same words, after a kill and after an end") {
+// Regression: a service with --record could not be restarted because its own FILE or FILE.partial existed.
+TEST_CASE(
+    "with the time in its name a recording can be restarted with the same arguments, after a kill and after an end") {
   Bench bench;
   const auto names = [&] {
     std::vector<std::string> found;
@@ -149,14 +151,14 @@ TEST_CASE("with the time in its name a recording is begun again with the same wo
     REQUIRE(rest != nullptr);
     CHECK(std::string(rest) == ".mcap.partial");
     CHECK(std::abs(std::difftime(std::time(nullptr), std::mktime(&time))) <
-          60 + 3600);  // an hour where clocks are changed
+          60 + 3600);  // allows for a change to or from daylight saving time
     server->signal(round == 0 ? SIGKILL : SIGINT);
     CHECK(server->wait() == (round == 0 ? 128 + SIGKILL : 0));
-    std::this_thread::sleep_until(begin + 1100ms);  // another second
+    std::this_thread::sleep_until(begin + 1100ms);  // until the next second
   }
 }
 
-TEST_CASE("names that are no names for a recording are wrong usage") {
+TEST_CASE("invalid names for a recording are wrong usage") {
   Bench bench;
   const std::string endpoints = " --frames " + bench.frames() + " --results " + bench.results();
   for (const std::string name : {"", "%", "50%", "%D.mcap", "%q"})
@@ -172,9 +174,8 @@ TEST_CASE("names that are no names for a recording are wrong usage") {
   CHECK(std::filesystem::is_empty(bench.folder.path()));
 }
 
-// Once results whose frame lies before the window, and frames whose result came after it, made every other window
-// incomplete.
-TEST_CASE("a window cuts frames and their results apart at its edges: expected there, and nowhere else") {
+// Regression: results whose frame is before the window and frames whose result is after it made recordings incomplete.
+TEST_CASE("a window may separate frames and their results at its edges, and only there") {
   Bench bench;
   const auto server =
       bench.serve({"--record", bench.file("run.mcap"), "--record-window", "0.02:0.02", "--trigger-ns", "1100"});
@@ -190,14 +191,14 @@ TEST_CASE("a window cuts frames and their results apart at its edges: expected t
   const auto results = report["results"].get<std::uint64_t>() - report["results_by_status"].value("end_of_stream", 0u);
   CHECK(frames > 1);
   CHECK(report["complete"] == true);
-  // Frames without results and results without frames: as many as the file has of one more than of the other, at least.
+  // At least the difference between the numbers of frames and results has no counterpart.
   CHECK(report["window"]["cut_apart"].get<std::uint64_t>() >= std::max(frames, results) - std::min(frames, results));
   const std::string all = text_of(bench.folder / "run.mcap");
   CHECK(contains(all, "window_begin_ns"));
 }
 
-// Once the file that lbea-replay writes was called incomplete for want of frames that it is not to have.
-TEST_CASE("results that a replay wrote are judged by what they are") {
+// Regression: the file of lbea-replay was reported as incomplete because it has no frames.
+TEST_CASE("a recording of results alone, written by a replay, is complete") {
   Bench bench;
   record(bench, "run.mcap", 10);
   REQUIRE(bench.replay("run.mcap --model " LBEA_MODEL " -o results.mcap").exit_code == 0);

@@ -1,5 +1,5 @@
-// Recordings that contradict themselves where no checksum tells: summaries, definitions, records within chunks, files
-// that change while they are read.
+// Contradictions that no checksum detects: summaries, definitions, records within chunks, files that change while they
+// are read.
 #include "tests/mcap/mcap_support.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
@@ -19,7 +19,7 @@ using namespace lbea::test;
 
 namespace {
 
-/// The file's footer, decoded, and where its summary's checksum stands.
+/// The decoded footer and the offset of the summary's checksum.
 struct Ending {
   Footer footer;
   std::size_t checksum_at = 0;
@@ -30,7 +30,7 @@ Ending ending_of(Bytes file) {
   return {*parse<Footer>(file.subspan(at, 20)), at + 16};
 }
 
-/// Magic, header, and `records` as a chunk of whatever they are.
+/// Magic bytes, header, and `records` as a chunk, valid or not.
 Buffer file_with_chunk(Bytes records) {
   Buffer file;
   const Bytes start = std::as_bytes(std::span(magic));
@@ -41,15 +41,15 @@ Buffer file_with_chunk(Bytes records) {
   return file;
 }
 
-std::string complaints_of(Bytes file) {
+std::string errors_of(Bytes file) {
   std::string all;
-  for (const std::string& complaint : audit(MemorySource(file)).complaints) all += complaint + "\n";
+  for (const std::string& error : check_file(MemorySource(file)).errors) all += error + "\n";
   return all;
 }
 
 }  // namespace
 
-TEST_CASE("a summary without its checksum is held against the data: any byte that changes is noticed") {
+TEST_CASE("a summary without checksum is compared with the data: any changed byte is detected") {
   MemorySink sink;
   Writer writer(sink);
   REQUIRE(writer.begin({"p", "l"}) == 0);
@@ -71,7 +71,7 @@ TEST_CASE("a summary without its checksum is held against the data: any byte tha
   Buffer file = sink.bytes;
   const Ending ending = ending_of(file);
   std::memset(&file[ending.checksum_at], 0, 4);  // "not computed"
-  REQUIRE(audit(MemorySource(file)).is_intact());
+  REQUIRE(check_file(MemorySource(file)).is_intact());
   const Buffer sound = file;
   const std::size_t begin = ending.footer.summary_start;
   Bytes rest = Bytes(sound).subspan(begin, ending.footer.summary_offset_start - begin);
@@ -83,7 +83,7 @@ TEST_CASE("a summary without its checksum is held against the data: any byte tha
       CAPTURE(static_cast<int>(record->opcode));
       CAPTURE(at);
       file[at] ^= std::byte{1};
-      CHECK_FALSE(audit(MemorySource(file)).is_intact());
+      CHECK_FALSE(check_file(MemorySource(file)).is_intact());
       file[at] ^= std::byte{1};
     }
   }
@@ -92,12 +92,12 @@ TEST_CASE("a summary without its checksum is held against the data: any byte tha
        ++at) {                                   // where it begins, where its offsets do
     if (at == ending.checksum_at - 8) continue;  // still within the summary
     file[at] ^= std::byte{0x80};
-    CHECK(contains(complaints_of(file), "footer points to the wrong place"));
+    CHECK(contains(errors_of(file), "footer points to the wrong place"));
     file[at] ^= std::byte{0x80};
   }
 }
 
-TEST_CASE("an index that leaves something out is noticed, whatever it leaves out") {
+TEST_CASE("an incomplete index is detected, whatever is missing") {
   MemorySink sink;
   REQUIRE(write_file(sink, some_messages(8), 4) == 0);
   const Ending ending = ending_of(sink.bytes);
@@ -118,53 +118,64 @@ TEST_CASE("an index that leaves something out is noticed, whatever it leaves out
     append(file, Footer{ending.footer.summary_start, 0, 0});
     const Bytes end = std::as_bytes(std::span(magic));
     file.insert(file.end(), end.begin(), end.end());
-    return complaints_of(file);
+    return errors_of(file);
   };
-  CHECK(contains(without(Opcode::chunk_index), "chunks that the index does not know"));
-  CHECK(without(Opcode::header).empty());  // nothing left out
+  CHECK(contains(without(Opcode::chunk_index), "an index without some of the chunks"));
+  CHECK(without(Opcode::header).empty());  // nothing removed
 }
 
-TEST_CASE("definitions that differ under one number, and records that end within a chunk, are damage") {
+TEST_CASE("different definitions with one id and incomplete records in a chunk are damage") {
   Buffer records;
   append(records, a_channel(1, 0));
-  append(records, a_channel(1, 0));  // the same again is none
-  CHECK_FALSE(contains(complaints_of(file_with_chunk(records)), "differs"));
+  append(records, a_channel(1, 0));  // an equal repetition is not
+  CHECK_FALSE(contains(errors_of(file_with_chunk(records)), "differs"));
   Channel other = a_channel(1, 0);
   other.topic = "/elsewhere";
   Buffer file = file_with_chunk(records);
   append(file, other);
-  CHECK(contains(complaints_of(file), "a schema or channel differs from one with the same id"));
+  CHECK(contains(errors_of(file), "a schema or channel differs from the one with the same id"));
   append(file, Schema{3, "a", "b", {}});
   append(file, Schema{3, "a", "c", {}});
-  CHECK(contains(complaints_of(file), "differs"));
+  CHECK(contains(errors_of(file), "differs"));
 
   append(records, to_message(some_messages(1)[0]));
   CHECK(are_whole(records));
   for (std::size_t size = 1; size < records.size(); ++size) {
     const Bytes cut = Bytes(records).first(size);
     CAPTURE(size);
-    if (!are_whole(cut)) CHECK_FALSE(audit(MemorySource(file_with_chunk(cut))).gaps.empty());
+    if (!are_whole(cut)) CHECK_FALSE(check_file(MemorySource(file_with_chunk(cut))).gaps.empty());
   }
-  const Buffer short_message{
-      std::byte{0x05}, std::byte{4}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};  // four bytes are no message
+  const Buffer short_message{std::byte{0x05},
+                             std::byte{4},
+                             {},
+                             {},
+                             {},
+                             {},
+                             {},
+                             {},
+                             {},
+                             {},
+                             {},
+                             {},
+                             {}};  // four bytes are too short for a message
   CHECK_FALSE(are_whole(short_message));
-  CHECK_FALSE(audit(MemorySource(file_with_chunk(short_message))).gaps.empty());
+  CHECK_FALSE(check_file(MemorySource(file_with_chunk(short_message))).gaps.empty());
 }
 
-TEST_CASE("recovery leaves out what it cannot know, and says so") {
+TEST_CASE("recovery omits messages on undefined channels and counts them") {
   Buffer records;
   append(records, a_schema(1));
   append(records, a_channel(1, 1));
-  append(records, a_channel(2, 9));  // of a schema that is nowhere
+  append(records, a_channel(2, 9));  // its schema is not defined
   const auto messages = some_messages(6);
   for (const Said& message : messages) append(records, to_message(message));
   MemorySink sink;
   const Recovery done = recover(MemorySource(file_with_chunk(records)), sink);
   CHECK(done.messages == 3);
   CHECK(done.undefined_messages == 3);
-  CHECK(audit(MemorySource(sink.bytes)).is_intact());
+  CHECK(check_file(MemorySource(sink.bytes)).is_intact());
 
-  Buffer loose;  // outside chunks, and more than one new chunk holds
+  Buffer loose;  // outside chunks, and more than fit in one new chunk
   const Bytes start = std::as_bytes(std::span(magic));
   loose.assign(start.begin(), start.end());
   append(loose, Header{"", ""});
@@ -173,10 +184,10 @@ TEST_CASE("recovery leaves out what it cannot know, and says so") {
   for (std::uint32_t i = 0; i < 5; ++i) append(loose, to_message({1, i, i, i, large}));
   MemorySink rebuilt;
   CHECK(recover(MemorySource(loose), rebuilt).messages == 5);
-  CHECK(audit(MemorySource(rebuilt.bytes)).counted.chunks == 2);
+  CHECK(check_file(MemorySource(rebuilt.bytes)).counted.chunks == 2);
 }
 
-TEST_CASE("files that are not there, are none, or become shorter are refused in words") {
+TEST_CASE("files that are missing, not regular, or become shorter cause a clear error") {
   const TemporaryFolder folder;
   const auto error = [](const std::filesystem::path& path) { return error_of([&] { const FileSource source(path); }); };
   check_error(error(folder / "absent"), Status::file_not_found, {"no file", "absent"});
@@ -189,7 +200,7 @@ TEST_CASE("files that are not there, are none, or become shorter are refused in 
   check_error(error_of([&] { source.read(0, into); }), Status::bad_input, {"byte 4", "became shorter"});
 }
 
-TEST_CASE("compressed data of another size than was claimed, and data behind their end, are refused") {
+TEST_CASE("compressed data of another size than claimed, or followed by other bytes, are rejected") {
   const std::string text(5000, 'a');
   const Bytes piece = std::as_bytes(std::span(text));
   for (const Compression compression : {Compression::lz4, Compression::zstd}) {

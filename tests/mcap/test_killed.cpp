@@ -1,5 +1,5 @@
-// SIGKILL: any program of the chain, at any moment, while frames go on. The others stay, what was killed starts again
-// at once at the same endpoints, and what it had recorded is there.
+// SIGKILL for any program of the chain at any time while frames are sent. The others continue, the killed one can be
+// restarted at once at the same endpoints, and its recording can be recovered.
 #include "tests/mcap/chain.hpp"
 
 #include <cstdlib>
@@ -12,7 +12,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-/// Frames in what is left of a recording.
+/// The frames that can be recovered from a recording.
 std::uint64_t recovered(const Chain& chain, const std::string& recording) {
   const Outcome recovery =
       run_program(LBEA_INSPECT " --recover " + recording + ".partial -o fixed-" + recording, chain.folder.path());
@@ -25,7 +25,7 @@ std::uint64_t recovered(const Chain& chain, const std::string& recording) {
 }  // namespace
 
 TEST_CASE(
-    "each process is killed and started again, over and over: the others stay, accounts add up, recordings are there") {
+    "each process is killed and restarted repeatedly: the others continue, counters add up, recordings are recovered") {
   const int rounds = std::getenv("LBEA_LONG_TESTS") != nullptr ? 100 : 3;
   Chain chain(1'000'000);
   std::mt19937 random(6);

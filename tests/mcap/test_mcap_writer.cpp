@@ -1,7 +1,7 @@
-// What the writer writes is what was said, sound to the last bit, whichever write fails.
+// The writer writes exactly what it is given, and its file stays sound, whichever write fails.
 #include "tests/mcap/mcap_support.hpp"
 
-#include "adapters/mcap/crc32.hpp"
+#include "adapters/mcap/bytes.hpp"
 
 #include <doctest/doctest.h>
 
@@ -13,7 +13,7 @@ namespace {
 constexpr std::array all_compressions{Compression::none, Compression::lz4, Compression::zstd};
 }
 
-TEST_CASE("every number of messages, chunking and compression comes back as it was") {
+TEST_CASE("messages are read back for every count, chunk size and compression") {
   for (const Compression compression : all_compressions)
     for (const std::size_t count : {0u, 1u, 2u, 3u, 100u})
       for (const std::size_t per_chunk : {1u, 2u, 7u, 1000u}) {
@@ -24,7 +24,7 @@ TEST_CASE("every number of messages, chunking and compression comes back as it w
         MemorySink sink;
         REQUIRE(write_file(sink, messages, per_chunk, compression) == 0);
         const Heard heard = hear(sink.bytes);
-        for (const std::string& complaint : heard.audit.complaints) CHECK_MESSAGE(false, complaint);
+        for (const std::string& error : heard.audit.errors) CHECK_MESSAGE(false, error);
         CHECK(heard.audit.is_intact());
         CHECK(heard.audit.has_summary);
         CHECK(heard.messages == messages);
@@ -36,7 +36,7 @@ TEST_CASE("every number of messages, chunking and compression comes back as it w
       }
 }
 
-TEST_CASE("compressible and incompressible data of any size come back; wrong sizes and damage are refused") {
+TEST_CASE("compressible and incompressible data of any size are restored; wrong sizes and damage are rejected") {
   for (const Compression compression : {Compression::lz4, Compression::zstd})
     for (const std::size_t bytes : {0u, 1u, 65'535u, 65'536u, 65'537u, 3'000'000u})
       for (const bool random : {false, true}) {
@@ -59,7 +59,7 @@ TEST_CASE("compressible and incompressible data of any size come back; wrong siz
       }
 }
 
-TEST_CASE("a claimed size costs no memory before the data are there") {
+TEST_CASE("memory is not allocated for a claimed size without data") {
   Buffer packed, unpacked;
   const Buffer data(100);
   const Bytes piece = data;
@@ -79,7 +79,7 @@ TEST_CASE("the checksum of joined pieces is that of the whole") {
   }
 }
 
-TEST_CASE("any bit that flips is noticed") {
+TEST_CASE("any flipped bit is detected") {
   for (const Compression compression : all_compressions) {
     CAPTURE(name_of(compression));
     MemorySink sink;
@@ -98,14 +98,14 @@ TEST_CASE("any bit that flips is noticed") {
   }
 }
 
-TEST_CASE("a file cut at any byte is not taken for a whole one") {
+TEST_CASE("a file cut at any byte is not intact") {
   MemorySink sink;
   REQUIRE(write_file(sink, some_messages(20), 4) == 0);
   for (std::size_t size = 0; size < sink.bytes.size(); ++size)
     CHECK_FALSE(hear(Bytes(sink.bytes).first(size)).audit.is_intact());
 }
 
-TEST_CASE("whichever write fails, once: the file goes on soundly without it") {
+TEST_CASE("whichever write fails once, the file stays sound without it") {
   const auto messages = some_messages(30);
   MemorySink whole;
   REQUIRE(write_file(whole, messages, 3) == 0);
@@ -133,7 +133,7 @@ TEST_CASE("whichever write fails, once: the file goes on soundly without it") {
     if (finished != 0) finished = writer.finish();
     CHECK(finished == 0);
     const Heard heard = hear(sink.bytes);
-    for (const std::string& complaint : heard.audit.complaints) CHECK_MESSAGE(false, complaint);
+    for (const std::string& error : heard.audit.errors) CHECK_MESSAGE(false, error);
     CHECK(heard.audit.is_intact());
     CHECK(heard.messages == kept);
     CHECK(kept.size() + 3 >= messages.size());

@@ -1,4 +1,4 @@
-// Recording, inspecting, recovering and replaying as the programs do it, with the demo ensemble's model.
+// Recording, inspecting, recovering and replaying with the programs and the model of the demo ensemble.
 #include "tests/mcap/bench.hpp"
 #include "tests/support/instrumented.hpp"
 
@@ -23,7 +23,7 @@ Json ask_oracle(const std::string& file) {
 
 }  // namespace
 
-TEST_CASE("a run is recorded whole, whatever the compression, and independent readers agree") {
+TEST_CASE("a run is recorded completely with every compression, and independent readers agree") {
   for (const std::string compression : {"none", "lz4", "zstd"}) {
     CAPTURE(compression);
     Bench bench;
@@ -38,7 +38,7 @@ TEST_CASE("a run is recorded whole, whatever the compression, and independent re
     CHECK_FALSE(std::filesystem::exists(bench.file("run.mcap.partial")));
     CHECK(contains(text_of(bench.file("serve.out")), "\"recorded\":25,\"unrecorded\":0"));
     if (!has_oracle()) {
-      MESSAGE("no node or no network: the independent readers were not asked");
+      MESSAGE("no node or no network: independent readers were not run");
       continue;
     }
     const Json oracle = ask_oracle(bench.file("run.mcap"));
@@ -51,7 +51,7 @@ TEST_CASE("a run is recorded whole, whatever the compression, and independent re
   }
 }
 
-TEST_CASE("a replay gives the recorded results to the bit, on any number of threads, every time") {
+TEST_CASE("every replay gives the recorded results to the bit on any number of threads") {
   for (const std::string method : {"lbea", "vtp", "fit"}) {
     CAPTURE(method);
     Bench bench;
@@ -79,12 +79,12 @@ TEST_CASE("a replay gives the recorded results to the bit, on any number of thre
   }
 }
 
-TEST_CASE("another model is told from the recorded one") {
+TEST_CASE("a replay with another model is reported") {
   Bench bench;
   record(bench, "run.mcap", 10);
   const test::Outcome against = bench.replay("run.mcap --model " LBEA_OTHER_MODEL " --against");
   CHECK(against.exit_code == 1);
-  CHECK(contains(against.err, "is not the model it was recorded with"));
+  CHECK(contains(against.err, "is not the model of the recording"));
   CHECK(contains(against.out, "frame 0: then "));
   CHECK(contains(against.out, "0 results the same, 10 different"));
   const test::Outcome loose =
@@ -92,18 +92,18 @@ TEST_CASE("another model is told from the recorded one") {
   CHECK(loose.exit_code == 0);
 }
 
-TEST_CASE("frames that are refused, repeated or missing are recorded as what they were") {
+TEST_CASE("refused, repeated and missing frames are recorded as such") {
   Bench bench;
   const auto server = bench.serve({"--record", bench.file("run.mcap"), "--max-points", "20000"});
   WireContext context;
   Camera camera(context, bench.frames());
   camera.send(0);
-  camera.send(0);  // comes twice
+  camera.send(0);  // sent twice
   const std::vector<Point> many(20'001), none;
   camera.send_bytes(camera.encoder().frame({1, 5, many}, 1));  // too many points
   camera.send_bytes(camera.encoder().frame({2, 5, none}, 1));  // empty
   camera.send_bytes(std::as_bytes(std::span("no frame at all", 15)));
-  camera.send(5);  // 3 and 4 never come
+  camera.send(5);  // 3 and 4 are not sent
   camera.send(1ull << 40, 2);
   camera.end(6);
   REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
@@ -121,7 +121,7 @@ TEST_CASE("frames that are refused, repeated or missing are recorded as what the
   CHECK(against.exit_code == 0);
 }
 
-TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in part and again" *
+TEST_CASE("a replay to a socket sends the same frames at the recorded pace, faster, in part and repeatedly" *
           doctest::skip(test::is_instrumented)) {
   Bench bench;
   {
@@ -166,7 +166,7 @@ TEST_CASE("a replay to a socket brings the same frames at their pace, faster, in
   CHECK(stop(*server) == 0);
 }
 
-TEST_CASE("killed at any moment: all but the last moment is recovered, and independent readers open it") {
+TEST_CASE("after a kill at any time everything but the last moment is recovered, and independent readers open it") {
   std::mt19937 random(7);
   for (int round = 0; round < 4; ++round) {
     CAPTURE(round);
@@ -177,12 +177,12 @@ TEST_CASE("killed at any moment: all but the last moment is recovered, and indep
     Camera camera(context, bench.frames());
     const std::uint64_t frames = 20 + random() % 40;
     for (std::uint64_t id = 0; id < frames; ++id) camera.send(id);
-    // What has been in the process for a while has left it.
+    // Older messages have left the process.
     std::uint64_t answered = 0;
     WireResult result;
     while (answered < frames / 2) {
       const auto message = results.receive(10s);
-      if (!message) break;  // the first results were published before this subscriber was there
+      if (!message) break;  // the first results were published before this subscription
       if (decode_result(*message, result) == WireStatus::ok) answered = std::max(answered, result.frame_id);
     }
     std::this_thread::sleep_for(50ms);
@@ -196,12 +196,12 @@ TEST_CASE("killed at any moment: all but the last moment is recovered, and indep
         run_program(LBEA_INSPECT " --recover run.mcap.partial -o fixed.mcap --json", bench.folder.path());
     CAPTURE(recovery.err);
     REQUIRE(recovery.exit_code == 0);
-    // Once the documented line failed, because the new file's own name until it is whole was that of the old one.
+    // Regression: the documented command failed because the new file's .partial name was that of the old file.
     CHECK(run_program(LBEA_INSPECT " --recover run.mcap.partial -o run.mcap", bench.folder.path()).exit_code == 0);
     CHECK(text_of(bench.folder / "run.mcap") == text_of(bench.folder / "fixed.mcap"));
     CHECK(std::filesystem::exists(bench.folder / "run.mcap.partial"));
     std::filesystem::remove(bench.folder / "run.mcap");
-    const Json report = bench.inspect("fixed.mcap", 1);  // sound, but the recorder's closing account is missing
+    const Json report = bench.inspect("fixed.mcap", 1);  // sound, but the recorder's closing metadata are missing
     CHECK(report["intact"] == true);
     CHECK(report["indexed"] == true);
     CHECK(report["frames"].get<std::uint64_t>() >= answered);
@@ -211,7 +211,7 @@ TEST_CASE("killed at any moment: all but the last moment is recovered, and indep
   }
 }
 
-TEST_CASE("a full disk: said at once and at the end, counted in every result, and the exit code is 1") {
+TEST_CASE("a full disk is logged at once and at the end, counted in every result, and gives exit code 1") {
   Bench bench;
   const std::string command = "echo $$ >pid; exec " LBEA_SERVE " " LBEA_MODEL " --frames " + bench.frames() +
                               " --results " + bench.results() + " --json --queue 64 --record-memory 16 --record " +
@@ -231,18 +231,18 @@ TEST_CASE("a full disk: said at once and at the end, counted in every result, an
     return message && decode_result(*message, result) == WireStatus::ok && result.frame_id == 20;
   }));
   CHECK(result.counters.unrecorded > 0);
-  // Once the state went on saying "recording", and the log at the end "is complete".
+  // Regression: the phase stayed "recording" and the last log line was "is complete".
   CHECK(recording_in(RecordingPhase::failed, context, bench.results()).has_value());
   REQUIRE(run_program("prlimit --pid $(cat pid) --fsize=unlimited:", bench.folder.path()).exit_code ==
-          0);  // room for the end
+          0);  // space for the end of the file
   CHECK(stop(*server) == 1);
-  CHECK(contains(text_of(bench.file("serve.err")), "run.mcap is closed, and NOT complete: "));
+  CHECK(contains(text_of(bench.file("serve.err")), "run.mcap is closed and NOT complete: "));
   CHECK_FALSE(contains(text_of(bench.file("serve.err")), "is complete"));
   const Json tally = Json::parse(text_of(bench.file("serve.out")));
   CHECK(tally["matched"] == 21);
   CHECK(tally["unrecorded"].get<std::uint64_t>() > 0);
   CHECK(contains(text_of(bench.file("serve.err")), "File too large"));
-  // It is sound, and says itself what it lacks.
+  // It is sound and lists what it lacks.
   const Json report = bench.inspect("run.mcap", 1);
   CHECK(report["intact"] == true);
   CHECK(report["complete"] == false);
@@ -260,7 +260,7 @@ TEST_CASE("a window around SIGUSR1, and one around the first frame after the tri
     Camera camera(context, bench.frames());
     const auto armed = recording_in(RecordingPhase::armed, context, bench.results());
     REQUIRE(armed.has_value());
-    // Others use the disk meanwhile: roughly what the file system says.
+    // Approximate, because other programs use the disk.
     const double space = static_cast<double>(std::filesystem::space(bench.folder.path()).available);
     CHECK(static_cast<double>(armed->free_bytes) == doctest::Approx(space).epsilon(0.2));
     for (std::uint64_t id = 0; id < 4; ++id) camera.send(id);
@@ -268,11 +268,11 @@ TEST_CASE("a window around SIGUSR1, and one around the first frame after the tri
     CHECK_FALSE(contains(text_of(bench.file("serve.err")), "recording: triggered"));
     if (!by_stamp) server->signal(SIGUSR1);
     for (std::uint64_t id = 4; id < 7; ++id) camera.send(id);
-    CHECK(eventually([&] { return std::filesystem::exists(bench.file(name)); }));  // while the server goes on
+    CHECK(eventually([&] { return std::filesystem::exists(bench.file(name)); }));  // while the server continues
     const auto finished = recording_in(RecordingPhase::finished, context, bench.results());
     REQUIRE(finished.has_value());
     const auto size = std::filesystem::file_size(bench.file(name));
-    CHECK(finished->bytes == size);  // once the index at its end was not counted
+    CHECK(finished->bytes == size);  // regression: the index was not counted
     for (std::uint64_t id = 7; id < 10; ++id) camera.send(id);
     camera.end(10);
     CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
@@ -281,7 +281,7 @@ TEST_CASE("a window around SIGUSR1, and one around the first frame after the tri
   }
 }
 
-TEST_CASE("lbea-record alone, and between a rig and its matcher") {
+TEST_CASE("lbea-record alone and between a rig and a matcher") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig");
   {
@@ -304,7 +304,7 @@ TEST_CASE("lbea-record alone, and between a rig and its matcher") {
   WireContext context;
   Camera camera(context, rig);
   ResultSource results(context, bench.results());
-  std::this_thread::sleep_for(700ms);  // until subscriptions and the way to the matcher stand
+  std::this_thread::sleep_for(700ms);  // until all subscriptions and connections exist
   for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
   camera.end(10);
   CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
@@ -317,8 +317,8 @@ TEST_CASE("lbea-record alone, and between a rig and its matcher") {
   CHECK(contains(text_of(bench.file("serve.out")), "\"matched\":10"));
 }
 
-// The last frames of a sender whose connection broke were in no account, and lbea-record called its file complete.
-TEST_CASE("lbea-record says which sender went without goodbye, and calls the run incomplete") {
+// Regression: the last frames of a sender with a broken connection were not counted, and the file was complete.
+TEST_CASE("lbea-record reports senders without goodbye and the incomplete run") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig");
   const auto recorder =
@@ -337,7 +337,7 @@ TEST_CASE("lbea-record says which sender went without goodbye, and calls the run
   CHECK(Json::parse(text_of(bench.file("record.out")))["silent"] == 1);
 }
 
-TEST_CASE("what cannot be done is said in a sentence") {
+TEST_CASE("errors are reported in one sentence") {
   Bench bench;
   const auto fails = [&](const std::string& command, int code, const std::string& sentence) {
     const test::Outcome outcome = run_program(command, bench.folder.path());
@@ -355,8 +355,8 @@ TEST_CASE("what cannot be done is said in a sentence") {
   fails(LBEA_REPLAY " text.mcap --speed 2 --model " LBEA_MODEL, 2, "--speed");
   fails(LBEA_REPLAY " text.mcap --step --model " LBEA_MODEL, 2, "--step");
   fails(LBEA_REPLAY " text.mcap --model " LBEA_MODEL " --to ipc:///tmp/x", 2, "--to");
-  fails(LBEA_INSPECT " text.mcap", 1, "does not begin like an MCAP file");
-  fails(LBEA_INSPECT " --recover text.mcap -o new.mcap", 1, "nothing in this file can be read");
+  fails(LBEA_INSPECT " text.mcap", 1, "is not an MCAP file");
+  fails(LBEA_INSPECT " --recover text.mcap -o new.mcap", 1, "no part of this file can be read");
   CHECK_FALSE(std::filesystem::exists(bench.file("new.mcap.partial")));
   fails(LBEA_INSPECT " --recover text.mcap -o there.mcap", 1, "never overwritten");
   fails(LBEA_INSPECT " --recover text.mcap", 2, "--output");

@@ -1,4 +1,4 @@
-// lbea-record by itself: the test is the sender on one side and the matcher on the other.
+// lbea-record alone: the test acts as sender and as matcher.
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/program.hpp"
@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::uint64_t session = 7;
 
-/// A recorder between a sender and the place of a matcher.
+/// A recorder between a sender and a matcher.
 class Rig {
  public:
   explicit Rig(const test::TemporaryFolder& folder, std::vector<std::string> more = {}) : folder_(folder) {
@@ -47,7 +47,7 @@ class Rig {
     REQUIRE(sink_->tell(encoder_.control({session, kind, next_id, withheld}), 30s));
   }
   void end(std::uint64_t next_id) { send_bytes(encoder_.end_of_stream(session, next_id)); }
-  /// Interrupts it when it has heard all; its exit code.
+  /// Interrupts it after it has received everything; returns its exit code.
   int stop() {
     REQUIRE(sink_->flush(30s) == 0);
     std::this_thread::sleep_for(200ms);
@@ -74,7 +74,7 @@ class Rig {
   Encoder encoder_;
 };
 
-/// In the matcher's place: takes what comes until a sender has ended.
+/// Acts as the matcher: receives until a sender has ended.
 struct StandIn {
   StandIn(WireContext& context, const std::string& endpoint, const ServerAccess& access = {})
       : source(context, endpoint, {}, access) {}
@@ -100,9 +100,9 @@ struct StandIn {
 
 }  // namespace
 
-// The receiving thread waited two seconds for the matcher with each word of the sender, and the sender found no room
-// meanwhile.
-TEST_CASE("recording does not wait for a matcher that is not there; when it comes it hears of all captures") {
+// Regression: the receiving thread waited two seconds for the matcher with each control message, so the sender found no
+// room.
+TEST_CASE("recording does not wait for an absent matcher; once it starts it is informed of all captures") {
   const test::TemporaryFolder folder;
   Rig rig(folder, {"--forward", "ipc://" + (folder / "frames").string()});
   rig.say(ControlKind::hello, 0);
@@ -128,7 +128,7 @@ TEST_CASE("recording does not wait for a matcher that is not there; when it come
   CHECK(contains(rig.log(), "the matcher did not get 200 of 200 frames"));
 }
 
-TEST_CASE("the words kept for a matcher lead to the account that all of them would have led to") {
+TEST_CASE("the control messages kept for a matcher give the same counters as all of them") {
   std::mt19937 random(11);
   std::size_t most = 0;
   for (int run = 0; run < 2000; ++run) {
@@ -140,7 +140,7 @@ TEST_CASE("the words kept for a matcher lead to the account that all of them wou
       told_all.report(control);
       pending.add({control, ends_stream});
     };
-    if (random() % 2 == 0)  // it knows one of them already
+    if (random() % 2 == 0)  // one session is known already
       for (IdTracker* ids : {&told_all, &told_kept}) ids->observe(1, next[1]);
     next[1] += random() % 2;
     for (int step = 0; step < 60; ++step) {
@@ -173,7 +173,7 @@ TEST_CASE("the words kept for a matcher lead to the account that all of them wou
   CHECK(pending.size() == PendingControls::max_size);
 }
 
-TEST_CASE("a lost or refused frame is in the log by its number, and at the end in what the recording lacks") {
+TEST_CASE("a lost or refused frame is logged with its number and counted in the final summary of missing frames") {
   const test::TemporaryFolder folder;
   Rig rig(folder);
   rig.say(ControlKind::hello, 0);
@@ -197,7 +197,7 @@ TEST_CASE("a lost or refused frame is in the log by its number, and at the end i
   CHECK(report["sessions"][0]["ended"] == true);
 }
 
-TEST_CASE("frames with too many points for a matcher are recorded, counted and said") {
+TEST_CASE("frames with too many points for a matcher are recorded, counted and logged") {
   const test::TemporaryFolder folder;
   Rig rig(folder, {"--max-points", "10"});
   rig.send(0, 10);
@@ -210,7 +210,7 @@ TEST_CASE("frames with too many points for a matcher are recorded, counted and s
   CHECK(rig.inspect()["frames"] == 2);
 }
 
-TEST_CASE("a matcher with keys gets its frames, and its results are recorded") {
+TEST_CASE("a matcher with keys receives frames, and its results are recorded") {
   const test::TemporaryFolder folder;
   const CurveKeyPair matcher_keys = generate_key_pair(), recorder_keys = generate_key_pair();
   write_key_pair(folder / "matcher", matcher_keys, "matcher");

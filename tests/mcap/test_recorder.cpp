@@ -1,7 +1,7 @@
-// The recorder under load, with disks that fail, stall and fill up: what is missing is counted, and nothing else is.
-#include "adapters/mcap/recorder.hpp"
-#include "adapters/mcap/recorder_account.hpp"
+// The recorder under load with disks that fail, stall and fill up: exactly the missing messages are counted.
 #include "adapters/mcap/recovery.hpp"
+#include "tools/shared/recording/recorder.hpp"
+#include "tools/shared/recording/recording_file.hpp"
 
 #include "tests/mcap/mcap_support.hpp"
 #include "tests/support/test_data.hpp"
@@ -19,7 +19,9 @@
 
 using namespace lbea;
 using namespace lbea::mcap;
+using namespace lbea::tool;
 using namespace lbea::test;
+using lbea::wire::RecordingPhase;
 using namespace std::chrono_literals;
 
 namespace {
@@ -42,7 +44,7 @@ class SharedSink final : public mcap::Sink {
     const std::lock_guard lock(state_->mutex);
     return state_->memory.append(pieces);
   }
-  int sync() noexcept override { return 0; }  // from another thread: not among the calls that are numbered
+  int sync() noexcept override { return 0; }  // called by another thread, so not numbered
   int commit() noexcept override {
     const std::lock_guard lock(state_->mutex);
     return state_->memory.commit();
@@ -77,7 +79,7 @@ std::int64_t now_ns() {
       .count();
 }
 
-/// A message whose data can be told from all others.
+/// A message with unique data.
 Said numbered(std::uint16_t channel, std::uint32_t number, std::size_t bytes, std::int64_t time = 0) {
   std::string data = std::to_string(channel) + ":" + std::to_string(number) + ":";
   data.resize(std::max(bytes, data.size()), static_cast<char>('a' + number % 26));
@@ -91,21 +93,21 @@ std::vector<Said> on_channel(const std::vector<Said>& messages, std::uint16_t ch
   return found;
 }
 
-std::uint64_t number_in(const mcap::Audit& audit, const std::string& key) {
+std::uint64_t number_in(const mcap::FileCheck& audit, const std::string& key) {
   for (const mcap::Metadata& metadata : audit.metadata)
     if (metadata.name == closing_metadata_name) return std::stoull(metadata.texts.at(key));
   return ~std::uint64_t{0};
 }
 
-void check_sound(const mcap::Audit& audit) {
-  for (const std::string& complaint : audit.complaints) CHECK_MESSAGE(false, complaint);
+void check_sound(const mcap::FileCheck& audit) {
+  for (const std::string& error : audit.errors) CHECK_MESSAGE(false, error);
   CHECK(audit.is_intact());
   CHECK(audit.has_summary);
 }
 
 }  // namespace
 
-TEST_CASE("two threads, messages of all sizes, rings that wrap often: all is there, in order") {
+TEST_CASE("two threads, messages of all sizes, wrapping rings: all messages are recorded in order") {
   for (const mcap::Compression compression :
        {mcap::Compression::none, mcap::Compression::lz4, mcap::Compression::zstd}) {
     const auto disk = std::make_shared<SharedSink::State>();
@@ -115,7 +117,7 @@ TEST_CASE("two threads, messages of all sizes, rings that wrap often: all is the
     std::vector<Said> frames, notes;
     {
       Recorder recorder(std::make_unique<SharedSink>(disk), config, a_start());
-      const auto produce = [&](Recorder::Lane lane, std::uint16_t channel, std::vector<Said>& kept,
+      const auto produce = [&](Recorder::Queue lane, std::uint16_t channel, std::vector<Said>& kept,
                                std::uint32_t count) {
         for (std::uint32_t i = 0; i < count; ++i) {
           const Said message = numbered(channel, i, i * 7919 % 30'000);
@@ -123,13 +125,13 @@ TEST_CASE("two threads, messages of all sizes, rings that wrap often: all is the
           kept.push_back(message);
         }
       };
-      std::thread other([&] { produce(Recorder::Lane::notes, 2, notes, 1500); });
-      produce(Recorder::Lane::frames, 1, frames, 1500);
+      std::thread other([&] { produce(Recorder::Queue::notes, 2, notes, 1500); });
+      produce(Recorder::Queue::frames, 1, frames, 1500);
       other.join();
       const RecorderStatus status = recorder.finish();
       CHECK(status.frames.recorded == 1500);
       CHECK(status.notes.recorded == 1500);
-      CHECK(status.state == RecorderState::finished);
+      CHECK(status.phase == RecordingPhase::finished);
       CHECK(status.bytes > 1000);
       CHECK(disk->memory.committed);
     }
@@ -140,11 +142,11 @@ TEST_CASE("two threads, messages of all sizes, rings that wrap often: all is the
   }
 }
 
-TEST_CASE("nothing at all, and one message, make a sound file") {
+TEST_CASE("no message and one message both give a sound file") {
   for (const int count : {0, 1}) {
     const auto disk = std::make_shared<SharedSink::State>();
     Recorder recorder(std::make_unique<SharedSink>(disk), small_config(), a_start());
-    if (count == 1) CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, 0, 10))));
+    if (count == 1) CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, 0, 10))));
     CHECK(recorder.finish().is_sound());
     const Heard heard = hear(disk->memory.bytes);
     check_sound(heard.audit);
@@ -154,16 +156,16 @@ TEST_CASE("nothing at all, and one message, make a sound file") {
   }
 }
 
-TEST_CASE("what was put is out of the process within 10 ms or so, without anything more") {
+TEST_CASE("a message leaves the process within about 10 ms without further calls") {
   const auto disk = std::make_shared<SharedSink::State>();
   Recorder recorder(std::make_unique<SharedSink>(disk), small_config(), a_start());
   std::vector<std::int64_t> ages;
   for (std::uint32_t i = 0; i < 20; ++i) {
     const auto begin = std::chrono::steady_clock::now();
-    REQUIRE(recorder.put(Recorder::Lane::frames, to_message(numbered(1, i, 100))));
+    REQUIRE(recorder.put(Recorder::Queue::frames, to_message(numbered(1, i, 100))));
     while (recorder.status().frames.recorded <= i) std::this_thread::sleep_for(100us);
     ages.push_back((std::chrono::steady_clock::now() - begin) / 1us);
-    // What a crash would leave now is recovered with this message in it.
+    // After a crash now, this message could be recovered.
     if (i % 5 != 0) continue;
     const mcap::Buffer crashed = disk->snapshot();
     MemorySink fixed;
@@ -171,10 +173,10 @@ TEST_CASE("what was put is out of the process within 10 ms or so, without anythi
     CHECK(on_channel(hear(fixed.bytes).messages, 1).size() == i + 1);
   }
   std::sort(ages.begin(), ages.end());
-  CHECK(ages[ages.size() / 2] < 10'000 * 5);  // the median, with room for machines that are busy
+  CHECK(ages[ages.size() / 2] < 10'000 * 5);  // the median, with tolerance for busy machines
 }
 
-TEST_CASE("a slow disk and a full ring: every loss is counted, the rest is there, results survive") {
+TEST_CASE("a slow disk and a full ring: every loss is counted, everything else is recorded, results survive") {
   const auto disk = std::make_shared<SharedSink::State>();
   disk->stall = 20ms;
   Recorder recorder(std::make_unique<SharedSink>(disk), small_config(), a_start());
@@ -182,8 +184,8 @@ TEST_CASE("a slow disk and a full ring: every loss is counted, the rest is there
   std::uint64_t lost = 0;
   for (std::uint32_t i = 0; i < 400; ++i) {
     const Said frame = numbered(1, i, 20'000), note = numbered(2, i, 100);
-    recorder.put(Recorder::Lane::frames, to_message(frame)) ? kept.push_back(frame) : void(++lost);
-    REQUIRE(recorder.put(Recorder::Lane::notes, to_message(note)));
+    recorder.put(Recorder::Queue::frames, to_message(frame)) ? kept.push_back(frame) : void(++lost);
+    REQUIRE(recorder.put(Recorder::Queue::notes, to_message(note)));
     notes.push_back(note);
     if (i == 200) CHECK(recorder.status().frames.lost() == lost);
   }
@@ -200,23 +202,23 @@ TEST_CASE("a slow disk and a full ring: every loss is counted, the rest is there
   CHECK(on_channel(heard.messages, 1) == kept);
   CHECK(on_channel(heard.messages, 2) == notes);
   CHECK(number_in(heard.audit, "frames_lost_no_room") == lost);
-  // The account says so while it goes on.
-  const auto accounts = on_channel(heard.messages, status_channel);
-  REQUIRE_FALSE(accounts.empty());
-  CHECK(accounts.back().data.find("\"lost_frames\":{\"no_room\":" + std::to_string(lost) + ",") != std::string::npos);
+  // The loss reports contain it.
+  const auto reports = on_channel(heard.messages, status_channel);
+  REQUIRE_FALSE(reports.empty());
+  CHECK(reports.back().data.find("\"lost_frames\":{\"no_room\":" + std::to_string(lost) + ",") != std::string::npos);
 }
 
 TEST_CASE("a message larger than the ring is lost and counted") {
   const auto disk = std::make_shared<SharedSink::State>();
   Recorder recorder(std::make_unique<SharedSink>(disk), small_config(), a_start());
-  CHECK_FALSE(recorder.put(Recorder::Lane::frames, to_message(numbered(1, 0, 2 << 20))));
-  CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, 1, 100))));
+  CHECK_FALSE(recorder.put(Recorder::Queue::frames, to_message(numbered(1, 0, 2 << 20))));
+  CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, 1, 100))));
   const RecorderStatus status = recorder.finish();
   CHECK(status.frames.no_room == 1);
   CHECK(status.frames.recorded == 1);
 }
 
-TEST_CASE("whichever write fails, once or from then on: counted, and what is there is sound") {
+TEST_CASE("whichever write fails, once or permanently: it is counted and the file is sound") {
   for (const bool persists : {false, true}) {
     std::size_t n = 3;  // the first two are the start of the file
     for (bool reached = true; reached && n < 60; ++n) {
@@ -229,17 +231,17 @@ TEST_CASE("whichever write fails, once or from then on: counted, and what is the
       config.chunk_bytes = 4000;
       Recorder recorder(std::make_unique<SharedSink>(disk), config, a_start());
       for (std::uint32_t i = 0; i < 30; ++i) {
-        CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, i, 1000))));
+        CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, i, 1000))));
         if (i % 10 == 0) std::this_thread::sleep_for(1ms);
       }
       const RecorderStatus status = recorder.finish();
       reached = disk->memory.calls >= n;
       CHECK(status.frames.recorded + status.frames.write_failed == 30);
-      // A failed write that held no message, only definitions that are repeated, costs nothing.
-      CHECK(status.is_sound() == (status.frames.recorded == 30 && status.state == RecorderState::finished));
+      // A failed write without messages loses nothing, because definitions are repeated.
+      CHECK(status.is_sound() == (status.frames.recorded == 30 && status.phase == RecordingPhase::finished));
       if (reached) CHECK(status.last_error != 0);
-      CHECK((status.state == RecorderState::finished) == disk->memory.committed);
-      if (persists && reached) CHECK(status.state == RecorderState::failed);
+      CHECK((status.phase == RecordingPhase::finished) == disk->memory.committed);
+      if (persists && reached) CHECK(status.phase == RecordingPhase::failed);
       if (disk->memory.committed) check_sound(hear(disk->memory.bytes).audit);
       MemorySink fixed;
       mcap::recover(mcap::MemorySource(disk->memory.bytes), fixed);
@@ -250,17 +252,17 @@ TEST_CASE("whichever write fails, once or from then on: counted, and what is the
   }
 }
 
-TEST_CASE("an account that the disk did not take is written again, though nothing has changed") {
+TEST_CASE("a loss report that could not be written is written again without a change") {
   const auto disk = std::make_shared<SharedSink::State>();
   disk->memory.fail_at =
-      3;  // the first two are the start of the file, the third is a chunk with definitions and the account
+      3;  // the first two are the start of the file, the third is a chunk with definitions and the loss report
   Recorder recorder(std::make_unique<SharedSink>(disk), small_config(), a_start());
   const auto deadline = std::chrono::steady_clock::now() + 20s;
   while (recorder.status().last_error == 0 && std::chrono::steady_clock::now() < deadline)
     std::this_thread::sleep_for(1ms);
   const RecorderStatus status = recorder.finish();
   CHECK(status.last_error != 0);
-  CHECK(status.state == RecorderState::finished);
+  CHECK(status.phase == RecordingPhase::finished);
   CHECK(status.bytes == disk->memory.bytes.size());
   CHECK_FALSE(on_channel(hear(disk->memory.bytes).messages, status_channel).empty());
 }
@@ -277,7 +279,7 @@ TEST_CASE("a start that cannot be written is an error") {
                   Error);
 }
 
-TEST_CASE("a window keeps what happened around the trigger, to the message") {
+TEST_CASE("a window contains exactly the messages around the trigger") {
   const auto disk = std::make_shared<SharedSink::State>();
   RecorderConfig config = small_config();
   config.window = RecordWindow{50ms, 30ms};
@@ -286,20 +288,20 @@ TEST_CASE("a window keeps what happened around the trigger, to the message") {
   std::int64_t trigger = 0;
   const auto put = [&](std::uint32_t i) {
     frames.push_back(numbered(1, i, 200));
-    REQUIRE(recorder.put(Recorder::Lane::frames, to_message(frames.back())));
+    REQUIRE(recorder.put(Recorder::Queue::frames, to_message(frames.back())));
     std::this_thread::sleep_for(1ms);
   };
   std::uint32_t i = 0;
   while (i < 150) put(i++);
-  CHECK(recorder.status().state == RecorderState::armed);
+  CHECK(recorder.status().phase == RecordingPhase::armed);
   CHECK(recorder.status().frames.outside > 0);
   CHECK(recorder.status().bytes < 2000);
   trigger = now_ns();
   recorder.trigger(trigger);
-  recorder.trigger(trigger + 1'000'000'000);  // only the first counts
+  recorder.trigger(trigger + 1'000'000'000);  // only the first one is used
   const auto deadline = std::chrono::steady_clock::now() + 20s;
-  while (recorder.status().state != RecorderState::finished && std::chrono::steady_clock::now() < deadline) put(i++);
-  CHECK(disk->memory.committed);  // without finish(): the file is there as soon as the window is over
+  while (recorder.status().phase != RecordingPhase::finished && std::chrono::steady_clock::now() < deadline) put(i++);
+  CHECK(disk->memory.committed);  // without finish(): the file is closed at the end of the window
   for (int more = 0; more < 10; ++more) put(i++);
   const RecorderStatus status = recorder.finish();
   CHECK(status.is_sound());
@@ -316,18 +318,19 @@ TEST_CASE("a window keeps what happened around the trigger, to the message") {
   CHECK(status.frames.outside == frames.size() - expected.size());
 }
 
-TEST_CASE("without a trigger a window records nothing; a ring too small for it is told at the trigger") {
+TEST_CASE("without a trigger a window records nothing; messages without room in the ring are counted at the trigger") {
   const auto disk = std::make_shared<SharedSink::State>();
   RecorderConfig config = small_config();
   config.window = RecordWindow{10s, 10s};
   {
     Recorder recorder(std::make_unique<SharedSink>(disk), config, a_start());
-    for (std::uint32_t i = 0; i < 10; ++i) CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, i, 100))));
+    for (std::uint32_t i = 0; i < 10; ++i)
+      CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, i, 100))));
     const RecorderStatus status = recorder.finish();
     CHECK(status.frames.recorded == 0);
     CHECK(status.frames.outside == 10);
     CHECK(status.has_ended_untriggered());
-    CHECK_FALSE(status.is_sound());  // once this was a success
+    CHECK_FALSE(status.is_sound());  // regression: this was a success
   }
   CHECK(on_channel(hear(disk->memory.bytes).messages, 1).empty());
   CHECK(number_in(hear(disk->memory.bytes).audit, "frames_outside") == 10);
@@ -336,19 +339,19 @@ TEST_CASE("without a trigger a window records nothing; a ring too small for it i
   Recorder recorder(std::make_unique<SharedSink>(second), config, a_start());
   std::uint64_t accepted = 0;
   for (std::uint32_t i = 0; i < 300; ++i) {
-    while (!recorder.put(Recorder::Lane::frames, to_message(numbered(1, i, 20'000)))) std::this_thread::sleep_for(1ms);
+    while (!recorder.put(Recorder::Queue::frames, to_message(numbered(1, i, 20'000)))) std::this_thread::sleep_for(1ms);
     ++accepted;
   }
   const std::uint64_t refused = recorder.status().frames.no_room;  // while this thread was faster
   recorder.trigger(now_ns());
   const RecorderStatus status = recorder.finish();
   CHECK(status.frames.recorded > 0);
-  CHECK(status.frames.no_room - refused > 200);  // 1 MB holds 50 of 300
+  CHECK(status.frames.no_room - refused > 200);  // 1 MB has room for 50 of 300
   CHECK(status.frames.recorded + status.frames.no_room - refused == accepted);
   CHECK_FALSE(status.is_sound());
 }
 
-TEST_CASE("a file is called .partial until it is whole; nothing is ever overwritten") {
+TEST_CASE("a file is named .partial until it is complete; nothing is overwritten") {
   const TemporaryFolder folder;
   const auto file = folder / "run.mcap";
   {
@@ -356,25 +359,25 @@ TEST_CASE("a file is called .partial until it is whole; nothing is ever overwrit
     CHECK(std::filesystem::exists(mcap::partial_name(file)));
     CHECK_FALSE(std::filesystem::exists(file));
     CHECK_THROWS_AS(mcap::PartialFile{file}, Error);  // a second recorder
-    CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, 0, 10))));
-    CHECK(recorder.finish().state == RecorderState::finished);
+    CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, 0, 10))));
+    CHECK(recorder.finish().phase == RecordingPhase::finished);
   }
   CHECK_FALSE(std::filesystem::exists(mcap::partial_name(file)));
-  check_sound(mcap::audit(mcap::FileSource(file)));
+  check_sound(mcap::check_file(mcap::FileSource(file)));
   CHECK_THROWS_AS(mcap::PartialFile{file}, Error);
   CHECK_THROWS_AS(mcap::PartialFile{folder / "no/such/folder/run.mcap"}, Error);
-  // Something appears under the name meanwhile: it stays, and so does the recording.
+  // Another file gets the name in the meantime: both files are kept.
   const auto other = folder / "other.mcap";
   Recorder recorder(std::make_unique<mcap::PartialFile>(other), small_config(), a_start());
   std::ofstream(other) << "mine";
   const RecorderStatus status = recorder.finish();
-  CHECK(status.state == RecorderState::failed);
+  CHECK(status.phase == RecordingPhase::failed);
   CHECK(status.last_error == EEXIST);
   CHECK(std::filesystem::file_size(other) == 4);
-  check_sound(mcap::audit(mcap::FileSource(mcap::partial_name(other))));
+  check_sound(mcap::check_file(mcap::FileSource(mcap::partial_name(other))));
 }
 
-TEST_CASE("a program that does not come to recording leaves nothing that would stand in the way of its next start") {
+TEST_CASE("a program that records no frame leaves no file that would prevent its next start") {
   const TemporaryFolder folder;
   const auto file = folder / "run.mcap";
   for (int start = 0; start < 2; ++start)
@@ -385,12 +388,12 @@ TEST_CASE("a program that does not come to recording leaves nothing that would s
   CHECK(std::filesystem::is_empty(folder.path()));
   {
     Recorder recorder(std::make_unique<mcap::PartialFile>(file), small_config(), a_start());
-    CHECK(recorder.put(Recorder::Lane::frames, to_message(numbered(1, 0, 10))));
+    CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, 0, 10))));
   }
-  check_sound(mcap::audit(mcap::FileSource(file)));  // a frame is worth keeping
+  check_sound(mcap::check_file(mcap::FileSource(file)));  // a file with a frame is kept
 }
 
-TEST_CASE("a disk that is full: the file ends where it was sound, and goes on when there is room again") {
+TEST_CASE("a full disk: the file stays sound and recording continues once there is space") {
   const TemporaryFolder folder;
   const auto file = folder / "run.mcap";
   mcap::PartialFile sink(file);

@@ -1,4 +1,4 @@
-// Cut at any byte, or damaged at any: every chunk that is whole comes back, in a file without a flaw.
+// Files cut or damaged at any byte: every whole chunk is recovered, and the new file is sound.
 #include "tests/mcap/mcap_support.hpp"
 
 #include "adapters/mcap/recovery.hpp"
@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::size_t per_chunk = 3;
 
-/// The messages of the chunks that lie outside [begin, end).
+/// The messages of the chunks outside [begin, end).
 std::vector<Said> outside(const MemorySink& sink, std::span<const Said> messages, std::size_t begin, std::size_t end) {
   std::vector<Said> expected;
   const MemorySource source(sink.bytes);
-  FileWalk walk(source, magic.size(), sink.bytes.size() - magic.size());
+  FileReader reader(source, magic.size(), sink.bytes.size() - magic.size());
   std::size_t next = 0;
-  while (const auto record = walk.next()) {
+  while (const auto record = reader.next()) {
     if (record->opcode != Opcode::chunk) continue;
     const auto its = messages.subspan(next, std::min(per_chunk, messages.size() - next));
     if (record->end() <= begin || record->offset >= end) expected.insert(expected.end(), its.begin(), its.end());
@@ -46,14 +46,14 @@ bool is_within(std::span<const Said> part, std::span<const Said> all) {
   return true;
 }
 
-/// What recovery makes of `file`; checks that it is a sound file.
+/// The result of recovering `file`; checks that it is a sound file.
 Heard recovered(Bytes file) {
   const MemorySource source(file);
   MemorySink sink;
   recover(source, sink);
   CHECK(sink.committed);
   Heard heard = hear(sink.bytes);
-  for (const std::string& complaint : heard.audit.complaints) CHECK_MESSAGE(false, complaint);
+  for (const std::string& error : heard.audit.errors) CHECK_MESSAGE(false, error);
   CHECK(heard.audit.is_intact());
   CHECK(heard.audit.has_summary);
   return heard;
@@ -62,8 +62,8 @@ Heard recovered(Bytes file) {
 /// The position of the first record of this kind.
 std::size_t position_of(Bytes file, Opcode opcode) {
   const MemorySource source(file);
-  FileWalk walk(source, magic.size(), file.size());
-  while (const auto record = walk.next())
+  FileReader reader(source, magic.size(), file.size());
+  while (const auto record = reader.next())
     if (record->opcode == opcode) return static_cast<std::size_t>(record->offset);
   return file.size();
 }
@@ -90,7 +90,7 @@ TEST_CASE("cut at every byte: every complete chunk is recovered") {
   }
 }
 
-TEST_CASE("a damaged byte anywhere costs at most the chunk it is in") {
+TEST_CASE("a damaged byte loses at most the chunk that contains it") {
   const auto messages = some_messages(15);
   MemorySink sink;
   REQUIRE(write_file(sink, messages, per_chunk) == 0);
@@ -108,7 +108,7 @@ TEST_CASE("a damaged byte anywhere costs at most the chunk it is in") {
     }
 }
 
-TEST_CASE("zeroes over any stretch: the chunks outside it come back") {
+TEST_CASE("after zeroing any range, the chunks outside it are recovered") {
   const auto messages = some_messages(15);
   MemorySink sink;
   REQUIRE(write_file(sink, messages, per_chunk) == 0);
@@ -124,7 +124,7 @@ TEST_CASE("zeroes over any stretch: the chunks outside it come back") {
   }
 }
 
-TEST_CASE("a sound file comes back with the same messages, metadata and attachments") {
+TEST_CASE("a sound file is recovered with the same messages, metadata and attachments") {
   MemorySink sink;
   Writer writer(sink);
   REQUIRE(writer.begin({"p", "l"}) == 0);
@@ -145,7 +145,7 @@ TEST_CASE("messages outside chunks are recovered too, and those on unknown chann
   file.assign(start.begin(), start.end());
   append(file, Header{"", "elsewhere"});
   append(file, a_channel(1, 0));
-  const auto messages = some_messages(6);  // on channels 1 and 2; nobody defines 2
+  const auto messages = some_messages(6);  // on channels 1 and 2; channel 2 is not defined
   for (const Said& message : messages) append(file, to_message(message));
   const MemorySource source(file);
   MemorySink sink;
@@ -158,7 +158,7 @@ TEST_CASE("messages outside chunks are recovered too, and those on unknown chann
   CHECK(hear(sink.bytes).messages == std::vector<Said>{messages[0], messages[2], messages[4]});
 }
 
-TEST_CASE("a chunk whose definitions were lost is read with those found elsewhere") {
+TEST_CASE("a chunk whose definitions were lost is read with definitions from elsewhere") {
   const auto messages = some_messages(6);
   MemorySink sink;
   Writer writer(sink);
@@ -177,7 +177,7 @@ TEST_CASE("a chunk whose definitions were lost is read with those found elsewher
   CHECK(recovered(sink.bytes).messages == messages);
 }
 
-TEST_CASE("whichever write of the new file fails, it is said and nothing is committed") {
+TEST_CASE("whichever write of the new file fails, the error is reported and nothing is committed") {
   MemorySink sink;
   REQUIRE(write_file(sink, some_messages(10), per_chunk) == 0);
   const MemorySource source(sink.bytes);
@@ -196,7 +196,7 @@ TEST_CASE("whichever write of the new file fails, it is said and nothing is comm
   CHECK(n < 100);
 }
 
-TEST_CASE("what is no MCAP at all is refused with a sentence") {
+TEST_CASE("a file without any MCAP record causes a clear error") {
   for (const std::size_t size : {0u, 1u, 8u, 9u, 100'000u}) {
     const Buffer zeroes(size);
     const MemorySource source(zeroes, "some.file");

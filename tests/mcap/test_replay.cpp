@@ -1,4 +1,4 @@
-// Replays of parts, of windows, of recordings made on the way to a matcher, and what the matcher says of a replay.
+// Replays of parts, of windows, of recordings made before a matcher, and receipts of the matcher.
 #include "tests/mcap/bench.hpp"
 
 using namespace lbea;
@@ -8,8 +8,8 @@ using namespace std::chrono_literals;
 using namespace lbea::test;
 using Json = nlohmann::json;
 
-// Each once passed with "0 the same, 0 different", or failed without a hint.
-TEST_CASE("a part of a test has the history of the whole; comparing nothing is no success") {
+// Regression: each passed with "0 the same, 0 different" or failed without a hint.
+TEST_CASE("a part of a test is matched with the history of the whole; comparing nothing is a failure") {
   Bench bench;
   {
     const std::string pose = (test::data() / "rail-demo/sensor.json").string();
@@ -49,10 +49,10 @@ TEST_CASE("a part of a test has the history of the whole; comparing nothing is n
   REQUIRE(bench.replay("run.mcap --model " LBEA_MODEL " -o results.mcap").exit_code == 0);
   const test::Outcome without_frames = bench.replay("results.mcap --model " LBEA_MODEL " --against");
   CHECK(without_frames.exit_code == 1);
-  CHECK(contains(without_frames.err, "no frame is recorded there"));
+  CHECK(contains(without_frames.err, "it contains no frame"));
 }
 
-TEST_CASE("a window amid a test is compared but for what the test adds up, and says so") {
+TEST_CASE("a window within a test is compared without what the test sums up, with a warning") {
   Bench bench;
   {
     const std::string pose = (test::data() / "rail-demo/sensor.json").string();
@@ -82,7 +82,7 @@ TEST_CASE("a window amid a test is compared but for what the test adds up, and s
   CHECK(contains(against.err, "the test began before the recording"));
 }
 
-TEST_CASE("recorded on the way to a matcher: method and model are its own, the pose is asked for") {
+TEST_CASE("recorded before a matcher: method and model are known, the pose must be given") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig"), pose = (test::data() / "rail-demo/sensor.json").string();
   {
@@ -93,7 +93,7 @@ TEST_CASE("recorded on the way to a matcher: method and model are its own, the p
     WireContext context;
     Camera camera(context, rig);
     camera.look_from(pose);
-    std::this_thread::sleep_for(700ms);  // until subscriptions and the way to the matcher stand
+    std::this_thread::sleep_for(700ms);  // until all subscriptions and connections exist
     for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
     camera.end(10);
     REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
@@ -106,18 +106,18 @@ TEST_CASE("recorded on the way to a matcher: method and model are its own, the p
   };
   const test::Outcome unknown = against("");
   CHECK(unknown.exit_code == 1);
-  CHECK(contains(unknown.err, "does not know the sensor's pose"));
+  CHECK(contains(unknown.err, "does not contain the sensor's pose"));
   CHECK(against("--pose " + pose).exit_code == 0);
   CHECK(Json::parse(against("--pose " + pose).out)["same"] == 10);
   CHECK(Json::parse(against("--no-pose").out)["different"] == 10);
   CHECK(Json::parse(against("--method lbea --pose " + pose).out)["different"] == 10);
   const test::Outcome other = bench.replay("run.mcap --model " LBEA_OTHER_MODEL " --pose " + pose);
   CHECK(other.exit_code == 0);
-  CHECK(contains(other.err, "is not the model it was recorded with"));
+  CHECK(contains(other.err, "is not the model of the recording"));
 }
 
-// A replay ended with 0 while the matcher had room for a few of its frames.
-TEST_CASE("a replay asks the matcher what it has received, and stopped as asked for is no failure") {
+// Regression: a replay ended with 0 although the matcher had room for only a few of its frames.
+TEST_CASE("a replay requests a receipt from the matcher, and a requested stop is not a failure") {
   Bench bench;
   record(bench, "run.mcap", 60);
   const std::string to = "run.mcap --fast --json --to " + bench.frames() + " --results " + bench.results();
@@ -127,9 +127,9 @@ TEST_CASE("a replay asks the matcher what it has received, and stopped as asked 
     CAPTURE(whole.err);
     CHECK(whole.exit_code == 0);
     CHECK(Json::parse(whole.out)["receipt"]["received"] == 60);
-    const test::Outcome again = bench.replay(to);  // ids that come again
+    const test::Outcome again = bench.replay(to);  // repeated ids
     CHECK(again.exit_code == 1);
-    CHECK(contains(again.err, "start it anew"));
+    CHECK(contains(again.err, "restart the matcher"));
     static_cast<void>(stop(*server));
   }
   {

@@ -1,5 +1,5 @@
-// SIGSTOP: the matcher, the recorder before it, the sender and the monitor stand still in turn while frames go on. The
-// others wait or count; nobody's account is off by a frame afterwards.
+// SIGSTOP for the matcher, the recorder, the sender and the monitor in turn while frames are sent. The others wait or
+// count; afterwards all counters are exact.
 #include "tests/mcap/chain.hpp"
 
 #include <cstdlib>
@@ -10,7 +10,7 @@ using namespace lbea::test;
 using namespace std::chrono_literals;
 using Json = nlohmann::json;
 
-TEST_CASE("each process stands still for a while: every frame is in its account afterwards") {
+TEST_CASE("each process is stopped for a while: every frame is counted afterwards") {
   const int rounds = std::getenv("LBEA_LONG_TESTS") != nullptr ? 40 : 2;
   const std::uint64_t frames = 800u * static_cast<unsigned>(rounds);
   Chain chain(static_cast<int>(frames));

@@ -1,5 +1,4 @@
 // lbea-inspect: verifies a model or a recording and prints what is inside.
-#include "tools/inspect/model_diff.hpp"
 #include "tools/inspect/model_report.hpp"
 #include "tools/inspect/recording_report.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -15,10 +14,10 @@ struct Options {
 };
 
 constexpr auto description =
-    "Verifies a model or a recording, every byte of it, and prints what is inside.\n"
-    "The exit code is 1 when a model is damaged and when a recording is not complete: damaged, cut off, or with "
-    "frames\n"
-    "or results missing. --recover makes a whole recording of what can be read of a cut or damaged one.";
+    "Verifies every byte of a model or a recording and prints its contents.\n"
+    "The exit code is 1 when a model is damaged and when a recording is not complete: damaged, cut off, or without "
+    "some\n"
+    "frames or results. --recover writes the readable part of a cut or damaged recording to a new one.";
 
 int inspect(const Options& options) {
   if (options.recovers) {
@@ -45,10 +44,11 @@ int main(int argc, char** argv) {
   tool.add_option("FILE", options.file, "the model or recording")->required();
   auto* output = tool.add_option("-o,--output", options.output, "with --recover: the new file");
   auto* recover =
-      tool.add_flag("--recover", options.recovers, "write what can be read of FILE to a new, indexed recording");
+      tool.add_flag("--recover", options.recovers, "write the readable part of FILE to a new recording with an index");
   recover->needs(output);
   output->needs(recover);
-  tool.add_option("--diff", options.other, "a later model: says which runs came, went or changed, and what else did")
+  tool.add_option("--diff", options.other,
+                  "a later model: prints which runs were added, withdrawn or changed, and other changes")
       ->excludes(recover);
   tool.add_flag("--json", options.json, "print as JSON");
   return tool.run(argc, argv, [&] { return lbea::tool::inspect(options); });

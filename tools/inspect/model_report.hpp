@@ -1,17 +1,17 @@
-// What is inside a model file, for people and for programs.
+// Prints the contents of a model file, or the differences of two.
 #pragma once
-
-#include <nlohmann/json.hpp>
 
 #include <filesystem>
 
 namespace lbea::tool {
 
-/// All of it but the large arrays. Verifies the whole file first.
-[[nodiscard]] nlohmann::ordered_json model_report(const std::filesystem::path& file);
-
 /// Both verify the whole file first and throw the error of Model::open when it is damaged.
 void print_model(const std::filesystem::path& file);
 void print_model_json(const std::filesystem::path& file);
+
+/// Runs that were added, withdrawn or changed, and changed sizes, settings and sections. Both verify both files and
+/// throw the error of Model::open when one is damaged.
+void print_diff(const std::filesystem::path& before, const std::filesystem::path& after);
+void print_diff_json(const std::filesystem::path& before, const std::filesystem::path& after);
 
 }  // namespace lbea::tool

@@ -1,20 +1,18 @@
 #include "tools/inspect/recording_report.hpp"
 
 #include "adapters/mcap/recovery.hpp"
-#include "tools/inspect/hexadecimal.hpp"
+#include "tools/inspect/text.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <fstream>
 
 namespace lbea::tool {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+unsigned long long number(std::uint64_t value) { return value; }
 
 Json sessions_json(const RunAudit& audit) {
   Json sessions = Json::array();
@@ -40,7 +38,7 @@ Json settings_json(const RunSettings& settings) {
           {"T_reference_sensor", settings.matcher.T_reference_sensor}};
 }
 
-Json channels_json(const mcap::Audit& file) {
+Json channels_json(const mcap::FileCheck& file) {
   Json channels = Json::array();
   for (const auto& [id, channel] : file.definitions.channels) {
     const auto schema = file.definitions.schemas.find(channel.schema_id);
@@ -58,7 +56,7 @@ Json gaps_json(const std::vector<mcap::Gap>& gaps) {
   return list;
 }
 
-/// Names and counts of what is not zero, e.g. of all that was dropped.
+/// The names and counts of all statuses with this fate whose count is not zero.
 Json reasons_json(const wire::Counters& counters, wire::Fate fate) {
   Json reasons = Json::object();
   for (std::size_t i = 0; i < wire::wire_status_count; ++i)
@@ -67,7 +65,7 @@ Json reasons_json(const wire::Counters& counters, wire::Fate fate) {
   return reasons;
 }
 
-/// Null when no matcher was heard.
+/// Null without a matcher.
 Json matcher_json(const RunAudit& audit) {
   if (!audit.counters) return nullptr;
   const wire::Counters& counters = *audit.counters;
@@ -120,7 +118,7 @@ Json report(const std::filesystem::path& file, const RunAudit& audit) {
 void print_matcher(const RunAudit& audit) {
   const Json matcher = matcher_json(audit);
   if (matcher.is_null()) return;
-  std::printf("\nthe matcher's account, when it was last heard\n ");
+  std::printf("\nthe matcher's last counters\n ");
   for (const char* key : {"captured", "matched", "rejected", "dropped"})
     std::printf(" %s %s", key, matcher[key].dump().c_str());
   for (const char* reasons : {"rejected_by_reason", "dropped_by_reason"})
@@ -130,25 +128,29 @@ void print_matcher(const RunAudit& audit) {
 }
 
 void print_sessions(const RunAudit& audit) {
-  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   std::printf("\nsessions\n");
   for (const auto& [id, session] : audit.sessions)
     std::printf("  %s  captures %llu to %llu: frames %llu, missing %llu%s%s\n", hexadecimal(id).c_str(),
                 number(session.first_id), number(session.last_id), number(session.frames), number(session.missing),
-                session.ended ? ", ended by the sender" : "", session.silent ? ", went without goodbye" : "");
+                session.ended ? ", ended by the sender" : "", session.silent ? ", stopped without goodbye" : "");
 }
 
-void print_text(const std::filesystem::path& file, const RunAudit& audit) {
-  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+void print_verdict(const std::filesystem::path& file, const RunAudit& audit) {
   std::printf("%s: %s, %llu bytes\n", file.c_str(), audit.is_complete() ? "complete" : "NOT COMPLETE",
               number(audit.file.bytes));
   const auto flaws = audit.flaws();
-  if (audit.holds_all_that_came() && !flaws.empty()) std::printf("  the file is sound and holds all that came; but:\n");
+  if (audit.holds_all_that_came() && !flaws.empty())
+    std::printf("  the file is sound and contains everything that was received; but:\n");
   for (const std::string& flaw : flaws) std::printf("  %s\n", flaw.c_str());
   if (audit.window && audit.window->triggered)
     std::printf(
-        "  only what happened around the trigger; %llu frames or results at its edges have their counterpart outside\n",
+        "  only what happened around the trigger; the counterparts of %llu frames or results at its edges are "
+        "outside\n",
         number(audit.cut_apart));
+}
+
+void print_text(const std::filesystem::path& file, const RunAudit& audit) {
+  print_verdict(file, audit);
   std::printf("\n  frames           %llu in %.3f s\n  results          %llu\n  duplicates       %llu\n",
               number(audit.frames), static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9, number(audit.results),
               number(audit.duplicates()));
@@ -157,8 +159,7 @@ void print_text(const std::filesystem::path& file, const RunAudit& audit) {
   print_matcher(audit);
   print_sessions(audit);
   std::printf("\nchannels\n");
-  const Json channels = channels_json(audit.file);
-  for (const Json& channel : channels)
+  for (const Json& channel : channels_json(audit.file))
     std::printf("  %-12s %-20s %llu messages\n", channel["topic"].get<std::string>().c_str(),
                 channel["schema"].get<std::string>().c_str(), number(channel["messages"].get<std::uint64_t>()));
   std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", audit.settings.program.c_str(),
@@ -180,21 +181,19 @@ void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& do
                             .c_str());
     return;
   }
-  std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(),
-              static_cast<unsigned long long>(done.messages), static_cast<unsigned long long>(done.chunks));
+  std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(), number(done.messages),
+              number(done.chunks));
   for (const mcap::Gap& gap : done.gaps)
-    std::printf("  bytes %llu to %llu could not be read: %s\n", static_cast<unsigned long long>(gap.begin),
-                static_cast<unsigned long long>(gap.end), gap.what.c_str());
+    std::printf("  bytes %llu to %llu could not be read: %s\n", number(gap.begin), number(gap.end), gap.what.c_str());
   if (done.undefined_messages > 0)
-    std::printf("  %llu messages left out: what their channel carries is not known\n",
-                static_cast<unsigned long long>(done.undefined_messages));
+    std::printf("  %llu messages omitted: their channel is not defined\n", number(done.undefined_messages));
 }
 
 }  // namespace
 
 bool is_recording(const std::filesystem::path& file) {
   if (file.extension() == ".mcap" || file.extension() == ".partial") return true;
-  if (!std::filesystem::is_regular_file(file)) return false;  // opening a fifo would wait for its writer
+  if (!std::filesystem::is_regular_file(file)) return false;  // opening a FIFO would block
   std::array<char, mcap::magic.size()> front{};
   std::ifstream(file, std::ios::binary).read(front.data(), front.size());
   return std::ranges::equal(std::as_bytes(std::span(front)), std::as_bytes(std::span(mcap::magic)));

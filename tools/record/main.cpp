@@ -70,7 +70,7 @@ RunSettings settings_of(const Options& options) {
   settings.program = "lbea-record " LBEA_VERSION_STRING;
   settings.matcher.trigger_ns = options.recording.trigger_ns.value_or(0);
   settings.matcher.max_points = options.max_points;
-  settings.start_ns = mcap::wall_clock_ns();
+  settings.start_ns = wall_clock_ns();
   return settings;
 }
 
@@ -127,17 +127,17 @@ int record(const Options& options) {
   if (!options.results_endpoint.empty())
     results.emplace(context, options.results_endpoint, wire::results_held, matcher_access);
   const auto recorder = begin_recording(options.recording, settings_of(options));
-  RecordingWatch watch(recorder.get(), options.recording.file);
+  RecordingLog watch(recorder.get(), options.recording.file);
   spdlog::info("ready: frames on {}", frames.endpoint());
   FrameRecorder frame_recorder(std::move(frames), std::move(forward), std::move(results), *recorder, limits);
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    watch.look();
+    watch.poll();
     frame_recorder.write_log();
   }
   frame_recorder.stop();
   frame_recorder.write_log();
-  recorder->note_senders(frame_recorder.senders());
+  recorder->set_senders(frame_recorder.senders());
   const bool all_recorded = watch.finish();
   const RecordTally tally = frame_recorder.tally();
   warn_of_unfinished(frame_recorder.senders());

@@ -13,12 +13,12 @@ std::vector<std::byte> bytes_of(const wire::WireResult& result) {
   wire::Encoder encoder;
   wire::WireResult bare = without_timings(result);
   bare.receive_ns = 0;
-  bare.model_checksum = 0;  // another model is what comparisons are for
+  bare.model_checksum = 0;  // a comparison may use another model
   const auto bytes = encoder.result(bare);
   return {bytes.begin(), bytes.end()};
 }
 
-/// Not of the stream's end, nor of a capture of which no frame came.
+/// Neither the end of the stream nor a capture without a frame.
 bool is_of_a_frame(wire::WireStatus status) {
   return wire::fate_of(status) != wire::Fate::not_a_capture && status != wire::WireStatus::missed &&
          status != wire::WireStatus::withheld;
@@ -35,7 +35,7 @@ double best_distance_difference(const wire::WireResult& a, const wire::WireResul
   return relative_difference(a.matches[0].distance, b.matches[0].distance);
 }
 
-// Simulations are told by their names: another model may number them in another way.
+// Compares simulation names, because another model may have other numbers.
 bool has_same_match(const wire::WireResult& a, const wire::WireResult& b) {
   if (a.matches.empty() || b.matches.empty()) return a.matches.empty() == b.matches.empty();
   return a.matches[0].simulation_name == b.matches[0].simulation_name &&
@@ -61,31 +61,31 @@ wire::WireResult without_timings(wire::WireResult result) {
   return result;
 }
 
-Comparison::Comparison(RecordedRun& run, double tolerance) : tolerance_(tolerance) {
+ResultComparison::ResultComparison(RecordedRun& run, double tolerance) : tolerance_(tolerance) {
   std::vector<Key> frames;
   wire::WireResult result;
   wire::WireState state;
   while (const auto message = run.next()) {
     if (message->kind == RecordedMessage::Kind::state &&
         wire::decode_state(message->data, state) == wire::WireStatus::ok)
-      note_first_ids(state);
+      add_first_ids(state);
     if (message->kind == RecordedMessage::Kind::frame) frames.emplace_back(message->session, message->id);
     if (message->kind != RecordedMessage::Kind::result) continue;
     if (wire::decode_result(message->data, result) != wire::WireStatus::ok)
-      throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be of another version");
-    if (is_of_a_frame(result.status)) take_recorded(result);
+      throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be from another version");
+    if (is_of_a_frame(result.status)) add_recorded(result);
   }
-  note_sessions(frames);
-  note_lost_history(frames);
+  find_sessions(frames);
+  find_lost_history(frames);
 }
 
-void Comparison::take_recorded(const wire::WireResult& result) {
+void ResultComparison::add_recorded(const wire::WireResult& result) {
   Answers& answers = recorded_[{result.session, result.frame_id}];
   if (answers.results.empty()) answers.first = result.status;
   answers.results.push_back(result);
 }
 
-void Comparison::note_sessions(const std::vector<Key>& frames) {
+void ResultComparison::find_sessions(const std::vector<Key>& frames) {
   for (const Key& frame : frames) {
     if (!recorded_.contains(frame)) continue;
     Session& session = sessions_.try_emplace(frame.first, Session{frame.second, frame.second, false}).first->second;
@@ -94,13 +94,13 @@ void Comparison::note_sessions(const std::vector<Key>& frames) {
   }
 }
 
-void Comparison::note_first_ids(const wire::WireState& state) {
+void ResultComparison::add_first_ids(const wire::WireState& state) {
   for (const wire::WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
 }
 
-// The matcher had earlier frames of the session; or what is added up is of more frames than are here since the test
-// began.
-void Comparison::note_lost_history(const std::vector<Key>& frames) {
+// Either the matcher had earlier frames of the session, or a result sums up more frames than are recorded since the
+// start of the test.
+void ResultComparison::find_lost_history(const std::vector<Key>& frames) {
   for (auto& [number, session] : sessions_)
     if (const auto first = first_ids_.find(number); first != first_ids_.end() && first->second < session.first_id)
       session.began_before = true;
@@ -115,24 +115,24 @@ void Comparison::note_lost_history(const std::vector<Key>& frames) {
   }
 }
 
-bool Comparison::is_at_edge(const Key& key) const {
+bool ResultComparison::is_at_edge(const Key& key) const {
   const auto session = sessions_.find(key.first);
   return session == sessions_.end() || !session->second.holds(key.second);
 }
 
-bool Comparison::was_dropped(std::uint64_t session, std::uint64_t id) const {
+bool ResultComparison::was_dropped(std::uint64_t session, std::uint64_t id) const {
   const auto found = recorded_.find({session, id});
   return found != recorded_.end() && wire::fate_of(found->second.first) == wire::Fate::dropped;
 }
 
-bool Comparison::is_same(const wire::WireResult& recorded, const wire::WireResult& now) const {
+bool ResultComparison::is_same(const wire::WireResult& recorded, const wire::WireResult& now) const {
   if (tolerance_ == 0) return bytes_of(recorded) == bytes_of(now);
   return recorded.status == now.status && recorded.verdict == now.verdict && has_same_match(recorded, now) &&
          best_distance_difference(recorded, now) <= tolerance_ &&
          relative_difference(recorded.coverage, now.coverage) <= tolerance_;
 }
 
-std::optional<std::string> Comparison::take(const wire::WireResult& result) {
+std::optional<std::string> ResultComparison::compare(const wire::WireResult& result) {
   const std::string name = "frame " + std::to_string(result.frame_id) + ": ";
   const Key key{result.session, result.frame_id};
   const auto found = recorded_.find(key);
@@ -167,10 +167,10 @@ std::optional<std::string> Comparison::take(const wire::WireResult& result) {
   return name + "then " + text(then) + "; now " + text(now);
 }
 
-ComparisonTally Comparison::tally() const {
+ComparisonTally ResultComparison::tally() const {
   ComparisonTally tally = tally_;
   for (const auto& [key, answers] : recorded_) {
-    // Frames that were dropped then are not asked again, and of rejected ones there may be no cloud.
+    // Dropped frames are not matched again, and rejected ones may have no cloud.
     (is_at_edge(key) ? tally.edge_results : tally.not_repeated) += static_cast<std::uint64_t>(
         std::ranges::count(answers.results, wire::Fate::matched,
                            [](const wire::WireResult& result) { return wire::fate_of(result.status); }));

@@ -1,7 +1,6 @@
 // lbea-replay: plays a recording to a matcher's socket, or straight into a model.
 #include "tools/replay/model_replay.hpp"
 #include "tools/replay/report.hpp"
-#include "tools/replay/witness.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
@@ -26,48 +25,46 @@ struct Options {
 };
 
 constexpr auto description =
-    "Plays a recording: with --to, its frames go to a matcher as a camera would send them, at the pace they came; "
-    "with\n"
-    "--model, straight into matchers of this model, set up as they were when it was recorded, as fast as it goes. The "
-    "same\n"
-    "recording and model give the same results, to the last bit, on any number of threads.\n"
-    "With --results the matcher says at the end what it has received and what its queue had no room for; without, "
-    "nobody\n"
-    "knows what became of a frame that has left. The exit code is 1 when a frame was refused or did not leave, with\n"
-    "--results when one did not arrive or was dropped, and with --against when results differ or there are none to "
-    "compare.";
+    "Replays a recording. With --to, its frames are sent to a matcher like those of a camera, at the recorded pace.\n"
+    "With --model, they are matched with this model and the recorded settings, as fast as possible. The same "
+    "recording\n"
+    "and model give the same results to the last bit on any number of threads.\n"
+    "With --results the matcher reports at the end what it has received and what its queue had no room for. Without "
+    "it,\n"
+    "the fate of a sent frame is unknown. The exit code is 1 when a frame was refused or not delivered, with "
+    "--results\n"
+    "when one did not arrive or was dropped, and with --against when results differ or there are none to compare.";
 constexpr auto longest_wait = 5s;
 
 void add_sending_options(Tool& tool, Options& options, Option* to, Option* model) {
   tool.add_option("--results", options.results_endpoint,
                   "with --to: endpoint of the matcher's results, to compare counts at the end")
       ->needs(to);
-  auto* speed = tool.add_option("--speed", options.pace.speed, "times as fast as recorded")
+  auto* speed = tool.add_option("--speed", options.pace.speed, "relative to the recorded pace")
                     ->check(in_range(1e-3, 1e6))
                     ->excludes(model);
   auto* fast =
-      tool.add_flag("--fast", options.fast, "with --to: as fast as it goes; sending waits for room")->excludes(speed);
+      tool.add_flag("--fast", options.fast, "with --to: as fast as possible; sending waits for room")->excludes(speed);
   tool.add_flag("--step", options.pace.steps, "one frame per line on standard input (Enter)")
       ->excludes(speed)
       ->excludes(fast)
       ->excludes(model);
-  tool.add_option("--loop", options.socket.rounds, "with --to: how often to play it; 0: until stopped")
+  tool.add_option("--loop", options.socket.rounds, "with --to: how often to replay it; 0: until stopped")
       ->check(in_range(0, 1'000'000))
       ->excludes(model);
   tool.add_flag("--end-of-stream,!--open-end", options.socket.ends_stream,
-                "with --to: say after the last frame that the test is over");
+                "with --to: announce the end of the test after the last frame");
   options.access.add_to(tool);
 }
 
 void add_matching_options(Tool& tool, Options& options, Option* model) {
   SettingsOptions& settings = options.model.settings;
   tool.add_option("--threads", options.model.threads, "with --model")->check(in_range(1u, 256u));
-  tool.add_choice("--method", settings.method, method_names, "with --model: another than that of the recording")
+  tool.add_choice("--method", settings.method, method_names, "with --model: instead of the recorded method")
       ->needs(model);
-  auto* pose =
-      tool.add_option("--pose", settings.pose_file, "with --model: another sensor.json than that of the recording")
-          ->check(existing_file())
-          ->needs(model);
+  auto* pose = tool.add_option("--pose", settings.pose_file, "with --model: sensor.json instead of the recorded one")
+                   ->check(existing_file())
+                   ->needs(model);
   tool.add_flag("--no-pose", settings.without_pose,
                 "with --model: frames are in the reference's coordinates, as for lbea-serve without --pose")
       ->excludes(pose)
@@ -77,9 +74,8 @@ void add_matching_options(Tool& tool, Options& options, Option* model) {
   auto* against =
       tool.add_flag("--against", options.model.compares, "with --model: compare the results with those recorded")
           ->needs(model);
-  tool.add_option(
-          "--tolerance", options.model.tolerance,
-          "with --against: share by which best distance and coverage may differ; 0: everything is the same, to the bit")
+  tool.add_option("--tolerance", options.model.tolerance,
+                  "with --against: relative difference that best distance and coverage may have; 0: equal in every bit")
       ->check(in_range(0.0, 1.0))
       ->needs(against);
 }
@@ -89,7 +85,7 @@ void add_options(Tool& tool, Options& options) {
   auto* to = tool.add_option("--to", options.endpoint, "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc");
   auto* model =
       tool.add_option("--model", options.model.settings.model_file, "baked model (.lbea) to match with")->excludes(to);
-  tool.add_option("--range", options.range, "FROM:TO, seconds after the first frame; either may be left out");
+  tool.add_option("--range", options.range, "FROM:TO in seconds after the first frame; either may be omitted");
   add_sending_options(tool, options, to, model);
   add_matching_options(tool, options, model);
   tool.add_flag("--json", options.json, "print as JSON");
@@ -99,8 +95,9 @@ void wait_for_receiver(wire::FrameSink& sink, const std::string& endpoint) {
   const auto deadline = std::chrono::steady_clock::now() + longest_wait;
   while (!sink.wait_ready(50ms))
     if (stop_requested != 0 || std::chrono::steady_clock::now() > deadline)
-      throw Error(Status::endpoint_unavailable,
-                  "endpoint \"" + endpoint + "\": nobody listens there; start lbea-serve with --frames " + endpoint);
+      throw Error(
+          Status::endpoint_unavailable,
+          "endpoint \"" + endpoint + "\": no program listens there; start lbea-serve with --frames " + endpoint);
 }
 
 int send(Options options, RecordedRun& run) {
@@ -109,17 +106,17 @@ int send(Options options, RecordedRun& run) {
   wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);
   wait_for_receiver(sink, options.endpoint);
   const auto stop = [] { return stop_requested != 0; };
-  std::optional<MatcherWitness> witness;
-  if (!options.results_endpoint.empty()) witness.emplace(context, options.results_endpoint, access, stop);
+  std::optional<MatcherReceipts> receipts;
+  if (!options.results_endpoint.empty()) receipts.emplace(context, options.results_endpoint, access, stop);
   if (options.fast) options.pace.speed = 0;
   options.socket.waits = options.fast || options.pace.steps;
   Pace pace(options.pace, stop);
   const SocketReplayTally tally =
-      replay_to_socket(run, options.socket, sink, witness ? &*witness : nullptr, pace, stop);
+      replay_to_socket(run, options.socket, sink, receipts ? &*receipts : nullptr, pace, stop);
   const double late_ms = static_cast<double>(pace.worst_lateness().count()) * 1e-6;
   std::printf("%s\n", (options.json ? socket_json(tally, late_ms) : socket_line(tally, late_ms)).c_str());
   const bool is_over =
-      stop_requested == 0 || options.socket.rounds == 0;  // the user's stop is the end that was asked for
+      stop_requested == 0 || options.socket.rounds == 0;  // without a number of rounds, a stop is the regular end
   return is_over && tally.is_complete() ? exit_ok : exit_failed;
 }
 
@@ -127,7 +124,7 @@ int replay(Options options) {
   catch_stop_signals();
   ModelReplayOptions& model = options.model;
   if (options.endpoint.empty() && model.settings.model_file.empty())
-    throw WrongUsage("where to? Give --to ENDPOINT or --model MODEL");
+    throw WrongUsage("no destination. Give --to ENDPOINT or --model MODEL");
   const Range range(options.range);
   RecordedRun run(options.file);
   const Part part = part_of(run, range, options.file);

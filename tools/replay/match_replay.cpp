@@ -15,7 +15,7 @@ MatchReplay::MatchReplay(const Model& model, const MatcherConfig& config, const 
   workers_.reserve(slots_.size() - 1);
   try {
     for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
-  } catch (...) {  // no destructor runs for a half-built object
+  } catch (...) {  // the destructor does not run after an exception
     for (std::size_t i = workers_.size() + 1; i < slots_.size(); ++i) begin_.arrive_and_drop();
     end_workers();
     throw;
@@ -30,9 +30,9 @@ void MatchReplay::end_workers() noexcept {
   for (std::thread& worker : workers_) worker.join();
 }
 
-bool MatchReplay::add(const RecordedMessage& frame, bool is_asked, const ResultTaker& take) {
+bool MatchReplay::add(const RecordedMessage& frame, bool is_wanted, const ResultHandler& handle) {
   Slot& slot = slots_[filled_++];
-  slot.is_asked = is_asked;
+  slot.is_wanted = is_wanted;
   slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
   slot.status = status_after(ids_.observe(frame.session, frame.id).arrival, slot.status);
   slot.header = decoder_.header();
@@ -41,15 +41,15 @@ bool MatchReplay::add(const RecordedMessage& frame, bool is_asked, const ResultT
   slot.receive_ns = frame.log_time_ns;
   slot.points.resize(slot.status == wire::WireStatus::ok ? slot.header.points : 0);
   if (slot.status == wire::WireStatus::ok) decoder_.read_points(slot.points);
-  return filled_ < slots_.size() || flush(take);
+  return filled_ < slots_.size() || flush(handle);
 }
 
-bool MatchReplay::flush(const ResultTaker& take) {
+bool MatchReplay::flush(const ResultHandler& handle) {
   run_batch();
   bool go_on = true;
   for (std::size_t i = 0; i < filled_ && go_on; ++i) {
     const wire::WireResult result = result_of(slots_[i]);
-    if (slots_[i].is_asked) go_on = take(result);
+    if (slots_[i].is_wanted) go_on = handle(result);
   }
   filled_ = 0;
   return go_on;
@@ -93,7 +93,7 @@ wire::WireResult MatchReplay::result_of(Slot& slot) {
   result.frame_id = slot.header.id;
   result.stamp_ns = slot.header.stamp_ns;
   result.receive_ns = slot.receive_ns;
-  result.sequence = slot.is_asked ? sequence_++ : 0;
+  result.sequence = slot.is_wanted ? sequence_++ : 0;
   result.model_checksum = model_checksum_;
   result.elapsed_ns = {};
   return result;

@@ -1,5 +1,5 @@
-// Recorded frames straight into matchers: the same recording and model give the same results to the last bit, on
-// however many threads.
+// Matches recorded frames. The same recording and model give the same results to the last bit on any number of
+// threads.
 #pragma once
 
 #include "adapters/wire/codec/codec.hpp"
@@ -13,9 +13,8 @@
 
 namespace lbea::tool {
 
-/// Hands on a result without what differs from run to run: no times but the frame's own, no counters. Returns
-/// whether to go on.
-using ResultTaker = std::function<bool(const wire::WireResult& result)>;
+/// Receives a result without times other than the frame's own and without counters. Returns whether to continue.
+using ResultHandler = std::function<bool(const wire::WireResult& result)>;
 
 class MatchReplay {
  public:
@@ -24,13 +23,13 @@ class MatchReplay {
   MatchReplay(const MatchReplay&) = delete;
   MatchReplay& operator=(const MatchReplay&) = delete;
 
-  /// One recorded frame. Its result comes with this call or a later one, in the order of the frames; only the test's
-  /// history hears of it when nobody asked for it.
-  bool add(const RecordedMessage& frame, bool is_asked, const ResultTaker& take);
-  /// A frame before those: it is not matched, and later ones with its id come twice.
-  void pass_over(const RecordedMessage& frame) { static_cast<void>(ids_.observe(frame.session, frame.id)); }
-  /// The results that are still out.
-  bool flush(const ResultTaker& take);
+  /// Adds a recorded frame. Its result is delivered during this call or a later one, in the order of the frames.
+  /// Without `is_wanted` the frame only contributes to the test's history.
+  bool add(const RecordedMessage& frame, bool is_wanted, const ResultHandler& handle);
+  /// Registers the id of an earlier frame, so that later frames with this id are repetitions.
+  void skip(const RecordedMessage& frame) { static_cast<void>(ids_.observe(frame.session, frame.id)); }
+  /// Delivers the remaining results.
+  bool flush(const ResultHandler& handle);
 
  private:
   struct Slot {
@@ -40,7 +39,7 @@ class MatchReplay {
     wire::WireStatus status = wire::WireStatus::ok;
     std::vector<Point> points;
     MatchResult match;
-    bool is_asked = true;
+    bool is_wanted = true;
   };
   void work(Slot& slot);
   void end_workers() noexcept;
@@ -51,7 +50,7 @@ class MatchReplay {
   wire::Encoder encoder_;
   wire::FrameDecoder decoder_;
   IdTracker ids_;
-  std::vector<Slot> slots_;  // one per thread, with a matcher each; the first one's tracker adds up the test
+  std::vector<Slot> slots_;  // one matcher per thread; the tracker of the first one sums up the test
   std::size_t filled_ = 0;
   std::uint64_t session_ = 0, sequence_ = 0;
   Outcome outcome_;

@@ -2,7 +2,6 @@
 
 #include "tools/replay/match_replay.hpp"
 #include "tools/replay/report.hpp"
-#include "tools/replay/results_file.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/matching/views.hpp"
 
@@ -16,10 +15,10 @@ namespace {
 
 constexpr std::uint64_t most_differences_shown = 20;
 
-/// What becomes of each new result.
-class Takers {
+/// Prints, writes or compares each new result.
+class ResultOutput {
  public:
-  Takers(const ModelReplayOptions& options, const RunSettings& settings, Comparison* comparison)
+  ResultOutput(const ModelReplayOptions& options, const RunSettings& settings, ResultComparison* comparison)
       : options_(options), comparison_(comparison) {
     if (!options.output.empty()) file_ = std::make_unique<ResultsFile>(options.output, settings);
     if (comparison == nullptr && !options.json && options.output.empty()) std::printf("%s\n", result_header().c_str());
@@ -39,19 +38,19 @@ class Takers {
 
  private:
   void compare(const wire::WireResult& result) {
-    const auto difference = comparison_->take(result);
+    const auto difference = comparison_->compare(result);
     if (difference && shown_++ < most_differences_shown && !options_.json) std::printf("%s\n", difference->c_str());
   }
   const ModelReplayOptions& options_;
-  Comparison* comparison_;
+  ResultComparison* comparison_;
   std::unique_ptr<ResultsFile> file_;
   std::uint64_t shown_ = 0;
 };
 
-/// Matches the frames of the part, and before them those that its first results tell of: the test's history. False when
-/// stopped.
-bool match_part(RecordedRun& run, const Part& part, bool has_history, const Comparison* comparison, MatchReplay& replay,
-                const ResultTaker& take) {
+/// Matches the frames of the part and, before them, those of the same test, on which its first results depend. False
+/// when stopped.
+bool match_part(RecordedRun& run, const Part& part, bool has_history, const ResultComparison* comparison,
+                MatchReplay& replay, const ResultHandler& handle) {
   const std::int64_t history_ns = has_history ? history_of(run, part) : part.from_ns;
   run.limit(Part{}.from_ns, part.to_ns);
   run.rewind();
@@ -60,34 +59,34 @@ bool match_part(RecordedRun& run, const Part& part, bool has_history, const Comp
     if (message->kind != RecordedMessage::Kind::frame) continue;
     if (comparison != nullptr && comparison->was_dropped(message->session, message->id)) continue;
     if (message->log_time_ns < history_ns) {
-      replay.pass_over(*message);
-    } else if (!replay.add(*message, message->log_time_ns >= part.from_ns, take)) {
+      replay.skip(*message);
+    } else if (!replay.add(*message, message->log_time_ns >= part.from_ns, handle)) {
       return false;
     }
   }
-  return replay.flush(take);
+  return replay.flush(handle);
 }
 
-void explain(const ComparisonTally& tally, const std::string& file) {
+void warn_of_gaps(const ComparisonTally& tally, const std::string& file) {
   if (tally.edge_frames + tally.edge_results > 0)
     spdlog::warn(
-        "{} begins or ends between frames and their results: {} frames there without a result and {} results without a "
-        "frame are not compared",
+        "{} starts or ends between frames and their results: {} frames without a result and {} results without a frame "
+        "are "
+        "not compared",
         file, tally.edge_frames, tally.edge_results);
   if (tally.without_history > 0)
-    spdlog::warn("{}: the test began before the recording; {} results are compared but for what the test adds up", file,
+    spdlog::warn("{}: the test began before the recording; {} results are compared without what the test sums up", file,
                  tally.without_history);
 }
 
 bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions& options) {
   const std::string& file = options.settings.recording;
-  if (!part.is_whole) tally.not_repeated = tally.edge_results = 0;  // of other frames
-  explain(tally, file);
+  if (!part.is_whole) tally.not_repeated = tally.edge_results = 0;  // from other frames
+  warn_of_gaps(tally, file);
   std::printf("%s\n", (options.json ? comparison_json(tally) : comparison_line(tally)).c_str());
   if (tally.compared() == 0)
-    throw Error(
-        Status::bad_input,
-        file + ": nothing was compared, as no frame is recorded with its result; lbea-inspect says what is recorded");
+    throw Error(Status::bad_input,
+                file + ": nothing was compared, because no frame is recorded with its result; see lbea-inspect");
   return tally.is_same();
 }
 
@@ -96,20 +95,20 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
 bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
   const Model model = Model::open(options.settings.model_file);
   const RunSettings settings = replay_settings(run.settings(), model, options.settings);
-  std::optional<Comparison> comparison;
+  std::optional<ResultComparison> comparison;
   if (options.compares) {
-    run.rewind();  // results come later than their frames: not cut by a range
+    run.rewind();  // all results, because they are recorded later than their frames
     comparison.emplace(run, options.tolerance);
   }
-  Comparison* const compared = comparison ? &*comparison : nullptr;
-  Takers takers(options, settings, compared);
+  ResultComparison* const compared = comparison ? &*comparison : nullptr;
+  ResultOutput output(options, settings, compared);
   const std::string& pose_file = options.settings.pose_file;
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
                                       pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
   MatchReplay replay(model, settings.matcher, views, options.threads);
-  const ResultTaker take = [&](const wire::WireResult& result) { return takers(result); };
-  if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, take)) return false;
-  takers.finish();
+  const ResultHandler handle = [&](const wire::WireResult& result) { return output(result); };
+  if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, handle)) return false;
+  output.finish();
   return !comparison || conclude(comparison->tally(), part, options);
 }
 

@@ -1,7 +1,6 @@
-// A recording into a model, from the command line's point of view.
+// Matches a recording with a model and prints or compares the results.
 #pragma once
 
-#include "tools/replay/part.hpp"
 #include "tools/replay/replay_settings.hpp"
 
 #include <string>
@@ -16,8 +15,8 @@ struct ModelReplayOptions {
   double tolerance = 0;
 };
 
-/// Prints the results of a part, or with `compares` how they differ; false when they do. Throws Error when there is
-/// nothing to compare.
+/// Prints the results of a part, or with `compares` their differences; false when there are any. Throws Error when
+/// there is nothing to compare.
 [[nodiscard]] bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options);
 
 }  // namespace lbea::tool

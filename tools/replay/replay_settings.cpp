@@ -4,14 +4,17 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/method_names.hpp"
-#include "tools/shared/recording/recorded_run.hpp"
+#include "tools/shared/cli/tool.hpp"
 
 #include <spdlog/spdlog.h>
+
+#include <charconv>
+#include <cmath>
 
 namespace lbea::tool {
 namespace {
 
-/// The first one that a matcher published.
+/// The first recorded state of a matcher.
 std::optional<wire::WireState> recorded_state(const std::string& file) {
   RecordedRun run(file);
   wire::WireState state;
@@ -26,13 +29,13 @@ Method method_of(const std::string& name, const std::string& file) {
   const auto found = method_names.find(name);
   if (found == method_names.end())
     throw Error(Status::bad_input,
-                file + ": was matched by \"" + name + "\", which is not known here; give the method with --method");
+                file + ": was matched by the unknown method \"" + name + "\"; give the method with --method");
   return found->second;
 }
 
-/// Why a sentence and not a default: without it the results are others.
-void miss(const std::string& what, const SettingsOptions& options) {
-  const std::string sentence = options.recording + ": the recording does not know " + what;
+/// Reports an unknown setting, because a default could change the results.
+void report_unknown(const std::string& what, const SettingsOptions& options) {
+  const std::string sentence = options.recording + ": the recording does not contain " + what;
   if (options.needs_all) throw Error(Status::bad_config, sentence);
   spdlog::warn(sentence);
 }
@@ -48,12 +51,13 @@ void complete_method(RunSettings& settings, const SettingsOptions& options) {
   if (options.method) {
     settings.matcher.method = *options.method;
   } else if (settings.method.empty()) {
-    miss("the method (none of a matcher's states is in it); give it with --method, else it is lbea", options);
+    report_unknown("the method, because it contains no state of a matcher; give it with --method, otherwise it is lbea",
+                   options);
   }
   settings.method = name_of(settings.matcher.method);
 }
 
-// Only the matcher is told the pose.
+// Only lbea-serve records the pose.
 void complete_pose(RunSettings& settings, const SettingsOptions& options) {
   if (!options.pose_file.empty()) {
     settings.matcher.T_reference_sensor = io::read_pose(options.pose_file);
@@ -62,11 +66,28 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
     settings.matcher.T_reference_sensor = MatcherConfig{}.T_reference_sensor;
     settings.sensor_json.clear();
   } else if (settings.program.starts_with("lbea-record") && settings.sensor_json.empty()) {
-    miss(
-        "the sensor's pose, as lbea-record is not told it; give it with --pose sensor.json, or --no-pose where "
+    report_unknown(
+        "the sensor's pose, because lbea-record does not know it; give it with --pose sensor.json, or give --no-pose "
+        "if "
         "lbea-serve had none",
         options);
   }
+}
+
+constexpr double longest_s = 4e9;
+
+std::optional<double> seconds(std::string_view text, double if_empty) {
+  if (text.empty()) return if_empty;
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(std::abs(value) <= longest_s)) return std::nullopt;
+  return value;
+}
+
+std::optional<RecordedMessage> next_frame(RecordedRun& run) {
+  auto message = run.next();
+  while (message && message->kind != RecordedMessage::Kind::frame) message = run.next();
+  return message;
 }
 
 }  // namespace
@@ -76,11 +97,53 @@ RunSettings replay_settings(RunSettings recorded, const Model& model, const Sett
   complete_method(settings, options);
   complete_pose(settings, options);
   if (settings.model_checksum != 0 && settings.model_checksum != model.checksum())
-    spdlog::info("{} is not the model it was recorded with ({})", options.model_file, settings.model_file);
+    spdlog::info("{} is not the model of the recording ({})", options.model_file, settings.model_file);
   settings.program = "lbea-replay " LBEA_VERSION_STRING;
   settings.model_file = options.model_file;
   settings.model_checksum = model.checksum();
   return settings;
+}
+
+Range::Range(const std::string& words) : text(words), from_s(-longest_s), to_s(longest_s) {
+  if (text.empty()) return;
+  const auto colon = text.find(':');
+  const std::string_view view = text;
+  const auto from = colon == std::string::npos ? std::nullopt : seconds(view.substr(0, colon), -longest_s);
+  const auto to = colon == std::string::npos ? std::nullopt : seconds(view.substr(colon + 1), longest_s);
+  if (!from || !to) throw WrongUsage("--range \"" + text + "\": not FROM:TO in seconds; write e.g. 0.5:2");
+  if (*from > *to) throw WrongUsage("--range \"" + text + "\": it ends before it begins; write FROM:TO, e.g. 0.5:2");
+  from_s = *from;
+  to_s = *to;
+}
+
+Part part_of(RecordedRun& run, const Range& range, const std::string& file) {
+  run.rewind();
+  const auto first = next_frame(run);
+  if (!first) throw Error(Status::bad_input, file + ": it contains no frame; see lbea-inspect");
+  if (range.text.empty()) return {};
+  const std::int64_t begin = first->log_time_ns;
+  const Part part{begin + static_cast<std::int64_t>(range.from_s * 1e9),
+                  begin + static_cast<std::int64_t>(range.to_s * 1e9), false};
+  run.rewind();
+  run.limit(part.from_ns, part.to_ns);
+  if (!next_frame(run))
+    throw Error(Status::bad_input,
+                file + ": no frame in --range " + range.text +
+                    ", seconds after the first frame; lbea-inspect prints the length of the recording");
+  run.limit(Part{}.from_ns, Part{}.to_ns);
+  return part;
+}
+
+std::int64_t history_of(RecordedRun& run, const Part& part) {
+  std::int64_t begin = part.from_ns;
+  std::optional<std::uint64_t> session;
+  run.rewind();
+  while (const auto frame = next_frame(run)) {
+    if (session != frame->session) begin = frame->log_time_ns;
+    session = frame->session;
+    if (frame->log_time_ns >= part.from_ns) break;
+  }
+  return std::min(begin, part.from_ns);
 }
 
 }  // namespace lbea::tool

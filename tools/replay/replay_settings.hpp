@@ -1,9 +1,9 @@
-// How the frames of a recording are matched: as they were then, where the command line does not say otherwise.
+// What to replay: the settings of the matcher, and the part of the recording.
 #pragma once
 
-#include "tools/shared/recording/run_settings.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 
-#include <optional>
+#include <limits>
 #include <string>
 
 namespace lbea::tool {
@@ -11,12 +11,31 @@ namespace lbea::tool {
 struct SettingsOptions {
   std::string recording, model_file, pose_file;
   bool without_pose = false;     // frames are in the reference's coordinates
-  std::optional<Method> method;  // another than the recording's
-  bool needs_all = false;        // what the recording does not know has to be given
+  std::optional<Method> method;  // instead of the recorded one
+  bool needs_all = false;        // settings that are not in the recording must be given
 };
 
-/// What lbea-record was not told is taken from the matcher's states. Warns of what nobody knows. Throws
-/// Error{bad_config} when that is needed, Error{bad_input} when a file is not what it should be.
+/// The recorded settings, changed by `options`. Settings that lbea-record did not know are taken from the recorded
+/// states of the matcher. A setting that is still unknown causes a warning, or with needs_all Error{bad_config}. Throws
+/// Error{bad_input} for invalid files.
 [[nodiscard]] RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options);
+
+/// Frames received from from_ns to to_ns, inclusive.
+struct Part {
+  std::int64_t from_ns = std::numeric_limits<std::int64_t>::min(), to_ns = std::numeric_limits<std::int64_t>::max();
+  bool is_whole = true;
+};
+
+/// --range FROM:TO in seconds after the first frame; empty: everything. Throws WrongUsage.
+struct Range {
+  explicit Range(const std::string& text);
+  std::string text;
+  double from_s, to_s;
+};
+
+/// Moves `run` and removes its limits. Throws Error{bad_input} when the range contains no frame.
+[[nodiscard]] Part part_of(RecordedRun& run, const Range& range, const std::string& file);
+/// When the test in which the part begins started: the time of the first of the consecutive frames of its session.
+[[nodiscard]] std::int64_t history_of(RecordedRun& run, const Part& part);
 
 }  // namespace lbea::tool

@@ -1,14 +1,19 @@
 #include "tools/replay/report.hpp"
 
+#include "adapters/wire/codec/codec.hpp"
+
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
+#include <system_error>
 
 namespace lbea::tool {
 namespace {
 
 using Json = nlohmann::ordered_json;
+constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
 
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
   std::array<char, 512> text{};
@@ -52,14 +57,14 @@ std::string result_json(const wire::WireResult& result) {
               {"verdict", wire::to_string(result.verdict)},
               {"coverage", result.coverage},
               {"matches", std::move(matches)}}
-      .dump(-1, ' ', false, Json::error_handler_t::replace);  // names may be no UTF-8
+      .dump(-1, ' ', false, Json::error_handler_t::replace);  // names may not be UTF-8
 }
 
 std::string comparison_line(const ComparisonTally& tally) {
   return format(
       "%llu results the same, %llu different (%llu with another match, %llu with another status or verdict); %llu "
-      "without a "
-      "recorded result, %llu recorded ones without a new one; largest relative difference of a best distance %.3g",
+      "without a recorded result, %llu recorded ones without a new one; largest relative difference of a best distance "
+      "%.3g",
       number(tally.same), number(tally.different), number(tally.other_match), number(tally.other_status),
       number(tally.not_recorded), number(tally.not_repeated), tally.worst_distance);
 }
@@ -79,7 +84,7 @@ std::string comparison_json(const ComparisonTally& tally) {
 }
 
 std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms) {
-  return format("frames %llu = sent %llu + refused %llu; %llu did not leave; %.3f s, worst lateness %.3f ms",
+  return format("frames %llu = sent %llu + refused %llu; %llu not delivered; %.3f s, largest delay %.3f ms",
                 number(tally.frames), number(tally.sent), number(tally.refused), number(tally.left), tally.seconds,
                 worst_lateness_ms) +
          (tally.receipt ? receipt_text(*tally.receipt) : "");
@@ -90,6 +95,43 @@ std::string socket_json(const SocketReplayTally& tally, double worst_lateness_ms
             {"left", tally.left},     {"seconds", tally.seconds}, {"worst_lateness_ms", worst_lateness_ms}};
   if (tally.receipt && tally.receipt->is_whole) json["receipt"] = receipt_json(*tally.receipt);
   return json.dump();
+}
+
+ResultsFile::ResultsFile(const std::filesystem::path& file, const RunSettings& settings)
+    : name_(file.string()), sink_(file), writer_(sink_) {
+  const auto schema = wire::result_schema();
+  check(writer_.begin({"lbea.results", "lbea " LBEA_VERSION_STRING}));
+  check(writer_.metadata(to_metadata(settings)));
+  check(writer_.define(
+      mcap::Schema{results_schema_id, "lbea.wire.Result", "flatbuffer", {schema.begin(), schema.end()}}));
+  check(
+      writer_.define(mcap::Channel{results_channel, results_schema_id, std::string(results_topic), "flatbuffer", {}}));
+}
+
+void ResultsFile::add(const wire::WireResult& result) {
+  const auto time = static_cast<std::uint64_t>(std::max<std::int64_t>(result.receive_ns, 0));
+  mcap::append(waiting_, mcap::Message{results_channel, static_cast<std::uint32_t>(result.sequence), time, time,
+                                       encoder_.result(result)});
+  if (waiting_.size() >= chunk_bytes) write_chunk();
+}
+
+void ResultsFile::finish() {
+  write_chunk();
+  check(writer_.finish());
+  check(sink_.commit());
+}
+
+void ResultsFile::write_chunk() {
+  if (waiting_.empty()) return;
+  const mcap::Bytes piece = waiting_;
+  check(writer_.chunk({&piece, 1}));
+  waiting_.clear();
+}
+
+void ResultsFile::check(int error) const {
+  if (error != 0)
+    throw Error(Status::write_failed, "cannot write " + name_ + ": " + std::generic_category().message(error) +
+                                          "; check the folder and the free space");
 }
 
 }  // namespace lbea::tool

@@ -1,15 +1,15 @@
-// What a replay prints.
+// The output of a replay: lines, JSON, and a file of results.
 #pragma once
 
+#include "adapters/mcap/writer.hpp"
+#include "adapters/wire/codec/codec.hpp"
 #include "tools/replay/comparison.hpp"
 #include "tools/replay/socket_replay.hpp"
-
-#include <string>
 
 namespace lbea::tool {
 
 [[nodiscard]] std::string result_header();
-/// One line of a table, or one JSON object.
+/// A line of a table, or a JSON object.
 [[nodiscard]] std::string result_line(const wire::WireResult& result);
 [[nodiscard]] std::string result_json(const wire::WireResult& result);
 
@@ -18,5 +18,25 @@ namespace lbea::tool {
 
 [[nodiscard]] std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms);
 [[nodiscard]] std::string socket_json(const SocketReplayTally& tally, double worst_lateness_ms);
+
+/// A recording of results only. The same results give the same bytes.
+class ResultsFile {
+ public:
+  /// Throws Error{write_failed}, also when the file exists.
+  ResultsFile(const std::filesystem::path& file, const RunSettings& settings);
+  /// Throws Error{write_failed}.
+  void add(const wire::WireResult& result);
+  /// Gives the file its final name. Without this call, no file remains. Throws Error{write_failed}.
+  void finish();
+
+ private:
+  void check(int error) const;
+  void write_chunk();
+  std::string name_;
+  mcap::PartialFile sink_;
+  mcap::Writer writer_;
+  mcap::Buffer waiting_;
+  wire::Encoder encoder_;
+};
 
 }  // namespace lbea::tool

@@ -3,22 +3,43 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <map>
+#include <thread>
+
+#include <poll.h>
+#include <unistd.h>
 
 namespace lbea::tool {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr auto ready_interval = 50ms;
-constexpr auto longest_farewell = 2000ms;
+using Clock = std::chrono::steady_clock;
 
-/// Round 0 keeps the session; others get one that is as good as new.
+constexpr auto stop_interval = 50ms;  // longest delay of a stop
+constexpr auto ready_interval = 50ms;
+constexpr auto longest_flush = 2000ms;
+constexpr auto longest_silence = 5000ms;
+
+std::optional<wire::WireState> first_state(wire::ResultSource& results, const std::function<bool()>& stop) {
+  wire::WireState state;
+  for (const auto deadline = Clock::now() + longest_silence; !stop() && Clock::now() < deadline;) {
+    const auto message = results.receive(ready_interval);
+    if (message && wire::message_kind(*message) == wire::MessageKind::state &&
+        wire::decode_state(*message, state) == wire::WireStatus::ok)
+      return state;
+  }
+  return {};
+}
+
+/// Round 0 keeps the recorded session; each other round has a new one.
 std::uint64_t session_of(std::uint64_t recorded, std::uint64_t round) {
   return recorded ^ (round * 0x9e37'79b9'7f4a'7c15);
 }
 
-/// Sends the rounds, and knows what it has sent.
+/// Sends the rounds and counts.
 class Sender {
  public:
   Sender(const SocketReplayConfig& config, wire::FrameSink& sink, Pace& pace, const std::function<bool()>& stop)
@@ -33,10 +54,10 @@ class Sender {
       send(*message, session_of(message->session, round));
     }
   }
-  void say_goodbye(MatcherWitness* witness) {
+  void say_goodbye(MatcherReceipts* receipts) {
     for (const auto& [session, next_id] : next_ids_) {
-      if (config_.ends_stream) sink_.tell(encoder_.end_of_stream(session, next_id), longest_farewell);
-      if (witness != nullptr) witness->ask(sink_, session, next_id);
+      if (config_.ends_stream) sink_.tell(encoder_.end_of_stream(session, next_id), longest_flush);
+      if (receipts != nullptr) receipts->ask(sink_, session, next_id);
     }
   }
   [[nodiscard]] std::uint64_t repeated() const noexcept { return ids_.duplicates(); }
@@ -54,29 +75,77 @@ class Sender {
   const std::function<bool()>& stop_;
   wire::Encoder encoder_;
   IdTracker ids_;
-  std::map<std::uint64_t, std::uint64_t> next_ids_;  // of each session, to say what would have come next
+  std::map<std::uint64_t, std::uint64_t> next_ids_;  // of each session, for the goodbye
 };
 
 }  // namespace
 
+bool Pace::wait_for(std::int64_t log_time_ns) {
+  if (config_.steps) return wait_for_line();
+  if (config_.speed == 0) return !stop_();
+  if (!begun_) {
+    begun_ = true;
+    begin_ = Clock::now();
+    first_ns_ = log_time_ns;
+  }
+  const double offset_ns = static_cast<double>(log_time_ns - first_ns_) / config_.speed;
+  const auto due = begin_ + std::chrono::nanoseconds(static_cast<std::int64_t>(offset_ns));
+  while (!stop_() && Clock::now() < due) std::this_thread::sleep_until(std::min(due, Clock::now() + stop_interval));
+  worst_ = std::max(worst_, std::chrono::nanoseconds(Clock::now() - due));
+  return !stop_();
+}
+
+bool Pace::wait_for_line() const {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  while (!stop_()) {
+    if (::poll(&input, 1, static_cast<int>(stop_interval.count())) <= 0) continue;
+    char letter = 0;
+    do {
+      if (::read(STDIN_FILENO, &letter, 1) != 1) return false;
+    } while (letter != '\n');
+    return true;
+  }
+  return false;
+}
+
+MatcherReceipts::MatcherReceipts(wire::WireContext& context, const std::string& results_endpoint,
+                                 const wire::ClientAccess& access, const std::function<bool()>& stop)
+    : context_(context), endpoint_(results_endpoint), access_(access) {
+  wire::ResultSource source = results();
+  auto state = first_state(source, stop);
+  if (!state)
+    throw Error(Status::endpoint_unavailable,
+                "endpoint \"" + endpoint_ +
+                    "\": no matcher publishes results there; give the endpoint of lbea-serve --results");
+  receipts_.emplace(std::move(*state));
+}
+
+void MatcherReceipts::ask(wire::FrameSink& frames, std::uint64_t session, std::uint64_t next_id) {
+  Handshake handshake(frames, results(), session);
+  receipts_->collect(handshake, session, next_id);
+  if (receipts_->knew(session))
+    spdlog::warn("the matcher had frames of session {:016x} before and refuses repeated ids; restart the matcher",
+                 session);
+}
+
 SocketReplayTally replay_to_socket(RecordedRun& run, const SocketReplayConfig& config, wire::FrameSink& sink,
-                                   MatcherWitness* witness, Pace& pace, const std::function<bool()>& stop) {
-  const auto begin = std::chrono::steady_clock::now();
+                                   MatcherReceipts* receipts, Pace& pace, const std::function<bool()>& stop) {
+  const auto begin = Clock::now();
   Sender sender(config, sink, pace, stop);
   for (std::uint64_t round = 0; (config.rounds == 0 || round < config.rounds) && !stop(); ++round) {
     if (round > 0) run.rewind();
     pace.restart();
     sender.send_round(run, round);
   }
-  sender.say_goodbye(witness);
+  sender.say_goodbye(receipts);
   SocketReplayTally tally;
-  tally.left = sink.flush(longest_farewell);
+  tally.left = sink.flush(longest_flush);
   tally.sent = sink.tally().sent;
   tally.refused = sink.tally().refused;
   tally.frames = tally.sent + tally.refused;
   tally.repeated = sender.repeated();
-  tally.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (witness != nullptr) tally.receipt = witness->receipt();
+  tally.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  if (receipts != nullptr) tally.receipt = receipts->receipt();
   return tally;
 }
 

@@ -25,7 +25,7 @@ std::shared_ptr<const std::vector<std::byte>> relabelled(const EncodedCloud& clo
   } else {
     std::atomic_thread_fence(std::memory_order_acquire);  // after the socket's last read
   }
-  wire::relabel_frame(*message, id, cloud.stamp_ns.value_or(mcap::wall_clock_ns()));
+  wire::relabel_frame(*message, id, cloud.stamp_ns.value_or(wall_clock_ns()));
   return message;
 }
 

@@ -47,7 +47,7 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
                        options.matcher,
                        options.sensor_json,
                        0};
-  settings.start_ns = mcap::wall_clock_ns();
+  settings.start_ns = wall_clock_ns();
   return settings;
 }
 
@@ -69,13 +69,13 @@ void report(const std::vector<Privilege>& privileges) {
 }
 
 /// Runs until a stop signal; reports to systemd as long as all threads advance.
-void supervise(Pipeline& pipeline, RecordingWatch& recording, const ServiceNotify& service) {
+void supervise(Pipeline& pipeline, RecordingLog& recording, const ServiceNotify& service) {
   Watchdog watchdog(pipeline);
   PeerLog peers(pipeline);
   auto next_status = std::chrono::steady_clock::now();
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    recording.look();
+    recording.poll();
     const auto now = std::chrono::steady_clock::now();
     if (watchdog.poll(now)) service.alive();
     peers.poll(now);
@@ -114,7 +114,7 @@ int serve_model(const ServeOptions& options, const Model& model) {
   const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations",
                                         frames.endpoint(), results.endpoint(), model.samples(), model.simulations());
   const auto recorder = begin_recording(options.recording, run_settings(options, model));
-  RecordingWatch recording(recorder.get(), options.recording.file);
+  RecordingLog recording(recorder.get(), options.recording.file);
   RunObservers observers;
   observers.add(recorder.get());
   Publishers publishers;

@@ -79,7 +79,7 @@ void LiveFeed::receive_clouds() {
     const wire::FrameHeader& header = decoder.header();
     std::vector<Point> points(header.points);
     decoder.read_points(points);
-    relay(ViewerChannel::frames, mcap::wall_clock_ns(), header.cloud);
+    relay(ViewerChannel::frames, wall_clock_ns(), header.cloud);
     const std::lock_guard lock(mutex_);
     ++version_;
     add({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});

@@ -1,7 +1,7 @@
 #include "tools/monitor/web/foxglove.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/recording/topics.hpp"
+#include "tools/shared/recording/recording_format.hpp"
 
 #include <boost/archive/iterators/base64_from_binary.hpp>
 #include <boost/archive/iterators/transform_width.hpp>

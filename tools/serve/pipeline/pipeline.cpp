@@ -1,6 +1,6 @@
 #include "tools/serve/pipeline/pipeline.hpp"
 
-#include "adapters/mcap/wall_clock.hpp"
+#include "tools/shared/cli/wall_clock.hpp"
 
 #include <utility>
 
@@ -9,7 +9,7 @@ namespace {
 
 /// Completes the description with the pipeline's own settings.
 PipelineConfig described(PipelineConfig config) {
-  config.description.start_ns = mcap::wall_clock_ns();
+  config.description.start_ns = wall_clock_ns();
   config.description.max_points = config.limits.max_points;
   config.description.max_message_bytes = config.limits.max_message_bytes();
   config.description.queue_slots = config.queue_slots;

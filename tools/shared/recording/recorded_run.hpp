@@ -1,43 +1,40 @@
-// Reads a recording of a run from its first message to its last, in the order in which they were recorded.
+// Reads the messages of a recorded run in the order in which they were recorded.
 #pragma once
 
-#include "adapters/mcap/record_walk.hpp"
-#include "tools/shared/recording/run_settings.hpp"
-
-#include <filesystem>
-#include <optional>
+#include "adapters/mcap/reader.hpp"
+#include "tools/shared/recording/recording_format.hpp"
 
 namespace lbea::tool {
 
-/// One recorded message. Views are valid until the next one is read.
+/// `data` is valid until the next message is read.
 struct RecordedMessage {
   enum class Kind : std::uint8_t { frame, result, state, other };
   Kind kind = Kind::other;
   std::int64_t log_time_ns = 0;  // frames: received; results and states: published
   mcap::Bytes data;              // a foxglove.PointCloud, a Result, a State
-  // frames only
+  // Frames only.
   std::uint64_t session = 0, id = 0;
   std::int64_t stamp_ns = 0;
 };
 
-/// What one channel carries, from its topic and metadata.
+/// The contents of a channel, from its topic and metadata.
 struct RecordedChannel {
   RecordedMessage::Kind kind = RecordedMessage::Kind::other;
   std::uint64_t session = 0, id_high = 0;
 };
-/// Nothing when it is a frames' channel whose metadata are not as they should be.
+/// Nothing for a frame channel with invalid metadata.
 [[nodiscard]] std::optional<RecordedChannel> channel_of(const mcap::Channel& channel);
 [[nodiscard]] RecordedMessage recorded_message(const mcap::Message& message, const RecordedChannel& channel);
 
 class RecordedRun {
  public:
-  /// Throws Error{file_not_found | bad_input}, also for a file that was cut off: it is to be recovered first.
+  /// Throws Error{file_not_found | bad_input}, also for a file that was cut off: recover it first.
   explicit RecordedRun(const std::filesystem::path& file);
 
   [[nodiscard]] const RunSettings& settings() const noexcept { return settings_; }
-  /// From now on only messages with log times in [from, to]; what lies outside is passed over, not read.
+  /// Returns only messages with log times in [from, to] from now on.
   void limit(std::int64_t from_ns, std::int64_t to_ns);
-  /// The next message; nothing after the last. Throws Error{bad_input} where the file is damaged.
+  /// The next message; nothing after the last. Throws Error{bad_input} when the file is damaged.
   [[nodiscard]] std::optional<RecordedMessage> next();
   void rewind();
 
@@ -45,14 +42,14 @@ class RecordedRun {
   void read_front();
   bool next_chunk();
   [[noreturn]] void fail(std::uint64_t byte, const std::string& what) const;
-  std::optional<RecordedMessage> take(const mcap::Record& record);
-  void take_channel(const mcap::Record& record);
+  std::optional<RecordedMessage> decode(const mcap::Record& record);
+  void add_channel(const mcap::Record& record);
 
   mcap::FileSource source_;
   RunSettings settings_;
-  mcap::FileWalk walk_;
+  mcap::FileReader reader_;
   mcap::OpenChunk chunk_;
-  mcap::Bytes rest_;  // of the chunk
+  mcap::Bytes rest_;  // of the current chunk
   std::uint64_t chunk_offset_ = 0, offset_ = 0;
   std::map<std::uint16_t, RecordedChannel> channels_;
   std::int64_t from_ns_, to_ns_;

@@ -31,7 +31,7 @@ std::optional<std::chrono::nanoseconds> seconds(std::string_view text) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(value * 1e9));
 }
 
-mcap::RecordWindow parse_window(const std::string& text) {
+RecordWindow parse_window(const std::string& text) {
   const auto colon = text.find(':');
   const std::string_view view = text;
   if (colon != std::string::npos) {
@@ -46,20 +46,20 @@ void check_memory(std::size_t bytes) {
   const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
   if (bytes > installed / 2)
     throw Error(Status::bad_config,
-                fmt::format("--record-memory {} MB is more than half of this machine's {} MB; ask for less",
+                fmt::format("--record-memory {} MB is more than half of this machine's {} MB; request less",
                             bytes / megabyte, installed / megabyte));
 }
 
 constexpr std::string_view conversions =
-    "%YCymBbhdejHIMSFTRpZzaAuwUWVGgs";  // of strftime: those without slashes and line ends
+    "%YCymBbhdejHIMSFTRpZzaAuwUWVGgs";  // of strftime, without those that produce slashes or line ends
 
-/// Empty when `pattern` is no name, or one that would come out empty.
+/// Empty when `pattern` is not valid or gives an empty name.
 std::string name_at(const std::string& pattern, std::time_t time) {
   for (auto at = pattern.find('%'); at != std::string::npos; at = pattern.find('%', at + 2))
     if (at + 1 == pattern.size() || conversions.find(pattern[at + 1]) == std::string_view::npos) return {};
   std::tm local{};
   ::localtime_r(&time, &local);
-  std::array<char, 4096> name{};  // the longest path there is
+  std::array<char, 4096> name{};  // the longest path
   return {name.data(), std::strftime(name.data(), name.size(), pattern.c_str(), &local)};
 }
 
@@ -68,14 +68,14 @@ std::string reason(int error) { return error == 0 ? "" : ": " + std::generic_cat
 }  // namespace
 
 void add_recording_options(Tool& tool, RecordingOptions& options) {
-  tool.add_option("--record-memory", options.memory_mb, "memory for frames that wait for the disk, MB")
+  tool.add_option("--record-memory", options.memory_mb, "memory for frames that wait for the disk, in MB")
       ->check(in_range(std::size_t{1}, std::size_t{1} << 24));
   tool.add_choice("--record-compression", options.config.compression, compression_names,
-                  "none: as fast as the disk; lz4, zstd: smaller, and slower");
-  tool.add_option(
-      "--record-window", options.window,
-      "BEFORE:AFTER, seconds: keep only what happens around a trigger, which is SIGUSR1 or the first frame captured at "
-      "--trigger-ns or later");
+                  "none: as fast as the disk; lz4, zstd: smaller files, but slower");
+  tool.add_option("--record-window", options.window,
+                  "BEFORE:AFTER in seconds: record only what happens around a trigger, which is SIGUSR1 or the first "
+                  "frame captured "
+                  "at --trigger-ns or later");
 }
 
 Check recording_name() {
@@ -85,7 +85,7 @@ Check recording_name() {
     std::string named = name_at(name, start);
     if (named.empty())
       return "\"" + name +
-             "\" is not a file name with a time in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for "
+             "\" is not a valid file name in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for "
              "a percent sign";
     name = std::move(named);
     return {};
@@ -105,84 +105,85 @@ void check_recording(const RecordingOptions& options) {
 
 std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, RunSettings settings) {
   if (options.file.empty()) return nullptr;
-  mcap::RecorderConfig config = options.config;
+  RecorderConfig config = options.config;
   config.frame_ring_bytes = options.memory_mb * megabyte;
   check_memory(config.frame_ring_bytes);
   if (!options.window.empty()) config.window = parse_window(options.window);
   settings.record_window = options.window;
   auto recorder = std::make_unique<RunRecorder>(options.file, config, settings);
   if (config.window && options.trigger_ns) recorder->trigger_at(*options.trigger_ns);
-  spdlog::info("recording to {}{}", options.file, config.window ? ", armed: waiting for the trigger" : "");
+  spdlog::info("recording to {}{}", options.file, config.window ? ", waiting for the trigger" : "");
   return recorder;
 }
 
-void RecordingWatch::pass_on_trigger() {
+void RecordingLog::forward_trigger() {
   if (trigger_requested == 0) return;
   trigger_requested = 0;
   if (recorder_ != nullptr && recorder_->status().window)
     recorder_->trigger_now();
   else
-    spdlog::warn("SIGUSR1: there is no --record-window to trigger; nothing changes");
+    spdlog::warn("SIGUSR1: there is no --record-window to trigger; the signal is ignored");
 }
 
-void RecordingWatch::look() {
-  pass_on_trigger();
+void RecordingLog::poll() {
+  forward_trigger();
   if (recorder_ == nullptr) return;
-  note(recorder_->status());
-  if (const auto now = Clock::now(); now - last_look_at_disk_ >= disk_interval) {
-    recorder_->look_at_disk();
-    last_look_at_disk_ = now;
+  log_changes(recorder_->status());
+  if (const auto now = Clock::now(); now - last_disk_check_ >= disk_interval) {
+    recorder_->update_free_space();
+    last_disk_check_ = now;
   }
 }
 
-void RecordingWatch::note(const mcap::RecorderStatus& status) {
+void RecordingLog::log_changes(const RecorderStatus& status) {
   const auto now = Clock::now();
   const std::uint64_t lost = this->lost();
   if ((lost != lost_ || status.failed_syncs != failed_syncs_) && now - last_loss_ >= log_interval) {
     spdlog::error(
-        "recording: LOST so far {} frames and {} results and states for want of memory, {} and {} that the disk did "
-        "not take{}",
+        "recording: LOST so far: {} frames and {} results and states because memory was full, {} and {} because a "
+        "write "
+        "failed{}",
         status.frames.no_room, status.notes.no_room, status.frames.write_failed, status.notes.write_failed,
         reason(status.last_error));
     last_loss_ = now;
     lost_ = lost;
     failed_syncs_ = status.failed_syncs;
   }
-  const bool crowded = status.state == mcap::RecorderState::recording && status.ring_used > status.ring_bytes / 4 * 3;
-  if (crowded && now - last_crowd_ >= log_interval) {
-    spdlog::warn("recording: the disk is slow; {} MB of {} MB wait for it", status.ring_used / megabyte,
+  const bool is_slow = status.phase == wire::RecordingPhase::recording && status.ring_used > status.ring_bytes / 4 * 3;
+  if (is_slow && now - last_warning_ >= log_interval) {
+    spdlog::warn("recording: the disk is slow; {} MB of {} MB are waiting to be written", status.ring_used / megabyte,
                  status.ring_bytes / megabyte);
-    last_crowd_ = now;
+    last_warning_ = now;
   }
-  if (status.state != state_ && status.state == mcap::RecorderState::recording) spdlog::info("recording: triggered");
-  if (status.state != state_ && status.state == mcap::RecorderState::finished) note_end(status);
-  state_ = status.state;
+  if (status.phase != phase_ && status.phase == wire::RecordingPhase::recording) spdlog::info("recording: triggered");
+  if (status.phase != phase_ && status.phase == wire::RecordingPhase::finished) log_end(status);
+  phase_ = status.phase;
 }
 
-std::uint64_t RecordingWatch::lost() const { return recorder_->counts().unrecorded; }
+std::uint64_t RecordingLog::lost() const { return recorder_->counts().unrecorded; }
 
-void RecordingWatch::note_end(const mcap::RecorderStatus& status) {
+void RecordingLog::log_end(const RecorderStatus& status) {
   if (status.has_ended_untriggered())
-    spdlog::error("recording: THE TRIGGER NEVER CAME: of {} frames nothing was kept, {} is empty",
-                  status.frames.outside, file_);
+    spdlog::error("recording: THERE WAS NO TRIGGER: none of {} frames was recorded, {} is empty", status.frames.outside,
+                  file_);
   else if (status.is_sound() && lost() == 0)
     spdlog::info("recording: {} is complete", file_);
   else
     spdlog::error(
-        "recording: {} is closed, and NOT complete: {} frames, results and states are lost, {} failed attempts to "
-        "force it to the disk{}",
+        "recording: {} is closed and NOT complete: {} frames, results and states are lost, {} syncs to the disk "
+        "failed{}",
         file_, lost(), status.failed_syncs, reason(status.last_error));
 }
 
-bool RecordingWatch::finish() {
+bool RecordingLog::finish() {
   if (recorder_ == nullptr) return true;
-  const mcap::RecorderStatus status = recorder_->finish();
+  const RecorderStatus status = recorder_->finish();
   last_loss_ = {};
-  note(status);
-  if (status.state == mcap::RecorderState::failed)
-    spdlog::error("recording: {} could not be ended{}; what was recorded is in {}, see lbea-inspect --recover", file_,
+  log_changes(status);
+  if (status.phase == wire::RecordingPhase::failed)
+    spdlog::error("recording: {} could not be closed{}; the recorded part is in {}, see lbea-inspect --recover", file_,
                   reason(status.last_error), mcap::partial_name(file_).string());
-  spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, most memory in use {} %",
+  spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, peak memory use {} %",
                status.frames.recorded, status.notes.recorded, status.bytes / megabyte,
                status.longest_write_ns / 1'000'000,
                100 * status.ring_peak / std::max<std::size_t>(status.ring_bytes, 1));

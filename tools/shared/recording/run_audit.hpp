@@ -1,57 +1,53 @@
-// Whether a recording holds the whole run: every capture, and an answer to each frame.
+// Whether a recording is whole: an undamaged file, every capture of the run, and a result for each frame.
 #pragma once
 
-#include "adapters/mcap/audit.hpp"
-#include "adapters/wire/codec/messages.hpp"
-#include "tools/shared/recording/run_settings.hpp"
-
-#include <map>
-#include <optional>
+#include "adapters/mcap/file_check.hpp"
+#include "tools/shared/recording/recording_format.hpp"
 
 namespace lbea::tool {
 
 struct RunAudit {
   struct Session {
-    std::uint64_t first_id = 0, last_id = 0;  // of the captures that ids, results or the sender's words tell of
+    std::uint64_t first_id = 0, last_id = 0;  // of the captures known from frames, results and the sender
     std::uint64_t frames = 0;
-    std::uint64_t missing = 0;  // captures of which there is no frame
+    std::uint64_t missing = 0;  // captures without a frame
     std::uint64_t duplicates = 0;
-    bool ended = false;   // the sender said that this was all
-    bool silent = false;  // it went without a word
+    bool ended = false;   // the sender announced its end
+    bool silent = false;  // the sender stopped without goodbye
   };
-  /// Recorded was what happened around a trigger, in the recorder's time.
+  /// Only what happened around a trigger was recorded. Times are the recorder's.
   struct Window {
     bool triggered = false;
     std::int64_t begin_ns = 0;
-    std::uint64_t outside = 0;  // frames that came before or after it
+    std::uint64_t outside = 0;  // frames received before or after it
   };
-  mcap::Audit file;
+  mcap::FileCheck file;
   RunSettings settings;
-  bool is_run = false;       // recorded by us
+  bool is_run = false;       // recorded by lbea
   bool is_replayed = false;  // results only, as lbea-replay writes them
   std::map<std::uint64_t, Session> sessions;
   std::uint64_t frames = 0, results = 0, states = 0, undecodable = 0;
   std::uint64_t unanswered = 0;            // frames without a result
-  std::uint64_t answers_alone = 0;         // results of matched or dropped frames that are not there
-  std::uint64_t cut_apart = 0;             // the same at a window's edges, where one of the two lies outside
-  std::uint64_t lost = 0;                  // what the recorder itself counted as lost
-  bool has_account = false;                // it ended the file and said so
-  std::optional<wire::Counters> counters;  // of the matcher, as its last message says; none: no matcher was heard
-  std::optional<Window> window;            // none: all was recorded
+  std::uint64_t answers_alone = 0;         // results of matched or dropped frames that are missing
+  std::uint64_t cut_apart = 0;             // both at the edges of a window, where the counterpart is outside
+  std::uint64_t lost = 0;                  // messages that the recorder counted as lost
+  bool has_closing_metadata = false;       // the closing metadata are there
+  std::optional<wire::Counters> counters;  // of the matcher, from its last message; none without a matcher
+  std::optional<Window> window;            // none: everything was recorded
   std::map<std::string, std::uint64_t> results_by_status;
-  std::int64_t start_ns = 0, end_ns = 0;  // of the frames, received
+  std::int64_t start_ns = 0, end_ns = 0;  // when the first and the last frame were received
 
-  /// Recorded by the matcher itself, from its start to its end: what it counted is about this recording.
+  /// Recorded by the matcher program from start to end, so that its counters describe this recording.
   [[nodiscard]] bool is_matchers_own() const noexcept;
   [[nodiscard]] std::uint64_t missing() const noexcept;
-  /// Senders that went without goodbye.
+  /// Senders that stopped without goodbye.
   [[nodiscard]] std::uint64_t silent() const noexcept;
   [[nodiscard]] std::uint64_t duplicates() const noexcept;
-  /// Intact, and the recorder put into it all that came and was asked for.
+  /// The file is intact and contains every message that was received and wanted.
   [[nodiscard]] bool holds_all_that_came() const noexcept;
-  /// The same, and nothing of the run is missing.
+  /// Also nothing of the run is missing.
   [[nodiscard]] bool is_complete() const { return flaws().empty(); }
-  /// What is wrong, in sentences; empty when it is complete.
+  /// What is wrong, as sentences; empty for a complete recording.
   [[nodiscard]] std::vector<std::string> flaws() const;
 };
 

@@ -1,9 +1,7 @@
 #include "tools/shared/recording/run_recorder.hpp"
 
-#include "adapters/mcap/recorder_account.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/wall_clock.hpp"
-#include "tools/shared/recording/topics.hpp"
 
 #include <algorithm>
 #include <array>
@@ -31,13 +29,13 @@ mcap::Channel channel(std::uint16_t id, std::uint16_t schema, std::string_view t
   return {id, schema, std::string(topic), encoding, std::move(metadata)};
 }
 
-mcap::RecordingStart start_of(const RunSettings& settings) {
-  mcap::RecordingStart start;
+RecordingStart start_of(const RunSettings& settings) {
+  RecordingStart start;
   start.header = {std::string(recording_profile), "lbea " LBEA_VERSION_STRING};
-  const auto account = std::as_bytes(std::span(mcap::account_schema()));
+  const auto report = std::as_bytes(std::span(loss_report_schema()));
   start.schemas = {flatbuffer_schema(results_schema_id, "lbea.wire.Result", wire::result_schema()),
                    flatbuffer_schema(state_schema_id, "lbea.wire.State", wire::state_schema()),
-                   {recorder_schema_id, "lbea.Recorder", "jsonschema", {account.begin(), account.end()}},
+                   {recorder_schema_id, "lbea.Recorder", "jsonschema", {report.begin(), report.end()}},
                    flatbuffer_schema(frames_schema_id, "foxglove.PointCloud", wire::point_cloud_schema())};
   start.channels = {channel(results_channel, results_schema_id, results_topic, "flatbuffer"),
                     channel(state_channel, state_schema_id, state_topic, "flatbuffer"),
@@ -47,49 +45,31 @@ mcap::RecordingStart start_of(const RunSettings& settings) {
   return start;
 }
 
-/// What is lost is nothing that will end well.
-wire::RecordingPhase phase_of(mcap::RecorderState state, bool is_whole_so_far) {
-  if (!is_whole_so_far) return wire::RecordingPhase::failed;
-  switch (state) {
-    case mcap::RecorderState::armed:
-      return wire::RecordingPhase::armed;
-    case mcap::RecorderState::recording:
-      return wire::RecordingPhase::recording;
-    case mcap::RecorderState::finished:
-      return wire::RecordingPhase::finished;
-    case mcap::RecorderState::failed:
-      break;
-  }
-  return wire::RecordingPhase::failed;
-}
-
 std::uint64_t time_of(std::int64_t ns) { return static_cast<std::uint64_t>(std::max<std::int64_t>(ns, 0)); }
 
 }  // namespace
 
-RunRecorder::RunRecorder(const std::filesystem::path& file, const mcap::RecorderConfig& config,
-                         const RunSettings& settings)
+RunRecorder::RunRecorder(const std::filesystem::path& file, const RecorderConfig& config, const RunSettings& settings)
     : RunRecorder(std::make_unique<mcap::PartialFile>(file), config, settings) {
   folder_ = std::filesystem::absolute(file).parent_path();
-  look_at_disk();
+  update_free_space();
 }
 
-RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const mcap::RecorderConfig& config,
-                         const RunSettings& settings)
+RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& config, const RunSettings& settings)
     : recorder_(std::move(sink), config, start_of(settings)), trigger_stamp_ns_(never) {
   channels_.reserve(max_frame_channels);
 }
 
 void RunRecorder::frame(wire::Message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept {
-  if (header.cloud.empty()) return;  // no cloud: its result says why, or the stream has ended
+  if (header.cloud.empty()) return;  // without a cloud: its result contains the reason, or it is the end of the stream
   if (header.stamp_ns >= trigger_stamp_ns_) recorder_.trigger(receive_ns);
   const std::uint16_t channel = channel_of(header.session, header.id);
   if (channel == 0) {
     ++without_channel_;
     return;
   }
-  recorder_.put(mcap::Recorder::Lane::frames, {channel, static_cast<std::uint32_t>(header.id), time_of(receive_ns),
-                                               time_of(header.stamp_ns), header.cloud});
+  recorder_.put(Recorder::Queue::frames, {channel, static_cast<std::uint32_t>(header.id), time_of(receive_ns),
+                                          time_of(header.stamp_ns), header.cloud});
 }
 
 std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) noexcept {
@@ -105,43 +85,43 @@ std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) n
                                  {{std::string(session_key), hexadecimal(session)},
                                   {std::string(id_high_key), hexadecimal(id_high)}}));
   } catch (const std::bad_alloc&) {
-    return 0;  // this frame is lost and counted, the next one tries again
+    return 0;  // this frame is lost and counted; the next one is another attempt
   }
-  if (!recorder_.put_channel(mcap::Recorder::Lane::frames, record)) return 0;
+  if (!recorder_.put_channel(Recorder::Queue::frames, record)) return 0;
   channels_.push_back({session, id_high, next});
   return next;
 }
 
 void RunRecorder::result(wire::Message message, const wire::WireResult& result) noexcept {
   const std::uint64_t time = time_of(result.publish_ns);
-  recorder_.put(mcap::Recorder::Lane::notes,
+  recorder_.put(Recorder::Queue::notes,
                 {results_channel, static_cast<std::uint32_t>(result.sequence), time, time, message});
 }
 
 void RunRecorder::state(wire::Message message, const wire::WireState& state) noexcept {
   const std::uint64_t time = time_of(state.publish_ns);
-  recorder_.put(mcap::Recorder::Lane::notes,
+  recorder_.put(Recorder::Queue::notes,
                 {state_channel, static_cast<std::uint32_t>(state.sequence), time, time, message});
 }
 
 RunObserver::Counts RunRecorder::counts() const noexcept {
-  const mcap::RecorderStatus status = recorder_.status();
+  const RecorderStatus status = recorder_.status();
   return {status.frames.recorded, status.lost() + without_channel_};
 }
 
 std::optional<wire::WireRecording> RunRecorder::recording() const noexcept {
-  const mcap::RecorderStatus status = recorder_.status();
-  return wire::WireRecording{phase_of(status.state, status.is_sound() && without_channel_ == 0), status.bytes,
-                             free_bytes_};
+  const RecorderStatus status = recorder_.status();
+  const bool is_whole = status.is_sound() && without_channel_ == 0;
+  return wire::WireRecording{is_whole ? status.phase : wire::RecordingPhase::failed, status.bytes, free_bytes_};
 }
 
-void RunRecorder::look_at_disk() noexcept {
+void RunRecorder::update_free_space() noexcept {
   if (folder_.empty()) return;
   std::error_code error;
   const auto space = std::filesystem::space(folder_, error);
   free_bytes_ = error ? wire::WireRecording::unknown : space.available;
 }
 
-void RunRecorder::trigger_now() noexcept { recorder_.trigger(mcap::wall_clock_ns()); }
+void RunRecorder::trigger_now() noexcept { recorder_.trigger(wall_clock_ns()); }
 
 }  // namespace lbea::tool

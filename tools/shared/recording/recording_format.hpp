@@ -1,0 +1,46 @@
+// The topics, channels and metadata of a run's recording, as adapters/mcap/RECORDING.md specifies them.
+#pragma once
+
+#include "adapters/mcap/records.hpp"
+#include "adapters/wire/codec/messages.hpp"
+
+#include <lbea/lbea.hpp>
+
+namespace lbea::tool {
+
+inline constexpr std::string_view frames_topic = "/frames", results_topic = "/results", state_topic = "/state",
+                                  recorder_topic = "/recorder";
+/// Metadata of frame channels, hexadecimal.
+inline constexpr std::string_view session_key = "session", id_high_key = "id_high";
+/// Profiles of a run and of the results of lbea-replay.
+inline constexpr std::string_view recording_profile = "lbea", results_profile = "lbea.results";
+
+/// Channel ids; frame channels follow, one per session and upper half of the frame ids.
+inline constexpr std::uint16_t results_channel = 1, state_channel = 2, recorder_channel = 3, first_frames_channel = 4;
+inline constexpr std::uint16_t results_schema_id = 1, state_schema_id = 2, recorder_schema_id = 3, frames_schema_id = 4;
+
+/// How a run was matched, so that a replay can match in the same way.
+struct RunSettings {
+  std::string program;     // with its version
+  std::string model_file;  // empty when nothing was matched
+  std::uint64_t model_checksum = 0;
+  std::string method;
+  MatcherConfig matcher;
+  std::string sensor_json;  // the text of the rig's description; may be empty
+  std::int64_t start_ns = 0;
+  std::string record_window{};  // BEFORE:AFTER in seconds; empty: everything was recorded
+};
+
+inline constexpr std::string_view settings_metadata_name = "lbea.recording";
+[[nodiscard]] mcap::Metadata to_metadata(const RunSettings& settings);
+/// Throws Error{bad_input} when a text is not a number where one is expected; `file` is for the message.
+[[nodiscard]] RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file);
+
+/// The senders at the end of a recording without a matcher, from which missing captures are known. One text per
+/// session, with the session number in hexadecimal as key: first_id, next_id, received, missed, withheld, condition.
+inline constexpr std::string_view senders_metadata_name = "lbea.recording.senders";
+[[nodiscard]] mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders);
+/// Skips texts that cannot be read.
+[[nodiscard]] std::vector<wire::WireSender> senders_from(const mcap::Metadata& metadata);
+
+}  // namespace lbea::tool
