@@ -21,9 +21,10 @@ case "${1:-}" in
   *) echo "usage: bash tests/run.sh [--quick | --long]" >&2; exit 2 ;;
 esac
 
-bash tools/install-packages.sh
+bash tools/install-packages.sh test
 launcher=()
 if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+export CCACHE_SLOPPINESS=pch_defines,time_macros  # what ccache needs to know of precompiled headers
 
 build_and_test() {  # preset, target to build, then arguments for ctest
   local preset=$1 target=$2

@@ -39,9 +39,11 @@ wait_for() {  # text, log: until a program says that it is ready
 
 if [ -z "$build" ]; then
   step "packages and build"
-  bash "$project/tools/install-packages.sh"
-  build=$project/build/release
-  (cd "$project" && cmake --preset release -DLBEA_BUILD_TESTS=OFF >/dev/null && cmake --build --preset release)
+  purpose=demo programs=(lbea-bake lbea-sense lbea-serve lbea-eval lbea-send)
+  if [ "$monitor" = yes ]; then purpose=monitor programs+=(lbea-monitor); fi
+  bash "$project/tools/install-packages.sh" "$purpose"
+  build=$project/build/$purpose-programs
+  (cd "$project" && cmake --preset "$purpose" >/dev/null && cmake --build --preset "$purpose" --target "${programs[@]}")
 fi
 bin() { printf '%s/tools/%s/lbea-%s' "$build" "$1" "$1"; }
 rm -rf "$out"

@@ -1,28 +1,49 @@
 #!/usr/bin/env bash
-# Installs what the build and the tests need on Debian 12. Does nothing, quickly, when all of it is there.
+# Installs on Debian 12 what one purpose needs; does nothing, quickly, when all of it is there.
+#   bash tools/install-packages.sh demo      the five programs of tools/demo.sh, and its picture
+#   bash tools/install-packages.sh monitor   also lbea-monitor, whose page npm builds
+#   bash tools/install-packages.sh build     every program, the Python module, manual pages and Debian packages
+#   bash tools/install-packages.sh test      also the tests (default)
 set -euo pipefail
-packages=(
-  build-essential cmake ninja-build git pkg-config
+purpose=${1:-test}
+demo=(
+  build-essential cmake ninja-build pkg-config
   libxxhash-dev                                    # runtime: checksums, header-only
-  libeigen3-dev libspectra-dev libembree-dev       # bake: matrices, eigen-solver, ray casting
+  libeigen3-dev libspectra-dev libembree-dev libnanoflann-dev      # bake: matrices, eigen-solver, ray casting, a tree
   cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # wire
   libisal-dev liblz4-dev libzstd-dev zlib1g-dev    # recordings: checksums, compressed chunks
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libpugixml-dev liblzf-dev                        # VTK's XML files, packed PCD clouds
   libcli11-dev libspdlog-dev                       # programs
-  libboost-dev                                     # metrics: Beast, headers alone
-  libnanoflann-dev libbenchmark-dev                # benchmark: a baseline, loops one by one
-  pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
-  help2man doxygen file debootstrap                # manual pages, reference, Debian packages and their test
-  libboost-dev chromium                            # monitor: its web server; the browser that tests its page
-  libopenmpi-dev openmpi-bin                       # bake on clusters: the optional MPI driver
-  slurmctld slurmd slurm-client munge              # tests: a one-node Slurm
-  clang-format                                     # tests: the form of the sources
-  doctest-dev python3-vtk9                         # tests: the runner, an oracle for VTU
-  python3 python3-numpy python3-matplotlib         # pictures of the demo
+  libboost-dev                                     # HTTP: Beast, header-only
+  python3 python3-numpy python3-matplotlib         # the picture
 )
-# The monitor's page; Node may have come from elsewhere than Debian.
-command -v npm >/dev/null && command -v node >/dev/null || packages+=(nodejs npm)
+monitor=("${demo[@]}")
+# Node may have come from elsewhere than Debian.
+command -v npm >/dev/null && command -v node >/dev/null || monitor+=(nodejs npm)
+build=(
+  "${monitor[@]}" git
+  libbenchmark-dev                                 # benchmark of single loops
+  pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
+  libopenmpi-dev openmpi-bin                       # bake on clusters: the optional MPI driver
+  help2man doxygen file                            # manual pages, reference, Debian packages
+)
+test=(
+  "${build[@]}"
+  doctest-dev                                      # the runner
+  clang-format                                     # the form of the sources
+  python3-vtk9                                     # an oracle for VTU
+  chromium                                         # the browser that tests the monitor's page
+  debootstrap                                      # packages in a clean Debian
+  slurmctld slurmd slurm-client munge              # a one-node Slurm
+)
+case "$purpose" in
+  demo) packages=("${demo[@]}") ;;
+  monitor) packages=("${monitor[@]}") ;;
+  build) packages=("${build[@]}") ;;
+  test) packages=("${test[@]}") ;;
+  *) echo "usage: bash tools/install-packages.sh [demo | monitor | build | test]" >&2; exit 2 ;;
+esac
 missing=()
 for package in "${packages[@]}"; do
   dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
