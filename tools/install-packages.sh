@@ -31,7 +31,7 @@ build=(
 test=(
   "${build[@]}"
   doctest-dev                                      # the runner
-  clang-format                                     # the form of the sources
+  clang-format universal-ctags                     # the form of the sources; types that are defined twice
   python3-vtk9                                     # an oracle for VTU
   chromium                                         # the browser that tests the monitor's page
   debootstrap                                      # packages in a clean Debian

@@ -27,6 +27,11 @@ for adapter in adapters/*/; do
   report "adapters/$name does not know other adapters:" \
     "$(includes "$adapter" | grep -oE '.*["<]adapters/[a-z_]+/.*' | grep -vE "adapters/($name|files)/[^:]*\"\$")"
 done
+for program in tools/*/; do
+  name=$(basename "$program")
+  report "tools/$name includes no other program, only tools/shared and itself:" \
+    "$(includes "$program" | grep -E '["<]tools/' | grep -vE "[\"<]tools/($name|shared)/")"
+done
 # folder, its namespace; the public API and the runtime behind it are lbea itself.
 while read -r folder namespace; do
   report "everything in $folder is in namespace $namespace:" \

@@ -173,10 +173,10 @@ int evaluate_ensemble(const EnsembleArguments& arguments) {
   const ScratchFolder scratch(arguments.out);
   const EvaluationPlan plan = planned(arguments, scratch.path());
   Rounds rounds;
-  const Watcher watcher{
+  const EvaluationCallbacks callbacks{
       [&](std::string_view what, std::uint64_t done, std::uint64_t total) { rounds.show(what, done, total); },
       [] { return stop_requested != 0; }};
-  const Evaluation evaluation = evaluate(plan, watcher);
+  const Evaluation evaluation = evaluate(plan, callbacks);
   write_evaluation(arguments.out, evaluation);
   std::printf("%s\n", (arguments.json ? to_json(evaluation) : tables(evaluation)).c_str());
   if (evaluation.complete) return exit_ok;

@@ -18,7 +18,7 @@ namespace {
 
 class Evaluator {
  public:
-  Evaluator(const EvaluationPlan& plan, const Watcher& watcher) : plan_(plan), watcher_(watcher) {}
+  Evaluator(const EvaluationPlan& plan, const EvaluationCallbacks& callbacks) : plan_(plan), callbacks_(callbacks) {}
   Evaluation run();
 
  private:
@@ -35,10 +35,10 @@ class Evaluator {
   [[nodiscard]] std::vector<Experiment> all_experiments() const;
   [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const;
   [[nodiscard]] Round& round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance = {});
-  [[nodiscard]] bool stopped() const { return watcher_.stopped(); }
+  [[nodiscard]] bool stopped() const { return callbacks_.stopped(); }
 
   const EvaluationPlan& plan_;
-  const Watcher& watcher_;
+  const EvaluationCallbacks& callbacks_;
   Evaluation result_;
   std::optional<Model> everything_;  // all runs, at impact: tells the branches
   std::map<std::string, std::size_t> place_;
@@ -62,7 +62,7 @@ Model Evaluator::bake_runs(Runs runs, ReferenceMode mode) {
   options.cancelled = [this] { return stopped(); };
   const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
   options.progress = [&](const bake::BakeProgress& stage) {
-    watcher_.progress(title + std::string(stage.stage), stage.done, stage.total);
+    callbacks_.progress(title + std::string(stage.stage), stage.done, stage.total);
   };
   const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
   result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
@@ -138,7 +138,7 @@ void Evaluator::test(Round& round, const Arena& arena, std::span<const Experimen
     for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
       tests[i] = run_test(arena, experiments[i], settings, [&] {
         const std::lock_guard lock(mutex_);
-        watcher_.progress(title, ++frames, total);
+        callbacks_.progress(title, ++frames, total);
         return stopped();
       });
       tests[i].branch = branch_of(experiments[i]);
@@ -246,6 +246,8 @@ Evaluation Evaluator::run() {
 
 }  // namespace
 
-Evaluation evaluate(const EvaluationPlan& plan, const Watcher& watcher) { return Evaluator(plan, watcher).run(); }
+Evaluation evaluate(const EvaluationPlan& plan, const EvaluationCallbacks& callbacks) {
+  return Evaluator(plan, callbacks).run();
+}
 
 }  // namespace lbea::tool

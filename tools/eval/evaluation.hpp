@@ -61,12 +61,12 @@ struct Evaluation {
   bool complete = false;  // false: stopped by the caller
 };
 
-struct Watcher {
+struct EvaluationCallbacks {
   std::function<void(std::string_view what, std::uint64_t done, std::uint64_t total)> progress;  // one call at a time
   std::function<bool()> stopped;
 };
 
 /// Throws what bake() and the matcher's set-up throw. Stopped: what has been measured so far.
-[[nodiscard]] Evaluation evaluate(const EvaluationPlan& plan, const Watcher& watcher);
+[[nodiscard]] Evaluation evaluate(const EvaluationPlan& plan, const EvaluationCallbacks& callbacks);
 
 }  // namespace lbea::tool

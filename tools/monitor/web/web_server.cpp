@@ -96,10 +96,10 @@ std::optional<http::Response> asset(std::string_view path, const std::filesystem
 
 /// A browser that shows a running test. It gets the latest snapshot whenever it has received the previous one, and the
 /// new rows of the curves.
-class Watcher final : public http::WebSocketSession {
+class WatcherSession final : public http::WebSocketSession {
  public:
-  explicit Watcher(WebSite& site) : site_(site) { site_.watchers.add(this); }
-  ~Watcher() override {
+  explicit WatcherSession(WebSite& site) : site_(site) { site_.watchers.add(this); }
+  ~WatcherSession() override {
     set_ready(false);
     site_.watchers.remove(this);
   }
@@ -169,7 +169,7 @@ http::Upgrade WebSite::upgrade(const http::Request& request) {
     return {nullptr, protect(std::move(*refused))};
   if (is_viewer)
     return {std::make_unique<Viewer>(viewers, session_), {}, std::string(subprotocol), Viewer::largest_message};
-  return {.session = std::make_unique<Watcher>(*this), .send_buffer_bytes = send_buffer_bytes};
+  return {.session = std::make_unique<WatcherSession>(*this), .send_buffer_bytes = send_buffer_bytes};
 }
 
 std::optional<http::Response> WebSite::refuse_when_full() const {
@@ -193,7 +193,7 @@ std::optional<http::Response> WebSite::refuse_viewer(const http::Request& reques
 
 void WebSite::show(Snapshot latest) {
   latest_ = std::move(latest);
-  for (Watcher* watcher : watchers.all) watcher->wake();
+  for (WatcherSession* watcher : watchers.all) watcher->wake();
 }
 
 WebServer::WebServer(const WebConfig& config, Feed& feed)
