@@ -102,11 +102,11 @@ void FrameRecorder::write_log() {
   for (; const Event* event = events_.front(); events_.release()) {
     if (!event->is_refusal) {
       log_.log(event->status, event->session, event->ids);
-    } else if (refusal_line_.may_speak(event->ids.count)) {
+    } else if (refusal_line_.is_due(event->ids.count)) {
       spdlog::warn(
           "{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has "
           "no room{}",
-          frames_text(event->ids), refusal_line_.untold_text());
+          frames_text(event->ids), refusal_line_.suppressed_text());
     }
   }
   log_.log(senders());

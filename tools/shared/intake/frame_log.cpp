@@ -33,15 +33,15 @@ void FrameLog::log(wire::WireStatus status, std::uint64_t session, IdRange ids) 
 
 void FrameLog::log_problem(wire::WireStatus status, IdRange ids) {
   LogLine& line = by_status_[static_cast<std::size_t>(status)];
-  if (!line.may_speak(ids.count)) return;
+  if (!line.is_due(ids.count)) return;
   const std::string what = is_identified(status) ? frames_text(ids) : "a message";
-  spdlog::warn("{}: {}: {}{}", what, wire::to_string(status), wire::explain(status), line.untold_text());
+  spdlog::warn("{}: {}: {}{}", what, wire::to_string(status), wire::explain(status), line.suppressed_text());
 }
 
 void FrameLog::log_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id) {
   if (!is_identified(status) || session == session_) return;
   session_ = session;
-  if (new_sessions_.may_speak()) spdlog::info("frame {}: from session {:016x}", id, session);
+  if (new_sessions_.is_due()) spdlog::info("frame {}: from session {:016x}", id, session);
 }
 
 void FrameLog::log(const std::vector<wire::WireSender>& senders) {
