@@ -35,14 +35,9 @@ constexpr auto accept_pause = 100ms;  // after a failed accept, for example when
 
 std::string_view to_std(beast::string_view text) { return {text.data(), text.size()}; }
 
-bool is_ipv4(const std::string& host) {
-  in_addr address{};
-  return inet_pton(AF_INET, host.c_str(), &address) == 1;
-}
-
-bool is_ipv6(const std::string& host) {
-  in6_addr address{};
-  return inet_pton(AF_INET6, host.c_str(), &address) == 1;
+bool is_address(const std::string& host, int family) {
+  in6_addr address{};  // also large enough for an IPv4 address
+  return inet_pton(family, host.c_str(), &address) == 1;
 }
 
 void set_limits(Parser& parser, std::size_t request_bytes) {
@@ -72,7 +67,7 @@ StringResponse to_beast(const ParsedRequest& request, Response answer) {
   return response;
 }
 
-/// What all connections share. The server's thread alone uses it.
+/// State that all connections share. Only the server's thread uses it.
 struct Shared {
   Limits limits;
   std::string name;
@@ -219,7 +214,7 @@ tcp::acceptor bind(asio::io_context& io, const Address& address) {
 
 }  // namespace
 
-bool is_numeric_address(const std::string& host) { return is_ipv4(host) || is_ipv6(host); }
+bool is_numeric_address(const std::string& host) { return is_address(host, AF_INET) || is_address(host, AF_INET6); }
 
 Address parse_address(const std::string& text, const std::string& option) {
   const auto refuse = [&](const std::string& why) {
@@ -233,7 +228,7 @@ Address parse_address(const std::string& text, const std::string& option) {
   const bool bracketed = address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']';
   if (bracketed) address.host = address.host.substr(1, address.host.size() - 2);
   if (address.host == "localhost") address.host = "127.0.0.1";
-  if (bracketed ? !is_ipv6(address.host) : !is_ipv4(address.host)) throw refuse("the address is not numeric");
+  if (!is_address(address.host, bracketed ? AF_INET6 : AF_INET)) throw refuse("the address is not numeric");
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, address.port);
   if (error != std::errc{} || stop != end) throw refuse("the port is not a number from 0 to 65535");

@@ -1,4 +1,4 @@
-// What the tests in a browser share: the real programs, patience, Chromium.
+// Shared by the browser tests: programs under test, waiting, Chromium.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
@@ -20,9 +20,9 @@ function skip(why) {
   process.exit(77);
 }
 
-/// A browser that draws in software beside a running test takes minutes on two cores, and is too slow on a busy machine.
+/// A browser that renders in software during a test takes minutes on two cores, and is too slow on a busy machine.
 export function skipUnlessLong() {
-  if (process.env.LBEA_LONG_TESTS !== "1") skip("the page in a browser is tested by bash tests/run.sh --long");
+  if (process.env.LBEA_LONG_TESTS !== "1") skip("only bash tests/run.sh --long tests the page in a browser");
 }
 
 export function launchBrowser() {
@@ -32,7 +32,7 @@ export function launchBrowser() {
   return require("playwright-core").chromium.launch({ executablePath, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"] });
 }
 
-/// Starts a program; `ready()` waits until it says so on stderr.
+/// Starts a program; `ready()` waits until its stderr says that it is ready.
 export function start(program, ...parameters) {
   const child = spawn(join(build, "tools", program.slice(5), program), parameters, { stdio: ["ignore", "ignore", "pipe"] });
   running.add(child);
@@ -71,8 +71,8 @@ export async function monitor(http = "127.0.0.1:0", ...more) {
   return child;
 }
 
-/// The frames that the page has shown since this was called, in order: `page.evaluate(() => globalThis.framesShown)`. Looked up now
-/// and then, a busy machine would miss those that are shown shortly.
+/// Collects the frames that the page shows from now on in `globalThis.framesShown`. Polling from outside would miss frames that are
+/// shown briefly.
 export const noteFrames = (page) =>
   page.evaluate(() => {
     const root = document.documentElement;
@@ -82,14 +82,14 @@ export const noteFrames = (page) =>
   });
 
 export const words = (page, id) => page.locator(`#${id}`).textContent();
-/// What the health line says under `name`.
+/// The value of `name` in the health line.
 export const cell = (page, name) => page.locator("#counters > div", { has: page.getByText(name, { exact: true }) }).locator("dd").textContent();
 export const count = async (page, name) => {
   const text = await cell(page, name);
   return Number(text.replaceAll(",", "").replace(/ .*/, ""));
 };
 
-/// Runs a test to its end, whatever happens, and leaves nothing running.
+/// Runs a test and then ends all programs that it started.
 export function run(test) {
   test()
     .then(() => console.log(`ok${out ? `; screenshots in ${out}` : ""}`))

@@ -1,4 +1,4 @@
-// Foxglove's WebSocket protocol, spoken with a client that is not ours: what is advertised, what comes, who is refused.
+// The Foxglove WebSocket protocol with an independent client: advertised channels, messages, refused connections.
 //   node --experimental-websocket foxglove.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON
 import assert from "node:assert/strict";
 import { get } from "node:http";
@@ -6,7 +6,7 @@ import { monitor, run, send, serve, stop, until } from "./browser_support.mjs";
 
 const opcode = { message: 1 };
 
-/// A viewer: what it was told, and the messages of each of its subscriptions.
+/// A viewer: its text messages, and the binary messages of each of its subscriptions.
 async function viewer(url, protocols) {
   const socket = new WebSocket(url, protocols), told = [], messages = new Map();
   socket.binaryType = "arraybuffer";
@@ -21,7 +21,7 @@ async function viewer(url, protocols) {
   return { socket, told, messages, opened, say: (words) => socket.send(JSON.stringify(words)), of: (subscription) => messages.get(subscription) ?? [] };
 }
 
-/// The answer's status to a viewer that comes from another site's page.
+/// The response status for a viewer from a page of another site.
 const statusFor = (url, origin) =>
   new Promise((done, fail) => {
     const headers = { Origin: origin, Upgrade: "websocket", Connection: "Upgrade", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==", "Sec-WebSocket-Protocol": "foxglove.sdk.v1" };
@@ -70,16 +70,16 @@ async function main() {
   await until(() => first.of(70).length >= 22, () => `${first.of(70).length} of 22 results`);
   for (const { time_ns, payload } of first.of(70)) {
     assert.equal(payload.toString("latin1", 4, 8), "LBRE");
-    assert.ok(time_ns >= before && time_ns <= BigInt(Date.now()) * 1_000_000n, "a time of now");
+    assert.ok(time_ns >= before && time_ns <= BigInt(Date.now()) * 1_000_000n, "the time is current");
   }
   const clouds = first.of(4_000_000_000);
   assert.ok(clouds.length >= 1 && clouds.every(({ payload }) => payload.length > 12 * 1000), `${clouds.length} clouds`);
-  assert.equal(second.messages.size, 1, "nothing comes that was not asked for");
-  // Nonsense is answered in words; unsubscribing ends it.
+  assert.equal(second.messages.size, 1, "only subscribed channels are sent");
+  // Invalid messages are answered with a status; unsubscribing ends a subscription.
   second.socket.send("}");
   second.say({ op: "subscribe", subscriptions: [{ id: 1, channelId: 99 }] });
   second.say({ op: "advertise", channels: [] });
-  await until(() => second.told.some(({ op, level }) => op === "status" && level === 2), "no complaint");
+  await until(() => second.told.some(({ op, level }) => op === "status" && level === 2), "no status for the invalid messages");
   first.say({ op: "unsubscribe", subscriptionIds: [70, 4_000_000_000] });
   second.say({ op: "unsubscribe", subscriptionIds: [0] });
   second.say({ op: "subscribe", subscriptions: [{ id: 5, channelId: ids["/results"] }] });
@@ -87,8 +87,8 @@ async function main() {
   const results = first.of(70).length;
   await send("--rate", "100").ended;
   await until(() => second.of(5).length >= 22, "the second viewer gets no results");
-  assert.equal(first.of(70).length, results, "what is unsubscribed still comes");
-  assert.ok(!(await viewer(address, ["foxglove.other.v9"])).opened, "a protocol that is not spoken is refused");
+  assert.equal(first.of(70).length, results, "messages arrive after unsubscribing");
+  assert.ok(!(await viewer(address, ["foxglove.other.v9"])).opened, "an unknown protocol is refused");
   for (const { socket } of [first, second]) socket.close();
   await stop(server);
 }

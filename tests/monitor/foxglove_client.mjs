@@ -1,4 +1,4 @@
-// Foxglove's own client against lbea-monitor: it understands what it is told, and gets what it subscribes to until it does not want it.
+// Foxglove's own client connected to lbea-monitor: it understands all messages, and receives its subscriptions until it unsubscribes.
 //   node --experimental-websocket foxglove_client.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON
 import assert from "node:assert/strict";
 import { monitor, require, run, send, serve, until } from "./browser_support.mjs";
@@ -29,21 +29,21 @@ async function main() {
   for (const [topic, identifier] of Object.entries(identifiers))
     for (const { data } of of(topic)) assert.equal(Buffer.from(data.buffer, data.byteOffset + 4, 4).toString("latin1"), identifier, topic);
   for (const { data } of of("/frames")) assert.ok(data.byteLength > 12_000, `a cloud of ${data.byteLength} bytes`);
-  for (const { timestamp } of of("/results")) assert.ok(timestamp >= began && timestamp <= BigInt(Date.now()) * 1_000_000n, "a time of now");
-  // Of clouds that it was too slow for some may be left out, with a warning.
+  for (const { timestamp } of of("/results")) assert.ok(timestamp >= began && timestamp <= BigInt(Date.now()) * 1_000_000n, "the time is current");
+  // Clouds may be dropped with a warning when the client is too slow.
   assert.deepEqual([statuses.filter(({ level }) => level !== 1), errors], [[], []]);
-  // What it may not do is said in a status that it understands.
+  // Unsupported operations are answered with a status that it understands.
   const refusals = () => statuses.filter(({ level }) => level === 2).length;
   client.setParameters([{ name: "a", value: 1 }], "1");
   await until(() => refusals() === 1, "setting a parameter is not refused");
   for (const subscription of topics.keys()) client.unsubscribe(subscription);
-  // Answers come in order: with this one, all that was on its way has come.
+  // Responses arrive in order: after this one, no earlier message is pending.
   client.setParameters([{ name: "a", value: 1 }], "2");
   await until(() => refusals() === 2, "setting a parameter is not refused again");
   const before = messages.length;
   await send("--rate", "50").ended;
   await new Promise((done) => setTimeout(done, 600));
-  assert.equal(messages.length, before, "what is unsubscribed still comes");
+  assert.equal(messages.length, before, "messages arrive after unsubscribing");
   assert.deepEqual(errors, []);
   client.close();
 }

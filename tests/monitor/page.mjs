@@ -1,6 +1,6 @@
-// The page in a real browser, fed by the real programs with the demo's test.
+// The page in a real browser, with the real programs and the demo's test.
 //   node page.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON OUT_DIR
-// Exit code 77: skipped, because there is no chromium or this is no long run.
+// Exit code 77: skipped, because there is no chromium or long tests are off.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
@@ -9,7 +9,7 @@ import { cell, count, launchBrowser, monitor, noteFrames, out, require, run, sen
 
 const longestLoading = 1000;  // ms from loopback
 
-/// What of the 3D view is drawn: pixels that differ from the background, and how many are cloud and mesh coloured.
+/// Counts the pixels of the 3D view that differ from the background, those in the color of the cloud, and the colors.
 const look = (page) =>
   page.evaluate(async () => {
     const canvas = document.getElementById("canvas"), copy = document.createElement("canvas");
@@ -32,14 +32,14 @@ const look = (page) =>
   });
 
 const set = (page, id, on) => page.locator(`#${id}`).setChecked(on);
-/// After `action`, until the view has changed: drawing takes a while in software.
+/// Waits until the view fulfills `holds`: software rendering is slow.
 const shows = async (page, holds, complaint) => {
   let seen;
   await until(async () => holds((seen = await look(page))), () => `${complaint}: ${JSON.stringify(seen)}`);
   return seen;
 };
 
-/// Times of a page in a browser that has nothing of it yet, in ms from the start of the navigation.
+/// Times of a page with an empty browser cache, in ms from the start of the navigation.
 async function timesOf(browser, url, hasScene) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 720 } }), page = await context.newPage();
   await page.addInitScript(() => {
@@ -57,7 +57,7 @@ async function timesOf(browser, url, hasScene) {
   return { loaded, drawn };
 }
 
-/// "load" within a second, from an empty cache; an empty page beside it says what of that is the browser's own.
+/// The load event comes within a second with an empty cache; an empty page measures the browser's own share.
 async function checkLoading(browser, url) {
   const empty = createServer((_, response) => response.setHeader("Content-Type", "text/html").end("<!doctype html><title>empty</title>"));
   await new Promise((done) => empty.listen(0, "127.0.0.1", done));
@@ -71,7 +71,7 @@ async function checkLoading(browser, url) {
   const [loaded_ms, scene_drawn_ms, empty_page_ms] = [median(pages.map(({ loaded }) => loaded)), median(pages.map(({ drawn }) => drawn)), median(empties)];
   const figures = { loaded_ms, scene_drawn_ms, empty_page_ms };
   console.log(`page: load event after ${loaded_ms.toFixed(0)} ms, first scene drawn after ${scene_drawn_ms.toFixed(0)} ms; an empty page's load event after ${empty_page_ms.toFixed(0)} ms (medians of 5, empty cache)`);
-  if (empty_page_ms > longestLoading) console.log("this machine needs more than a second for an empty page: it cannot tell");
+  if (empty_page_ms > longestLoading) console.log("not checked: this machine needs more than a second for an empty page");
   else assert.ok(loaded_ms < longestLoading, `the page takes ${loaded_ms.toFixed(0)} ms to load, an empty one ${empty_page_ms.toFixed(0)} ms`);
   return figures;
 }
@@ -88,7 +88,7 @@ async function checkPixels(page) {
   return meshAlone;
 }
 
-/// As after a crash of the graphics driver, or a night's sleep of the laptop.
+/// Simulates a crash of the graphics driver or a suspend of the laptop.
 async function checkLostGraphics(page) {
   const { background } = await look(page);
   await page.evaluate(async () => {
@@ -110,12 +110,12 @@ async function checkColors(page) {
   await until(async () => !/distance/.test(await words(page, "legend-title")), "the field's colors do not come back");
 }
 
-/// In a page of its own: the checker is an inline script, which our page's policy forbids.
+/// In a separate page: the checker is an inline script, which the policy of the page forbids.
 async function checkAxe(browser, url, name) {
   const context = await browser.newContext({ bypassCSP: true, colorScheme: name, viewport: { width: 1280, height: 720 } });
   const page = await context.newPage();
   await page.goto(url);
-  await until(() => page.evaluate(() => document.querySelectorAll("#probability-list li").length > 0), "a late browser has no curves");
+  await until(() => page.evaluate(() => document.querySelectorAll("#probability-list li").length > 0), "a browser that connects later has no curves");
   await page.evaluate(readFileSync(require.resolve("axe-core/axe.min.js"), "utf8"));
   const { violations } = await page.evaluate(() => globalThis.axe.run());
   await page.screenshot({ path: join(out, `page-${name}.png`) });
@@ -165,7 +165,7 @@ async function checkKeyboard(page) {
   await page.keyboard.press("f");
 }
 
-/// The recording of the test, in the same page: any frame can be gone to.
+/// The recording of the test in the page: any frame can be selected.
 async function checkRecording(browser, recording) {
   const program = start("lbea-monitor", recording, "--http", "127.0.0.1:0");
   await program.ready();
@@ -185,19 +185,19 @@ async function checkRecording(browser, recording) {
   assert.equal(await words(page, "scrub-at"), "21 of 21");
   await page.locator("#scrub").press("ArrowLeft");
   await shown(19);
-  // However fast one scrubs: the frames that are asked for are all shown, and the last one is where the slider is.
+  // While scrubbing, every requested frame is shown, and the last one is that of the slider.
   await noteFrames(page);
   const asked = [19];
   page.on("request", (request) => /number=/.test(request.url()) && asked.push(Number(new URL(request.url()).searchParams.get("number"))));
   for (let i = 0; i < 8; ++i) await page.locator("#scrub").press("ArrowLeft");
   await shown(11);
-  assert.deepEqual(await page.evaluate(() => framesShown), asked, "frames that were asked for and shown");
+  assert.deepEqual(await page.evaluate(() => framesShown), asked, "requested frames and shown frames");
   await noteFrames(page);
   await page.locator("#play").click();
-  // As fast as the machine draws, one after another.
+  // Playing is as fast as the machine draws.
   for (let i = 1; i <= 25; ++i) await until(() => page.evaluate((wanted) => framesShown.length >= wanted, i), `the recording does not play on after ${i - 1} frames`);
   const played = await page.evaluate(() => framesShown.slice(0, 25));
-  assert.deepEqual(played, played.map((_, i) => (11 + i) % 21), "playing, every frame is shown, in order, from the last to the first again");
+  assert.deepEqual(played, played.map((_, i) => (11 + i) % 21), "while playing, every frame is shown in order, and the first follows the last");
   await page.locator("#play").click();
   await page.screenshot({ path: join(out, "recording.png") });
   assert.deepEqual(complaints, [], "console, recording");
@@ -221,13 +221,13 @@ async function main() {
     await noteFrames(page);
     const camera = send("--rate", "1");
     await until(async () => (await csvRows(url)) > 0, "the first frame does not arrive");
-    // The test stands still: a live page shows the newest frame, and a busy machine would come to it too late.
+    // Pauses the test: a live page shows the newest frame, so a busy machine would skip the first one.
     camera.kill("SIGSTOP");
     await until(() => page.evaluate(() => framesShown.includes(0)), "the first frame is not shown");
     const first = await shows(page, (seen) => seen.drawn > 0.02 * seen.pixels, "the first frame is blank");
     await page.screenshot({ path: join(out, "first-frame.png") });
     camera.kill("SIGCONT");
-    await until(async () => /complete/.test(await words(page, "test-so-far")), "the end of the test is not told", 60_000);  // it plays for 20 s
+    await until(async () => /complete/.test(await words(page, "test-so-far")), "the end of the test is not shown", 60_000);  // it plays for 20 s
     await until(() => page.evaluate(() => document.documentElement.dataset.frame === "20"), "the last frame is not shown");
     await camera.ended;
     const last = await shows(page, (seen) => seen.hash !== first.hash && seen.colors > first.colors, "colors do not change with the deformation");
@@ -251,7 +251,7 @@ async function main() {
     const before = await look(page);
     await page.locator("#theme").click();
     await shows(page, (seen) => seen.hash !== before.hash, "the dark theme does not reach the view");
-    // The matcher is started anew: the page goes on by itself.
+    // The matcher is restarted: the page continues by itself.
     await stop(server);
     await until(async () => /Nothing from lbea-serve/.test(await words(page, "connection")), "the page does not say that lbea-serve is gone");
     await page.evaluate(() => (globalThis.sameDocument = true));
@@ -259,13 +259,13 @@ async function main() {
     server = await serve("--method", "fit");
     const again = send("--rate", "100", "--loop", "0");
     await until(async () => (await words(page, "connection")) === "Live" && (await count(page, "Matched")) > 21, "a new lbea-serve is not followed");
-    // The connection drops: the page comes back without a reload.
+    // The connection is lost: the page reconnects without a reload.
     await stop(served);
     await until(async () => /trying again/.test(await words(page, "connection")), "the page does not say that lbea-monitor is gone");
     const complaintsBefore = complaints.length;
     await monitor(new URL(url).host);
     await until(async () => (await words(page, "connection")) === "Live", "the page does not connect again");
-    assert.equal(await page.evaluate(() => globalThis.sameDocument), true, "the page was loaded anew");
+    assert.equal(await page.evaluate(() => globalThis.sameDocument), true, "the page was reloaded");
     await stop(again);
     const refused = complaints.filter((text) => /WebSocket connection.*failed|CONTEXT_LOST_WEBGL|Context (Lost|Restored)/.test(text));
     assert.deepEqual(complaints.filter((text) => !refused.includes(text)), [], "console");

@@ -1,4 +1,4 @@
-// A browser reduced to its socket: says exactly what the test wants said.
+// A client that sends exactly the bytes of the test.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -21,8 +21,8 @@ class RawClient {
   explicit RawClient(std::uint16_t port, int receive_buffer = 0)
       : port_(port), socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
     if (receive_buffer > 0) ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
-    const timeval patience{20, 0};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval timeout{20, 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
@@ -33,65 +33,65 @@ class RawClient {
   RawClient(const RawClient&) = delete;
   RawClient& operator=(const RawClient&) = delete;
 
-  void say(const std::string& text) const {
+  void send(const std::string& text) const {
     static_cast<void>(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL));
   }
-  /// At least `least` bytes, or what came until the connection was closed.
-  [[nodiscard]] std::string hear(std::size_t least) {
-    std::string heard = std::exchange(ahead_, {});
+  /// Receives at least `least` bytes, or all until the connection is closed.
+  [[nodiscard]] std::string receive(std::size_t least) {
+    std::string received = std::exchange(ahead_, {});
     char buffer[65536];
-    while (heard.size() < least) {
+    while (received.size() < least) {
       const ssize_t got = ::recv(socket_, buffer, sizeof buffer, 0);
       if (got <= 0) break;
-      heard.append(buffer, static_cast<std::size_t>(got));
+      received.append(buffer, static_cast<std::size_t>(got));
     }
-    return heard;
+    return received;
   }
   [[nodiscard]] std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
-  /// The whole answer to a request; the connection is closed after it.
+  /// The whole response to a request; then the connection is closed.
   [[nodiscard]] std::string ask(const std::string& line, const std::string& headers = "", std::string host = "") {
     if (host.empty()) host = this->host();
-    say(line + " HTTP/1.1\r\nHost: " + host + "\r\n" + headers + "Connection: close\r\n\r\n");
-    return hear(SIZE_MAX);
+    send(line + " HTTP/1.1\r\nHost: " + host + "\r\n" + headers + "Connection: close\r\n\r\n");
+    return receive(SIZE_MAX);
   }
-  /// Becomes a WebSocket; the answer's head.
+  /// Requests a WebSocket and returns the head of the response.
   [[nodiscard]] std::string upgrade(const std::string& headers = "", std::string host = "") {
     if (host.empty()) host = this->host();
-    say("GET /live HTTP/1.1\r\nHost: " + host +
-        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n" +
-        headers + "\r\n");
-    std::string heard;
-    while (heard.find("\r\n\r\n") == std::string::npos) {
-      const std::string more = hear(1);
+    send("GET /live HTTP/1.1\r\nHost: " + host +
+         "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n" +
+         headers + "\r\n");
+    std::string received;
+    while (received.find("\r\n\r\n") == std::string::npos) {
+      const std::string more = receive(1);
       if (more.empty()) break;
-      heard += more;
+      received += more;
     }
-    const std::size_t end = std::min(heard.find("\r\n\r\n"), heard.size());
-    if (end + 4 <= heard.size()) ahead_ = heard.substr(end + 4);
-    return heard.substr(0, end);
+    const std::size_t end = std::min(received.find("\r\n\r\n"), received.size());
+    if (end + 4 <= received.size()) ahead_ = received.substr(end + 4);
+    return received.substr(0, end);
   }
-  /// The payload of the next WebSocket message, which is one frame; empty when the connection ended.
+  /// The payload of the next WebSocket message, which must be one frame; empty when the connection is closed.
   [[nodiscard]] std::string next_message() {
-    std::string bytes = hear(2);
+    std::string bytes = receive(2);
     if (bytes.size() < 2) return {};
     std::size_t head = 2, length = static_cast<unsigned char>(bytes[1]) & 127u;
     const std::size_t wide = length == 126 ? 2 : length == 127 ? 8 : 0;
     if (wide > 0) {
-      bytes += hear_more(bytes, head + wide);
+      bytes += receive_more(bytes, head + wide);
       length = 0;
       for (std::size_t i = 0; i < wide; ++i) length = length * 256 + static_cast<unsigned char>(bytes[head + i]);
       head += wide;
     }
-    bytes += hear_more(bytes, head + length);
+    bytes += receive_more(bytes, head + length);
     if (bytes.size() < head + length) return {};
     ahead_ = bytes.substr(head + length);
     return bytes.substr(head, length);
   }
 
  private:
-  std::string hear_more(const std::string& have, std::size_t wanted) {
-    return have.size() >= wanted ? "" : hear(wanted - have.size());
+  std::string receive_more(const std::string& have, std::size_t wanted) {
+    return have.size() >= wanted ? "" : receive(wanted - have.size());
   }
   std::uint16_t port_;
   int socket_;

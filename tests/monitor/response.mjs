@@ -1,6 +1,6 @@
-// The page while 1,300 results a second arrive: how long a key waits until the page looks at it, and how much the page itself works.
+// The page while 1,300 results per second arrive: delay until the page handles a key, and processor time of the page.
 //   node response.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON OUT_DIR
-// Exit code 77: skipped, because there is no chromium or this is no long run.
+// Exit code 77: skipped, because there is no chromium or long tests are off.
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -10,7 +10,7 @@ const rate = 1300, presses = 60, pause = 60;  // per second; keys; ms between tw
 const longestDelay = 100, mostWork = 50;  // ms on an idle machine; ms of processor time that one task of the page may take
 const share = (values, p) => values.toSorted((a, b) => a - b)[Math.min(values.length - 1, Math.floor(p * values.length))];
 
-/// In an empty page beside ours: how much longer loops take than the quickest of them says how busy the machine is.
+/// Loop times in an empty page; their ratio to the shortest one measures how busy the machine is.
 const loopTimes = (page) =>
   page.evaluate(() => Array.from({ length: 60 }, () => {
     const begin = performance.now();
@@ -24,7 +24,7 @@ const noteDelays = (page) =>
     addEventListener("keydown", (event) => delays.push(performance.now() - event.timeStamp), { capture: true });
   });
 
-/// The tasks of the page's main thread in ms of processor time, which is the same on a busy machine.
+/// Processor times in ms of the tasks of the page's main thread; they do not depend on other load.
 function tasksOf(trace) {
   const { traceEvents } = JSON.parse(trace);
   const threads = traceEvents.filter(({ name, args }) => name === "thread_name" && args.name === "CrRendererMain").map(({ pid, tid }) => `${pid} ${tid}`);

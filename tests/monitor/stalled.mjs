@@ -1,9 +1,9 @@
-// What 32 clients cost that never read, or send rubbish: the matcher's latency beside a monitor that serves nobody, and beside one
-// that serves them, in turns; the monitor's processor time and memory. The clients run on both sides: while the monitor serves
-// nobody they beset a stand-in, so that what they themselves cost the machine is not taken for the monitor's.
+// Cost of 32 clients that never read or send invalid data: the latency of the matcher with and without them, in turns, and the
+// processor time and memory of the monitor. The clients always run: in the windows without them they connect to a stand-in, so that
+// their own load on the machine is not attributed to the monitor.
 //   node stalled.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON
-// LBEA_SERVE_OPTIONS: more options of lbea-serve. Exit code 77: skipped, because this is no long run, or because the machine is too
-// busy with other things to tell.
+// LBEA_SERVE_OPTIONS: more options of lbea-serve. Exit code 77: skipped, because long tests are off, or because the
+// machine is too busy for a decision.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
@@ -15,7 +15,7 @@ const leastPairs = 8, mostPairs = 24;  // 20,160 frames a side at least
 const mostMore = 0.05;    // of the p99
 const mostWork = 0.05;    // of a processor, more
 const mostMemory = 100;   // MB more: a scene and a socket's buffers for each client
-const settled = 2000;     // ms until a crowd's buffers are full
+const settled = 2000;     // ms until the buffers of the clients are full
 const sorted = (values) => values.toSorted((a, b) => a - b);
 const share = (values, p) => sorted(values)[Math.min(values.length - 1, Math.floor(p * values.length))];
 const median = (values) => (share(values, 0.5) + sorted(values)[Math.ceil(values.length / 2) - 1]) / 2;
@@ -23,10 +23,10 @@ const median = (values) => (share(values, 0.5) + sorted(values)[Math.ceil(values
 const memory = ({ pid }) => Number(readFileSync(`/proc/${pid}/status`, "utf8").match(/VmRSS:\s*(\d+)/)[1]) / 1024;
 /// Processor time so far, in s.
 const work = ({ pid }) => readFileSync(`/proc/${pid}/stat`, "utf8").split(") ")[1].split(" ").slice(11, 13).reduce((sum, ticks) => sum + Number(ticks), 0) / 100;
-/// Clients are other machines: here they get what the programs under test leave of the processors.
+/// Real clients run on other machines: here they get only the idle time of the processors.
 const startIdle = (script, ...parameters) => spawn("chrt", ["--idle", "0", process.execPath, fileURLToPath(new URL(script, import.meta.url)), ...parameters], { stdio: ["ignore", "pipe", "inherit"] });
 
-/// Plays the test `loops` times, of which a busy machine may drop frames; the p99 of the time from a frame's arrival to its result.
+/// Plays the test `loops` times and returns the p99 of the latency from arrival to result. A busy machine may drop frames.
 async function p99(url) {
   await send("--rate", String(rate), "--loop", String(loops)).ended;
   let latencies = [];
@@ -39,13 +39,13 @@ async function p99(url) {
   return share(latencies, 0.99);
 }
 
-/// One window: the p99 in ms, and the share of a processor that the monitor takes.
+/// One window: the p99 in ms, and the share of a processor that the monitor uses.
 async function measure(program) {
   const begin = [work(program), performance.now()], latency = await p99(program.url);
   return { latency, share: (work(program) - begin[0]) / (performance.now() - begin[1]) * 1000 };
 }
 
-/// The same beside a crowd that besets `url`: the monitor's or another.
+/// The same while the clients are connected to `url`: the monitor or the stand-in.
 async function measureBeside(url, program, noteMemory) {
   const crowd = startIdle("crowd.mjs", url, String(clients)), watch = setInterval(() => noteMemory(memory(program)), 50);
   try {
@@ -57,7 +57,7 @@ async function measureBeside(url, program, noteMemory) {
   }
 }
 
-/// Where the median of all such ratios lies, 19 times in 20: by the order of those measured (sign test).
+/// The 95 % confidence interval of the median ratio, from the sign test.
 function bounds(ratios) {
   const n = ratios.length, chance = Array.from({ length: n + 1 }, () => 2 ** -n);
   for (let k = 1; k <= n; ++k) chance[k] = (chance[k - 1] * (n - k + 1)) / k;
@@ -82,7 +82,7 @@ async function main() {
   standIn.stdout.destroy();
   const isDecided = () => low > 1 + mostMore || high < 1 + mostMore;
   while (ratios.length < leastPairs || (ratios.length < mostPairs && !isDecided())) {
-    // In turns which of the two comes first: whatever the machine does besides meets both.
+    // The two alternate in coming first, so that other load of the machine affects both.
     for (const isCrowded of ratios.length % 2 ? [true, false] : [false, true])
       (isCrowded ? crowded : alone).push(await measureBeside(isCrowded ? program.url : elsewhere, program, note));
     ratios = crowded.map(({ latency }, i) => latency / alone[i].latency);
@@ -93,11 +93,11 @@ async function main() {
   console.log(`beside ${clients} stalled and hostile clients: ${list(crowded)}`);
   console.log(`by pairs ${percent(median(ratios) - 1)} more; with a probability of 95 % between ${percent(low - 1)} and ${percent(high - 1)}`);
   console.log(`lbea-monitor: ${percent(quiet)} of a processor without them, ${percent(busy)} beside them; ${before.toFixed(0)} MB, at most ${most.toFixed(0)} MB`);
-  assert.ok(most - before < mostMemory, "the monitor's memory grows with clients that do not read");
-  assert.ok(busy - quiet < mostWork, "the monitor works for clients that do not read");
-  assert.ok(low < 1 + mostMore, "the matcher is slower beside the clients");
+  assert.ok(most - before < mostMemory, "the memory of the monitor grows with clients that do not read");
+  assert.ok(busy - quiet < mostWork, "the monitor uses processor time for clients that do not read");
+  assert.ok(low < 1 + mostMore, "the matcher is slower with the clients");
   if (!isDecided()) {
-    console.log("skipped: this machine is too busy to tell whether the matcher is slower beside them");
+    console.log("skipped: this machine is too busy to decide whether the matcher is slower with them");
     process.exitCode = 77;
   }
 }

@@ -1,5 +1,5 @@
-// Takes in a crowd as lbea-monitor does and serves it nothing: what the clients themselves cost a machine that they share with the
-// programs under test. Its address goes to stdout.
+// Accepts clients as lbea-monitor does but serves nothing: measures the load of the clients themselves on the machine. Prints its
+// address to stdout.
 import { createServer } from "node:net";
 
 const server = createServer((socket) => {
@@ -8,7 +8,7 @@ const server = createServer((socket) => {
     const isUpgrade = bytes.includes("Upgrade: websocket"), isViewer = bytes.includes("Sec-WebSocket-Protocol");
     if (!isUpgrade) return socket.pause();
     socket.write("HTTP/1.1 101 Switching Protocols\r\n\r\n");
-    // Whoever talks is let go, viewers excepted.
+    // Disconnects clients that send messages, except viewers.
     socket.on("data", () => isViewer || socket.destroy());
   });
 });

@@ -1,4 +1,4 @@
-// The monitor's parts, each against what it should be.
+// The parts of the monitor.
 #include "tests/support/synthetic_model.hpp"
 #include "tests/wire/wire_support.hpp"
 #include "tools/monitor/feeds/health.hpp"
@@ -96,7 +96,7 @@ TEST_CASE("addresses to serve on") {
         error_of([&] { static_cast<void>(http::parse_address(text, "--http")); }).status == Status::bad_config, text);
 }
 
-TEST_CASE("tokens are long and never the same") {
+TEST_CASE("tokens are long and differ") {
   CHECK(random_token().size() == 32);
   CHECK(random_token() != random_token());
   CHECK(http::query_value("/?a=1&token=xy&b=", "token") == "xy");
@@ -105,7 +105,7 @@ TEST_CASE("tokens are long and never the same") {
   CHECK(http::query_value("/?mytoken=1", "token").empty());
 }
 
-TEST_CASE("a packet's sections come back") {
+TEST_CASE("the sections of a packet can be read") {
   for (std::size_t padding = 0; padding < 8; ++padding) {
     Packet packet;
     packet.add("a", std::vector<float>{1.5f, -2});
@@ -121,7 +121,7 @@ TEST_CASE("a packet's sections come back") {
   }
 }
 
-TEST_CASE("a log is bounded, covers the whole test, and tells readers when rows have changed") {
+TEST_CASE("a log is bounded, covers the whole test, and has a new epoch when rows change") {
   TestLog log(16);
   LogCursor cursor;
   std::size_t read_rows = 0;
@@ -147,7 +147,7 @@ TEST_CASE("a log is bounded, covers the whole test, and tells readers when rows 
   CHECK(read_rows == log.rows().size());
 }
 
-TEST_CASE("a new sender begins a new test; a frame of nobody does not; the end is noted") {
+TEST_CASE("a new sender begins a new test, a frame without a sender does not; the end is recorded") {
   TestLog log;
   log.add(result_of(5));
   log.add(result_of(6));
@@ -167,7 +167,7 @@ TEST_CASE("a new sender begins a new test; a frame of nobody does not; the end i
   CHECK(log.rows().front()[TestLog::time_s] == 0);
 }
 
-TEST_CASE("curves as CSV: one line a row, names quoted, what is not known empty") {
+TEST_CASE("curves as CSV: one line per row, quoted names, empty unknown values") {
   TestLog log;
   log.add(result_of(0));
   WireResult refused = result_of(1);
@@ -181,7 +181,7 @@ TEST_CASE("curves as CSV: one line a row, names quoted, what is not known empty"
   CHECK(contains(csv, "\n0.001,1,refused,bad_cloud,,,,"));
 }
 
-TEST_CASE("health: rates, latency, losses here, ages") {
+TEST_CASE("health: rates, latency, lost results, ages") {
   Health health;
   const auto begin = Health::Clock::now();
   for (int i = 0; i <= 100; ++i) {
@@ -201,7 +201,7 @@ TEST_CASE("health: rates, latency, losses here, ages") {
   CHECK(health.report(begin + std::chrono::minutes(1))["rate"] == 0.0);
 }
 
-TEST_CASE("shapes travel as text; anything else is refused") {
+TEST_CASE("shapes are parsed from text; anything else is refused") {
   const auto shape = parse_shape("3:17:0.75,4:16:0.25");
   REQUIRE(shape);
   CHECK((*shape)[0].sample == Sample{3, 17});
@@ -294,7 +294,7 @@ TEST_CASE("thinning keeps the cloud's extent, leaves out what is not finite, and
   CHECK(points.empty());
 }
 
-TEST_CASE("how long the disk of a recording lasts at the present rate") {
+TEST_CASE("remaining recording time at the current rate") {
   using namespace std::chrono_literals;
   Health health;
   const auto begin = Health::Clock::now();
@@ -312,12 +312,12 @@ TEST_CASE("how long the disk of a recording lasts at the present rate") {
   const auto second = after(5s, WireRecording{RecordingPhase::recording, 400'001'000, 4'600'000'000});
   CHECK(second["bytes_per_s"] == 1e8);
   CHECK(second["seconds_left"] == 46);
-  // What was written longer than ten seconds ago does not count any more.
+  // Bytes written more than ten seconds ago do not count.
   CHECK(after(20s, WireRecording{RecordingPhase::recording, 400'001'000, 4'600'000'000})["seconds_left"].is_null());
   CHECK(after(22s, WireRecording{RecordingPhase::recording, 600'001'000, 4'400'000'000})["seconds_left"] == 44);
   CHECK(after(23s, WireRecording{RecordingPhase::recording, 700'001'000, WireRecording::unknown})["free_bytes"]
             .is_null());
-  // Another file: its rate begins anew.
+  // A new file starts a new rate.
   CHECK(after(24s, WireRecording{RecordingPhase::recording, 5, 4'400'000'000})["bytes_per_s"] == 0);
   CHECK(after(25s, {}).is_null());
 }

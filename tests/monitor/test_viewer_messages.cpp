@@ -1,4 +1,4 @@
-// What viewers say over Foxglove's protocol, and who is let in: a case per sentence.
+// Messages of Foxglove viewers, and the access rules.
 #include "tests/support/refusals.hpp"
 #include "tools/monitor/web/access.hpp"
 #include "tools/monitor/web/foxglove.hpp"
@@ -22,38 +22,38 @@ http::Request from(std::string_view host, std::string_view origin = {}, std::str
 
 }  // namespace
 
-TEST_CASE("subprotocols: the first of ours that is offered") {
+TEST_CASE("subprotocols: the first supported one that is offered") {
   CHECK(viewer_subprotocol("foxglove.sdk.v1") == "foxglove.sdk.v1");
   CHECK(viewer_subprotocol("x,  foxglove.websocket.v1  ,y") == "foxglove.websocket.v1");
   CHECK(viewer_subprotocol("foxglove.websocket.v1, foxglove.sdk.v1") == "foxglove.sdk.v1");
   for (const char* other : {"", ",", " , ,", "foxglove.sdk.v10", "foxglove"}) CHECK(viewer_subprotocol(other).empty());
 }
 
-TEST_CASE("subscriptions: what is wrong is said, the rest of the message counts") {
+TEST_CASE("subscriptions: errors are reported, the rest of the message is applied") {
   ViewerSubscriptions viewer;
   CHECK(viewer.apply(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":0},{"id":8,"channelId":2}]})").empty());
-  const auto complains = [&](const std::string& message, const std::string& words) {
+  const auto refuses = [&](const std::string& message, const std::string& words) {
     CAPTURE(message);
     CHECK(contains(viewer.apply(message), words));
   };
-  complains(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":99}]})", "no channel with that number");
-  complains(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":1}]})", "subscription number is in use");
-  complains(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":0}]})", "has a subscription already");
-  complains(R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":1},{"channelId":1},7]})", "needs the numbers");
-  complains(R"({"op":"subscribe","subscriptions":[{"id":4294967296,"channelId":1}]})", "needs the numbers");
-  complains(R"({"op":"subscribe","subscriptions":{}})", "supports only subscribe and unsubscribe");
-  complains(R"({"op":"unsubscribe","subscriptionIds":[5]})", "no subscription with that number");
-  complains(R"({"op":"unsubscribe","subscriptionIds":["8"]})", "identified by a number");
-  complains(R"({"op":"unsubscribe","subscriptionIds":8})", "supports only subscribe and unsubscribe");
-  complains(R"({"op":"advertise"})", "no other capabilities");
-  complains(R"({"op":1})", "not a JSON object with an op");
-  complains("[1]", "not a JSON object with an op");
-  complains("{\"op\"", "not a JSON object with an op");
+  refuses(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":99}]})", "no channel with that number");
+  refuses(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":1}]})", "subscription number is in use");
+  refuses(R"({"op":"subscribe","subscriptions":[{"id":9,"channelId":0}]})", "has a subscription already");
+  refuses(R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":1},{"channelId":1},7]})", "needs the numbers");
+  refuses(R"({"op":"subscribe","subscriptions":[{"id":4294967296,"channelId":1}]})", "needs the numbers");
+  refuses(R"({"op":"subscribe","subscriptions":{}})", "supports only subscribe and unsubscribe");
+  refuses(R"({"op":"unsubscribe","subscriptionIds":[5]})", "no subscription with that number");
+  refuses(R"({"op":"unsubscribe","subscriptionIds":["8"]})", "identified by a number");
+  refuses(R"({"op":"unsubscribe","subscriptionIds":8})", "supports only subscribe and unsubscribe");
+  refuses(R"({"op":"advertise"})", "no other capabilities");
+  refuses(R"({"op":1})", "not a JSON object with an op");
+  refuses("[1]", "not a JSON object with an op");
+  refuses("{\"op\"", "not a JSON object with an op");
   CHECK(viewer.apply(R"({"op":"unsubscribe","subscriptionIds":[7,8]})").empty());
   CHECK(viewer.apply(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":2}]})").empty());
 }
 
-TEST_CASE("the greeting lists what there is, notices are JSON, heads are little-endian") {
+TEST_CASE("the greeting lists all channels, notices are JSON, headers are little-endian") {
   const auto [info, channels] = viewer_greeting("abc");
   CHECK(json::parse(info)["sessionId"] == "abc");
   const json advertised = json::parse(channels)["channels"];
@@ -65,7 +65,7 @@ TEST_CASE("the greeting lists what there is, notices are JSON, heads are little-
   for (std::size_t i = 0; i < 8; ++i) CHECK(head[5 + i] == static_cast<char>(1 + i));
 }
 
-TEST_CASE("hosts and origins: ours, whatever their letters, and nobody else's") {
+TEST_CASE("hosts and origins: only our own, in any case of letters") {
   for (const char* ours : {"127.0.0.1:8080", "localhost:8080", "LOCALHOST:8080", "[::1]:8080", "rig.lab:8080"})
     CHECK(rules.check(from(ours)) == Access::granted);
   for (const char* other :
@@ -85,14 +85,13 @@ TEST_CASE("hosts and origins: ours, whatever their letters, and nobody else's") 
   CHECK(explain(Access::granted).empty());
 }
 
-TEST_CASE("tokens: in the address, in a cookie or as a bearer's; port 80 goes without saying") {
+TEST_CASE("tokens: in the address, in a cookie or as a bearer token; port 80 may be omitted") {
   const auto with = [](std::string_view host, std::string_view target, std::string_view cookie,
                        std::string_view authorization) {
     return guarded.check({"GET", target, host, {}, cookie, authorization});
   };
   CHECK(with("192.168.0.7", "/", "", "") == Access::wrong_token);
-  CHECK(with("10.0.0.1", "/?token=0123", "", "") ==
-        Access::token_in_address);  // an address in numbers cannot be rebound
+  CHECK(with("10.0.0.1", "/?token=0123", "", "") == Access::token_in_address);  // a numeric address cannot be rebound
   CHECK(with("[fe80::1]", "/?a&token=&b=c&token=0123", "", "") == Access::wrong_token);
   CHECK(with("rig", "/?token=0123", "", "") == Access::wrong_host);
   CHECK(with("192.168.0.7:80", "/", "a; b=c; lbea_monitor_80=0123", "") == Access::granted);

@@ -1,4 +1,4 @@
-// Who is served and who is not, over real sockets; what stalled and hostile clients cost.
+// The web server over real sockets: access, limits, and the cost of stalled and hostile clients.
 #include "tests/monitor/raw_client.hpp"
 #include "tests/wire/wire_support.hpp"
 #include "tools/monitor/web/web_server.hpp"
@@ -49,7 +49,7 @@ std::size_t resident_kb() {
 
 }  // namespace
 
-TEST_CASE("the page is served with everything that keeps others out of it") {
+TEST_CASE("the page is served with protective headers") {
   Bench bench;
   const std::string answer = bench.client().ask("GET /");
   CHECK(status_of(answer) == "HTTP/1.1 200 OK");
@@ -67,7 +67,7 @@ TEST_CASE("the page is served with everything that keeps others out of it") {
   CHECK(head.ends_with("\r\n\r\n"));
 }
 
-TEST_CASE("the page is whole: it names nothing that is not embedded, and no other site") {
+TEST_CASE("the page refers to embedded files only and to no other site") {
   Bench bench;
   const std::string page = bench.client().ask("GET /");
   CHECK(contains(page, "src=\"/app.js\""));
@@ -78,7 +78,7 @@ TEST_CASE("the page is whole: it names nothing that is not embedded, and no othe
   CHECK(!contains(page, "https://"));
 }
 
-TEST_CASE("names that are not files, and ways out of the folder, are not found") {
+TEST_CASE("unknown names and paths out of the folder are not found") {
   Bench bench;
   for (const std::string& path :
        std::vector<std::string>{"/nothing.js", "/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.hidden.js",
@@ -86,7 +86,7 @@ TEST_CASE("names that are not files, and ways out of the folder, are not found")
     CHECK_MESSAGE(status_of(bench.client().ask("GET " + path)) == "HTTP/1.1 404 Not Found", path);
 }
 
-TEST_CASE("only looking is possible") {
+TEST_CASE("only GET and HEAD are accepted") {
   Bench bench;
   for (const std::string& method : std::vector<std::string>{"POST", "PUT", "DELETE", "OPTIONS", "PATCH"})
     CHECK_MESSAGE(status_of(bench.client().ask(method + " /")) == "HTTP/1.1 405 Method Not Allowed", method);
@@ -111,7 +111,7 @@ TEST_CASE("a foreign host name or origin is refused, also for the WebSocket") {
         "HTTP/1.1 101 Switching Protocols");
 }
 
-TEST_CASE("other addresses want a token, which moves from the address to a cookie") {
+TEST_CASE("other addresses need a token, which moves from the address to a cookie") {
   CHECK(error_of([] { Bench bench({}, "", "0.0.0.0"); }).status == Status::bad_config);
   Bench bench({}, "0123456789abcdef", "0.0.0.0");
   const std::string cookie = "lbea_monitor_" + std::to_string(bench.server.port()) + "=";
@@ -134,33 +134,33 @@ TEST_CASE("other addresses want a token, which moves from the address to a cooki
         "HTTP/1.1 403 Forbidden");
 }
 
-TEST_CASE("a second one on the same port is told so") {
+TEST_CASE("a second server on the same port gets an error") {
   Bench bench;
   FakeFeed feed;
   const Error error = error_of([&] { WebServer({{"127.0.0.1", bench.server.port(), true}, {}, "", {}}, feed); });
   check_error(error, Status::endpoint_unavailable, {std::to_string(bench.server.port())});
 }
 
-TEST_CASE("requests that are too large or never end are cut off") {
+TEST_CASE("requests that are too large or incomplete are ended") {
   Bench bench({.request_timeout = 1s});
   RawClient large(bench.server.port());
-  large.say("GET / HTTP/1.1\r\nHost: " + large.host() + "\r\nX: " + std::string(100'000, 'x') + "\r\n\r\n");
-  CHECK(!contains(large.hear(SIZE_MAX), "200 OK"));
+  large.send("GET / HTTP/1.1\r\nHost: " + large.host() + "\r\nX: " + std::string(100'000, 'x') + "\r\n\r\n");
+  CHECK(!contains(large.receive(SIZE_MAX), "200 OK"));
   RawClient body(bench.server.port());
-  body.say("GET / HTTP/1.1\r\nHost: " + body.host() + "\r\nContent-Length: 1000000\r\n\r\n" + std::string(1000, 'x'));
-  CHECK(!contains(body.hear(SIZE_MAX), "200 OK"));
+  body.send("GET / HTTP/1.1\r\nHost: " + body.host() + "\r\nContent-Length: 1000000\r\n\r\n" + std::string(1000, 'x'));
+  CHECK(!contains(body.receive(SIZE_MAX), "200 OK"));
   RawClient slow(bench.server.port());
-  slow.say("GET / HT");
+  slow.send("GET / HT");
   const auto begin = std::chrono::steady_clock::now();
-  CHECK(slow.hear(SIZE_MAX).empty());
+  CHECK(slow.receive(SIZE_MAX).empty());
   CHECK(std::chrono::steady_clock::now() - begin < 10s);
   RawClient garbage(bench.server.port());
-  garbage.say(std::string(4096, '\xff'));
-  CHECK(!contains(garbage.hear(SIZE_MAX), "200 OK"));
+  garbage.send(std::string(4096, '\xff'));
+  CHECK(!contains(garbage.receive(SIZE_MAX), "200 OK"));
   CHECK(status_of(bench.client().ask("GET /")) == "HTTP/1.1 200 OK");
 }
 
-TEST_CASE("watchers and connections are limited, and places become free again") {
+TEST_CASE("watchers and connections are limited, and closing them makes room") {
   Bench bench({.connections = 8, .watchers = 2});
   {
     RawClient first(bench.server.port()), second(bench.server.port());
@@ -176,19 +176,19 @@ TEST_CASE("watchers and connections are limited, and places become free again") 
   CHECK(eventually([&] { return status_of(bench.client().ask("GET /")) == "HTTP/1.1 200 OK"; }));
 }
 
-TEST_CASE("a watcher gets the rows and the newest snapshot; whoever talks is let go") {
+TEST_CASE("a watcher gets the rows and the newest snapshot; it is disconnected when it sends") {
   Bench bench;
   RawClient watcher(bench.server.port());
   REQUIRE(status_of(watcher.upgrade()) == "HTTP/1.1 101 Switching Protocols");
   CHECK(watcher.next_message() == "rows");
   bench.server.publish(std::make_shared<const std::string>("snapshot"));
   CHECK(watcher.next_message() == "snapshot");
-  watcher.say(std::string("\x82\x81\x00\x00\x00\x00x", 7));
-  CHECK(watcher.hear(SIZE_MAX).empty());
+  watcher.send(std::string("\x82\x81\x00\x00\x00\x00x", 7));
+  CHECK(watcher.receive(SIZE_MAX).empty());
   CHECK(eventually([&] { return bench.server.watchers() == 0; }));
 }
 
-TEST_CASE("32 watchers who never read: publishing does not wait, memory stays bounded, others get the newest") {
+TEST_CASE("32 watchers that never read: publishing does not wait, memory is bounded, others get the newest snapshot") {
   Bench bench({.silence = 60s});
   std::vector<std::unique_ptr<RawClient>> stalled;
   for (int i = 0; i < 32; ++i) {
@@ -216,11 +216,11 @@ TEST_CASE("32 watchers who never read: publishing does not wait, memory stays bo
   reading.join();
   CHECK(last.starts_with("end"));
   CHECK(bench.server.watchers() == 33);
-  // Each stalled watcher may hold one snapshot, all of them different ones; without a bound it would be 300 each.
+  // Each stalled watcher may hold one snapshot, possibly a different one; without a bound it would be 300 each.
   CHECK(most - std::min(most, before) < 2 * 33 * snapshot_bytes / 1024);
 }
 
-TEST_CASE("snapshots are awaited only while somebody has taken all there was") {
+TEST_CASE("snapshots are awaited only while a watcher has received everything") {
   Bench bench({.silence = 60s});
   CHECK(!bench.server.is_awaited());
   const auto snapshot = std::make_shared<const std::string>(8'000'000, 's');
@@ -242,7 +242,7 @@ TEST_CASE("snapshots are awaited only while somebody has taken all there was") {
   CHECK(!bench.server.is_awaited());
 }
 
-TEST_CASE("watchers who do not even answer a ping are let go") {
+TEST_CASE("watchers that answer no ping are disconnected") {
   Bench bench({.silence = 1s});
   RawClient dead(bench.server.port());
   REQUIRE(status_of(dead.upgrade()) == "HTTP/1.1 101 Switching Protocols");

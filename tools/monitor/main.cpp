@@ -107,8 +107,8 @@ int watch_test(const Options& options) {
     if (server.viewers() > 0)
       server.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
   };
-  feed.start({[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.is_awaited(); },
-              options.web.has_viewers ? decltype(LiveFeed::Audience::relay)(relay) : nullptr});
+  feed.start(
+      {[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.is_awaited(); }, relay});
   spdlog::info("ready: {}", server.url());
   wait_for_stop();
   feed.stop();

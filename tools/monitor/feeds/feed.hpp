@@ -4,10 +4,7 @@
 #include "adapters/http/server.hpp"
 #include "tools/monitor/feeds/test_log.hpp"
 
-#include <memory>
 #include <optional>
-#include <string>
-#include <string_view>
 
 namespace lbea::tool {
 

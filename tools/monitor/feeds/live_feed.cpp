@@ -57,8 +57,8 @@ void LiveFeed::receive_results() {
         kind == wire::MessageKind::result && wire::decode_result(*message, result) == wire::WireStatus::ok;
     const bool is_state =
         kind == wire::MessageKind::state && wire::decode_state(*message, state) == wire::WireStatus::ok;
-    if (is_result) relay(ViewerChannel::results, result.publish_ns, *message);
-    if (is_state) relay(ViewerChannel::state, state.publish_ns, *message);
+    if (is_result) audience_.relay(ViewerChannel::results, result.publish_ns, *message);
+    if (is_state) audience_.relay(ViewerChannel::state, state.publish_ns, *message);
     const std::lock_guard lock(mutex_);
     ++version_;
     if (is_result)
@@ -79,15 +79,11 @@ void LiveFeed::receive_clouds() {
     const wire::FrameHeader& header = decoder.header();
     std::vector<Point> points(header.points);
     decoder.read_points(points);
-    relay(ViewerChannel::frames, wall_clock_ns(), header.cloud);
+    audience_.relay(ViewerChannel::frames, wall_clock_ns(), header.cloud);
     const std::lock_guard lock(mutex_);
     ++version_;
     add({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});
   }
-}
-
-void LiveFeed::relay(ViewerChannel channel, std::int64_t time_ns, wire::Message message) const {
-  if (audience_.relay) audience_.relay(channel, time_ns, message);
 }
 
 void LiveFeed::add(const wire::WireResult& result) {

@@ -7,8 +7,6 @@
 #include "tools/monitor/scene/scene.hpp"
 #include "tools/monitor/web/foxglove.hpp"
 
-#include <atomic>
-#include <deque>
 #include <mutex>
 #include <thread>
 
@@ -21,8 +19,8 @@ struct LiveConfig {
 
 class LiveFeed final : public Feed {
  public:
-  /// Threads of the feed call `publish` with every new snapshot, `is_awaited` before one is built, and `relay`, which
-  /// may be empty, with every valid message; `relay` is called from several threads.
+  /// Threads of the feed call `publish` with every new snapshot, `is_awaited` before one is built, and `relay` with
+  /// every valid message; several threads call `relay`.
   struct Audience {
     std::function<void(Snapshot)> publish;
     std::function<bool()> is_awaited;
@@ -45,7 +43,6 @@ class LiveFeed final : public Feed {
   };
   void receive_results();
   void receive_clouds();
-  void relay(ViewerChannel channel, std::int64_t time_ns, wire::Message message) const;
   void add(const wire::WireResult& result);
   void add(WaitingCloud cloud);
   void show(const wire::WireResult& result, std::shared_ptr<const std::vector<Point>> cloud);

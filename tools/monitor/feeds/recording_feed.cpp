@@ -49,18 +49,17 @@ RecordingFeed::RecordingFeed(const std::filesystem::path& file, Model model)
 }
 
 void RecordingFeed::read_all() {
-  std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t> frames;
+  FrameTimes frames;
   while (const auto message = run_.next()) {
     if (message->kind == RecordedMessage::Kind::frame)
       frames.try_emplace({message->session, message->id}, message->log_time_ns);
   }
   run_.rewind();
   while (const auto message = run_.next())
-    if (message->kind == RecordedMessage::Kind::result) note_result(*message, frames);
+    if (message->kind == RecordedMessage::Kind::result) add_result(*message, frames);
 }
 
-void RecordingFeed::note_result(const RecordedMessage& message,
-                                const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames) {
+void RecordingFeed::add_result(const RecordedMessage& message, const FrameTimes& frames) {
   wire::WireResult result;
   if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.add_unreadable();
   health_.add(result, time_);

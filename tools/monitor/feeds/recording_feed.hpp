@@ -27,9 +27,9 @@ class RecordingFeed final : public Feed {
     std::int64_t frame_ns = 0, result_ns = 0;  // log times; the former 0 when the recording lacks the frame
     std::uint64_t session = 0, id = 0;
   };
+  using FrameTimes = std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>;  // by session and frame id
   void read_all();
-  void note_result(const RecordedMessage& message,
-                   const std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>& frames);
+  void add_result(const RecordedMessage& message, const FrameTimes& frames);
   [[nodiscard]] std::string frame_packet(const Entry& entry);
   [[nodiscard]] std::string rows_packet(std::string_view target) const;
   [[nodiscard]] wire::WireResult result_of(const Entry& entry);

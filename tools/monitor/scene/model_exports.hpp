@@ -7,11 +7,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <array>
-#include <span>
-#include <string>
-#include <vector>
-
 namespace lbea::tool {
 
 struct ColorRange {

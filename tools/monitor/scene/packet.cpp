@@ -2,8 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <cstring>
-
 namespace lbea::tool {
 namespace {
 

@@ -2,8 +2,8 @@
 //
 //   bytes 0-3  "LBMO"
 //   bytes 4-7  length of the head, u32, little-endian
-//   bytes 8-   the head: JSON with "sections": {name: {"type": "f32" | "u16" | "u32", "offset": bytes, "count":
-//   values}} then       the sections, from the next multiple of 8 on; offsets count from there and are multiples of 8
+//   bytes 8-   the head: JSON with "sections": {name: {"type": "f32" | "u16" | "u32", "offset": bytes, "count": n}}
+//   then       the sections, from the next multiple of 8 on; offsets count from there and are multiples of 8
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

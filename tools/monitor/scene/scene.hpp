@@ -5,14 +5,6 @@
 #include "precompute/registration/surface_tree.hpp"
 #include "tools/monitor/scene/model_exports.hpp"
 
-#include <lbea/lbea.hpp>
-
-#include <nlohmann/json_fwd.hpp>
-
-#include <memory>
-#include <optional>
-#include <vector>
-
 namespace lbea::tool {
 
 /// A weighted mean of samples.

@@ -5,11 +5,8 @@
 #include "adapters/http/server.hpp"
 
 #include <array>
-#include <cstdint>
 #include <deque>
 #include <optional>
-#include <string>
-#include <string_view>
 
 namespace lbea::tool {
 

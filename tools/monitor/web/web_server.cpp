@@ -29,10 +29,11 @@ constexpr std::array<std::pair<const char*, const char*>, 8> protection{{
     {"Cache-Control", "no-store"},
     {"Server", "lbea-monitor"},
 }};
-constexpr std::string_view plain_text = "text/plain; charset=utf-8";
 
 http::Response refusal(unsigned status, std::string_view sentence) {
-  return {status, std::string(plain_text), std::string(sentence) + "\n", {}, true};
+  http::Response response = text_response(status, std::string(sentence));
+  response.closes_connection = true;
+  return response;
 }
 
 http::Response refusal(Access access) {
@@ -50,7 +51,7 @@ http::Response protect(http::Response response) {
 /// Moves the token to a cookie: addresses are displayed and stored in many places.
 http::Response to_cookie(const AccessRules& rules) {
   return {303,
-          std::string(plain_text),
+          "text/plain; charset=utf-8",
           "",
           {{"Location", "/"},
            {"Set-Cookie", rules.cookie_name() + "=" + rules.token() + "; Path=/; HttpOnly; SameSite=Strict"}}};
@@ -239,11 +240,9 @@ void WebServer::relay(ViewerMessage message) {
 }
 
 void WebServer::offer_relayed() {
-  std::vector<std::shared_ptr<const ViewerMessage>> messages;
-  {
-    const std::lock_guard lock(mutex_);
-    messages.swap(relayed_);
-  }
+  std::unique_lock lock(mutex_);
+  const auto messages = std::exchange(relayed_, {});
+  lock.unlock();
   for (Viewer* viewer : site_.viewers.all)
     for (const auto& message : messages) viewer->offer(message);
 }
