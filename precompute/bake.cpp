@@ -1,10 +1,10 @@
 #include "precompute/bake.hpp"
 
-#include "precompute/jobs/bake_shard.hpp"
-#include "precompute/jobs/estimate.hpp"
-#include "precompute/jobs/merge_shards.hpp"
-#include "precompute/jobs/plan_bake.hpp"
+#include "precompute/model_file/estimate.hpp"
 #include "precompute/model_file/model_writer.hpp"
+#include "precompute/model_file/write_model.hpp"
+#include "precompute/samples/sample_projection.hpp"
+#include "precompute/survey/survey_runs.hpp"
 #include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea::bake {
@@ -12,13 +12,27 @@ namespace lbea::bake {
 BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& description,
                        const std::filesystem::path& output, const BakeOptions& options) {
   check_replaceable(output);
-  const PassingWorkFolder passing(output);
-  const BakePlan plan = plan_bake(passing.folder(), ensemble, description, options);
-  check_space(passing.folder(), plan);
+  const TemporaryWorkFolder temporary(output);  // holds the results of the steps: memory does not grow with the runs
+  const WorkFolder& work = temporary.folder();
+
+  // Step 2. The nodes and elements common to all samples; sim_ref (a) at impact or (b) over time; the observed region.
+  BakePlan plan = survey_runs(work, ensemble, description, options);
+  const Reference reference = choose_reference(plan, options);
+
+  // Step 5. Cotangent stiffness L, lumped mass M; L psi = lambda M psi, the p smallest lambda, psi' M psi = I.
+  solve_bases(work, plan, reference, options);
+
+  // Step 3. The nearest node of each sample for every vertex of sim_ref. Step 5. alpha = Psi' M f for f = x, y, z.
+  // Then the depth image of each sample from the sensor's pose, and the envelope of all surfaces.
+  plan_samples(plan, options);
+  check_space(work, plan);
   Stopwatch watch;
-  bake_shard(passing.folder(), plan, {0, 1}, options);
+  make_samples(work, plan, surveyed_runs(plan), options);
   const double samples_seconds = watch.lap_s();
-  BakeSummary summary = merge_shards(passing.folder(), plan, output, options);
+
+  // The model file: all samples, and what they determine together: the axes of highest variance (step 8), deformation
+  // branches, the residuals that an unseen run leaves in the depth images.
+  BakeSummary summary = write_model(work, collect_runs(work, plan), output, options);
   summary.seconds.samples = samples_seconds;
   return summary;
 }

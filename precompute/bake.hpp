@@ -2,19 +2,16 @@
 #pragma once
 
 #include "precompute/bake_options.hpp"
-#include "precompute/bake_summary.hpp"
 #include "precompute/ensemble.hpp"
-#include "precompute/ensemble_description.hpp"
-
-#include <filesystem>
 
 namespace lbea::bake {
 
-/// Steps 2, 3 and 5 of the method: plan, one shard and merge in one process (precompute/jobs), in a folder beside the
-/// model that is gone afterwards. The runs are read twice, with one state per thread in memory.
-/// description: runs, reference_run, parameters, node_file, sensor and output are the caller's business; what they
-/// name has become `ensemble`, region.node_ids, options.visible_nodes and `output`.
-/// Throws Error{bad_config | bad_input | write_failed} and BakeCancelled; the output is whole or not there.
+/// The method's offline part, in one process. Intermediate results are in a folder beside the model, which is removed
+/// at the end. Each run is read twice, with one state per thread in memory. precompute/jobs does the same in several
+/// processes.
+/// description: the caller has already resolved runs, reference_run, parameters, node_file, sensor and output into
+/// `ensemble`, region.node_ids, options.visible_nodes and `output`.
+/// Throws Error{bad_config | bad_input | write_failed} and BakeCancelled; the output is complete or absent.
 BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& description,
                        const std::filesystem::path& output, const BakeOptions& options = {});
 

@@ -1,17 +1,12 @@
-// How a bake runs, as opposed to what it makes.
+// How a bake runs, what it reports while it runs, and what it returns.
 #pragma once
 
-#include "precompute/depth_images/view_renderer.hpp"
+#include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/survey/common_mesh.hpp"
 
-#include <array>
-#include <cstdint>
 #include <exception>
 #include <functional>
-#include <memory>
-#include <span>
-#include <string_view>
-#include <vector>
+#include <mutex>
 
 namespace lbea::bake {
 
@@ -20,23 +15,74 @@ struct BakeProgress {
   std::uint64_t done = 0, total = 0;
 };
 
+/// Do not influence the model, except for the two functions that stand for sensor descriptions.
 struct BakeOptions {
-  unsigned threads = 0;  // 0: all processors; the model does not depend on it
+  unsigned threads = 0;  // 0: all processors
   /// One per node of the common mesh, 0 = hidden from the rig; positions: N x 3 at impact. Not set: all visible.
   std::function<std::vector<std::uint8_t>(const CommonMesh&, std::span<const float> positions)> visible_nodes;
-  /// What renders the samples' depth images; low, high: box of all their positions. Not set: a model without them.
-  std::function<std::unique_ptr<ViewRenderer>(const CommonMesh&, const std::array<float, 3>& low,
-                                              const std::array<float, 3>& high)>
-      views;
+  /// Makes the renderer of the samples' depth images; low, high: box of all sample positions. Not set: a model without
+  /// depth images.
+  std::function<std::unique_ptr<DepthRenderer>(const CommonMesh&, const std::array<float, 3>& low,
+                                               const std::array<float, 3>& high)>
+      depth_renderer;
   std::function<void(const BakeProgress&)> progress;  // called from any thread, one call at a time
-  std::function<bool()> cancelled;                    // asked after every state; true ends the bake with BakeCancelled
-  bool verifies_finished = false;  // a shard reads what is finished, and makes it again when it is damaged
+  std::function<bool()> cancelled;                    // called after every state; true ends the bake with BakeCancelled
+  bool verifies_finished = false;  // a shard checks the bytes of finished files, and makes damaged ones again
   bool leaves_out_broken = false;  // runs that cannot be read are left out and named; false: they end the bake
 };
 
-/// The caller's wish, not a failure. Nothing stands under the output's name then.
+/// Requested by the caller, not a failure. No model is written.
 struct BakeCancelled : std::exception {
   [[nodiscard]] const char* what() const noexcept override { return "the bake was cancelled; no model was written"; }
+};
+
+/// Reports the progress of one stage and checks for cancellation. Thread-safe.
+class Stage {
+ public:
+  Stage(const BakeOptions& options, std::string_view name, std::uint64_t total)
+      : options_(options), progress_{name, 0, total} {}
+
+  /// Throws BakeCancelled.
+  void check() const {
+    if (options_.cancelled && options_.cancelled()) throw BakeCancelled();
+  }
+  void step() {
+    const std::lock_guard lock(mutex_);
+    ++progress_.done;
+    if (options_.progress) options_.progress(progress_);
+  }
+
+ private:
+  const BakeOptions& options_;
+  std::mutex mutex_;
+  BakeProgress progress_;
+};
+
+/// A run that is not in the model, and why.
+struct RunLeftOut {
+  std::string name, reason;
+};
+
+/// A field stored in 16 bits, and its largest rounding error.
+struct RoundedField {
+  std::string name, unit;
+  float largest_error = 0;
+};
+
+struct BakeSummary {
+  std::uint32_t vertices = 0, modes = 0, samples = 0, simulations = 0, references = 0;  // n, p, s
+  std::uint32_t nodes = 0, elements = 0, fields = 0, parameters = 0;                    // N, E
+  std::uint64_t file_size = 0;
+  double kept_variance = 0;   // share of the samples' variance that p modes keep; NaN when nothing varies
+  double basis_residual = 0;  // maximum over the references, see Eigenbasis
+  std::string basis_solver;
+  std::size_t degenerate_triangles = 0;  // of the reference meshes, skipped
+  double highest_eigenvalue = 0;         // of the first reference, 1 / length^2
+  std::vector<RunLeftOut> left_out;      // in the ensemble's order
+  std::vector<RoundedField> rounded_fields;
+  struct Seconds {
+    double reading = 0, bases = 0, samples = 0, writing = 0;  // of the stages that this process did; writing: the merge
+  } seconds;
 };
 
 }  // namespace lbea::bake

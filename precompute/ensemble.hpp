@@ -1,16 +1,58 @@
-// The runs of an ensemble, ready to be opened as often as needed and from any thread.
+// What is baked: the runs of an ensemble, and what a bake makes of them, with every default.
+// adapters/ensemble fills the description from a TOML file, tools/bake from flags.
 #pragma once
 
 #include "precompute/simulation.hpp"
 
-#include <cstddef>
-#include <cstdint>
+#include <lbea/lbea.hpp>
+
 #include <functional>
-#include <memory>
-#include <string>
-#include <vector>
+#include <optional>
 
 namespace lbea::bake {
+
+/// Which stored states of every run become samples.
+struct StepSelection {
+  std::uint32_t first = 0;
+  std::uint32_t last = std::numeric_limits<std::uint32_t>::max();  // inclusive; beyond the run's end: its last state
+  std::uint32_t stride = 1;
+  std::vector<std::uint32_t> list;  // when not empty, only these
+};
+
+/// Axis-aligned, length unit, borders included.
+struct Box {
+  std::array<double, 3> min{}, max{};
+};
+
+/// The part of the reference mesh that the rig can see: the intersection of the given criteria; without any, the whole
+/// mesh.
+struct RegionDescription {
+  std::vector<std::uint32_t> parts;     // part ids
+  std::optional<Box> box;               // of positions at impact
+  std::vector<std::uint32_t> node_ids;  // the solver's numbering
+  std::filesystem::path node_file;      // the same, as text: ids separated by blanks, commas or lines
+  std::filesystem::path sensor;         // sensor description: nodes visible to it at impact
+};
+
+struct EnsembleDescription {
+  std::vector<std::filesystem::path> runs;  // resolved, in the order of the model's simulations
+  std::filesystem::path reference_run;      // empty: the first of runs
+  std::uint32_t impact_step = 0;            // state of the reference run that is sim_ref at impact
+  StepSelection steps;
+  ReferenceMode mode = ReferenceMode::impact;
+  std::uint32_t modes = 100;  // p
+  RegionDescription region;
+  std::vector<std::string> fields{"plastic_strain"};  // "all": every field of the reference run
+  bool compact_fields = false;       // store fields in 16 bits, each sample between its minimum and its maximum
+  std::filesystem::path parameters;  // CSV: run name, then one column per parameter; empty: none
+  std::string length_unit = "mm";
+  double time_factor = 1;              // seconds per unit of the runs' time
+  double envelope_margin = 25;         // length unit; frame points farther from every sample are discarded
+  bool correspondence = true;          // store each sample's corresponding nodes, which VtP matching needs
+  std::optional<bool> landmarks;       // store the landmark positions separately; not set: for large models only
+  std::filesystem::path depth_sensor;  // sensor description: pose of the depth images, which method `fit` needs
+  std::filesystem::path output;        // empty: the caller decides
+};
 
 struct InputFile {
   std::string name;  // without folder
@@ -18,13 +60,14 @@ struct InputFile {
   std::uint64_t hash = 0;  // XXH3-64
 };
 
+/// Can be opened as often as needed and from any thread.
 struct EnsembleRun {
   std::string name;
   std::vector<double> parameters;  // in the order of Ensemble::parameter_names; NaN: not given
   std::function<std::unique_ptr<SimulationReader>()> open;
-  std::string source = {};            // what another process opens it by, a path for instance; empty: only this one can
-  std::vector<InputFile> files = {};  // what it consists of, when that is known: not hashed again then
-  std::size_t rounded_elements = 0;   // over which its fields have been rounded to 16 bits already; 0: they have not
+  std::string source = {};            // how another process opens it, for example a path; empty: it cannot
+  std::vector<InputFile> files = {};  // its files, when they are known: they are not hashed again
+  std::size_t rounded_elements = 0;   // elements over which its fields were already rounded to 16 bits; 0: not rounded
 };
 
 struct Ensemble {

@@ -1,5 +1,5 @@
-// A finite-element run as the bake sees it: one surface mesh, many states, read one at a time.
-// Readers of the formats that exist are in adapters/simulation.
+// A finite-element run as the bake reads it: one surface mesh and many states, one at a time.
+// The readers of the file formats are in adapters/simulation.
 #pragma once
 
 #include <array>
@@ -11,11 +11,14 @@
 
 namespace lbea::bake {
 
+/// A surface element by its nodes: a quad, split along its nodes 0-2; a triangle repeats its last node.
+using Quad = std::array<std::uint32_t, 4>;
+
 /// The undeformed surface: shells and the outer faces of solids, as quads.
 struct SimulationMesh {
-  std::vector<float> positions;                        // nodes x 3, length unit
-  std::vector<std::uint32_t> node_ids;                 // nodes, the solver's numbering
-  std::vector<std::array<std::uint32_t, 4>> elements;  // node indices; a triangle repeats its last node
+  std::vector<float> positions;              // nodes x 3, length unit
+  std::vector<std::uint32_t> node_ids;       // nodes, the solver's numbering
+  std::vector<Quad> elements;                // node indices
   std::vector<std::uint32_t> element_ids;    // elements, the solver's numbering (a solid's faces share its id)
   std::vector<std::uint32_t> element_parts;  // elements, part ids
 

@@ -151,8 +151,8 @@ bake::EnsembleDescription read_description(TomlTable table) {
   if (description.envelope_margin < 0) table.fail("envelope_margin", "must not be negative");
   table.read("correspondence", description.correspondence);
   if (table.has("landmarks")) table.read("landmarks", description.landmarks.emplace());
-  table.read_path("views", description.views);
-  if (description.views.empty()) description.views = description.region.sensor;
+  table.read_path("views", description.depth_sensor);
+  if (description.depth_sensor.empty()) description.depth_sensor = description.region.sensor;
   table.read_path("output", description.output);
   table.refuse_unknown_keys();
   return description;

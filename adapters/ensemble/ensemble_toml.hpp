@@ -1,7 +1,7 @@
 // The description of a bake: ensemble.toml and the two tables it refers to.
 #pragma once
 
-#include "precompute/ensemble_description.hpp"
+#include "precompute/ensemble.hpp"
 
 #include <cstdint>
 #include <filesystem>

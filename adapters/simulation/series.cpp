@@ -1,6 +1,6 @@
 #include "adapters/simulation/series.hpp"
 
-#include "precompute/survey/folder_names.hpp"
+#include "precompute/work/folder_names.hpp"
 
 #include <lbea/lbea.hpp>
 

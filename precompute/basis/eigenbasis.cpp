@@ -1,15 +1,13 @@
 #include "precompute/basis/eigenbasis.hpp"
 
-#include "precompute/basis/shift_invert.hpp"
-
 #include <lbea/lbea.hpp>
 
 #include <Spectra/SymEigsShiftSolver.h>
+#include <Eigen/SparseCholesky>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 namespace lbea::bake {
 namespace {
@@ -17,8 +15,8 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 using Eigen::Index;
 
-constexpr Index dense_below = 300;        // vertices; up to here the dense solver is as fast
-constexpr double same_eigenvalue = 1e-6;  // relative: nearer ones are one cluster, whose members may be exchanged
+constexpr Index dense_below = 300;        // vertices; below, the dense solver is as fast
+constexpr double same_eigenvalue = 1e-6;  // relative: closer ones form a cluster, within which the order is arbitrary
 constexpr double same_magnitude = 1e-9;   // relative
 constexpr double tolerance = 1e-12;       // Krylov residual, relative
 constexpr Index max_restarts = 1000;
@@ -28,6 +26,49 @@ struct Pairs {
   Eigen::MatrixXd vectors;  // orthonormal columns
 };
 
+// The symmetric form A q = lambda q has A = M^-1/2 L M^-1/2 and q = M^1/2 psi.
+Eigen::SparseMatrix<double> shifted(const Eigen::SparseMatrix<double>& a, double shift) {
+  Eigen::SparseMatrix<double> identity(a.rows(), a.cols());
+  identity.setIdentity();
+  return a - shift * identity;
+}
+
+/// (A - sigma I)^-1 restricted to the complement of the columns of `found`; the operator type Spectra expects.
+class ShiftInvert {
+ public:
+  using Scalar = double;
+
+  /// A is copied by reference and must outlive this. sigma < 0 makes A - sigma I positive definite.
+  ShiftInvert(const Eigen::SparseMatrix<double>& a, double sigma);
+
+  [[nodiscard]] Eigen::Index rows() const { return a_.rows(); }
+  [[nodiscard]] Eigen::Index cols() const { return a_.cols(); }
+  void set_shift(const double&) {}  // Spectra's hook: the shift is fixed here
+  void perform_op(const double* x_in, double* y_out) const;
+
+  /// Excludes these eigenvectors (orthonormal columns) from the operator.
+  void deflate(Eigen::MatrixXd found) { found_ = std::move(found); }
+
+ private:
+  const Eigen::SparseMatrix<double>& a_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
+  Eigen::MatrixXd found_;
+};
+
+ShiftInvert::ShiftInvert(const Eigen::SparseMatrix<double>& a, double sigma)
+    : a_(a), factor_(shifted(a, sigma)), found_(a.rows(), 0) {
+  if (factor_.info() != Eigen::Success)
+    throw Error(Status::bad_input,
+                "the Laplacian of the region cannot be factorised; are its elements badly distorted?");
+}
+
+void ShiftInvert::perform_op(const double* x_in, double* y_out) const {
+  const Eigen::Map<const Eigen::VectorXd> x(x_in, rows());
+  Eigen::Map<Eigen::VectorXd> y(y_out, rows());
+  y = factor_.solve(x - found_ * (found_.transpose() * x));
+  y -= found_ * (found_.transpose() * y).eval();
+}
+
 // Weyl's law: a surface of this area has about lambda area / (4 pi) eigenvalues below lambda.
 double weyl_spacing(const Eigen::VectorXd& mass) { return 4 * std::numbers::pi / mass.sum(); }
 
@@ -36,7 +77,7 @@ Sparse symmetric_form(const MeshLaplacian& laplacian) {
   return scale.asDiagonal() * laplacian.stiffness * scale.asDiagonal();
 }
 
-// A fixed start vector that no symmetry of the mesh makes blind to a mode (a Weyl sequence).
+// A fixed start vector (a Weyl sequence): no symmetry of the mesh makes it orthogonal to a mode.
 Eigen::VectorXd start_vector(Index n) {
   Eigen::VectorXd start(n);
   for (Index i = 0; i < n; ++i) {
@@ -66,7 +107,7 @@ Eigen::MatrixXd krylov_vectors(ShiftInvert& op, double sigma, Index count, Index
   return solver.eigenvectors();
 }
 
-// How many of the true eigenvalues below the cluster of the last one found are not among those found.
+// How many eigenvalues below the cluster of the last one found were not found.
 Index missing(const Sparse& a, const Eigen::VectorXd& values, double floor) {
   Index first_of_cluster = values.size() - 1;
   const auto nearness = [&](double value) { return same_eigenvalue * std::max(std::abs(value), floor); };
@@ -82,8 +123,8 @@ Pairs dense_pairs(const Sparse& a, Index p) {
   return {solver.eigenvalues().head(p), solver.eigenvectors().leftCols(p)};
 }
 
-// One Krylov space holds one vector of every eigenspace; several components and symmetric shapes have more. Each
-// round adds what is missing from the complement of what is there, at least one vector of every such space.
+// One Krylov space holds one vector of each eigenspace; several components and symmetric shapes have larger
+// eigenspaces. Each round adds missing vectors from the orthogonal complement, at least one of each such space.
 Pairs krylov_pairs(const Sparse& a, Index p, double spacing) {
   const double sigma = -spacing;
   ShiftInvert op(a, sigma);
@@ -116,6 +157,14 @@ void check_count(std::uint32_t p, Index vertices) {
 }
 
 }  // namespace
+
+Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& a, double shift) {
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(shifted(a, shift));
+  if (factor.info() != Eigen::Success)
+    throw Error(Status::bad_input,
+                "the eigenvalues of the region cannot be counted; are its elements badly distorted?");
+  return (factor.vectorD().array() < 0).count();
+}
 
 Eigenbasis eigenbasis(const MeshLaplacian& laplacian, std::uint32_t p) {
   const Index n = laplacian.mass.size();

@@ -5,8 +5,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <string>
-#include <vector>
 
 namespace lbea::bake {
 namespace {

@@ -1,12 +1,11 @@
 // Method step 5: the discrete Laplace-Beltrami operator of a surface mesh, L psi = lambda M psi.
 #pragma once
 
-#include "precompute/survey/quad.hpp"
+#include "precompute/simulation.hpp"
 
 #include <Eigen/SparseCore>
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
 namespace lbea::bake {

@@ -1,8 +1,8 @@
 #include "precompute/basis/reference_basis.hpp"
 
-#include <lbea/lbea.hpp>
-
-#include <algorithm>
+#include "precompute/parallel.hpp"
+#include "precompute/work/bake_plan.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea::bake {
 namespace {
@@ -53,6 +53,25 @@ ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const flo
   reference.solver = basis.solver;
   reference.degenerate_triangles = laplacian.degenerate_triangles;
   return reference;
+}
+
+void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& reference, const BakeOptions& options) {
+  Stopwatch watch;
+  const std::uint32_t modes = plan.description.modes;
+  const CommonMesh& mesh = plan.survey.mesh;
+  plan.bases.resize(reference.states.size());
+  Stage stage(options, "bases", reference.states.size());
+  work_in_parallel(reference.states.size(), options.threads, [&](const auto& next) {
+    for (std::size_t i = next(); i < reference.states.size(); i = next()) {
+      stage.check();
+      const auto& [time_s, positions] = reference.states[i];
+      plan.bases[i] = basis_key(reference.region, mesh, positions, modes, time_s);
+      if (!work.has({WorkKind::basis, plan.bases[i]}))
+        write_basis(work, plan.bases[i], reference_basis(reference.region, positions, mesh.node_ids, modes, time_s));
+      stage.step();
+    }
+  });
+  plan.bases_seconds = watch.lap_s();
 }
 
 }  // namespace lbea::bake

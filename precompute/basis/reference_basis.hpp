@@ -1,17 +1,10 @@
-// One reference mesh as the model stores it: vertices in tree order, mass, eigenvalues, Psi' M.
+// Method step 5: the basis on one reference mesh, as the model stores it: vertices in tree order, mass, eigenvalues,
+// Psi' M.
 #pragma once
 
 #include "precompute/basis/eigenbasis.hpp"
 #include "precompute/basis/vertex_tree.hpp"
-#include "precompute/survey/observed_region.hpp"
-
-#include <Eigen/Dense>
-
-#include <array>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
+#include "precompute/survey/reference.hpp"
 
 namespace lbea::bake {
 
@@ -29,9 +22,15 @@ struct ReferenceBasis {
   std::size_t degenerate_triangles = 0;
 };
 
-/// Method step 5. positions: N x 3 of the common mesh in the reference state; node_ids: N, for messages.
+/// positions: N x 3 of the common mesh in the reference state; node_ids: N, for messages.
 /// Throws Error{bad_input} naming a node whose elements have no area in this state, and as eigenbasis() does.
 [[nodiscard]] ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const float> positions,
                                              std::span<const std::uint32_t> node_ids, std::uint32_t p, double time_s);
+
+class WorkFolder;
+
+/// The basis on every reference mesh, written to the work folder. Sets plan.bases to their keys and plan.bases_seconds.
+/// Finished ones are not solved again.
+void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& reference, const BakeOptions& options);
 
 }  // namespace lbea::bake

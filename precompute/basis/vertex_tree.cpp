@@ -3,7 +3,6 @@
 #include "runtime/src/model/vertex_tree.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
 namespace lbea::bake {

@@ -1,14 +1,8 @@
 #include "precompute/model_file/model_sections.hpp"
 
-#include "precompute/samples/field_sections.hpp"
-#include "precompute/samples/landmarks.hpp"
+#include "precompute/model_file/sample_sections.hpp"
 
-#include <lbea/lbea.hpp>
-
-#include <algorithm>
-#include <array>
 #include <cstring>
-#include <limits>
 
 namespace lbea::bake {
 namespace {
@@ -29,8 +23,9 @@ std::string joined(const Strings& strings) {
   return text;
 }
 
-void add_ensemble(SmallSections& sections, const format::Info& info, const EnsembleDescription& description,
-                  const Ensemble& ensemble, const Survey& survey) {
+void add_ensemble(SmallSections& sections, const format::Info& info, const BakePlan& plan) {
+  const Ensemble& ensemble = plan.ensemble;
+  const Survey& survey = plan.survey;
   std::vector<std::string> names;
   std::vector<double> parameters, times;
   std::vector<std::uint32_t> samples;
@@ -40,7 +35,7 @@ void add_ensemble(SmallSections& sections, const format::Info& info, const Ensem
     times.insert(times.end(), survey.runs[run].times_s.begin(), survey.runs[run].times_s.end());
     for (const std::uint32_t step : survey.runs[run].steps) samples.insert(samples.end(), {run, step});
   }
-  sections.add_text(SectionId::length_unit, joined(std::array{description.length_unit}));
+  sections.add_text(SectionId::length_unit, joined(std::array{plan.description.length_unit}));
   sections.add_text(SectionId::simulation_names, joined(names));
   sections.add_text(SectionId::parameter_names, joined(ensemble.parameter_names));
   sections.add<double>(SectionId::parameters, 0, {info.simulations, info.parameters}, parameters);
@@ -63,7 +58,7 @@ void add_component(SmallSections& sections, const format::Info& info, const Surv
   sections.add<std::uint32_t>(SectionId::field_locations, 0, {info.fields}, at_elements);
 }
 
-// Psi' M as the runtime multiplies it: single precision, rows padded with zeros.
+// Psi' M in the runtime's layout: single precision, rows padded with zeros.
 std::vector<float> padded_rows(const Eigen::MatrixXd& matrix) {
   const std::size_t stride = format::padded(static_cast<std::size_t>(matrix.cols()));
   std::vector<float> rows(static_cast<std::size_t>(matrix.rows()) * stride, 0.0f);
@@ -94,6 +89,66 @@ void add_reference(SmallSections& sections, const format::Info& info, std::uint3
   sections.add<std::uint32_t>(SectionId::tree_ranges, part, {t, 3}, flat(reference.tree.ranges));
 }
 
+format::Info model_info(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
+                        const EnvelopeGrid& envelope) {
+  const Survey& survey = plan.survey;
+  format::Info info{};
+  info.reference_mode = static_cast<std::uint32_t>(plan.description.mode);
+  info.vertices = count32(references.front().vertex_nodes.size(), "vertices");
+  info.modes = plan.description.modes;
+  info.samples = count32(survey.samples(), "samples");
+  info.simulations = count32(plan.ensemble.runs.size(), "runs");
+  info.references = count32(references.size(), "reference meshes");
+  info.nodes = count32(survey.mesh.node_ids.size(), "nodes");
+  info.elements = count32(survey.mesh.elements.size(), "elements");
+  info.fields = count32(survey.fields.size(), "fields");
+  info.parameters = count32(plan.ensemble.parameter_names.size(), "parameters");
+  info.envelope_cells = envelope.cells;
+  return info;
+}
+
+SmallSections small_sections(const format::Info& info, const BakePlan& plan,
+                             const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
+  SmallSections sections;
+  std::array<std::uint32_t, sizeof(format::Info) / sizeof(std::uint32_t)> words{};
+  std::memcpy(words.data(), &info, sizeof(info));
+  sections.add<std::uint32_t>(SectionId::info, 0, {words.size()}, words);
+  add_ensemble(sections, info, plan);
+  add_component(sections, info, plan.survey);
+  const std::array<float, 4> grid{envelope.corner[0], envelope.corner[1], envelope.corner[2], envelope.edge};
+  sections.add<float>(SectionId::envelope_grid, 0, {4}, grid);
+  std::vector<double> reference_times;
+  for (const ReferenceBasis& reference : references) reference_times.push_back(reference.time_s);
+  sections.add<double>(SectionId::reference_times, 0, {info.references}, reference_times);
+  for (std::uint32_t part = 0; part < info.references; ++part) add_reference(sections, info, part, references[part]);
+  return sections;
+}
+
+/// Sections written sample by sample, and those known at the end.
+void plan_large_sections(ModelPlan& model, const EnsembleDescription& description,
+                         const std::optional<DepthCamera>& camera) {
+  const format::Info& info = model.info;
+  std::vector<PlannedSection>& plan = model.sections;
+  const std::uint64_t s = info.samples, n = info.vertices;
+  const std::uint64_t cells = std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
+  plan.push_back({SectionId::provenance, 0, ElementType::u8, {model.provenance_size}});
+  plan.push_back({SectionId::node_positions, 0, ElementType::f32, {s, info.nodes, 3}});
+  for (std::uint32_t field = 0; field < info.fields; ++field) plan_field(plan, info, field, description.compact_fields);
+  plan.push_back({SectionId::envelope_bits, 0, ElementType::u64, {(cells + 63) / 64}});
+  for (std::uint32_t part = 0; part < info.references; ++part) {
+    plan.push_back({SectionId::coefficients, part, ElementType::f32, {s, 3, format::padded(info.modes)}});
+    if (description.correspondence) plan.push_back({SectionId::correspondence, part, ElementType::u32, {s, n}});
+    plan.push_back({SectionId::leading_axes, part, ElementType::u32, {3}});
+  }
+  plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
+  if (has_landmarks(info, description)) plan_landmarks(plan, info);
+  if (!camera) return;
+  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {sizeof(format::DepthCameraWords) / sizeof(double)}});
+  plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
+  plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
+  plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
+}
+
 }  // namespace
 
 void SmallSections::add_text(SectionId id, const std::string& text) { add<char>(id, 0, {text.size()}, text); }
@@ -106,77 +161,31 @@ void SmallSections::write(ModelWriter& writer) const {
   for (const Section& section : sections_) writer.write_bytes(section.plan.id, section.plan.part, 0, section.bytes);
 }
 
-format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
-                        const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope) {
-  format::Info info{};
-  info.reference_mode = static_cast<std::uint32_t>(description.mode);
-  info.vertices = count32(references.front().vertex_nodes.size(), "vertices");
-  info.modes = description.modes;
-  info.samples = count32(survey.samples(), "samples");
-  info.simulations = count32(ensemble.runs.size(), "runs");
-  info.references = count32(references.size(), "reference meshes");
-  info.nodes = count32(survey.mesh.node_ids.size(), "nodes");
-  info.elements = count32(survey.mesh.elements.size(), "elements");
-  info.fields = count32(survey.fields.size(), "fields");
-  info.parameters = count32(ensemble.parameter_names.size(), "parameters");
-  info.envelope_cells = envelope.cells;
-  return info;
+ModelPlan plan_model(const BakePlan& plan, const std::vector<ReferenceBasis>& bases, const EnvelopeGrid& envelope,
+                     const std::vector<std::string>& left_out) {
+  ModelPlan model;
+  model.info = model_info(plan, bases, envelope);
+  model.small = small_sections(model.info, plan, bases, envelope);
+  // The length is planned before the kept variance is known; blanks fill the rest.
+  model.provenance_size = provenance_json(plan, bases, 0, left_out).size() + 32;
+  model.small.plan(model.sections);
+  plan_large_sections(model, plan.description, plan.camera);
+  return model;
 }
 
-SmallSections small_sections(const format::Info& info, const EnsembleDescription& description, const Ensemble& ensemble,
-                             const Survey& survey, const std::vector<ReferenceBasis>& references,
-                             const EnvelopeGrid& envelope) {
-  SmallSections sections;
-  std::array<std::uint32_t, sizeof(format::Info) / sizeof(std::uint32_t)> words{};
-  std::memcpy(words.data(), &info, sizeof(info));
-  sections.add<std::uint32_t>(SectionId::info, 0, {words.size()}, words);
-  add_ensemble(sections, info, description, ensemble, survey);
-  add_component(sections, info, survey);
-  const std::array<float, 4> grid{envelope.corner[0], envelope.corner[1], envelope.corner[2], envelope.edge};
-  sections.add<float>(SectionId::envelope_grid, 0, {4}, grid);
-  std::vector<double> reference_times;
-  for (const ReferenceBasis& reference : references) reference_times.push_back(reference.time_s);
-  sections.add<double>(SectionId::reference_times, 0, {info.references}, reference_times);
-  for (std::uint32_t part = 0; part < info.references; ++part) add_reference(sections, info, part, references[part]);
-  return sections;
-}
-
-void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
-                         const EnsembleDescription& description, std::size_t provenance_size,
-                         const DepthCamera* camera) {
-  const std::uint64_t s = info.samples, n = info.vertices;
-  const std::uint64_t cells = std::uint64_t{info.envelope_cells[0]} * info.envelope_cells[1] * info.envelope_cells[2];
-  plan.push_back({SectionId::provenance, 0, ElementType::u8, {provenance_size}});
-  plan.push_back({SectionId::node_positions, 0, ElementType::f32, {s, info.nodes, 3}});
-  for (std::uint32_t field = 0; field < info.fields; ++field) plan_field(plan, info, field, description.compact_fields);
-  plan.push_back({SectionId::envelope_bits, 0, ElementType::u64, {(cells + 63) / 64}});
-  for (std::uint32_t part = 0; part < info.references; ++part) {
-    plan.push_back({SectionId::coefficients, part, ElementType::f32, {s, 3, format::padded(info.modes)}});
-    if (description.correspondence) plan.push_back({SectionId::correspondence, part, ElementType::u32, {s, n}});
-    plan.push_back({SectionId::leading_axes, part, ElementType::u32, {3}});
-  }
-  plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
-  if (has_landmarks(info, description)) plan_landmarks(plan, info);
-  if (camera == nullptr) return;
-  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {sizeof(format::DepthCameraWords) / sizeof(double)}});
-  plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
-  plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
-  plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
-}
-
-void write_views(ModelWriter& writer, const DepthCamera& camera, const LearntViews& learnt) {
+void write_residuals(ModelWriter& writer, const DepthCamera& camera, const LearnedResiduals& learned) {
   format::DepthCameraWords words{{},
                                  double{camera.focal},
                                  double{camera.center_column},
                                  double{camera.center_row},
                                  double{camera.depth_origin},
                                  double{camera.depth_step},
-                                 double{learnt.limits.frame},
-                                 double{learnt.limits.test}};
+                                 double{learned.limits.frame},
+                                 double{learned.limits.test}};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});
-  writer.write<float>(SectionId::view_expected, 0, 0, learnt.expected);
+  writer.write<float>(SectionId::view_expected, 0, 0, learned.expected);
 }
 
 }  // namespace lbea::bake

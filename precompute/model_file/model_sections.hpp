@@ -1,18 +1,11 @@
-// The sections of a model that are known before the samples are read, and the sizes of those that are not.
+// The sections of a model: the content of those that are known before the samples are read, and the sizes of the
+// others.
 #pragma once
 
-#include "precompute/basis/reference_basis.hpp"
-#include "precompute/depth_images/view_learning.hpp"
-#include "precompute/ensemble.hpp"
-#include "precompute/ensemble_description.hpp"
+#include "precompute/depth_images/residuals.hpp"
 #include "precompute/model_file/model_writer.hpp"
 #include "precompute/survey/envelope.hpp"
-#include "precompute/survey/survey.hpp"
-
-#include <cstddef>
-#include <span>
-#include <string>
-#include <vector>
+#include "precompute/work/bake_plan.hpp"
 
 namespace lbea::bake {
 
@@ -22,8 +15,8 @@ class SmallSections {
   template <typename T>
   void add(format::SectionId id, std::uint32_t part, std::vector<std::uint64_t> shape, std::span<const T> values) {
     const auto bytes = std::as_bytes(values);
-    std::vector<std::byte> copy(bytes.begin(),
-                                bytes.end());  // first: GCC 12 frees `shape` twice when it throws within the braces
+    // A separate statement: GCC 12 frees `shape` twice when the copy throws within the braces.
+    std::vector<std::byte> copy(bytes.begin(), bytes.end());
     sections_.push_back({{id, part, element_type<T>(), std::move(shape)}, std::move(copy)});
   }
   void add_text(format::SectionId id, const std::string& text);
@@ -52,22 +45,26 @@ class SmallSections {
   std::vector<Section> sections_;
 };
 
+/// All sections of the model that the plan's runs make, before any of them is written.
+struct ModelPlan {
+  format::Info info{};
+  SmallSections small;
+  std::size_t provenance_size = 0;
+  std::vector<PlannedSection> sections;
+};
+
+/// left_out: names of the runs that the plan no longer has, for the provenance.
 /// Throws Error{bad_config} when a count does not fit 32 bits.
-[[nodiscard]] format::Info model_info(const EnsembleDescription& description, const Ensemble& ensemble,
-                                      const Survey& survey, const std::vector<ReferenceBasis>& references,
-                                      const EnvelopeGrid& envelope);
+[[nodiscard]] ModelPlan plan_model(const BakePlan& plan, const std::vector<ReferenceBasis>& bases,
+                                   const EnvelopeGrid& envelope, const std::vector<std::string>& left_out);
 
-[[nodiscard]] SmallSections small_sections(const format::Info& info, const EnsembleDescription& description,
-                                           const Ensemble& ensemble, const Survey& survey,
-                                           const std::vector<ReferenceBasis>& references, const EnvelopeGrid& envelope);
+/// How the model was made, as JSON. Depends only on the inputs: no paths, times of day, machines or numbers of threads.
+/// kept_variance: NaN becomes null. left_out: names of runs that could not be read; the key is absent when there are
+/// none.
+[[nodiscard]] std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
+                                          double kept_variance, const std::vector<std::string>& left_out);
 
-/// Sections written sample by sample, and those known at the end: envelope bits, provenance of `provenance_size` bytes,
-/// branches, leading axes and, unless `camera` is null, depth images.
-void plan_large_sections(std::vector<PlannedSection>& plan, const format::Info& info,
-                         const EnsembleDescription& description, std::size_t provenance_size,
-                         const DepthCamera* camera);
-
-/// Sections 64, 65 and 67.
-void write_views(ModelWriter& writer, const DepthCamera& camera, const LearntViews& learnt);
+/// Sections 64, 65 and 67: camera, size and expected residuals; the images are written sample by sample.
+void write_residuals(ModelWriter& writer, const DepthCamera& camera, const LearnedResiduals& learned);
 
 }  // namespace lbea::bake

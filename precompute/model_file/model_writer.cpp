@@ -1,20 +1,16 @@
 #include "precompute/model_file/model_writer.hpp"
 
-#include "precompute/jobs/remains.hpp"
+#include "precompute/work/stale_files.hpp"
 #include "runtime/src/model/checksum.hpp"
 #include "runtime/src/model/section_reader.hpp"
 
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstddef>
 #include <cstring>
 #include <fstream>
-#include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -23,7 +19,6 @@ namespace lbea::bake {
 namespace {
 
 constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // one pwrite() moves at most 2^31 - 4096 bytes
-constexpr int temporary_names = 1000;
 
 std::uint64_t product(std::uint64_t a, std::uint64_t b) {
   constexpr std::uint64_t largest_file = std::uint64_t{1} << 55;  // few enough that sums of some sections fit, too
@@ -53,16 +48,20 @@ std::string name_of(const format::SectionEntry& entry) {
          std::to_string(entry.part);
 }
 
-std::filesystem::path folder_of(const std::filesystem::path& file) {
-  return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+/// Moves all bytes by transfer(byte, count, offset), which is pread() or pwrite(); fail(error) throws.
+template <typename Byte>
+void transfer_all(const auto& transfer, std::uint64_t offset, std::span<Byte> bytes, const auto& fail) {
+  while (!bytes.empty()) {
+    const ssize_t n = transfer(bytes.data(), std::min(bytes.size(), largest_transfer), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail(n < 0 ? errno : EIO);
+    offset += static_cast<std::uint64_t>(n);
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
 }
 
-}  // namespace
-
-namespace {
-
-/// The file behind a link. Only a model, an empty file or nothing may stand where a model is to be written: everything
-/// else, the ensemble's own inputs for instance, is somebody's and stays.
+/// Resolves links. Only a model or an empty file may be replaced; any other file, for example an input of the ensemble,
+/// is refused.
 std::filesystem::path replaceable(std::filesystem::path file) {
   namespace fs = std::filesystem;
   std::error_code missing;
@@ -95,7 +94,7 @@ ModelWriter::ModelWriter(std::filesystem::path file, std::vector<PlannedSection>
   create();
   try {
     reserve();
-  } catch (...) {  // no destructor runs for a half-built object
+  } catch (...) {  // the destructor does not run
     ::close(descriptor_);
     ::unlink(temporary_.c_str());
     throw;
@@ -129,18 +128,12 @@ void ModelWriter::plan(std::vector<PlannedSection> sections) {
 
 void ModelWriter::create() {
   if (!file_.has_filename()) fail("create", "no file name", EISDIR);
-  clear_remains(file_);
-  int error = EEXIST;
-  for (int i = 0; i < temporary_names && error == EEXIST; ++i) {
-    temporary_ = folder_of(file_) / (file_.filename().string() + temporary_suffix(temporary_file, i));
-    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    error = descriptor_ >= 0 ? 0 : errno;
-  }
-  if (descriptor_ < 0) fail("create", "temporary file", error);
-  static_cast<void>(claim(descriptor_));
+  remove_stale_files(file_);
+  descriptor_ = create_temporary(file_, "", temporary_);
+  if (descriptor_ < 0) fail("create", "temporary file", errno);
 }
 
-// A disk without room is noticed before the work. File systems that cannot reserve notice it while writing.
+// Detects a full disk before the work. On file systems that cannot reserve space, writing fails instead.
 void ModelWriter::reserve() {
   const auto size = static_cast<off_t>(header_.file_size);
   const std::string where = std::to_string(header_.file_size) + " bytes";
@@ -174,25 +167,15 @@ void ModelWriter::read_bytes(format::SectionId id, std::uint32_t part, std::uint
 }
 
 void ModelWriter::read_at(std::uint64_t offset, std::span<std::byte> bytes, const std::string& where) const {
-  while (!bytes.empty()) {
-    const ssize_t n =
-        ::pread(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer), static_cast<off_t>(offset));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) fail("read back", where, n < 0 ? errno : EIO);
-    offset += static_cast<std::uint64_t>(n);
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
+  const auto read = [&](std::byte* to, std::size_t count, off_t at) { return ::pread(descriptor_, to, count, at); };
+  transfer_all(read, offset, bytes, [&](int error) { fail("read back", where, error); });
 }
 
 void ModelWriter::write_at(std::uint64_t offset, std::span<const std::byte> bytes, const std::string& where) {
-  while (!bytes.empty()) {
-    const ssize_t n =
-        ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer), static_cast<off_t>(offset));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) fail("write", where, n < 0 ? errno : EIO);
-    offset += static_cast<std::uint64_t>(n);
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
+  const auto write = [&](const std::byte* from, std::size_t count, off_t at) {
+    return ::pwrite(descriptor_, from, count, at);
+  };
+  transfer_all(write, offset, bytes, [&](int error) { fail("write", where, error); });
 }
 
 void ModelWriter::commit() {
@@ -214,7 +197,7 @@ void ModelWriter::check_complete() const {
                              std::to_string(directory_[i].length) + " bytes were written");
 }
 
-// Sections were written piece by piece in any order: their checksums are those of what the file now holds.
+// Sections are written in pieces and in any order, so their checksums are computed from the file.
 void ModelWriter::fill_checksums() {
   std::vector<std::byte> buffer(std::size_t{1} << 20);
   XXH3_state_t state;
@@ -236,13 +219,10 @@ void ModelWriter::publish() {
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("close", "all sections", errno);
   if (::rename(temporary_.c_str(), file_.c_str()) != 0) fail("rename the finished file to", "all sections", errno);
   temporary_.clear();
-  const int folder = ::open(folder_of(file_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;  // a folder may be writable without being readable: the file is whole in any case
-  const int error = ::fsync(folder) == 0 ? 0 : errno;
-  ::close(folder);
+  const int error = flush_folder_of(file_);
   if (error == 0 || error == EINVAL) return;
   ::unlink(
-      file_.c_str());  // whoever is told that it failed must not find it there after all, and perhaps not the next day
+      file_.c_str());  // the caller reports a failure, so the file must not exist; it may vanish in a power failure
   fail("flush the folder of", "all sections", error);
 }
 

@@ -8,7 +8,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 namespace lbea::bake {
@@ -20,13 +19,13 @@ struct PlannedSection {
   std::vector<std::uint64_t> shape;  // 1 to 3 dimensions
 };
 
-/// Throws Error{write_failed} when something stands under this name that is not a model: it would be lost.
+/// Throws Error{write_failed} when a file of this name exists that is not a model: it would be overwritten.
 void check_replaceable(const std::filesystem::path& file);
 
-/// Bytes of the model with these sections.
+/// Size in bytes of the model with these sections.
 [[nodiscard]] std::uint64_t model_size(const std::vector<PlannedSection>& sections);
 
-/// The file appears under its name when commit() returns, whole; until then there is a temporary one beside it, which
+/// The complete file appears under its name when commit() returns; until then there is a temporary one beside it, which
 /// the destructor removes. Every failure is Error{write_failed} that names file, section and the system's reason.
 /// The bytes do not depend on the order of the writes.
 class ModelWriter {

@@ -1,13 +1,54 @@
-#include "precompute/model_file/provenance.hpp"
-
-#include "precompute/model_file/json_text.hpp"
+#include "precompute/model_file/model_sections.hpp"
 
 #include <algorithm>
-#include <array>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 
 namespace lbea::bake {
 namespace {
+
+std::string json_string(std::string_view text) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string json = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\')
+      json.append({'\\', c});
+    else if (byte < 0x20)
+      json.append("\\u00").append({digits[byte / 16], digits[byte % 16]});
+    else
+      json.push_back(c);
+  }
+  return json + '"';
+}
+
+/// The shortest text that reads back as the same number; null for what is not finite.
+std::string json_number(double number) {
+  if (!std::isfinite(number)) return "null";
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  return {text.data(), end};
+}
+
+std::string json_array(const std::vector<std::string>& values) {
+  std::string json;
+  for (const std::string& value : values) json += (json.empty() ? "" : ",") + value;
+  return "[" + json + "]";
+}
+
+/// {"key": value, ...} in the order of the calls; values are JSON texts.
+class JsonObject {
+ public:
+  JsonObject& add(std::string_view key, const std::string& value) {
+    members_ += (members_.empty() ? "" : ",") + json_string(key) + ":" + value;
+    return *this;
+  }
+  [[nodiscard]] std::string text() const { return "{" + members_ + "}"; }
+
+ private:
+  std::string members_;
+};
 
 std::string hexadecimal(std::uint64_t hash) {
   std::array<char, 17> text{};
@@ -32,12 +73,13 @@ std::string region_json(const RegionDescription& region) {
   return json.text();
 }
 
-std::string configuration_json(const EnsembleDescription& description, const Ensemble& ensemble) {
+std::string configuration_json(const BakePlan& plan) {
+  const EnsembleDescription& description = plan.description;
   JsonObject json;
   if (description.compact_fields) json.add("compact_fields", "true");
   return json.add("mode", json_string(description.mode == ReferenceMode::impact ? "impact" : "over-time"))
       .add("modes", std::to_string(description.modes))
-      .add("reference_run", json_string(ensemble.runs[ensemble.reference_run].name))
+      .add("reference_run", json_string(plan.ensemble.runs[plan.ensemble.reference_run].name))
       .add("impact_step", std::to_string(description.impact_step))
       .add("region", region_json(description.region))
       .add("time_factor", json_number(description.time_factor))
@@ -45,18 +87,18 @@ std::string configuration_json(const EnsembleDescription& description, const Ens
       .text();
 }
 
-std::string inputs_json(const Ensemble& ensemble, const Survey& survey) {
+std::string inputs_json(const BakePlan& plan) {
   std::vector<std::string> runs;
-  for (std::size_t run = 0; run < survey.runs.size(); ++run) {
+  for (std::size_t run = 0; run < plan.survey.runs.size(); ++run) {
     std::vector<std::string> files;
-    for (const InputFile& file : survey.runs[run].files)
+    for (const InputFile& file : plan.survey.runs[run].files)
       files.push_back(JsonObject()
                           .add("name", json_string(file.name))
                           .add("size", std::to_string(file.size))
                           .add("xxh3_64", hexadecimal(file.hash))
                           .text());
     runs.push_back(
-        JsonObject().add("name", json_string(ensemble.runs[run].name)).add("files", json_array(files)).text());
+        JsonObject().add("name", json_string(plan.ensemble.runs[run].name)).add("files", json_array(files)).text());
   }
   return json_array(runs);
 }
@@ -77,17 +119,16 @@ std::string basis_json(const std::vector<ReferenceBasis>& references) {
 
 }  // namespace
 
-std::string provenance_json(const EnsembleDescription& description, const Ensemble& ensemble, const Survey& survey,
-                            const std::vector<ReferenceBasis>& references, double kept_variance,
+std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references, double kept_variance,
                             const std::vector<std::string>& left_out) {
   JsonObject json;
   json.add("made_by", json_string("lbea-bake " LBEA_VERSION_STRING))
       .add("units",
-           JsonObject().add("length", json_string(description.length_unit)).add("time", json_string("s")).text())
-      .add("configuration", configuration_json(description, ensemble))
+           JsonObject().add("length", json_string(plan.description.length_unit)).add("time", json_string("s")).text())
+      .add("configuration", configuration_json(plan))
       .add("basis", basis_json(references))
       .add("kept_variance", json_number(kept_variance))
-      .add("inputs", inputs_json(ensemble, survey));
+      .add("inputs", inputs_json(plan));
   if (!left_out.empty()) json.add("left_out", names_json(left_out));
   return json.text();
 }

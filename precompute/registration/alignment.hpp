@@ -1,23 +1,51 @@
-// One alignment of a cloud with a surface from one start: the work horse of the registration.
+// Aligns a cloud with a surface from one start pose. Rigid motions are in double.
 #pragma once
 
-#include "precompute/registration/rigid_motion.hpp"
 #include "precompute/registration/surface_tree.hpp"
 
-#include <Eigen/Core>
+#include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstdint>
+#include <Eigen/Geometry>
+
 #include <memory>
-#include <span>
-#include <vector>
 
 namespace lbea::bake {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+[[nodiscard]] inline Eigen::Isometry3d to_isometry(const RigidTransform& T) {
+  Eigen::Matrix3d rotation;
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j < 3; ++j) rotation(i, j) = double{T[static_cast<std::size_t>(4 * i + j)]};
+    result.translation()(i) = double{T[static_cast<std::size_t>(4 * i + 3)]};
+  }
+  result.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();  // poses are written with few digits
+  return result;
+}
+
+[[nodiscard]] inline RigidTransform to_transform(const Eigen::Isometry3d& T) {
+  RigidTransform result{};
+  for (Eigen::Index i = 0; i < 3; ++i)
+    for (Eigen::Index j = 0; j < 4; ++j) result[static_cast<std::size_t>(4 * i + j)] = static_cast<float>(T(i, j));
+  return result;
+}
+
+/// motion: turn (axis times angle times `arm`) and shift, both lengths, so that their sizes can be compared.
+[[nodiscard]] inline Eigen::Isometry3d motion_about(const Eigen::Vector3d& centre, double arm, const Vector6& motion) {
+  const Eigen::Vector3d turn = motion.head<3>() / arm, shift = motion.tail<3>();
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  const double angle = turn.norm();
+  if (angle > 0) result.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  result.translation() = centre - result.linear() * centre + shift;
+  return result;
+}
 
 /// The surface of one shape, and its free edges.
 class AlignmentTarget {
  public:
-  /// A place on a free edge, of one element only: the cloud ends there.
+  /// A place on a free edge (an edge of only one element): the cloud ends there.
   struct EdgePlace {
     Eigen::Vector3d position, outward;  // outward: in the surface, across the edge
     std::array<std::uint32_t, 2> nodes;
@@ -38,7 +66,7 @@ class AlignmentTarget {
 /// The cloud, sensor coordinates.
 class AlignmentCloud {
  public:
-  /// chosen: of all points, evenly; they are laid on the surface. `all` tell where the cloud ends.
+  /// chosen: number of points that are aligned with the surface, evenly chosen; `all` show where the cloud ends.
   AlignmentCloud(std::vector<Eigen::Vector3d> all, std::size_t chosen);
   ~AlignmentCloud();
   [[nodiscard]] const std::vector<Eigen::Vector3d>& chosen() const noexcept { return chosen_; }
@@ -78,11 +106,11 @@ struct AlignmentSettings {
                                                      std::span<const std::vector<float>> modes,
                                                      const AlignmentSettings& settings);
 
-/// Gauss-Newton steps of the pose until it stands still.
+/// Gauss-Newton steps of the pose until it converges.
 [[nodiscard]] Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& cloud,
                                       const Eigen::Isometry3d& start, const AlignmentSettings& settings);
 
-/// The motion that solves the equations' first six; motions that nothing tells are zero.
+/// The motion that solves the equations' first six; unobservable motions are zero.
 [[nodiscard]] Eigen::VectorXd solve_damped(const AlignmentEquations& equations, const Eigen::VectorXd& prior);
 
 }  // namespace lbea::bake

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::size_t least_points = 100;
 constexpr double degrees = 180 / std::numbers::pi;
-// What is left after alignment is mostly no noise but shape, the same over whole faces: as telling as so many
-// independent measurements.
+// Residuals after alignment are mostly shape differences, correlated over whole faces: they carry the information of so
+// many independent measurements.
 constexpr double independent_residuals = 25;
 constexpr std::size_t finalists = 5;
 constexpr int shape_rounds = 20;
@@ -29,11 +29,11 @@ std::vector<Eigen::Vector3d> finite(std::span<const Point> points) {
   return kept;
 }
 
-/// A pose on the way, and the shape that goes with it.
+/// A pose under refinement, and its shape.
 struct Candidate {
   Eigen::Isometry3d pose;
   Eigen::VectorXd shape;           // coefficients of the modes
-  AlignmentEquations equations{};  // there
+  AlignmentEquations equations{};  // at this pose and shape
 };
 
 /// The rough pose, and the same turned and shifted both ways about and along each axis.
@@ -69,13 +69,13 @@ class Registrar {
 
   Registration run() {
     std::vector<Candidate> coarse = starts(rough_, rough_ * cloud_.middle(), surface_.modes.size(), settings_);
-    look_from(coarse);
+    see_from(coarse);
     const std::size_t every = std::max<std::size_t>(1, cloud_.chosen().size() / settings_.coarse_points);
     const double reach = settings_.rough_shift, fine = std::max(5 * settings_.noise, 0.05 * settings_.tolerance);
     for (Candidate& candidate : coarse) align_rigidly(candidate, std::array{reach, reach / 3, reach / 10}, every);
     rank(coarse);
     std::vector<Candidate> refined = distinct(coarse);
-    look_from({refined.front()});
+    see_from({refined.front()});
     for (Candidate& candidate : refined) {
       align_rigidly(candidate, std::array{reach / 10}, 1);
       align_with_shape(candidate, std::array{reach / 10, std::sqrt(reach / 10 * fine), fine});
@@ -85,7 +85,7 @@ class Registrar {
   }
 
  private:
-  void look_from(const std::vector<Candidate>& viewpoints);
+  void see_from(const std::vector<Candidate>& viewpoints);
   [[nodiscard]] AlignmentTarget target(const Eigen::VectorXd& shape) const;
   void align_rigidly(Candidate& candidate, std::span<const double> scales, std::size_t every) const;
   void align_with_shape(Candidate& candidate, std::span<const double> scales) const;
@@ -107,8 +107,8 @@ class Registrar {
   double spacing_ = 0;              // of the cloud's points on the surface
 };
 
-// Elements seen from any of the poses, and how densely the points lie on them.
-void Registrar::look_from(const std::vector<Candidate>& viewpoints) {
+// The elements seen from any of the poses, and the density of the points on them.
+void Registrar::see_from(const std::vector<Candidate>& viewpoints) {
   const auto elements = surface_.elements;
   if (surface_.visible) {
     seen_.assign(elements.size(), 0);

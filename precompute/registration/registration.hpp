@@ -1,25 +1,19 @@
-// Refines a rough T_reference_sensor from a cloud of the undeformed component, and says when the cloud does not tell
-// it.
+// Refines a rough T_reference_sensor from a cloud of the undeformed component, and detects when the cloud does not
+// determine it.
 #pragma once
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::bake {
 
-/// The undeformed component, views of the caller's memory.
+/// The undeformed component; the caller owns the memory.
 struct ReferenceSurface {
   std::span<const float> positions;                        // nodes x 3, reference coordinates
   std::span<const std::array<std::uint32_t, 4>> elements;  // a triangle repeats its last node
-  /// How the shape may differ from that: each nodes x 3, one standard deviation large; found along with the pose.
+  /// How the shape may differ: each nodes x 3, one standard deviation; estimated together with the pose.
   std::span<const std::vector<float>> modes{};
   /// One per element, 1 = the rig sees it from this pose. Not set: all are seen.
   std::function<std::vector<std::uint8_t>(const RigidTransform& T_reference_sensor)> visible{};
@@ -34,7 +28,7 @@ struct RegistrationSettings {
   std::uint32_t coarse_points = 500;  // in the first
 };
 
-/// What the cloud leaves open: moving the component along its least certain motion.
+/// The motion of the component that the cloud determines least.
 struct LeastCertain {
   std::array<double, 3> turn{};   // axis times share, per unit of motion
   std::array<double, 3> shift{};  // reference coordinates, per unit of motion
@@ -56,15 +50,26 @@ struct Registration {
 };
 
 /// Robust point-to-plane alignment, coarse to fine, from several starts around the rough pose. Free edges of the
-/// surface count too: the cloud ends where they do. points: sensor coordinates, of one or several undeformed frames.
+/// surface are used too: the cloud ends where they do. points: sensor coordinates, of one or several undeformed frames.
 /// Throws Error{bad_input} when the surface is empty or less than a hundred points are near it.
 [[nodiscard]] Registration register_cloud(const ReferenceSurface& surface, std::span<const Point> points,
                                           const RigidTransform& rough, const RegistrationSettings& settings = {});
 
-/// Sizes that differ by about 10, 100 or 1000 in either direction tell of different units: the factor that brings the
-/// cloud's unit to the mesh's. Diagonals of their boxes; the cloud's without its outermost hundredth along each axis.
+/// Sizes that differ by a factor of about 10, 100 or 1000 indicate different units: the factor from the cloud's unit to
+/// the mesh's. Box diagonals; the cloud's without the outermost hundredth of its points along each axis.
 [[nodiscard]] std::optional<double> unit_factor(double cloud_diagonal, double mesh_diagonal);
 [[nodiscard]] double robust_diagonal(std::span<const Point> points);
 [[nodiscard]] double box_diagonal(std::span<const float> positions);
+
+/// How undeformed shapes differ: their mean and the few ways in which they vary most.
+struct ShapeModes {
+  std::vector<float> mean;                // nodes x 3
+  std::vector<std::vector<float>> modes;  // each nodes x 3, one standard deviation large; most varying first
+};
+
+/// Principal components of shapes with the same nodes. Modes that move the nodes by less than `least` (root mean
+/// square) are left out, and all beyond the first `most`. One shape alone has no modes.
+[[nodiscard]] ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double least,
+                                     std::size_t most = 6);
 
 }  // namespace lbea::bake

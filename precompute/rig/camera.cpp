@@ -1,7 +1,6 @@
 #include "precompute/rig/camera.hpp"
 
 #include <cmath>
-#include <string>
 
 namespace lbea::bake {
 namespace {

@@ -1,9 +1,7 @@
-// Pinhole cameras: poses in double, rays out of pixels and pixels of points.
+// Pinhole cameras: poses in double, rays through pixels, visibility of points.
 #pragma once
 
 #include "precompute/rig/stereo_sensor.hpp"
-
-#include <array>
 
 namespace lbea::bake {
 
@@ -32,7 +30,7 @@ struct Pose {
 /// The image plane, the same in both cameras. Pixel (column, row) has its centre at (column + 1/2, row + 1/2).
 class PinholeImage {
  public:
-  /// Throws Error{bad_config} for a size or focal length that makes no image.
+  /// Throws Error{bad_config} for an invalid size or focal length.
   explicit PinholeImage(const StereoSensor& sensor);
   [[nodiscard]] std::uint32_t width() const { return width_; }
   [[nodiscard]] std::uint32_t height() const { return height_; }

@@ -1,4 +1,4 @@
-// Random numbers as a function of (seed, pixel, purpose): the same whatever the order they are asked for in.
+// Random numbers as a function of (seed, pixel, purpose), independent of the order of the calls.
 #pragma once
 
 #include <cmath>

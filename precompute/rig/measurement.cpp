@@ -1,11 +1,7 @@
-#include "precompute/rig/measurement.hpp"
-
 #include "precompute/rig/counter_random.hpp"
+#include "precompute/rig/rig.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <string>
 
 namespace lbea::bake::sensing {
 namespace {
@@ -42,40 +38,40 @@ Point disturbed(const Vec3& p, const SensingNoise& noise, const CounterRandom& r
   return {static_cast<float>(stretch * p.x), static_cast<float>(stretch * p.y), static_cast<float>(stretch * p.z)};
 }
 
-double wall_depth(const Rig& rig, const View& view) {
+double wall_depth(const Rig& rig, const PlacedMesh& mesh) {
   double farthest = 0;
   for (std::uint32_t node = 0; node < rig.nodes; ++node) {
-    const double depth = view.node(node).z;
+    const double depth = mesh.node(node).z;
     if (std::isfinite(depth)) farthest = std::max(farthest, depth);
   }
   return wall_distance * farthest;
 }
 
-/// Which of the pixels that miss the component show the wall: each with the probability that makes the wished
-/// share on average.
+/// A wall behind the component. Each pixel that misses the component shows it with the probability that gives the
+/// requested share on average.
 struct Background {
   double depth = 0, probability = 0;
 
-  Background(const Rig& rig, const View& view, const SensorImage& image, float share) {
+  Background(const Rig& rig, const PlacedMesh& mesh, const SensorImage& image, float share) {
     const auto measured = std::count(image.measured.begin(), image.measured.end(), 1);
     const auto empty = std::count(image.element.begin(), image.element.end(), no_element);
     if (share <= 0 || measured == 0 || empty == 0) return;
-    depth = wall_depth(rig, view);
+    depth = wall_depth(rig, mesh);
     probability = share * static_cast<double>(measured) / static_cast<double>(empty);
   }
 };
 
 }  // namespace
 
-std::vector<Point> measure(const Rig& rig, const View& view, const SensingNoise& noise, std::uint64_t seed) {
+std::vector<Point> measure(const Rig& rig, const PlacedMesh& mesh, const SensingNoise& noise, std::uint64_t seed) {
   check_noise(noise);
-  const SensorImage image = view.render(noise.min_cos_incidence);
-  const Background background(rig, view, image, noise.background);
+  const SensorImage image = mesh.render(noise.min_cos_incidence);
+  const Background background(rig, mesh, image, noise.background);
   const auto shows_wall = [&](std::size_t pixel, const CounterRandom& random) {
     if (image.element[pixel] != no_element) return false;
     if (random.uniform(Draw::background) >= background.probability) return false;
     const Vec3 point = at_depth(rig, pixel, background.depth);
-    return rig.in_right_image(point) && !view.hidden_from_right(point);
+    return rig.in_right_image(point) && !mesh.hidden_from_right(point);
   };
   std::vector<Point> points;
   for (std::size_t pixel = 0; pixel < image.pixels(); ++pixel) {

@@ -3,9 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <limits>
 #include <new>
-#include <string>
 
 namespace lbea::bake {
 namespace {

@@ -3,11 +3,7 @@
 
 #include "precompute/rig/camera.hpp"
 
-#include <array>
-#include <cstdint>
-#include <memory>
 #include <optional>
-#include <span>
 
 namespace lbea::bake {
 

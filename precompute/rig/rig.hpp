@@ -1,4 +1,4 @@
-// The inside of VirtualSensor that stays the same from state to state: the cameras and the mesh topology.
+// Implementation of VirtualSensor: cameras and mesh topology, one state of the mesh before them, and its measurement.
 #pragma once
 
 #include "precompute/rig/camera.hpp"
@@ -9,6 +9,7 @@ namespace lbea::bake::sensing {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
+/// What stays the same from state to state: the cameras and the mesh topology.
 struct Rig {
   StereoSensor sensor;
   PinholeImage plane;
@@ -31,5 +32,37 @@ struct Rig {
  private:
   void add(std::uint32_t element, const std::array<std::uint32_t, 4>& quad);
 };
+
+/// One state of the mesh, in sensor coordinates.
+class PlacedMesh {
+ public:
+  /// Throws Error{bad_input} when the state does not fit the rig's mesh.
+  PlacedMesh(const Rig& rig, const SurfaceState& state);
+
+  /// Triangles of elements that are alive.
+  [[nodiscard]] const std::vector<Triangle>& triangles() const noexcept { return live_.triangles; }
+  [[nodiscard]] Vec3 node(std::uint32_t index) const;
+  [[nodiscard]] Vec3 normal(const Triangle& triangle) const;
+  [[nodiscard]] bool hidden_from_left(const Vec3& point) const;
+  [[nodiscard]] bool hidden_from_right(const Vec3& point) const;
+  [[nodiscard]] SensorImage render(double min_cos_incidence) const;
+
+ private:
+  struct Live {
+    std::vector<Triangle> triangles;
+    std::vector<std::uint32_t> element;  // of each triangle
+  };
+  static Live live_triangles(const Rig& rig, const SurfaceState& state);
+  void render_row(std::uint32_t row, double min_cos_incidence, SensorImage& into) const;
+
+  const Rig& rig_;
+  std::vector<float> positions_;  // nodes x 3, sensor coordinates
+  Live live_;
+  RayScene scene_;
+};
+
+/// From what the cameras see to what the rig delivers: noise, dropouts, outliers, background. See VirtualSensor::sense.
+[[nodiscard]] std::vector<Point> measure(const Rig& rig, const PlacedMesh& mesh, const SensingNoise& noise,
+                                         std::uint64_t seed);
 
 }  // namespace lbea::bake::sensing

@@ -1,14 +1,12 @@
-// The stereo rig as a pinhole pair, and what its measurements suffer from.
+// The stereo rig as a pair of pinhole cameras, and the errors of its measurements.
 #pragma once
 
 #include <lbea/lbea.hpp>
 
-#include <cstdint>
-
 namespace lbea::bake {
 
 /// Two equal pinhole cameras. Axes x right, y down, z forward; the origin is the left camera's eye, the
-/// principal point the image centre. Both poses lead to reference coordinates, in the mesh's length unit.
+/// principal point the image centre. Both poses map to reference coordinates, in the mesh's length unit.
 struct StereoSensor {
   RigidTransform T_reference_sensor = identity_transform;  // sensor = left camera
   RigidTransform T_reference_right = identity_transform;

@@ -1,11 +1,8 @@
 #include "precompute/rig/virtual_sensor.hpp"
 
-#include "precompute/rig/measurement.hpp"
-#include "precompute/rig/view.hpp"
+#include "precompute/rig/rig.hpp"
 
 #include <cmath>
-#include <limits>
-#include <string>
 
 namespace lbea::bake {
 namespace {
@@ -36,28 +33,28 @@ VirtualSensor& VirtualSensor::operator=(VirtualSensor&&) noexcept = default;
 const StereoSensor& VirtualSensor::sensor() const noexcept { return rig_->sensor; }
 
 SensorImage VirtualSensor::image(const SurfaceState& state, float min_cos_incidence) const {
-  return sensing::View(*rig_, state).render(min_cos_incidence);
+  return sensing::PlacedMesh(*rig_, state).render(min_cos_incidence);
 }
 
 std::vector<float> VirtualSensor::depth_image(const SurfaceState& state) const { return image(state).depth; }
 
 std::vector<Point> VirtualSensor::sense(const SurfaceState& state, const SensingNoise& noise,
                                         std::uint64_t seed) const {
-  return sensing::measure(*rig_, sensing::View(*rig_, state), noise, seed);
+  return sensing::measure(*rig_, sensing::PlacedMesh(*rig_, state), noise, seed);
 }
 
 std::vector<std::uint8_t> VirtualSensor::visible_nodes(const SurfaceState& state, float min_cos_incidence) const {
-  const sensing::View view(*rig_, state);
+  const sensing::PlacedMesh mesh(*rig_, state);
   std::vector<std::uint8_t> visible(rig_->nodes, 0);
-  for (const auto& triangle : view.triangles())
+  for (const auto& triangle : mesh.triangles())
     for (const std::uint32_t node : triangle)
       if (visible[node] == 0)
-        visible[node] = rig_->faces_both(view.node(node), view.normal(triangle), min_cos_incidence);
+        visible[node] = rig_->faces_both(mesh.node(node), mesh.normal(triangle), min_cos_incidence);
   for (std::uint32_t node = 0; node < visible.size(); ++node) {
-    const Vec3 point = view.node(node);
+    const Vec3 point = mesh.node(node);
     if (visible[node] != 0)
-      visible[node] = rig_->in_left_image(point) && rig_->in_right_image(point) && !view.hidden_from_left(point) &&
-                      !view.hidden_from_right(point);
+      visible[node] = rig_->in_left_image(point) && rig_->in_right_image(point) && !mesh.hidden_from_left(point) &&
+                      !mesh.hidden_from_right(point);
   }
   return visible;
 }

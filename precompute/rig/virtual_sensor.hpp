@@ -1,15 +1,7 @@
-// What the stereo rig would measure of a simulated state: rendered by ray casting, then made as imperfect as
-// measurements are.
+// What the stereo rig would measure of a simulated state: rendered by ray casting, then disturbed by noise.
 #pragma once
 
 #include "precompute/rig/stereo_sensor.hpp"
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <vector>
 
 namespace lbea::bake {
 
@@ -29,23 +21,23 @@ struct SensorImage {
   [[nodiscard]] std::size_t pixels() const noexcept { return depth.size(); }
 };
 
-/// The same rig with another resolution: width, height and focal length times `factor`, so that a cloud has about
-/// factor^2 times the points. Throws Error{bad_config} when that leaves no image or an absurd one.
+/// The same rig with another resolution: width, height and focal length times `factor`; a cloud has about factor^2
+/// times the points. Throws Error{bad_config} when the image would be empty or too large.
 [[nodiscard]] StereoSensor scaled(const StereoSensor& sensor, double factor);
 
-/// The state's mesh as the functions below take it. `positions`: nodes x 3 in reference coordinates; elements with
+/// One state of the mesh. `positions`: nodes x 3 in reference coordinates; elements with
 /// a position that is not finite are not seen. `alive`: one per element, 0 = eroded; empty: all alive.
 struct SurfaceState {
   std::span<const float> positions;
   std::span<const std::uint8_t> alive{};
 };
 
-/// Looks at one mesh topology. All functions are const and safe to call from several threads; the answers do not
+/// Sees one mesh topology. All functions are const and safe to call from several threads; the answers do not
 /// depend on the number of threads. A state of the wrong size throws Error{bad_input}.
 class VirtualSensor {
  public:
   /// `elements`: node indices, a triangle repeats its last node; quads are split along nodes 0-2. `threads`: how
-  /// many share the rows of one image, 0 = all processors. Throws Error{bad_config} for a sensor that is none and
+  /// many share the rows of one image, 0 = all processors. Throws Error{bad_config} for an invalid sensor and
   /// Error{bad_input} for an element that names a node beyond `nodes`.
   VirtualSensor(const StereoSensor& sensor, std::size_t nodes, std::span<const std::array<std::uint32_t, 4>> elements,
                 unsigned threads = 0);
@@ -62,7 +54,7 @@ class VirtualSensor {
   [[nodiscard]] std::vector<float> depth_image(const SurfaceState& state) const;
 
   /// Points in sensor coordinates, in pixel order: one per measured pixel with Gaussian noise along the line of
-  /// sight, less the dropouts. An outlier lies elsewhere on its line of sight, uniformly within 3 % of its
+  /// sight, without the dropouts. An outlier lies elsewhere on its line of sight, uniformly within 3 % of its
   /// distance. Background points lie on a wall across the optical axis, 1.2 times as far as the farthest node.
   /// Where the mesh leaves fewer empty pixels than asked for, all of those are background.
   /// Throws Error{bad_config} for noise that is negative or not finite, or a share of points beyond 1.

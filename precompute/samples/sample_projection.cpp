@@ -1,16 +1,17 @@
 #include "precompute/samples/sample_projection.hpp"
 
+#include "precompute/parallel.hpp"
+#include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 
-#include <lbea/lbea.hpp>
-
 #include <algorithm>
+#include <atomic>
 
 namespace lbea::bake {
 namespace {
 
-// Psi' M f, summed vertex by vertex: a library's product sums in an order that depends on the processor's caches, and
-// the nodes of a cluster differ in them. Eight modes at a time stay in registers.
+// Psi' M f, summed vertex by vertex: the order of summation of a library's product depends on the processor's cache
+// sizes, which differ between the nodes of a cluster. Blocks of eight modes stay in registers.
 Eigen::MatrixXd product(const Eigen::MatrixXd& projection, const Eigen::MatrixXd& f) {
   constexpr Eigen::Index block = 8;
   Eigen::MatrixXd alpha = Eigen::MatrixXd::Zero(projection.rows(), 3);
@@ -31,38 +32,59 @@ Eigen::MatrixXd product(const Eigen::MatrixXd& projection, const Eigen::MatrixXd
 
 CellGrid grid_around(const std::array<std::array<float, 3>, 2>& box, std::size_t nodes) {
   constexpr std::size_t most_cells = std::size_t{1} << 20;
-  const std::size_t cells = std::clamp<std::size_t>(2 * nodes, 64, most_cells);  // folded sheets leave most cells empty
+  const std::size_t cells =
+      std::clamp<std::size_t>(2 * nodes, 64, most_cells);  // most cells around folded sheets are empty
   return bounding_grid(box, static_cast<std::uint32_t>(cells));
 }
 
-}  // namespace
+/// What all runs are projected with, read-only.
+struct Projections {
+  explicit Projections(std::vector<ReferenceBasis> all) : bases(std::move(all)) {
+    for (const ReferenceBasis& basis : bases) {
+      Eigen::MatrixXd positions(basis.mass.size(), 3);
+      for (Eigen::Index v = 0; v < positions.rows(); ++v)
+        for (Eigen::Index axis = 0; axis < 3; ++axis)
+          positions(v, axis) =
+              double{basis.vertex_positions[static_cast<std::size_t>(v)][static_cast<std::size_t>(axis)]};
+      reference_coefficients.push_back(product(basis.projection, positions));
+      reference_positions.push_back(std::move(positions));
+    }
+  }
 
-/// One run's way through, with its memory: one state.
+  std::vector<ReferenceBasis> bases;
+  std::vector<Eigen::MatrixXd> reference_positions;     // per reference, n x 3
+  std::vector<Eigen::MatrixXd> reference_coefficients;  // per reference, p x 3
+};
+
+/// Projects one run; holds one state in memory.
 class RunProjector {
  public:
-  RunProjector(const SampleProjection& shared, const std::array<std::array<float, 3>, 2>& box)
-      : shared_(shared),
-        sample_(shared.plan_, shared.bases_),
+  /// box: of the run's positions, from its survey.
+  RunProjector(const BakePlan& plan, const Projections& projections, const std::array<std::array<float, 3>, 2>& box)
+      : plan_(plan),
+        projections_(projections),
+        sample_(plan, projections.bases),
         points_(sample_.positions.size() / 3),
         index_(grid_around(box, points_.size()), static_cast<std::uint32_t>(points_.size())),
-        corresponding_(shared.bases_.front().vertex_nodes.size()),
-        places_(shared.bases_.front().vertex_nodes.size()),
-        moments_(shared.bases_.size()) {}
+        corresponding_(projections.bases.front().vertex_nodes.size()),
+        places_(projections.bases.front().vertex_nodes.size()),
+        moments_(projections.bases.size()) {}
 
+  /// Writes the run's record; a step of the stage is a sample. Throws Error{bad_input} naming the run, also when a node
+  /// is outside the box.
   void project(SimulationReader& reader, std::size_t run, WorkWriter& record, Stage& stage) {
-    const BakePlan& plan = shared_.plan_;
-    const std::string& name = plan.ensemble.runs[run].name;
-    const RunSurvey& survey = plan.survey.runs[run];
-    const MeshMapping mapping = map_common(plan.survey.mesh, reader.mesh(), name);
+    const std::string& name = plan_.ensemble.runs[run].name;
+    const RunSurvey& survey = plan_.survey.runs[run];
+    const MeshMapping mapping = map_common(plan_.survey.mesh, reader.mesh(), name);
     for (const std::uint32_t step : survey.steps) {
       stage.check();
       reader.read(step, state_);
       check_state(reader, state_, name, step);
-      take_positions(mapping);
-      take_fields(mapping, survey);
+      copy_positions(mapping);
+      copy_fields(mapping, survey);
       if (index_.build(points_, identity_transform).used != points_.size())
         throw Error(Status::bad_input, "run " + name + " changed while it was read; bake again");
-      for (std::size_t reference = 0; reference < moments_.size(); ++reference) project(reference);
+      for (std::size_t reference = 0; reference < moments_.size(); ++reference) project_onto(reference);
       write_sample(record, sample_);
       stage.step();
     }
@@ -70,7 +92,7 @@ class RunProjector {
   }
 
  private:
-  void take_positions(const MeshMapping& mapping) {
+  void copy_positions(const MeshMapping& mapping) {
     for (std::size_t i = 0; i < mapping.nodes.size(); ++i) {
       const float* from = &state_.positions[3 * std::size_t{mapping.nodes[i]}];
       std::copy_n(from, 3, &sample_.positions[3 * i]);
@@ -78,16 +100,17 @@ class RunProjector {
     }
   }
 
-  void take_fields(const MeshMapping& mapping, const RunSurvey& run) {
+  void copy_fields(const MeshMapping& mapping, const RunSurvey& run) {
     for (std::size_t field = 0; field < run.fields.size(); ++field) {
       const std::vector<float>& from = state_.fields[run.fields[field]];
       for (std::size_t e = 0; e < mapping.elements.size(); ++e) sample_.fields[field][e] = from[mapping.elements[e]];
     }
   }
 
-  // Step 3: the nearest node of the whole mesh for every vertex. Step 5: alpha = Psi' M f.
-  void project(std::size_t part) {
-    const ReferenceBasis& reference = shared_.bases_[part];
+  // Step 3: the nearest node of the whole deformed mesh for every vertex of sim_ref. Step 5: alpha = Psi' M f (f = x,
+  // y, z).
+  void project_onto(std::size_t part) {
+    const ReferenceBasis& reference = projections_.bases[part];
     correspond(index_, reference.vertex_positions, corresponding_, places_);
     if (!sample_.correspondence.empty()) sample_.correspondence[part] = places_;
     Eigen::MatrixXd f(reference.mass.size(), 3);
@@ -95,12 +118,12 @@ class RunProjector {
       for (Eigen::Index v = 0; v < f.rows(); ++v)
         f(v, axis) = double{corresponding_.planes[static_cast<std::size_t>(axis)][static_cast<std::size_t>(v)]};
     const Eigen::MatrixXd alpha = product(reference.projection, f);
-    take_coefficients(part, alpha);
-    moments_[part].add(reference.mass, f - shared_.reference_positions_[part],
-                       alpha - shared_.reference_coefficients_[part]);
+    copy_coefficients(part, alpha);
+    moments_[part].add(reference.mass, f - projections_.reference_positions[part],
+                       alpha - projections_.reference_coefficients[part]);
   }
 
-  void take_coefficients(std::size_t part, const Eigen::MatrixXd& alpha) {
+  void copy_coefficients(std::size_t part, const Eigen::MatrixXd& alpha) {
     std::vector<float>& planes = sample_.coefficients[part];  // their padding stays zero
     const std::size_t plane = planes.size() / 3;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -109,7 +132,8 @@ class RunProjector {
             static_cast<float>(alpha(static_cast<Eigen::Index>(mode), static_cast<Eigen::Index>(axis)));
   }
 
-  const SampleProjection& shared_;
+  const BakePlan& plan_;
+  const Projections& projections_;
   SampleRecord sample_;
   SimulationState state_;
   std::vector<Point> points_;  // N, the sample's positions
@@ -119,23 +143,113 @@ class RunProjector {
   std::vector<Moments> moments_;       // per reference
 };
 
-SampleProjection::SampleProjection(const BakePlan& plan, const std::vector<ReferenceBasis>& bases)
-    : plan_(plan), bases_(bases) {
-  for (const ReferenceBasis& basis : bases) {
-    Eigen::MatrixXd positions(basis.mass.size(), 3);
-    for (Eigen::Index v = 0; v < positions.rows(); ++v)
-      for (Eigen::Index axis = 0; axis < 3; ++axis)
-        positions(v, axis) =
-            double{basis.vertex_positions[static_cast<std::size_t>(v)][static_cast<std::size_t>(axis)]};
-    reference_coefficients_.push_back(product(basis.projection, positions));
-    reference_positions_.push_back(std::move(positions));
+/// Shared by all threads.
+class RunSamples {
+ public:
+  RunSamples(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options)
+      : work_(work),
+        plan_(plan),
+        options_(options),
+        projections_(read_bases(work, plan)),
+        node_indices_(reference_places(plan.survey)),
+        renderer_(make_renderer()) {}
+
+  [[nodiscard]] SampleRecord buffer() const { return {plan_, projections_.bases}; }
+
+  /// False when the run is broken; its failure is noted.
+  bool make_run(std::size_t run, SampleRecord& buffer, Stage& stage) const {
+    const PlannedRun& planned = plan_.runs[run];
+    try {
+      make_missing(run, buffer, stage);
+      work_.forget_failure(planned.record);
+      return true;
+    } catch (const DamagedWorkFile& damaged) {  // the run itself is not broken
+      work_.remove(damaged);
+      throw Error(Status::bad_input, std::string(damaged.what()) + "; it was removed, plan again");
+    } catch (const Error& error) {
+      if (!options_.leaves_out_broken || error.status == Status::write_failed) throw;
+      work_.note_failure(planned.record, error.what());
+      return false;
+    }
   }
+
+ private:
+  [[nodiscard]] std::unique_ptr<DepthRenderer> make_renderer() const {
+    if (!plan_.camera) return nullptr;
+    auto renderer = options_.depth_renderer
+                        ? options_.depth_renderer(plan_.survey.mesh, plan_.survey.min, plan_.survey.max)
+                        : nullptr;
+    if (renderer == nullptr || camera_key(renderer->camera()) != camera_key(*plan_.camera))
+      throw Error(Status::bad_config, "the sensor description changed since the bake was planned; plan again");
+    return renderer;
+  }
+
+  void make_missing(std::size_t run, SampleRecord& buffer, Stage& stage) const {
+    const PlannedRun& planned = plan_.runs[run];
+    if (!work_.has(planned.record_name())) make_record(run, stage);  // steps 3 and 5
+    if (work_.has(planned.grid_and_images_name())) return;
+    try {
+      write_grid_and_images(work_, plan_, run, buffer, renderer_.get());
+    } catch (const DamagedWorkFile& damaged) {  // the record of an earlier process
+      work_.remove(damaged);
+      make_record(run, stage);
+      write_grid_and_images(work_, plan_, run, buffer, renderer_.get());
+    }
+  }
+
+  void make_record(std::size_t run, Stage& stage) const {
+    const auto reader = plan_.ensemble.runs[run].open();
+    check_unchanged(run, reader->files());
+    const auto box = box_of(read_survey(work_, plan_.runs[run]).extents, node_indices_);
+    WorkWriter record = work_.writer(plan_.runs[run].record_name());
+    RunProjector(plan_, projections_, box).project(*reader, run, record, stage);
+    check_unchanged(run, reader->files());
+    record.commit();
+  }
+
+  void check_unchanged(std::size_t run, const std::vector<std::filesystem::path>& files) const {
+    if (last_changes(files) != plan_.runs[run].modified)
+      throw Error(Status::bad_input, "the files of run " + plan_.ensemble.runs[run].name +
+                                         " changed since the bake was planned; plan again");
+  }
+
+  const WorkFolder& work_;
+  const BakePlan& plan_;
+  const BakeOptions& options_;
+  Projections projections_;
+  std::vector<std::uint32_t> node_indices_;  // in the surveys
+  std::unique_ptr<DepthRenderer> renderer_;
+};
+
+}  // namespace
+
+std::vector<std::size_t> surveyed_runs(const BakePlan& plan) {
+  std::vector<std::size_t> runs;
+  for (std::size_t run = 0; run < plan.runs.size(); ++run)
+    if (plan.runs[run].failure.empty()) runs.push_back(run);
+  return runs;
 }
 
-void SampleProjection::project_run(std::size_t run, SimulationReader& reader,
-                                   const std::array<std::array<float, 3>, 2>& box, WorkWriter& record,
-                                   Stage& stage) const {
-  RunProjector(*this, box).project(reader, run, record, stage);
+void plan_samples(BakePlan& plan, const BakeOptions& options) {
+  const Survey& survey = plan.survey;
+  if (options.depth_renderer) plan.camera = options.depth_renderer(survey.mesh, survey.min, survey.max)->camera();
+  set_keys(plan);
+}
+
+std::size_t make_samples(const WorkFolder& work, const BakePlan& plan, const std::vector<std::size_t>& runs,
+                         const BakeOptions& options) {
+  if (runs.empty()) return 0;
+  const RunSamples shared(work, plan, options);
+  std::uint64_t samples = 0;
+  for (const std::size_t run : runs) samples += plan.survey.runs[run].steps.size();
+  Stage stage(options, "samples", samples);
+  std::atomic<std::size_t> failed{0};
+  work_in_parallel(runs.size(), options.threads, [&](const auto& next) {
+    SampleRecord buffer = shared.buffer();
+    for (std::size_t i = next(); i < runs.size(); i = next())
+      if (!shared.make_run(runs[i], buffer, stage)) ++failed;
+  });
+  return failed;
 }
 
 }  // namespace lbea::bake

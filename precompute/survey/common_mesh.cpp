@@ -3,7 +3,6 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <unordered_map>
 

@@ -2,15 +2,12 @@
 #pragma once
 
 #include "precompute/simulation.hpp"
-#include "precompute/survey/quad.hpp"
 
 #include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::bake {
 
-/// The whole component as every sample has it. Order as in the reference run.
+/// The nodes and elements that every sample has, in the order of the reference run.
 struct CommonMesh {
   std::vector<std::uint32_t> node_ids;       // N, the solver's numbering
   std::vector<Quad> elements;                // E, node indices
@@ -18,26 +15,26 @@ struct CommonMesh {
   std::vector<std::uint32_t> element_parts;  // E
 };
 
-/// Where a run keeps the nodes and elements of the common mesh.
+/// Indices of the common mesh's nodes and elements in a run.
 struct MeshMapping {
-  std::vector<std::uint32_t> nodes;     // N: index in the run
-  std::vector<std::uint32_t> elements;  // E: index in the run
+  std::vector<std::uint32_t> nodes;     // N
+  std::vector<std::uint32_t> elements;  // E
 };
 
 /// Which elements of `reference` a run has and keeps: one flag each. alive: the run's elements, 0 when eroded in any
-/// used state. Throws Error{bad_input} naming `run` when its mesh is not one.
+/// used state. Throws Error{bad_input} naming `run` when its mesh is inconsistent.
 [[nodiscard]] std::vector<std::uint8_t> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
                                                         std::span<const std::uint8_t> alive, const std::string& run);
 
-/// Narrows the reference run's mesh down, run by run; the order of the runs does not matter.
-/// An element is the same when its id and the ids of its nodes are. Errors name `run`.
+/// Reduces the reference run's mesh to what all runs have; the order of the runs does not matter.
+/// Two elements are the same when their ids and the ids of their nodes are equal. Errors name `run`.
 class CommonMeshBuilder {
  public:
   /// Throws Error{bad_input} when node ids repeat.
   CommonMeshBuilder(SimulationMesh reference, const std::string& run);
   /// `alive`: the run's elements, 0 when eroded in any used state.
   void keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive, const std::string& run);
-  /// What common_elements() said of a run.
+  /// common: as common_elements() returns it.
   void keep(std::span<const std::uint8_t> common);
   /// Throws Error{bad_input} when nothing is common. Nodes without a common element are left out.
   [[nodiscard]] CommonMesh finish() const;

@@ -1,7 +1,5 @@
 #include "precompute/survey/envelope.hpp"
 
-#include "precompute/survey/cell_block.hpp"
-
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
@@ -11,9 +9,37 @@
 #include <functional>
 
 namespace lbea::bake {
+
+/// 4 x 4 x 4 cells as the bits of a word: x + 4 y + 16 z from the first one.
+struct CellBlock {
+  /// The cells with the same x, the same y and the same z as a position.
+  struct Planes {
+    std::uint64_t x, y, z;
+  };
+
+  /// Begins at the cell that contains `low`, which is not negative; in cells.
+  explicit CellBlock(const std::array<double, 3>& low) {
+    for (std::size_t axis = 0; axis < 3; ++axis) first[axis] = static_cast<std::uint32_t>(low[axis]);
+  }
+
+  /// position: less than four cells beyond the first one.
+  [[nodiscard]] Planes planes(const std::array<double, 3>& position) const {
+    const auto along = [&](std::size_t axis) { return static_cast<std::uint32_t>(position[axis]) - first[axis]; };
+    return {0x1111'1111'1111'1111u << along(0), 0x000f'000f'000f'000fu << (4 * along(1)),
+            std::uint64_t{0xffff} << (16 * along(2))};
+  }
+  /// The bounding box of three corners, when it is not larger than a cell: then no cell lies between those of the
+  /// corners.
+  [[nodiscard]] static std::uint64_t box(const Planes& a, const Planes& b, const Planes& c) {
+    return (a.x | b.x | c.x) & (a.y | b.y | c.y) & (a.z | b.z | c.z);
+  }
+
+  std::array<std::uint32_t, 3> first{};
+};
+
 namespace {
 
-constexpr double most_cells = 1 << 17;   // about; 16 KiB stay in the cache of whoever culls points
+constexpr double most_cells = 1 << 17;   // about; the 16 KiB stay in the cache of the thread that culls points
 constexpr double margin_per_edge = 4;    // cells need not be finer than this
 constexpr double rounding_slack = 0.01;  // cells; floats of the runtime may round a point into the next cell
 
@@ -35,15 +61,15 @@ std::int64_t reach_along_x(std::int64_t y, std::int64_t z, double margin) {
   return x;
 }
 
-/// A row of cells, as far away in y and z, and how far along x the margin reaches there.
-struct Neighbour {
+/// Offset of a row of cells in y and z, and how many cells along x the margin reaches there.
+struct Neighbor {
   std::int64_t y, z;
   std::size_t x;
 };
 
-std::vector<Neighbour> neighbours(double margin) {
+std::vector<Neighbor> neighbors(double margin) {
   const auto reach = static_cast<std::int64_t>(std::ceil(margin)) + 1;
-  std::vector<Neighbour> rows;
+  std::vector<Neighbor> rows;
   for (std::int64_t z = -reach; z <= reach; ++z)
     for (std::int64_t y = -reach; y <= reach; ++y)
       if (const std::int64_t x = reach_along_x(y, z, margin); x >= 0)
@@ -51,7 +77,7 @@ std::vector<Neighbour> neighbours(double margin) {
   return rows;
 }
 
-/// The cells of one y and z, in words of their own.
+/// The cells of one y and z, starting at a word boundary.
 using Row = std::vector<std::uint64_t>;
 
 Row row_at(const EnvelopeGrid& grid, std::size_t begin) {
@@ -60,7 +86,7 @@ Row row_at(const EnvelopeGrid& grid, std::size_t begin) {
   return row;
 }
 
-/// And the neighbours of all that is marked.
+/// The marked cells and their neighbors along x.
 Row widened(const Row& row) {
   Row wide = row;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -124,7 +150,7 @@ void EnvelopeBuilder::add(std::span<const std::uint64_t> bits) {
     std::atomic_ref<std::uint64_t>(surface_.bits[i]).fetch_or(bits[i], std::memory_order_relaxed);
 }
 
-// Halved until it fits into a block; what is marked there are the bounding boxes of pieces no larger than a cell.
+// Halves the triangle until it fits into a block; there it marks the bounding boxes of pieces no larger than a cell.
 void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corner& c) {
   Corner low{}, ab{}, bc{}, ca{};
   double largest = 0;
@@ -169,15 +195,15 @@ void EnvelopeBuilder::mark(const CellBlock& block, std::uint64_t cells) {
 EnvelopeGrid EnvelopeBuilder::finish() const {
   const std::int64_t ny = surface_.cells[1], nz = surface_.cells[2];
   const auto number = [&](std::int64_t y, std::int64_t z) { return static_cast<std::size_t>(y + ny * z); };
-  const std::vector<Neighbour> within = neighbours(margin_cells_);
-  const std::size_t farthest = std::ranges::max_element(within, {}, &Neighbour::x)->x;
+  const std::vector<Neighbor> within = neighbors(margin_cells_);
+  const std::size_t farthest = std::ranges::max_element(within, {}, &Neighbor::x)->x;
   std::vector<Row> wide(number(0, nz), Row(words(surface_.cells[0])));
   for (std::int64_t z = 0; z < nz; ++z)
     for (std::int64_t y = 0; y < ny; ++y) {
       std::vector<Row> by_reach{row_at(surface_, surface_.cells[0] * number(y, z))};
       if (std::ranges::all_of(by_reach.front(), [](std::uint64_t word) { return word == 0; })) continue;
       while (by_reach.size() <= farthest) by_reach.push_back(widened(by_reach.back()));
-      for (const Neighbour& row : within) {
+      for (const Neighbor& row : within) {
         const std::int64_t j = y + row.y, k = z + row.z;
         if (j < 0 || k < 0 || j >= ny || k >= nz) continue;
         std::ranges::transform(wide[number(j, k)], by_reach[row.x], wide[number(j, k)].begin(), std::bit_or{});

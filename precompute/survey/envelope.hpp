@@ -1,12 +1,9 @@
-// Where the ensemble can be: frame points outside are background. runtime/FORMAT.md sections 17 and 18.
+// The cells that the ensemble can occupy: frame points outside are background. runtime/FORMAT.md sections 17 and 18.
 #pragma once
 
-#include "precompute/survey/quad.hpp"
+#include "precompute/simulation.hpp"
 
-#include <array>
-#include <cstdint>
 #include <span>
-#include <vector>
 
 namespace lbea::bake {
 
@@ -28,16 +25,16 @@ struct EnvelopeGrid {
 /// ever outside; points up to about three cell diagonals farther may be inside.
 class EnvelopeBuilder {
  public:
-  /// min, max: a box that holds every sample. Throws Error{bad_config} when it or the margin is not finite or
+  /// min, max: a box that contains every sample. Throws Error{bad_config} when it or the margin is not finite or
   /// the margin not positive.
   EnvelopeBuilder(const std::array<float, 3>& min, const std::array<float, 3>& max, double margin);
   /// positions: N x 3 of one sample. Safe from several threads; the result does not depend on them.
   void add(std::span<const float> positions, std::span<const Quad> elements);
-  /// What another builder of the same box and margin has collected: its layout()'s bits. Safe from several threads.
+  /// bits: of the layout() of another builder with the same box and margin. Safe from several threads.
   void add(std::span<const std::uint64_t> bits);
   /// Call once, after the last add().
   [[nodiscard]] EnvelopeGrid finish() const;
-  /// The grid, and in its bits what has been collected so far.
+  /// The grid, with the cells marked so far.
   [[nodiscard]] const EnvelopeGrid& layout() const noexcept { return surface_; }
 
  private:

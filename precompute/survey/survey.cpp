@@ -1,15 +1,12 @@
 #include "precompute/survey/survey.hpp"
 
-#include "precompute/survey/file_hash.hpp"
-
-#include <lbea/lbea.hpp>
+#include "runtime/src/model/checksum.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <fstream>
 #include <numeric>
 #include <unordered_map>
-#include <utility>
 
 namespace lbea::bake {
 namespace {
@@ -24,7 +21,7 @@ void widen(Extent& extent, const Extent& by) {
   }
 }
 
-/// Where the run's nodes are and which elements it keeps, in its own numbering.
+/// The extents of the run's nodes and the elements it keeps, in its own numbering.
 struct Movement {
   std::vector<std::uint8_t> alive;
   std::vector<Extent> extents;
@@ -70,12 +67,29 @@ std::vector<double> step_times(std::vector<double> times, const std::vector<std:
   return times;
 }
 
+/// Reads the file in pieces.
+InputFile hash_file(const std::filesystem::path& path) {
+  constexpr std::size_t piece = std::size_t{1} << 20;
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
+  if (state == nullptr) throw std::bad_alloc();
+  XXH3_64bits_reset(state.get());
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> buffer(piece);
+  InputFile result{path.filename().string()};
+  while (file) {
+    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    const auto got = static_cast<std::size_t>(file.gcount());
+    XXH3_64bits_update(state.get(), buffer.data(), got);
+    result.size += got;
+  }
+  if (!file.eof()) throw Error(Status::bad_input, "cannot read " + path.string() + "; check the file and its rights");
+  result.hash = XXH3_64bits_digest(state.get());
+  return result;
+}
+
 std::vector<InputFile> hashed_files(const SimulationReader& reader) {
   std::vector<InputFile> files;
-  for (const std::filesystem::path& path : reader.files()) {
-    const auto [size, hash] = hash_file(path);
-    files.push_back({path.filename().string(), size, hash});
-  }
+  for (const std::filesystem::path& path : reader.files()) files.push_back(hash_file(path));
   return files;
 }
 

@@ -1,23 +1,17 @@
-// First pass over the runs: what they have in common, where they are, what they consist of.
+// First pass over the runs: their common mesh, the extents of their nodes, their fields and files.
 #pragma once
 
+#include "precompute/bake_options.hpp"
 #include "precompute/ensemble.hpp"
-#include "precompute/ensemble_description.hpp"
-#include "precompute/stage.hpp"
 #include "precompute/survey/common_mesh.hpp"
-
-#include <array>
-#include <cstdint>
-#include <string>
-#include <vector>
 
 namespace lbea::bake {
 
-/// One run's share of the samples.
+/// One run's samples.
 struct RunSurvey {
   std::vector<std::uint32_t> steps;   // stored states used, ascending
   std::vector<double> times_s;        // per step
-  std::vector<std::uint32_t> fields;  // per chosen field: its place in the run's fields
+  std::vector<std::uint32_t> fields;  // per chosen field: its index in the run's fields
   std::vector<InputFile> files;
 };
 
@@ -42,29 +36,30 @@ void check_state(const SimulationReader& reader, const SimulationState& state, c
 
 using Extent = std::array<float, 6>;  // min x, y, z, max x, y, z
 
-/// What one run told, in the numbering of the reference run's mesh.
+/// What was read from one run, in the numbering of the reference run's mesh.
 struct RunHistory {
   std::vector<std::uint32_t> steps;     // stored states used, ascending
   std::vector<double> times;            // per step, in the run's unit
-  std::vector<SimulationField> fields;  // all that it has
+  std::vector<SimulationField> fields;  // all of the run
   std::vector<InputFile> files;
   std::vector<std::uint8_t> common;  // per element: 1 when the run has it in all its steps
-  std::vector<Extent> extents;       // per node: where it is in those steps; upside down when the run lacks it
+  std::vector<Extent> extents;       // per node: box of its positions in those steps; min > max when the run lacks it
 };
 
-/// Each used state once, one in memory. Throws Error{bad_input | bad_config} naming the run, and BakeCancelled.
+/// Reads each used state once, one in memory at a time. Throws Error{bad_input | bad_config} naming the run, and
+/// BakeCancelled.
 [[nodiscard]] RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run,
                                     const EnsembleDescription& description, const SimulationReader& reference,
                                     Stage& stage);
 
-/// Puts the histories together, run by run.
+/// Combines the histories, run by run.
 class SurveyCollection {
  public:
   /// Throws Error{bad_config} when the reference run lacks a field.
   SurveyCollection(const SimulationReader& reference, const EnsembleDescription& description, const std::string& run);
-  /// Throws Error{bad_input | bad_config} naming the run; it is not part of the collection then.
+  /// Throws Error{bad_input | bad_config} naming the run; the run is not added then.
   void add(RunHistory history, const std::string& run);
-  /// A run that is left out: no samples.
+  /// Adds a run that is left out: no samples.
   void add_nothing() { survey_.runs.emplace_back(); }
   /// Throws Error{bad_input} when nothing is common.
   [[nodiscard]] Survey finish() const;

@@ -2,9 +2,7 @@
 // processes that die.
 #pragma once
 
-#include "precompute/jobs/bake_shard.hpp"
-#include "precompute/jobs/merge_shards.hpp"
-#include "precompute/jobs/run_status.hpp"
+#include "precompute/jobs/jobs.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/synthetic_model.hpp"
 
@@ -81,7 +79,7 @@ inline EnsembleDescription shard_description(ReferenceMode mode = ReferenceMode:
 }
 
 /// Images that change with every position.
-class FormulaRenderer : public ViewRenderer {
+class FormulaRenderer : public DepthRenderer {
  public:
   FormulaRenderer(const std::array<float, 3>& low, const std::array<float, 3>& high) {
     camera_.focal = 10;
@@ -107,7 +105,7 @@ inline BakeOptions shard_options(unsigned threads = 1) {
   BakeOptions options;
   options.threads = threads;
   options.leaves_out_broken = true;
-  options.views = [](const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+  options.depth_renderer = [](const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>& high) {
     return std::make_unique<FormulaRenderer>(low, high);
   };
   return options;

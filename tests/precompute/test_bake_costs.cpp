@@ -1,5 +1,5 @@
 // What a bake in shards takes of memory and time: no more for an ensemble ten times as large, and a million vertices.
-#include "precompute/jobs/estimate.hpp"
+#include "precompute/model_file/estimate.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/instrumented.hpp"
 
@@ -58,10 +58,10 @@ TEST_CASE("a state of a hundred thousand nodes: shard and merge, and the estimat
   EnsembleDescription description = shard_description();
   description.modes = 100;
   BakeOptions options = shard_options();
-  options.views = {};
+  options.depth_renderer = {};
   const BakePlan plan = plan_bake(work, plates.ensemble, description, options);
   const auto without_views = [](BakeOptions all) {
-    all.views = {};
+    all.depth_renderer = {};
     return all;
   };
   const BakeEstimate expected = estimate(work, plan, options);
@@ -87,7 +87,7 @@ TEST_CASE("a million vertices and a hundred modes in less than 16 GiB" * doctest
   description.modes = 100;
   const CountedPlates plates = counted_plates(1, 2, {1200, 834, 1000, 700});
   const Usage usage = in_a_process({}, [&](BakeOptions options) {
-    options.views = {};
+    options.depth_renderer = {};
     bake_model(plates.ensemble, description, folder / "m.lbea", options);
   });
   const Model model = Model::open(folder / "m.lbea");

@@ -215,7 +215,7 @@ TEST_CASE("merge names what is missing and what is damaged, and leaves no model"
   bake_shard(work, plan, {1, 2}, shard_options());
 
   for (const WorkName name :
-       {plan.runs[1].record_name(), plan.runs[1].footprint_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
+       {plan.runs[1].record_name(), plan.runs[1].grid_and_images_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
     const std::string whole = text_of(work.file(name));
     for (std::size_t byte = 40; byte < whole.size(); byte += whole.size() / 17) {
       std::string bytes = whole;
@@ -246,8 +246,8 @@ TEST_CASE(
     bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
     put(work.file(name), bytes);
   };
-  for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].footprint_name(), plan.runs[1].survey_name(),
-                              WorkName{WorkKind::basis, plan.bases[0]}}) {
+  for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].grid_and_images_name(),
+                              plan.runs[1].survey_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
     damage(name);
     if (name.kind == WorkKind::survey) {  // only who makes a record needs it
       std::filesystem::remove(work.file(plan.runs[1].record_name()));
@@ -271,12 +271,12 @@ TEST_CASE(
   verify.verifies_finished = true;
   CHECK(bake_shard(work, plan, {}, verify).finished == 3);
   damage(plan.runs[0].record_name());
-  damage(plan.runs[2].footprint_name());
+  damage(plan.runs[2].grid_and_images_name());
   CHECK(bake_shard(work, plan, {}, shard_options()).finished == 3);
   CHECK(bake_shard(work, plan, {}, verify).finished == 1);
   CHECK(merged(work, plan) == alone);
   damage(plan.runs[0].record_name());
-  std::filesystem::remove(work.file(plan.runs[0].footprint_name()));
+  std::filesystem::remove(work.file(plan.runs[0].grid_and_images_name()));
   CHECK(bake_shard(work, plan, {}, shard_options()).failed == 0);
   CHECK_FALSE(work.failure(plan.runs[0].record));
   CHECK(merged(work, plan) == alone);
@@ -313,7 +313,7 @@ TEST_CASE("another sensor than the planned one, and shards that do not exist, ar
   const WorkFolder work(folder / "work", false);
   const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
   BakeOptions other = shard_options();
-  other.views = [](const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>&) {
+  other.depth_renderer = [](const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>&) {
     return std::make_unique<FormulaRenderer>(low, std::array{low[0], low[1], low[2] + 1});
   };
   check_error(error_of([&] { bake_shard(work, plan, {}, other); }), Status::bad_config, {"sensor", "plan again"});

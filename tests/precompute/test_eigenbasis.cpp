@@ -1,6 +1,5 @@
 #include "precompute/basis/eigenbasis.hpp"
 
-#include "precompute/basis/shift_invert.hpp"
 #include "tests/precompute/meshes.hpp"
 
 #include <lbea/lbea.hpp>

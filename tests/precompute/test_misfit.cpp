@@ -1,5 +1,5 @@
 #include "precompute/depth_images/branches.hpp"
-#include "precompute/depth_images/misfit.hpp"
+#include "precompute/depth_images/residuals.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "precompute/survey/observed_region.hpp"
+#include "precompute/survey/reference.hpp"
 
 #include "tests/support/synthetic_simulation.hpp"
 

@@ -1,7 +1,6 @@
 // Components of plates before a stereo rig, filmed by the virtual sensor, registered from a rough pose.
+#include "precompute/registration/alignment.hpp"
 #include "precompute/registration/registration.hpp"
-#include "precompute/registration/rigid_motion.hpp"
-#include "precompute/registration/shape_modes.hpp"
 #include "precompute/registration/surface_tree.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 

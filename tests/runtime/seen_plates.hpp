@@ -1,7 +1,7 @@
 // Bending plates under a stereo rig that looks down on them.
 #pragma once
 
-#include "precompute/depth_images/depth_views.hpp"
+#include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tests/support/synthetic_model.hpp"
 
@@ -22,8 +22,9 @@ inline StereoSensor rig_above() {
 inline BakeOptions with_views(unsigned threads = 0) {
   BakeOptions options;
   options.threads = threads;
-  options.views = [](const CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
-    return depth_views(rig_above(), mesh.node_ids.size(), mesh.elements, low, high);
+  options.depth_renderer = [](const CommonMesh& mesh, const std::array<float, 3>& low,
+                              const std::array<float, 3>& high) {
+    return make_depth_renderer(rig_above(), mesh.node_ids.size(), mesh.elements, low, high);
   };
   return options;
 }

@@ -1,5 +1,5 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
-#include "precompute/depth_images/sample_views.hpp"
+#include "precompute/depth_images/residuals.hpp"
 #include "runtime/src/depth/depth_comparison.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
@@ -173,7 +173,7 @@ TEST_CASE("images rendered from the model are those that the bake rendered, on a
     }
   const SimulationMesh mesh = plate_mesh();
   const SensorViews rendered =
-      render_views(model, *depth_views(rig_above(), mesh.nodes(), mesh.elements, low, high), 2);
+      render_depth_images(model, *make_depth_renderer(rig_above(), mesh.nodes(), mesh.elements, low, high), 2);
   CHECK(std::ranges::equal(rendered.data()->depths, baked.data()->depths));
   CHECK(std::ranges::equal(rendered.data()->expected, baked.data()->expected));
   CHECK(rendered.misfit_limit() == baked.misfit_limit());

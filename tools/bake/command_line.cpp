@@ -167,8 +167,8 @@ bake::EnsembleDescription described(const BakeCommand& command) {
   replace(description.correspondence, command.correspondence);
   replace(description.compact_fields, command.compact_fields);
   if (command.landmarks) description.landmarks = command.landmarks;
-  if (command.sensor && description.views.empty()) description.views = *command.sensor;
-  replace(description.views, command.views);
+  if (command.sensor && description.depth_sensor.empty()) description.depth_sensor = *command.sensor;
+  replace(description.depth_sensor, command.views);
   if (!command.output.empty()) description.output = command.output;
   if (description.output.empty()) description.output = command.toml.stem().concat(".lbea");
   return description;

@@ -1,7 +1,7 @@
 // What to bake: the TOML file's description with the flags' changes.
 #pragma once
 
-#include "precompute/ensemble_description.hpp"
+#include "precompute/ensemble.hpp"
 #include "tools/shared/cli/tool.hpp"
 
 #include <filesystem>

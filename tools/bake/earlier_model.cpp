@@ -1,12 +1,13 @@
 #include "tools/bake/earlier_model.hpp"
 
 #include "adapters/simulation/open.hpp"
-#include "precompute/jobs/model_run.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -25,6 +26,94 @@ Model opened(const std::filesystem::path& file) {
   const std::lock_guard lock(mutex);
   const auto found = models.find(file);
   return found != models.end() ? found->second : models.emplace(file, Model::open(file)).first->second;
+}
+
+bake::SimulationMesh mesh_of(const Model& model) {
+  bake::SimulationMesh mesh;
+  const auto positions = model.node_positions(0);
+  const auto corners = model.element_nodes();
+  mesh.positions.assign(positions.begin(), positions.end());
+  mesh.node_ids.assign(model.node_ids().begin(), model.node_ids().end());
+  mesh.element_ids.assign(model.element_ids().begin(), model.element_ids().end());
+  mesh.element_parts.assign(model.element_parts().begin(), model.element_parts().end());
+  for (std::size_t e = 0; e < model.elements(); ++e)
+    mesh.elements.push_back({corners[4 * e], corners[4 * e + 1], corners[4 * e + 2], corners[4 * e + 3]});
+  return mesh;
+}
+
+// The time whose product with the factor is exactly `seconds`; division alone may differ in the last bit.
+double in_units(double seconds, double factor) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double time = seconds / factor;
+  for (const double near : {time, std::nextafter(time, infinity), std::nextafter(time, -infinity)})
+    if (near * factor == seconds) return near;
+  return time;
+}
+
+/// A simulation of a finished model, read like the run that it was baked from: common mesh and samples.
+class ModelRun : public bake::SimulationReader {
+ public:
+  /// time_factor: seconds per unit of the run's times, as the model was baked with. file: the model's.
+  ModelRun(Model model, std::uint32_t simulation, double time_factor, std::filesystem::path file);
+
+  const bake::SimulationMesh& mesh() const noexcept override { return mesh_; }
+  const std::vector<bake::SimulationField>& fields() const noexcept override { return fields_; }
+  std::uint32_t states() const noexcept override { return states_; }
+  /// This and read() throw Error{bad_config} for a state that is not one of the model's samples.
+  double time_s(std::uint32_t state) const override;
+  void read(std::uint32_t state, bake::SimulationState& into) override;
+  std::vector<std::filesystem::path> files() const override { return {file_}; }
+
+ private:
+  [[nodiscard]] std::uint32_t sample(std::uint32_t state) const;
+
+  Model model_;
+  std::uint32_t simulation_;
+  double time_factor_;
+  std::filesystem::path file_;
+  bake::SimulationMesh mesh_;
+  std::vector<bake::SimulationField> fields_;
+  std::uint32_t states_ = 0;
+};
+
+ModelRun::ModelRun(Model model, std::uint32_t simulation, double time_factor, std::filesystem::path file)
+    : model_(std::move(model)),
+      simulation_(simulation),
+      time_factor_(time_factor),
+      file_(std::move(file)),
+      mesh_(mesh_of(model_)) {
+  for (std::uint32_t field = 0; field < model_.fields(); ++field)
+    if (model_.field(field).location == FieldInfo::Location::element)
+      fields_.push_back({std::string(model_.field(field).name), std::string(model_.field(field).unit)});
+  for (std::uint32_t s = 0; s < model_.samples(); ++s)
+    if (model_.sample(s).simulation == simulation_) states_ = model_.sample(s).time_step + 1;
+}
+
+std::uint32_t ModelRun::sample(std::uint32_t state) const {
+  const std::uint32_t place = model_.sample_index({simulation_, state});
+  if (place == model_.samples())
+    throw Error(Status::bad_config, file_.string() + " does not hold state " + std::to_string(state) + " of run " +
+                                        std::string(model_.simulation_name(simulation_)) +
+                                        "; select the steps it was baked with, or read the run itself");
+  return place;
+}
+
+double ModelRun::time_s(std::uint32_t state) const {
+  return in_units(model_.sample_time_s(sample(state)), time_factor_);
+}
+
+void ModelRun::read(std::uint32_t state, bake::SimulationState& into) {
+  const std::uint32_t place = sample(state);
+  const auto positions = model_.node_positions(place);
+  into.time_s = time_s(state);
+  into.positions.assign(positions.begin(), positions.end());
+  into.alive.assign(model_.elements(), 1);
+  into.fields.resize(fields_.size());
+  for (std::uint32_t field = 0, next = 0; field < model_.fields(); ++field) {
+    if (model_.field(field).location != FieldInfo::Location::element) continue;
+    into.fields[next].resize(model_.field_size(field));
+    model_.read_field(field, place, into.fields[next++]);
+  }
 }
 
 std::string source_of(std::uint32_t simulation, double time_factor, const std::filesystem::path& file) {
@@ -92,7 +181,7 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
     try {
       if (!is_same(run.open()->files(), known.at(run.name))) continue;
     } catch (const Error&) {
-      continue;  // said when the run is surveyed
+      continue;  // reported when the run is surveyed
     }
     run.files = known.at(run.name);
     run.rounded_elements = has_rounded_fields(model) ? model.elements() : 0;
@@ -109,7 +198,7 @@ std::unique_ptr<bake::SimulationReader> open_source(const std::string& source) {
   std::string file;
   text >> simulation >> time_factor;
   std::getline(text.ignore(1), file);
-  return std::make_unique<bake::ModelRun>(opened(file), simulation, time_factor, file);
+  return std::make_unique<ModelRun>(opened(file), simulation, time_factor, file);
 }
 
 }  // namespace lbea::tool

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "precompute/ensemble.hpp"
-#include "precompute/ensemble_description.hpp"
 
 #include <filesystem>
 #include <memory>

@@ -21,7 +21,7 @@ int run(const BakeCommand& command) {
   bake::BakeOptions options;
   options.threads = command.threads;
   options.visible_nodes = visibility(description.region, command.threads);
-  options.views = view_rendering(description.views);
+  options.depth_renderer = depth_rendering(description.depth_sensor);
   options.progress = [&](const bake::BakeProgress& stage) { progress.show(stage); };
   options.cancelled = [] { return stop_requested != 0; };
   options.leaves_out_broken = command.leave_out_broken;

@@ -1,10 +1,9 @@
 // What a bake made, will make and is making, for people and for programs.
 #pragma once
 
-#include "precompute/bake_summary.hpp"
-#include "precompute/jobs/bake_shard.hpp"
-#include "precompute/jobs/estimate.hpp"
-#include "precompute/jobs/run_status.hpp"
+#include "precompute/bake_options.hpp"
+#include "precompute/jobs/jobs.hpp"
+#include "precompute/model_file/estimate.hpp"
 
 #include <filesystem>
 #include <vector>

@@ -1,6 +1,6 @@
 #include "tools/bake/steps.hpp"
 
-#include "precompute/jobs/merge_shards.hpp"
+#include "precompute/jobs/jobs.hpp"
 #include "tools/bake/earlier_model.hpp"
 #include "tools/bake/stage_progress.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
@@ -14,7 +14,7 @@ namespace {
 bake::EnsembleDescription placed(const BakeCommand& command) {
   bake::EnsembleDescription description = described(command);
   read_region_nodes(description.region);
-  if (!description.views.empty()) description.views = std::filesystem::absolute(description.views);
+  if (!description.depth_sensor.empty()) description.depth_sensor = std::filesystem::absolute(description.depth_sensor);
   description.output = std::filesystem::absolute(description.output);
   return description;
 }
@@ -24,7 +24,7 @@ bake::EnsembleDescription placed(const BakeCommand& command) {
 bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& views) {
   bake::BakeOptions options;
   options.threads = threads;
-  options.views = view_rendering(views);
+  options.depth_renderer = depth_rendering(views);
   options.progress = [progress = std::make_shared<StageProgress>()](const bake::BakeProgress& stage) {
     progress->show(stage);
   };
@@ -41,7 +41,7 @@ bake::Ensemble ensemble_of(const BakeCommand& command, const bake::EnsembleDescr
 
 bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& work) {
   const bake::EnsembleDescription description = placed(command);
-  bake::BakeOptions options = step_options(command.threads, description.views);
+  bake::BakeOptions options = step_options(command.threads, description.depth_sensor);
   options.visible_nodes = visibility(description.region, command.threads);
   return bake::plan_bake(work, ensemble_of(command, description), description, options);
 }
@@ -57,7 +57,7 @@ bake::BakePlan read_plan(const bake::WorkFolder& work) {
 
 bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard,
                               unsigned threads, bool verifies_finished) {
-  bake::BakeOptions options = step_options(threads, plan.description.views);
+  bake::BakeOptions options = step_options(threads, plan.description.depth_sensor);
   options.verifies_finished = verifies_finished;
   return bake::bake_shard(work, plan, shard, options);
 }

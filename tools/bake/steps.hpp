@@ -1,10 +1,9 @@
 // The steps of a bake as programs take them: lbea-bake's subcommands, and the driver for MPI.
 #pragma once
 
-#include "precompute/bake_summary.hpp"
-#include "precompute/jobs/bake_shard.hpp"
-#include "precompute/jobs/estimate.hpp"
-#include "precompute/jobs/run_status.hpp"
+#include "precompute/bake_options.hpp"
+#include "precompute/jobs/jobs.hpp"
+#include "precompute/model_file/estimate.hpp"
 #include "tools/bake/command_line.hpp"
 
 #include <filesystem>

@@ -80,7 +80,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   EvaluationPlan plan;
   plan.description = io::read_ensemble_toml(arguments.toml);
   read_region_nodes(plan.description.region);
-  plan.description.views = arguments.sensor;
+  plan.description.depth_sensor = arguments.sensor;
   plan.ensemble = open_ensemble(plan.description);
   choose_experiments(arguments, plan);
   if (arguments.mode == "over-time") plan.modes = {ReferenceMode::over_time};

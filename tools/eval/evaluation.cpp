@@ -58,7 +58,7 @@ Model Evaluator::bake_runs(Runs runs, ReferenceMode mode) {
   bake::BakeOptions options;
   options.threads = plan_.threads;
   options.visible_nodes = visibility(description.region, plan_.threads);
-  options.views = view_rendering(description.views);
+  options.depth_renderer = depth_rendering(description.depth_sensor);
   options.cancelled = [this] { return stopped(); };
   const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
   options.progress = [&](const bake::BakeProgress& stage) {

@@ -1,7 +1,7 @@
 #include "tools/register/undeformed.hpp"
 
 #include "adapters/files/atomic_file.hpp"
-#include "precompute/registration/rigid_motion.hpp"
+#include "precompute/registration/alignment.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 
 #include <nlohmann/json.hpp>

@@ -3,7 +3,6 @@
 
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/registration/registration.hpp"
-#include "precompute/registration/shape_modes.hpp"
 
 #include <lbea/lbea.hpp>
 

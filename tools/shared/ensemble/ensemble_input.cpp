@@ -3,7 +3,7 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
-#include "precompute/depth_images/depth_views.hpp"
+#include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 
 #include <algorithm>
@@ -72,12 +72,12 @@ decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescript
   };
 }
 
-decltype(bake::BakeOptions::views) view_rendering(const std::filesystem::path& sensor) {
+decltype(bake::BakeOptions::depth_renderer) depth_rendering(const std::filesystem::path& sensor) {
   if (sensor.empty()) return {};
   const io::SensorDescription description = io::read_sensor_json(sensor);
   return
       [description](const bake::CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
-        return bake::depth_views(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
+        return bake::make_depth_renderer(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
       };
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "precompute/bake.hpp"
-#include "precompute/ensemble_description.hpp"
+#include "precompute/ensemble.hpp"
 
 #include <filesystem>
 #include <string>
@@ -26,7 +26,7 @@ void read_region_nodes(bake::RegionDescription& region);
 [[nodiscard]] decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region,
                                                                     unsigned threads);
 
-/// BakeOptions::views for the rig that `sensor` describes; empty when that is.
-[[nodiscard]] decltype(bake::BakeOptions::views) view_rendering(const std::filesystem::path& sensor);
+/// BakeOptions::depth_renderer for the rig that `sensor` describes; empty when that is.
+[[nodiscard]] decltype(bake::BakeOptions::depth_renderer) depth_rendering(const std::filesystem::path& sensor);
 
 }  // namespace lbea::tool

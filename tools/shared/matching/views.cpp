@@ -1,8 +1,8 @@
 #include "tools/shared/matching/views.hpp"
 
 #include "adapters/rig/sensor_json.hpp"
-#include "precompute/depth_images/depth_views.hpp"
-#include "precompute/depth_images/sample_views.hpp"
+#include "precompute/depth_images/depth_renderer.hpp"
+#include "precompute/depth_images/residuals.hpp"
 #include "tools/shared/cli/progress.hpp"
 
 #include <spdlog/spdlog.h>
@@ -38,11 +38,11 @@ SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
   const auto flat = model.element_nodes();
   for (std::size_t i = 0; i < flat.size(); ++i) elements[i / 4][i % 4] = flat[i];
   const Box box = box_of(model);
-  const auto renderer = bake::depth_views(sensor, model.nodes(), elements, box.low, box.high);
+  const auto renderer = bake::make_depth_renderer(sensor, model.nodes(), elements, box.low, box.high);
   Progress progress("rendering samples", model.samples());
   std::mutex one_at_a_time;
   std::size_t most = 0;
-  return bake::render_views(model, *renderer, 0, [&](std::size_t done) {
+  return bake::render_depth_images(model, *renderer, 0, [&](std::size_t done) {
     const std::lock_guard lock(one_at_a_time);
     progress.advance_to(most = std::max(most, done));
   });

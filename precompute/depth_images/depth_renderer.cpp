@@ -1,0 +1,119 @@
+#include "precompute/depth_images/depth_renderer.hpp"
+
+#include "precompute/rig/camera.hpp"
+#include "precompute/rig/virtual_sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea::bake {
+namespace {
+
+/// The range of a box in the image, in cells, and in depth.
+struct Extent {
+  double low[3], high[3];  // column, row, depth
+};
+
+Extent extent_of(const std::array<float, 3>& low, const std::array<float, 3>& high, const StereoSensor& sensor,
+                 double cell_px) {
+  const Pose T_sensor_reference = to_pose(sensor.T_reference_sensor, "T_reference_sensor").inverse();
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Extent extent{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    const auto side = [&](unsigned axis) {
+      return static_cast<double>((corner >> axis & 1u) != 0 ? high[axis] : low[axis]);
+    };
+    const Vec3 p = T_sensor_reference({side(0), side(1), side(2)});
+    if (!(p.z > 0))
+      throw Error(Status::bad_config,
+                  "a part of the ensemble lies behind the sensor; check T_reference_sensor, whose third column looks "
+                  "along the optical axis");
+    const double place[3] = {(sensor.focal_px * p.x / p.z + sensor.width_px / 2.0) / cell_px,
+                             (sensor.focal_px * p.y / p.z + sensor.height_px / 2.0) / cell_px, p.z};
+    for (std::size_t i = 0; i < 3; ++i) {
+      extent.low[i] = std::min(extent.low[i], place[i]);
+      extent.high[i] = std::max(extent.high[i], place[i]);
+    }
+  }
+  return extent;
+}
+
+class StereoDepthRenderer final : public DepthRenderer {
+ public:
+  StereoDepthRenderer(const StereoSensor& sensor, std::size_t nodes,
+                      std::span<const std::array<std::uint32_t, 4>> elements, const std::array<float, 3>& low,
+                      const std::array<float, 3>& high, const DepthImageResolution& resolution)
+      : rays_(resolution.rays_per_cell),
+        cell_px_(std::max(1.0, std::round(sensor.width_px / static_cast<double>(resolution.columns)))),
+        sensor_(scaled(sensor, rays_ / cell_px_), nodes, elements, 1) {
+    crop_to(extent_of(low, high, sensor, cell_px_), sensor);
+  }
+
+  [[nodiscard]] const DepthCamera& camera() const noexcept override { return camera_; }
+
+  void render(std::span<const float> positions, std::span<std::uint16_t> image) const override {
+    const SensorImage rays = sensor_.image({positions});
+    std::ranges::fill(image, empty_cell);
+    for (std::uint32_t row = 0; row < camera_.rows; ++row)
+      for (std::uint32_t column = 0; column < camera_.columns; ++column)
+        image[std::size_t{row} * camera_.columns + column] = cell(rays, column + column_, row + row_);
+  }
+
+ private:
+  void crop_to(const Extent& extent, const StereoSensor& sensor) {
+    const auto columns = static_cast<double>(sensor_.sensor().width_px / rays_),
+               rows = static_cast<double>(sensor_.sensor().height_px / rays_);
+    const double left = std::clamp(std::floor(extent.low[0]), 0.0, columns),
+                 right = std::clamp(std::ceil(extent.high[0]), 0.0, columns);
+    const double top = std::clamp(std::floor(extent.low[1]), 0.0, rows),
+                 bottom = std::clamp(std::ceil(extent.high[1]), 0.0, rows);
+    if (!(left < right && top < bottom))
+      throw Error(Status::bad_config,
+                  "the sensor does not see the ensemble; check T_reference_sensor, focal length and image size");
+    column_ = static_cast<std::uint32_t>(left);
+    row_ = static_cast<std::uint32_t>(top);
+    constexpr double most_steps = 65'000;
+    const double step = std::max((extent.high[2] - extent.low[2]) / most_steps, 1e-6);
+    camera_.T_reference_sensor = sensor.T_reference_sensor;
+    camera_.focal = static_cast<float>(sensor.focal_px / cell_px_);
+    camera_.center_column = static_cast<float>(sensor.width_px / 2.0 / cell_px_ - left);
+    camera_.center_row = static_cast<float>(sensor.height_px / 2.0 / cell_px_ - top);
+    camera_.depth_origin = static_cast<float>(extent.low[2] - 16 * step);
+    camera_.depth_step = static_cast<float>(step);
+    camera_.columns = static_cast<std::uint32_t>(right - left);
+    camera_.rows = static_cast<std::uint32_t>(bottom - top);
+  }
+
+  // The mean depth of what both cameras see; a cell of which they see less than a quarter is empty, as in a frame.
+  [[nodiscard]] std::uint16_t cell(const SensorImage& rays, std::uint32_t column, std::uint32_t row) const {
+    double sum = 0;
+    std::uint32_t count = 0;
+    for (std::uint32_t y = row * rays_; y < (row + 1) * rays_; ++y)
+      for (std::uint32_t x = column * rays_; x < (column + 1) * rays_; ++x) {
+        const std::size_t ray = std::size_t{y} * rays.width_px + x;
+        if (rays.measured[ray] == 0) continue;
+        sum += double{rays.depth[ray]};
+        ++count;
+      }
+    if (4 * count < rays_ * rays_ || count == 0) return empty_cell;
+    const double steps = (sum / count - double{camera_.depth_origin}) / double{camera_.depth_step};
+    return static_cast<std::uint16_t>(std::clamp(std::round(steps), 1.0, 65'535.0));
+  }
+
+  std::uint32_t rays_;
+  double cell_px_;
+  VirtualSensor sensor_;
+  std::uint32_t column_ = 0, row_ = 0;  // of the first cell
+  DepthCamera camera_;
+};
+
+}  // namespace
+
+std::unique_ptr<DepthRenderer> make_depth_renderer(const StereoSensor& sensor, std::size_t nodes,
+                                                   std::span<const std::array<std::uint32_t, 4>> elements,
+                                                   const std::array<float, 3>& low, const std::array<float, 3>& high,
+                                                   const DepthImageResolution& resolution) {
+  return std::make_unique<StereoDepthRenderer>(sensor, nodes, elements, low, high, resolution);
+}
+
+}  // namespace lbea::bake

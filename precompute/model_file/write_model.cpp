@@ -1,0 +1,217 @@
+#include "precompute/model_file/write_model.hpp"
+
+#include "precompute/depth_images/branches.hpp"
+#include "precompute/model_file/model_sections.hpp"
+#include "precompute/model_file/sample_sections.hpp"
+#include "precompute/samples/sample_record.hpp"
+#include "runtime/src/match/stopwatch.hpp"
+
+namespace lbea::bake {
+namespace {
+
+using format::SectionId;
+
+bool is_complete(const WorkFolder& work, const PlannedRun& run) {
+  return work.has(run.record_name()) && work.has(run.grid_and_images_name());
+}
+
+/// Appends run after run to the model.
+class RunAppender {
+ public:
+  RunAppender(const WorkFolder& work, const BakePlan& plan, const std::vector<ReferenceBasis>& bases,
+              const format::Info& info, ModelWriter& writer)
+      : work_(work),
+        plan_(plan),
+        writer_(writer),
+        sample_(plan, bases),
+        fields_(writer, plan.survey.fields.size(), plan.description.compact_fields),
+        image_(plan.camera ? padded_cells(*plan.camera) : 0),
+        envelope_(plan.survey.min, plan.survey.max, plan.description.envelope_margin),
+        moments_(bases.size()) {
+    if (has_landmarks(info, plan.description)) landmarks_.emplace(writer, info, bases.front());
+  }
+
+  void append(std::size_t run, Stage& stage) {
+    WorkReader record = work_.reader(plan_.runs[run].record_name());
+    GridAndImagesReader grid_and_images(work_, plan_, run);
+    for (std::size_t step = 0; step < plan_.survey.runs[run].steps.size(); ++step, ++samples_) {
+      stage.check();
+      read_sample(record, sample_);
+      write_sample_rows();
+      if (!image_.empty()) grid_and_images.image(image_);
+      if (!image_.empty()) writer_.write<std::uint16_t>(SectionId::view_depths, 0, samples_ * image_.size(), image_);
+    }
+    const std::vector<Moments> run_moments = read_moments(record);
+    record.finish();
+    grid_and_images.envelope(envelope_);
+    if (run_moments.size() != moments_.size()) record.fail("is damaged");
+    for (std::size_t reference = 0; reference < moments_.size(); ++reference)
+      moments_[reference].add(run_moments[reference]);
+    stage.step();
+  }
+
+  [[nodiscard]] EnvelopeBuilder& envelope() noexcept { return envelope_; }
+  [[nodiscard]] const std::vector<Moments>& moments() const noexcept { return moments_; }
+  [[nodiscard]] const std::vector<float>& field_errors() const noexcept { return fields_.errors(); }
+
+ private:
+  template <class T>
+  void write_row(SectionId id, std::size_t part, const std::vector<T>& row) {
+    writer_.write<T>(id, static_cast<std::uint32_t>(part), samples_ * row.size(), row);
+  }
+  void write_sample_rows() {
+    write_row(SectionId::node_positions, 0, sample_.positions);
+    if (landmarks_) landmarks_->write(samples_, sample_.positions);
+    for (std::uint32_t field = 0; field < sample_.fields.size(); ++field)
+      fields_.write(field, samples_, sample_.fields[field]);
+    for (std::size_t part = 0; part < sample_.coefficients.size(); ++part)
+      write_row(SectionId::coefficients, part, sample_.coefficients[part]);
+    for (std::size_t part = 0; part < sample_.correspondence.size(); ++part)
+      write_row(SectionId::correspondence, part, sample_.correspondence[part]);
+  }
+
+  const WorkFolder& work_;
+  const BakePlan& plan_;
+  ModelWriter& writer_;
+  SampleRecord sample_;
+  FieldSections fields_;
+  std::optional<LandmarkSection> landmarks_;
+  std::vector<std::uint16_t> image_;
+  EnvelopeBuilder envelope_;
+  std::vector<Moments> moments_;  // added in the order of the runs: floating-point sums depend on it
+  std::uint64_t samples_ = 0;
+};
+
+double kept_share(const std::vector<ReferenceBasis>& bases, const std::vector<Moments>& moments) {
+  double kept = 0, total = 0;
+  for (std::size_t reference = 0; reference < bases.size(); ++reference) {
+    kept += moments[reference].kept();
+    total += moments[reference].total(bases[reference].mass);
+  }
+  return total > 0 ? kept / total : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Deformation branches of the runs' last samples, compared at some hundred nodes.
+std::vector<std::uint32_t> branches_of(const BakePlan& plan, const ModelWriter& writer) {
+  constexpr std::size_t most = 512;
+  std::vector<std::uint64_t> last;
+  std::uint64_t samples = 0;
+  for (const RunSurvey& run : plan.survey.runs) last.push_back((samples += run.steps.size()) - 1);
+  std::vector<float> positions(3 * plan.survey.mesh.node_ids.size());
+  const std::size_t nodes = positions.size() / 3, every = (nodes + most - 1) / most;
+  return deformation_branches(last.size(), [&](std::size_t run) {
+    writer.read<float>(SectionId::node_positions, 0, last[run] * positions.size(), positions);
+    std::vector<float> chosen;
+    for (std::size_t i = 0; i < nodes; i += every)
+      chosen.insert(chosen.end(), positions.begin() + static_cast<std::ptrdiff_t>(3 * i),
+                    positions.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
+    return chosen;
+  });
+}
+
+/// Learns from the depth images how well the simulations explain one another.
+void learn_and_write_residuals(const BakePlan& plan, ModelWriter& writer, unsigned threads) {
+  std::vector<Sample> samples;
+  for (std::uint32_t run = 0; run < plan.survey.runs.size(); ++run)
+    for (const std::uint32_t step : plan.survey.runs[run].steps) samples.push_back({run, step});
+  const auto read = [&](std::size_t first, std::span<std::uint16_t> images) {
+    writer.read<std::uint16_t>(SectionId::view_depths, 0, first * padded_cells(*plan.camera), images);
+  };
+  write_residuals(writer, *plan.camera, learn_residuals(*plan.camera, samples, read, threads));
+}
+
+BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
+  BakeSummary summary;
+  summary.vertices = info.vertices;
+  summary.modes = info.modes;
+  summary.samples = info.samples;
+  summary.simulations = info.simulations;
+  summary.references = info.references;
+  summary.nodes = info.nodes;
+  summary.elements = info.elements;
+  summary.fields = info.fields;
+  summary.parameters = info.parameters;
+  const auto worst = std::ranges::max_element(bases, {}, &ReferenceBasis::residual);
+  summary.basis_residual = worst->residual;
+  summary.basis_solver = worst->solver;
+  for (const ReferenceBasis& basis : bases) summary.degenerate_triangles += basis.degenerate_triangles;
+  summary.highest_eigenvalue = bases.front().eigenvalues[bases.front().eigenvalues.size() - 1];
+  return summary;
+}
+
+std::vector<std::string> names_of(const std::vector<RunLeftOut>& runs) {
+  std::vector<std::string> names;
+  for (const RunLeftOut& run : runs) names.push_back(run.name);
+  return names;
+}
+
+std::vector<RoundedField> rounded_fields(const Survey& survey, const std::vector<float>& errors) {
+  std::vector<RoundedField> fields;
+  for (std::size_t field = 0; field < survey.fields.size(); ++field)
+    fields.push_back({survey.fields[field].name, survey.fields[field].unit, errors[field]});
+  return fields;
+}
+
+}  // namespace
+
+CollectedRuns collect_runs(const WorkFolder& work, const BakePlan& plan) {
+  std::vector<bool> are_kept;
+  std::vector<RunLeftOut> left_out;
+  std::string missing;
+  std::size_t count = 0;
+  for (std::size_t run = 0; run < plan.runs.size(); ++run) {
+    const std::string& name = plan.ensemble.runs[run].name;
+    std::string reason = plan.runs[run].failure;
+    const bool is_kept = reason.empty() && is_complete(work, plan.runs[run]);
+    if (!is_kept && reason.empty()) reason = work.failure(plan.runs[run].record).value_or("");
+    are_kept.push_back(is_kept);
+    if (!reason.empty())
+      left_out.push_back({name, reason});
+    else if (!is_kept && ++count <= 5)
+      missing += (missing.empty() ? "" : ", ") + name;
+  }
+  if (count > 0)
+    throw Error(Status::bad_input, std::to_string(count) + " of " + std::to_string(plan.runs.size()) +
+                                       " runs are not baked yet: " + missing + (count > 5 ? ", ..." : "") +
+                                       "; run the shards that have them, then merge");
+  if (!are_kept[plan.ensemble.reference_run])
+    throw Error(Status::bad_input,
+                "the reference run could not be baked, and cannot be left out: " + left_out.front().reason);
+  return {without_runs(plan, are_kept), std::move(left_out)};
+}
+
+BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const std::filesystem::path& output,
+                        const BakeOptions& options) {
+  Stopwatch watch;
+  const BakePlan& plan = runs.plan;
+  const std::vector<ReferenceBasis> bases = read_bases(work, plan);
+  const std::vector<std::string> left_out = names_of(runs.left_out);
+  const EnvelopeBuilder layout(plan.survey.min, plan.survey.max, plan.description.envelope_margin);
+  const ModelPlan model = plan_model(plan, bases, layout.layout(), left_out);
+  ModelWriter writer(output, model.sections);
+  model.small.write(writer);
+
+  RunAppender appender(work, plan, bases, model.info, writer);
+  Stage merging(options, "merging", plan.runs.size());
+  for (std::size_t run = 0; run < plan.runs.size(); ++run) appender.append(run, merging);
+
+  // What all samples determine together.
+  for (std::uint32_t part = 0; part < model.info.references; ++part)
+    writer.write<std::uint32_t>(SectionId::leading_axes, part, 0, appender.moments()[part].leading_axes());
+  writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, branches_of(plan, writer));
+  if (plan.camera) learn_and_write_residuals(plan, writer, options.threads);
+  writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, appender.envelope().finish().bits);
+  BakeSummary summary = summary_of(model.info, bases);
+  summary.kept_variance = kept_share(bases, appender.moments());
+  std::string provenance = provenance_json(plan, bases, summary.kept_variance, left_out);
+  provenance.resize(model.provenance_size, ' ');
+  writer.write<char>(SectionId::provenance, 0, 0, provenance);
+  writer.commit();
+  summary.file_size = writer.file_size();
+  summary.left_out = runs.left_out;
+  if (plan.description.compact_fields) summary.rounded_fields = rounded_fields(plan.survey, appender.field_errors());
+  summary.seconds = {plan.reading_seconds, plan.bases_seconds, 0, watch.lap_s()};
+  return summary;
+}
+
+}  // namespace lbea::bake

@@ -1,0 +1,145 @@
+#include "precompute/survey/reference.hpp"
+
+#include "precompute/work/bake_plan.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+namespace lbea::bake {
+namespace {
+
+using Mask = std::vector<std::uint8_t>;
+using Ids = std::unordered_set<std::uint32_t>;
+
+Ids as_set(std::span<const std::uint32_t> ids) { return {ids.begin(), ids.end()}; }
+
+void check_exist(const std::vector<std::uint32_t>& wanted, std::span<const std::uint32_t> existing,
+                 const std::string& what) {
+  const Ids known = as_set(existing);
+  for (const std::uint32_t id : wanted)
+    if (!known.contains(id))
+      throw Error(Status::bad_config, "the region names " + what + " " + std::to_string(id) +
+                                          ", which the reference run does not have; correct the region");
+}
+
+bool inside(const Box& box, const float* p) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!(double{p[axis]} >= box.min[axis] && double{p[axis]} <= box.max[axis])) return false;
+  return true;
+}
+
+Mask chosen_nodes(const CommonMesh& mesh, std::span<const float> positions, const RegionCriteria& criteria) {
+  const Ids wanted = as_set(criteria.node_ids);
+  Mask chosen(mesh.node_ids.size(), 1);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const bool listed = wanted.empty() || wanted.contains(mesh.node_ids[i]);
+    const bool visible = criteria.visible.empty() || criteria.visible[i];
+    chosen[i] = listed && visible && (!criteria.box || inside(*criteria.box, &positions[3 * i]));
+  }
+  return chosen;
+}
+
+std::vector<Quad> chosen_elements(const CommonMesh& mesh, const std::vector<std::uint32_t>& parts, const Mask& nodes) {
+  std::vector<Quad> chosen;
+  for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+    const Quad& q = mesh.elements[e];
+    const bool of_part = parts.empty() || std::find(parts.begin(), parts.end(), mesh.element_parts[e]) != parts.end();
+    if (of_part && std::all_of(q.begin(), q.end(), [&](std::uint32_t node) { return nodes[node] != 0; }))
+      chosen.push_back(q);
+  }
+  return chosen;
+}
+
+/// Reads states of the reference run.
+class ReferenceRun {
+ public:
+  explicit ReferenceRun(const BakePlan& plan)
+      : name_(plan.ensemble.runs[plan.ensemble.reference_run].name),
+        reader_(plan.ensemble.runs[plan.ensemble.reference_run].open()),
+        mapping_(map_common(plan.survey.mesh, reader_->mesh(), name_)),
+        time_factor_(plan.description.time_factor) {
+    const EnsembleDescription& description = plan.description;
+    if (description.impact_step >= reader_->states())
+      throw Error(Status::bad_config, "the impact is at state " + std::to_string(description.impact_step) +
+                                          ", but run " + name_ + " has " + std::to_string(reader_->states()) +
+                                          " states");
+    impact_time_ = reader_->time_s(description.impact_step);
+  }
+
+  ReferenceState at(std::uint32_t step) {
+    reader_->read(step, state_);
+    check_state(*reader_, state_, name_, step);
+    ReferenceState reference{(reader_->time_s(step) - impact_time_) * time_factor_, {}};
+    for (const std::uint32_t node : mapping_.nodes) {
+      const float* p = &state_.positions[3 * std::size_t{node}];
+      reference.positions.insert(reference.positions.end(), p, p + 3);
+    }
+    return reference;
+  }
+
+ private:
+  const std::string& name_;
+  std::unique_ptr<SimulationReader> reader_;
+  MeshMapping mapping_;
+  double time_factor_;
+  double impact_time_ = 0;
+  SimulationState state_;
+};
+
+ObservedRegion choose_region(const RegionDescription& region, const BakeOptions& options, const Survey& survey,
+                             const ReferenceState& impact) {
+  RegionCriteria criteria{region.parts, region.box, region.node_ids, {}};
+  if (options.visible_nodes) criteria.visible = options.visible_nodes(survey.mesh, impact.positions);
+  return observed_region(survey.mesh, impact.positions, criteria, survey.reference_node_ids);
+}
+
+/// (a) impact: one state; (b) over time: each used state of the reference run.
+std::vector<ReferenceState> reference_states(ReferenceMode mode, ReferenceRun& run, const ReferenceState& impact,
+                                             const std::vector<std::uint32_t>& steps) {
+  if (mode == ReferenceMode::impact) return {impact};
+  std::vector<ReferenceState> states;
+  for (const std::uint32_t step : steps) states.push_back(run.at(step));
+  if (!std::ranges::is_sorted(states, {}, &ReferenceState::time_s))
+    throw Error(Status::bad_input, "the times of the reference run do not ascend");
+  return states;
+}
+
+}  // namespace
+
+ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> positions, const RegionCriteria& criteria,
+                               std::span<const std::uint32_t> all_node_ids) {
+  check_exist(criteria.node_ids, all_node_ids, "node");
+  check_exist(criteria.parts, mesh.element_parts, "part");
+  if (!criteria.visible.empty() && criteria.visible.size() != mesh.node_ids.size())
+    throw Error(Status::bad_config, "the visibility mask has " + std::to_string(criteria.visible.size()) +
+                                        " entries for " + std::to_string(mesh.node_ids.size()) + " nodes");
+
+  ObservedRegion region;
+  region.elements = chosen_elements(mesh, criteria.parts, chosen_nodes(mesh, positions, criteria));
+  if (region.elements.empty())
+    throw Error(Status::bad_config,
+                "no element of the component lies in the region with all its nodes; widen the region");
+
+  std::vector<std::uint32_t> new_index(mesh.node_ids.size(), 0);
+  for (const Quad& q : region.elements)
+    for (const std::uint32_t node : q) new_index[node] = 1;
+  for (std::uint32_t node = 0; node < new_index.size(); ++node) {
+    if (new_index[node] == 0) continue;
+    new_index[node] = static_cast<std::uint32_t>(region.nodes.size());
+    region.nodes.push_back(node);
+  }
+  for (Quad& q : region.elements)
+    for (std::uint32_t& node : q) node = new_index[node];
+  return region;
+}
+
+Reference choose_reference(const BakePlan& plan, const BakeOptions& options) {
+  ReferenceRun run(plan);
+  const ReferenceState impact = run.at(plan.description.impact_step);
+  Reference reference{choose_region(plan.description.region, options, plan.survey, impact), {}};
+  reference.states =
+      reference_states(plan.description.mode, run, impact, plan.survey.runs[plan.ensemble.reference_run].steps);
+  return reference;
+}
+
+}  // namespace lbea::bake
