@@ -1,4 +1,4 @@
-# What the tests of clusters share: programs, the demo ensemble, a folder that goes at the end.
+# Shared by the cluster tests: programs, the demo ensemble, a folder that is removed at the end.
 skip() { echo "skipped: $1"; exit 77; }
 
 bake=$1/tools/bake/lbea-bake

@@ -9,7 +9,7 @@ command -v mpirun >/dev/null || skip "no mpirun here"
 mpirun --allow-run-as-root --oversubscribe -n 2 "$bake-mpi" "$demo/ensemble.toml" "${few[@]}" --work work -o ranks.lbea >out
 grep -q 'samples  *30 of 10 simulations' out
 cmp alone.lbea ranks.lbea
-# What one rank cannot do, all say, and none waits for ever.
+# When one rank fails, all ranks fail and none waits for ever.
 if timeout 60 mpirun --allow-run-as-root --oversubscribe -n 2 "$bake-mpi" none.toml --work work -o none.lbea 2>err; then exit 1; fi
 grep -q none.toml err
 [ ! -e none.lbea ]

@@ -9,7 +9,7 @@ for program in munged slurmctld slurmd sbatch; do command -v $program >/dev/null
 
 pids=()
 at_the_end() {
-  if [ -e held/process ]; then kill -KILL "$(cat held/process)" 2>/dev/null || true; fi  # stopped, it would stay for ever
+  if [ -e held/process ]; then kill -KILL "$(cat held/process)" 2>/dev/null || true; fi  # a stopped process would stay for ever
   for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
   for pid in "${pids[@]}"; do wait "$pid" 2>/dev/null || true; done
 }
@@ -18,9 +18,9 @@ waits() {  # for a command to succeed, at most a minute
   echo "still not: $*"; cat ./*.log; return 1
 }
 
-# Everything of this Slurm lives in the test's folder, on ports of its own, beside whatever the machine runs.
+# All files of this Slurm are in the test's folder, and it uses its own ports.
 mkdir -p munge slurm spool/d
-chmod 755 .  # munged wants others to be able to reach its socket, and nobody to write above it
+chmod 755 .  # munged requires that others can reach its socket and cannot write to its parent folders
 chmod 711 munge
 dd if=/dev/urandom of=munge/key bs=1024 count=1 status=none
 chmod 400 munge/key
@@ -85,9 +85,9 @@ held=$(cat held/process)
 [ "$(squeue -h -j "${array}_2" -o %T)" = RUNNING ]
 [ "$(cut -d' ' -f3 "/proc/$held/stat")" = T ]
 lbea-bake status --work work | tee status | grep -q 'running   [1-9]' || { cat status; compgen -G "work/*/*.tmp-*"; exit 1; }
-kill -KILL "$held"  # as the kernel does when memory is short: scancel would let it clear up
+kill -KILL "$held"  # like the kernel's out-of-memory killer; scancel would let the process clean up
 waits test ! -e "/proc/$held"
-compgen -G "work/record/*.tmp-$held-*" >/dev/null  # what it left; the next array does what is missing
+compgen -G "work/record/*.tmp-$held-*" >/dev/null  # its temporary file; the next array makes the missing runs
 waits sh -c "lbea-bake status --work work | grep -q 'running   0'"  # the others have finished
 again=$(sbatch --parsable --array=0-2 --dependency=afterany:"$array" "$script" work)
 merge=$(sbatch --parsable --dependency=afterany:"$again" --wrap "lbea-bake merge --work work")

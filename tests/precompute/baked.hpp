@@ -1,4 +1,4 @@
-// A baked model and the matrices in it, as tests look at them.
+// A baked model and its matrices, for tests.
 #pragma once
 
 #include "runtime/src/model/model_view.hpp"
@@ -12,7 +12,7 @@ namespace lbea::test {
 
 using namespace lbea::bake;
 
-/// Baked and mapped; the folder goes with it.
+/// Baked and opened; owns the folder.
 struct Baked {
   Baked(const Ensemble& ensemble, const EnsembleDescription& description, const BakeOptions& options = {})
       : summary(bake_model(ensemble, description, folder / "m.lbea", options)), model(Model::open(folder / "m.lbea")) {}

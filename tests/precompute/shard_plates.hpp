@@ -1,5 +1,5 @@
-// Bending plates for bakes in shards: runs that count how often they are read, a renderer made of a formula, and
-// processes that die.
+// Bending plates for bakes in shards: runs that count how often they are read, a renderer that evaluates a formula, and
+// processes that are killed.
 #pragma once
 
 #include "precompute/jobs/jobs.hpp"
@@ -124,7 +124,7 @@ inline std::string merged(const WorkFolder& work, const BakePlan& plan) {
   return text_of(folder / "m.lbea");
 }
 
-/// When a process dies: before it looks at its n-th state, or after some microseconds. 0: it lives.
+/// When a process is killed: before it reads its n-th state, or after some microseconds. 0: it is not killed.
 struct Death {
   int at_state = 0;
   long after_us = 0;
@@ -135,7 +135,7 @@ struct Usage {
   double cpu_s = 0;
 };
 
-/// Runs `body` in a process of its own; returns what it took, 0 when it died.
+/// Runs `body` in a separate process; returns its memory and time, 0 when it was killed.
 inline Usage in_a_process(const Death& death, const std::function<void(BakeOptions)>& body, unsigned threads = 1) {
   const pid_t child = ::fork();
   if (child == 0) {

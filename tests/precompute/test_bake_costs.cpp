@@ -1,4 +1,4 @@
-// What a bake in shards takes of memory and time: no more for an ensemble ten times as large, and a million vertices.
+// Memory and time of a bake in shards: per run no more for an ensemble ten times as large; a million vertices.
 #include "precompute/model_file/estimate.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/instrumented.hpp"

@@ -53,7 +53,7 @@ void check_fields_follow_ids(const Model& model) {
 
 }  // namespace
 
-TEST_CASE("an element eroded in any used state is gone from the surface") {
+TEST_CASE("an element eroded in any used state is removed from the surface") {
   const SimulationMesh mesh = plate_mesh(shape);
   const Ensemble ensemble = two_runs(simple(mesh, 0.5, none, 0), simple(mesh, 1, 10, 2));
   const TemporaryFolder folder;
@@ -90,7 +90,7 @@ TEST_CASE("runs with other numbering orders and other elements share what is com
     CHECK(std::ranges::equal(model.node_positions(step), model.node_positions(4 + step)));
 }
 
-TEST_CASE("the reference run and the impact step are the description's") {
+TEST_CASE("reference run and impact step follow the description") {
   const SimulationMesh mesh = plate_mesh(shape);
   Ensemble ensemble = two_runs(simple(mesh, 0.5, none, 0), simple(mesh, 1, none, 0));
   ensemble.reference_run = 1;
@@ -137,7 +137,7 @@ TEST_CASE("the region bounds the vertices, the component stays whole") {
   CHECK(summary.vertices == 12);  // and rows 0 to 2
 }
 
-TEST_CASE("fields: all, none, some, in whatever order the runs have them") {
+TEST_CASE("fields: all, none or some, in any order of the runs' fields") {
   const SimulationMesh mesh = plate_mesh(shape);
   const auto with_fields = [&](std::vector<SimulationField> fields) {
     SimulationState state = bent_state(mesh, 0, 0, 70);

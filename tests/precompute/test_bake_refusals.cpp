@@ -1,4 +1,4 @@
-// What a bake refuses, in words, and that nothing is left behind when it does.
+// What a bake refuses, with which sentence, and that no file is left behind.
 #include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
 
@@ -31,7 +31,7 @@ void replace_state(EnsembleRun& run, std::uint32_t step, const std::function<voi
 
 }  // namespace
 
-TEST_CASE("ensembles that are none") {
+TEST_CASE("invalid ensembles are refused") {
   const EnsembleDescription description = bent_plates_description();
   check_refused({}, description, Status::bad_config, "the ensemble has no runs");
   Ensemble ensemble = bent_plates();
@@ -45,7 +45,7 @@ TEST_CASE("ensembles that are none") {
   check_refused(ensemble, description, Status::bad_config, "reference run");
 }
 
-TEST_CASE("descriptions that do not fit") {
+TEST_CASE("descriptions that contradict the ensemble are refused") {
   const Ensemble ensemble = bent_plates();
   EnsembleDescription description = bent_plates_description();
   description.modes = 201;
@@ -67,7 +67,7 @@ TEST_CASE("descriptions that do not fit") {
   check_refused(ensemble, description, Status::bad_config, "node 4711");
 }
 
-TEST_CASE("states that are damaged name run, state and node") {
+TEST_CASE("errors about damaged states name run, state and node") {
   for (const std::size_t damaged_run : {0u, 3u}) {
     Ensemble ensemble = bent_plates();
     replace_state(ensemble.runs[damaged_run], 4, [](SimulationState& state) { state.positions[3 * 17 + 1] = NAN; });
@@ -80,7 +80,7 @@ TEST_CASE("states that are damaged name run, state and node") {
   }
 }
 
-TEST_CASE("a reference mesh that collapses names the node") {
+TEST_CASE("the error about a collapsed reference mesh names the node") {
   Ensemble ensemble = bent_plates();
   replace_state(ensemble.runs[0], 5, [](SimulationState& state) { std::ranges::fill(state.positions, 1.0f); });
   EnsembleDescription description = bent_plates_description(ReferenceMode::over_time);
@@ -134,7 +134,7 @@ TEST_CASE("progress counts every stage to its end") {
   for (const auto& [stage, counts] : seen) CHECK(std::ranges::is_sorted(counts));
 }
 
-TEST_CASE("a folder that is not there is a write that failed") {
+TEST_CASE("a missing output folder is reported as write_failed") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH_AS(bake_bent_plates(folder.path() / "none" / "m.lbea"), doctest::Contains("cannot create"), Error);
 }

@@ -1,4 +1,5 @@
-// Bakes in shards: whatever dies, in whatever division, the model is that of a single process.
+// Bakes in shards: the model has the bytes of a single process, whichever processes are killed and however the runs are
+// divided.
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/refusals.hpp"
 
@@ -16,7 +17,7 @@ class Schedule {
   explicit Schedule(unsigned seed) : random_(seed) {}
 
   int below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
-  /// In a process that may die anywhere.
+  /// Runs `body` in a process that may be killed at any point.
   void run(const std::function<void(const BakeOptions&)>& body) {
     const Death when = death();
     const bool lived = in_a_process(when, body, static_cast<unsigned>(1 + below(3))).peak_kb > 0;
@@ -48,7 +49,7 @@ class Schedule {
   unsigned died_ = 0, lived_ = 0;
 };
 
-/// Some tries to plan, of which most die, each anywhere.
+/// Some attempts to plan, most of them killed at some point.
 void plan_through(Schedule& schedule, const WorkFolder& work, const Ensemble& ensemble,
                   const EnsembleDescription& description) {
   for (int tries = schedule.below(3); tries > 0; --tries)
@@ -72,13 +73,13 @@ std::string through_kills(Schedule& schedule, const CountedPlates& plates, const
   schedule.run([&](const BakeOptions& options) { merge_shards(work, plan, folder / "m.lbea", options); });
   merge_shards(work, plan, folder / "m.lbea", shard_options(2));
   for (const auto& entry : std::filesystem::recursive_directory_iterator(work.path()))
-    CHECK_FALSE(contains(entry.path().string(), ".tmp-"));  // nothing of those who died
+    CHECK_FALSE(contains(entry.path().string(), ".tmp-"));  // no temporary files of killed processes
   return text_of(folder / "m.lbea");
 }
 
 }  // namespace
 
-TEST_CASE("schedules of kills, shard counts and re-runs all end in the bytes of a single process") {
+TEST_CASE("any schedule of kills, shard counts and re-runs gives the bytes of a single process") {
   const unsigned schedules = is_long_run() ? 200 : 12;
   const CountedPlates plates = counted_plates(5);
   unsigned died = 0, lived = 0;
@@ -101,7 +102,7 @@ TEST_CASE("schedules of kills, shard counts and re-runs all end in the bytes of 
   CHECK(lived > schedules / 2);
 }
 
-TEST_CASE("what is finished is not read again") {
+TEST_CASE("finished runs are not read again") {
   const CountedPlates plates = counted_plates(4);
   const TemporaryFolder folder;
   const WorkFolder work(folder / "work", false);
@@ -115,7 +116,7 @@ TEST_CASE("what is finished is not read again") {
   CHECK(of_run_1 == 2 * 3);  // surveyed and projected, each state once
 }
 
-TEST_CASE("runs are added and withdrawn without reading the others, whether the ensemble grows by it or not") {
+TEST_CASE("runs are added and removed without reading the others, also when the ensemble's box changes") {
   const CountedPlates plates = counted_plates(6);
   const TemporaryFolder folder;
   const WorkFolder work(folder / "work", false);
@@ -139,7 +140,7 @@ TEST_CASE("runs are added and withdrawn without reading the others, whether the 
   CHECK(bake_some({0, 3, 4}) == std::vector<int>{1, 0, 0});
 }
 
-TEST_CASE("one broken run does not stop the rest, and is named") {
+TEST_CASE("a broken run is left out and named") {
   CountedPlates plates = counted_plates(4);
   const std::string without = [&] {
     Ensemble rest = plates.ensemble;
@@ -174,14 +175,14 @@ TEST_CASE("one broken run does not stop the rest, and is named") {
     for (std::uint32_t s = 0; s < model.samples(); ++s)
       CHECK(std::ranges::equal(model.node_positions(s), expected.node_positions(s)));
   }
-  plates.ensemble.runs[2].open = healthy;  // repaired: only what failed is done
+  plates.ensemble.runs[2].open = healthy;  // repaired: only the failed run is made
   const WorkFolder work(folder / "late", false);
   const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
   CHECK(bake_shard(work, plan, {}, shard_options()).finished == 3);
   CHECK(merged(work, plan) == baked_alone(plates.ensemble, shard_description()));
 }
 
-TEST_CASE("a broken reference run ends the plan, and without leave to go on every broken run does") {
+TEST_CASE("a broken reference run ends the plan; with leaves_out_broken off, every broken run does") {
   CountedPlates plates = counted_plates(3);
   const TemporaryFolder folder;
   const auto broken = []() -> std::unique_ptr<SimulationReader> {
@@ -227,13 +228,13 @@ TEST_CASE("merge names what is missing and what is damaged, and leaves no model"
     put(work.file(name), whole);
   }
   put(work.file(plan.runs[0].record_name()), text_of(work.file(plan.runs[0].record_name())).substr(0, 1000));
-  CHECK_FALSE(work.has(plan.runs[0].record_name()));  // cut: to be made again
+  CHECK_FALSE(work.has(plan.runs[0].record_name()));  // truncated: is made again
   bake_shard(work, plan, {}, shard_options());
   CHECK(merged(work, plan) == baked_alone(plates.ensemble, shard_description()));
 }
 
 TEST_CASE(
-    "damaged files are made again: by plan and shard once merge met them, by a shard that verifies, by one that needs "
+    "damaged files are made again: after merge found them, by a verifying shard, and by a shard that needs "
     "them") {
   const CountedPlates plates = counted_plates(3);
   const std::string alone = baked_alone(plates.ensemble, shard_description());
@@ -249,7 +250,7 @@ TEST_CASE(
   for (const WorkName name : {plan.runs[1].record_name(), plan.runs[1].grid_and_images_name(),
                               plan.runs[1].survey_name(), WorkName{WorkKind::basis, plan.bases[0]}}) {
     damage(name);
-    if (name.kind == WorkKind::survey) {  // only who makes a record needs it
+    if (name.kind == WorkKind::survey) {  // only needed to make a record
       std::filesystem::remove(work.file(plan.runs[1].record_name()));
       check_error(error_of([&] { bake_shard(work, plan, {}, shard_options()); }), Status::bad_input,
                   {"it was removed, plan again"});
@@ -263,7 +264,7 @@ TEST_CASE(
   }
   damage(plan.runs[2].survey_name());
   const int read_before = *plates.reads[2];
-  plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());  // which surveys it once more
+  plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());  // surveys the run again
   CHECK(*plates.reads[2] == read_before + 3);
   CHECK(merged(work, plan) == alone);
 
@@ -282,7 +283,7 @@ TEST_CASE(
   CHECK(merged(work, plan) == alone);
 }
 
-TEST_CASE("status tells who is at work from who has died, here at once and elsewhere by the signs of life") {
+TEST_CASE("status distinguishes running from killed writers: here at once, on other machines by the last write") {
   const CountedPlates plates = counted_plates(2);
   const TemporaryFolder folder;
   const WorkFolder work(folder / "work", false);
@@ -292,7 +293,7 @@ TEST_CASE("status tells who is at work from who has died, here at once and elsew
   {
     const WorkWriter record = work.writer(plan.runs[1].record_name());
     CHECK(progress() == RunProgress::running);
-    CHECK(progress(0) == RunProgress::running);  // a slow state is no death
+    CHECK(progress(0) == RunProgress::running);  // a slow state does not count as killed
   }
   CHECK(progress() == RunProgress::waiting);
   in_a_process({1, 0}, [&](const BakeOptions& options) { bake_shard(work, plan, {1, 2}, options); });
@@ -307,7 +308,7 @@ TEST_CASE("status tells who is at work from who has died, here at once and elsew
   CHECK(progress(500) == RunProgress::running);
 }
 
-TEST_CASE("another sensor than the planned one, and shards that do not exist, are refused") {
+TEST_CASE("a sensor other than the planned one and invalid shards are refused") {
   const CountedPlates plates = counted_plates(2);
   const TemporaryFolder folder;
   const WorkFolder work(folder / "work", false);
@@ -323,7 +324,7 @@ TEST_CASE("another sensor than the planned one, and shards that do not exist, ar
               Status::bad_config, {"no shard 2 of 2"});
 }
 
-TEST_CASE("the plan comes back from its file as it was") {
+TEST_CASE("reading a plan restores what was written") {
   CountedPlates plates = counted_plates(3);
   for (EnsembleRun& run : plates.ensemble.runs) run.source = run.name;
   const TemporaryFolder folder;

@@ -54,7 +54,7 @@ void remove_element(SimulationMesh& mesh, std::size_t element) {
 
 }  // namespace
 
-TEST_CASE("runs with one mesh keep it") {
+TEST_CASE("runs with the same mesh keep it") {
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
   builder.keep_common(mesh, all_alive(mesh), "a");
@@ -65,7 +65,7 @@ TEST_CASE("runs with one mesh keep it") {
   CHECK(common.element_parts == mesh.element_parts);
 }
 
-TEST_CASE("an element eroded anywhere is dropped, and nodes that only it used") {
+TEST_CASE("an element eroded in any run is dropped, with the nodes that only it uses") {
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
   auto alive = all_alive(mesh);
@@ -82,7 +82,7 @@ TEST_CASE("an element eroded anywhere is dropped, and nodes that only it used") 
   for (std::uint32_t node = 0; node < common.node_ids.size(); ++node) CHECK(used(node));
 }
 
-TEST_CASE("another order of nodes and elements is the same mesh, found by ids") {
+TEST_CASE("meshes with another order of nodes and elements are matched by ids") {
   const SimulationMesh mesh = plate();
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
     const SimulationMesh other = shuffled(mesh, seed);
@@ -110,7 +110,7 @@ TEST_CASE("an element eroded in a run of another order is found by its id") {
   CHECK(std::ranges::find(common.element_ids, other.element_ids[4]) == common.element_ids.end());
 }
 
-TEST_CASE("what one run lacks or joins differently is not common; the order of runs does not matter") {
+TEST_CASE("elements that a run lacks or connects differently are not common; the order of runs does not matter") {
   const SimulationMesh mesh = plate();
   SimulationMesh lacking = mesh, rewired = shuffled(mesh, 7);
   remove_element(lacking, 11);
@@ -128,7 +128,7 @@ TEST_CASE("what one run lacks or joins differently is not common; the order of r
   CHECK(std::ranges::find(common.element_ids, mesh.element_ids[11]) == common.element_ids.end());
 }
 
-TEST_CASE("the faces of one solid share an id and stay apart") {
+TEST_CASE("the faces of one solid share an id and stay separate elements") {
   SimulationMesh mesh = plate();
   for (auto& id : mesh.element_ids) id = 7;
   SimulationMesh other = mesh;
@@ -141,7 +141,7 @@ TEST_CASE("the faces of one solid share an id and stay apart") {
   CHECK(mapping.elements == std::vector<std::uint32_t>{0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11});
 }
 
-TEST_CASE("refusals name the run and the id") {
+TEST_CASE("errors name the run and the id") {
   SimulationMesh twice = plate();
   twice.node_ids[3] = twice.node_ids[2];
   CHECK_THROWS_WITH_AS(CommonMeshBuilder(twice, "x"), doctest::Contains("run x: node id 1003 is given twice"), Error);

@@ -1,4 +1,5 @@
-// Fields in 16 bits: the error that is stated holds, the ends are exact, and rounding twice is rounding once.
+// Fields in 16 bits: the stated error is a bound, minimum and maximum are exact, and rounding twice equals rounding
+// once.
 #include "runtime/src/model/field_codes.hpp"
 #include "runtime/src/model/model_view.hpp"
 #include "tests/precompute/shard_plates.hpp"
@@ -67,7 +68,7 @@ EnsembleDescription compact() {
 
 }  // namespace
 
-TEST_CASE("no value is off by more than is stated, whatever the range") {
+TEST_CASE("no rounding error exceeds the stated one, for any range") {
   std::mt19937 random(8);
   std::uniform_real_distribution<float> uniform(0, 1);
   for (int exponent = -148; exponent <= 127; exponent += 5)
@@ -93,7 +94,7 @@ TEST_CASE("no value is off by more than is stated, whatever the range") {
   check_bound({-1e38f, 1e-38f});
 }
 
-TEST_CASE("constant fields are exact; what is no number comes back as what it was") {
+TEST_CASE("constant fields are exact; NaN and infinities are restored") {
   for (const float value : {0.0f, 17.25f, -FLT_MAX, FLT_TRUE_MIN}) {
     const Rounded same = rounded({value, value, value});
     CHECK(same.values == std::vector<float>{value, value, value});
@@ -105,7 +106,7 @@ TEST_CASE("constant fields are exact; what is no number comes back as what it wa
   CHECK(largest_error(range_of_field(std::vector{not_a_number, infinity})) == 0);
 }
 
-TEST_CASE("a model in 16 bits gives what the runs had, within the error it states, wherever fields are read") {
+TEST_CASE("a model in 16 bits reproduces the runs' fields within the stated error, through every reading function") {
   for (const std::uint32_t steps : {1u, 3u, 40u}) {
     const CountedPlates plates = counted_plates(3, steps);
     const TemporaryFolder folder;
@@ -139,7 +140,7 @@ TEST_CASE("a model in 16 bits gives what the runs had, within the error it state
   }
 }
 
-TEST_CASE("16 bits or 32 is the merge's choice: the same records make both") {
+TEST_CASE("the merge decides between 16 and 32 bits: the same records serve both") {
   const CountedPlates plates = counted_plates(4);
   const TemporaryFolder folder;
   const WorkFolder work(folder / "work", false);

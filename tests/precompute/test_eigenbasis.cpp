@@ -12,7 +12,7 @@ using namespace lbea::test;
 
 namespace {
 
-// What defines the basis, checked without the solver's own words.
+// The definition of the basis, checked independently of the solver.
 void check_definition(const MeshLaplacian& laplacian, const Eigenbasis& basis, std::uint32_t p) {
   REQUIRE(basis.modes.cols() == p);
   REQUIRE(basis.eigenvalues.size() == p);
@@ -61,7 +61,7 @@ Surface several_plates(std::uint32_t count) {
 
 }  // namespace
 
-TEST_CASE("the basis meets its definition and the dense solver's eigenvalues, on either path") {
+TEST_CASE("the basis satisfies its definition and has the dense solver's eigenvalues, on both paths") {
   for (const std::uint32_t p : {1u, 2u, 7u, 60u})
     check_against_dense(rectangle(20, 3, 2, 0.3), p);  // 441 vertices: Krylov
   for (const std::uint32_t p : {1u, 2u, 80u, 81u})
@@ -113,7 +113,7 @@ TEST_CASE("Sylvester counts what the dense solver lists") {
   CHECK(eigenvalues_below(a, -1) == 0);
 }
 
-TEST_CASE("what cannot be is refused in words") {
+TEST_CASE("invalid input is refused with a sentence") {
   const MeshLaplacian laplacian = laplacian_of(rectangle(2, 1, 1));
   CHECK_THROWS_WITH_AS((void)eigenbasis(laplacian, 10), doctest::Contains("10 modes asked of a region with 9 vertices"),
                        Error);

@@ -165,7 +165,7 @@ TEST_CASE("a large slanting element does not fill its box") {
     }
 }
 
-TEST_CASE("a margin that is none is refused") {
+TEST_CASE("an invalid margin is refused") {
   const std::array<float, 3> min{0, 0, 0}, max{1, 1, 1}, nowhere{INFINITY, 1, 1};
   CHECK_THROWS_WITH_AS(EnvelopeBuilder(min, max, 0), doctest::Contains("margin must be positive"), Error);
   CHECK_THROWS_AS(EnvelopeBuilder(min, max, -5), Error);

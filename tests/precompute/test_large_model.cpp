@@ -1,5 +1,4 @@
-// Models larger than memory: what frames need is in RAM and stays there, the rest comes from the file when it is asked
-// for.
+// Models larger than memory: what matching needs stays in RAM, the rest is read from the file on demand.
 #include "runtime/src/model/model_view.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/instrumented.hpp"
@@ -89,7 +88,7 @@ long major_faults() {
 
 }  // namespace
 
-TEST_CASE("landmarks: the same matches, and the same coverage where they are all the vertices") {
+TEST_CASE("landmarks give the same matches, and the same coverage where they are all the vertices") {
   for (const PlateShape shape : {PlateShape{8, 5, 70, 40}, PlateShape{70, 30, 700, 300}}) {
     const LargeModel large{3, 4, shape};
     const TemporaryFolder folder;
@@ -122,7 +121,7 @@ TEST_CASE("landmarks: the same matches, and the same coverage where they are all
   }
 }
 
-TEST_CASE("landmarks are the file's business alone: shards and threads make the same bytes") {
+TEST_CASE("landmarks do not depend on shards and threads") {
   const CountedPlates plates = counted_plates(4);
   EnsembleDescription description = shard_description(ReferenceMode::over_time);
   description.landmarks = true;
@@ -133,7 +132,7 @@ TEST_CASE("landmarks are the file's business alone: shards and threads make the 
   CHECK(merged(work, plan) == baked_alone(plates.ensemble, description));
 }
 
-TEST_CASE("a model larger than the memory it may take: opened, locked and matched without reading from the disk" *
+TEST_CASE("a model larger than its memory limit is opened, locked and matched without reading from the disk" *
           doctest::skip(is_instrumented)) {
   const bool is_long = is_long_run();  // 1.2 GB of positions: landmarks by themselves; else 20 MB
   const LargeModel large =
@@ -165,7 +164,7 @@ TEST_CASE("a model larger than the memory it may take: opened, locked and matche
     require(peak_kb < static_cast<long>(hot / 1000) + 16'000, "opening takes more memory than what is hot");
 
     Matcher matcher(model, {.max_points = 16'384}), fitter(model, {.max_points = 16'384, .method = Method::fit});
-    // As lbea-serve --lock-memory does: all that there is, then less of the model.
+    // As lbea-serve --lock-memory does: lock everything first, then unlock the cold part of the model.
     const bool may_lock = ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
     const long all_kb = status_kb("VmLck");
     const bool is_locked = model.lock();
@@ -189,7 +188,7 @@ TEST_CASE("a model larger than the memory it may take: opened, locked and matche
       require(fitter.match({run, 0, frames[run]}).fit.candidates.size() > 1, "nothing was fitted");
     }
     const long of_matching = major_faults() - faults;
-    // What is cold is read when it is asked for.
+    // Cold sections are read on demand.
     const std::uint32_t sample = model.sample_index({large.runs - 1, 1});
     const std::vector<Point> expected = frame_of(large, large.runs - 1, 1);
     const auto positions = model.node_positions(sample);

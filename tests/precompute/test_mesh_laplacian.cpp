@@ -25,7 +25,7 @@ Eigen::VectorXd coordinate(const Surface& surface, std::size_t axis) {
 
 }  // namespace
 
-TEST_CASE("a right triangle has the values one finds by hand") {
+TEST_CASE("a right triangle has the values computed by hand") {
   const Surface surface{{0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2, 2}}};
   const MeshLaplacian laplacian = laplacian_of(surface);
   // cot 90 = 0 at vertex 0, cot 45 = 1 at the others: the legs weigh 1/2, the hypotenuse nothing.
@@ -100,7 +100,7 @@ TEST_CASE("a vertex without elements has no mass; an index beyond the vertices i
   CHECK_THROWS_WITH_AS(laplacian_of(surface), doctest::Contains("names vertex 5, but there are 5"), Error);
 }
 
-TEST_CASE("no elements, no stiffness") {
+TEST_CASE("without elements the stiffness is empty") {
   const MeshLaplacian laplacian = mesh_laplacian({}, {});
   CHECK(laplacian.mass.size() == 0);
   CHECK(laplacian.stiffness.nonZeros() == 0);

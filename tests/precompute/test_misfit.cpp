@@ -10,7 +10,7 @@
 using namespace lbea;
 using namespace lbea::bake;
 
-TEST_CASE("what an unseen run leaves is the median of its time step: a few that nothing explains do not move it") {
+TEST_CASE("the expected residual is the median of its time step, robust against a few outliers") {
   std::vector<LeftOut> answers;
   for (std::uint32_t simulation = 0; simulation < 11; ++simulation)
     for (std::uint32_t step = 0; step < 6; ++step) {
@@ -22,7 +22,7 @@ TEST_CASE("what an unseen run leaves is the median of its time step: a few that 
   CHECK(expected.at(100) == expected.at(5));
 }
 
-TEST_CASE("the limit lets log-normal misfits pass but for one in a thousand") {
+TEST_CASE("the limit is exceeded by one in a thousand log-normal misfits") {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   std::vector<LeftOut> answers;
@@ -35,12 +35,12 @@ TEST_CASE("the limit lets log-normal misfits pass but for one in a thousand") {
   CHECK(limits.test < limits.frame);  // means scatter less
 }
 
-TEST_CASE("with nothing to learn from, limits are those written down") {
+TEST_CASE("with too few samples the limits are the defaults") {
   CHECK(misfit_limits({}, ExpectedResiduals({})).frame == MisfitLimits{}.frame);
   CHECK(ExpectedResiduals({}).at(3) == 0);
 }
 
-TEST_CASE("groups of like shapes are branches, numbered as they come; one group is one branch") {
+TEST_CASE("groups of similar shapes are branches, numbered in order of appearance; one group is one branch") {
   const auto shape = [](float x) { return std::vector<float>{x, 0, 0, 0, x, 0}; };
   const std::vector<std::vector<float>> two{shape(100), shape(0), shape(1), shape(101), shape(2)};
   CHECK(deformation_branches(two) == std::vector<std::uint32_t>{0, 1, 1, 0, 1});

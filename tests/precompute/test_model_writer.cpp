@@ -61,7 +61,7 @@ void write_small(const std::filesystem::path& file, unsigned threads, std::uint3
 
 }  // namespace
 
-TEST_CASE("the runtime reads what was written") {
+TEST_CASE("the runtime reads the written model") {
   const TemporaryFolder folder;
   write_small(folder / "m.lbea", 1, 1);
   const AlignedBytes bytes(folder / "m.lbea");
@@ -85,7 +85,7 @@ TEST_CASE("the bytes do not depend on order or threads") {
   }
 }
 
-TEST_CASE("without commit nothing is left, and what stood there stays") {
+TEST_CASE("without commit no file is left, and an existing one stays") {
   const TemporaryFolder folder;
   write_small(folder / "m.lbea", 1, 1);
   const auto before = text_of(folder / "m.lbea");
@@ -99,7 +99,7 @@ TEST_CASE("without commit nothing is left, and what stood there stays") {
 }
 
 // "-o ensemble.toml" once replaced the ensemble's own description by the model, and "-o /dev/null" the device.
-TEST_CASE("what is not a model is never overwritten; a link leads to its file") {
+TEST_CASE("a file that is not a model is never overwritten; links are resolved") {
   const TemporaryFolder folder;
   std::ofstream(folder / "ensemble.toml") << "runs = [\"runs/*\"]";
   CHECK_THROWS_WITH_AS(write_small(folder / "ensemble.toml", 1, 1), doctest::Contains("is not a model"), Error);
@@ -114,14 +114,14 @@ TEST_CASE("what is not a model is never overwritten; a link leads to its file") 
   CHECK(files_in(folder.path()) == 4);
 }
 
-TEST_CASE("a disk without room is noticed before the work, named, and left clean") {
+TEST_CASE("a full disk is detected before the work and named, and nothing is left") {
   const TemporaryFolder folder;
   const FullDisk disk(4096);
   CHECK_THROWS_WITH_AS(write_small(folder / "m.lbea", 1, 1), doctest::Contains("cannot reserve space for"), Error);
   CHECK(files_in(folder.path()) == 0);
 }
 
-TEST_CASE("a write that fails names file, section and reason, and leaves nothing") {
+TEST_CASE("the error about a failed write names file, section and reason, and nothing is left") {
   const TemporaryFolder folder;
   {
     ModelWriter writer(folder / "m.lbea", small_plan());
@@ -133,7 +133,7 @@ TEST_CASE("a write that fails names file, section and reason, and leaves nothing
   CHECK(files_in(folder.path()) == 0);
 }
 
-TEST_CASE("a folder that is none, and a folder in the file's place, are refused") {
+TEST_CASE("a missing folder, and a folder under the file's name, are refused") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH_AS(write_small(folder.path() / "none" / "m.lbea", 1, 1), doctest::Contains("cannot create"), Error);
   std::filesystem::create_directory(folder / "taken");
@@ -141,7 +141,7 @@ TEST_CASE("a folder that is none, and a folder in the file's place, are refused"
   CHECK(files_in(folder.path()) == 1);
 }
 
-TEST_CASE("what the plan does not hold is a mistake of the program") {
+TEST_CASE("writing an unplanned section is a logic error") {
   const TemporaryFolder folder;
   ModelWriter writer(folder / "m.lbea", small_plan());
   CHECK_THROWS_AS(writer.write<double>(SectionId::mass, 2, 0, std::array{1.0}), std::logic_error);
@@ -153,7 +153,7 @@ TEST_CASE("what the plan does not hold is a mistake of the program") {
   CHECK_THROWS_AS(ModelWriter(folder / "n.lbea", twice), std::logic_error);
 }
 
-TEST_CASE("a size beyond any disk is refused before it overflows") {
+TEST_CASE("sizes beyond any disk are refused before they overflow") {
   const TemporaryFolder folder;
   const std::uint64_t huge = std::uint64_t{1} << 32;
   CHECK_THROWS_WITH_AS(ModelWriter(folder / "m.lbea", {{SectionId::correspondence, 0, ElementType::u32, {huge, huge}}}),

@@ -23,7 +23,7 @@ struct Plate {
   }
 };
 
-// What the words of the definition say, element by element.
+// The definition, applied element by element.
 void check_definition(const Plate& plate, const RegionCriteria& criteria, const ObservedRegion& region) {
   std::vector<std::array<std::uint32_t, 4>> expected;
   for (std::size_t e = 0; e < plate.mesh.elements.size(); ++e) {
@@ -56,7 +56,7 @@ TEST_CASE("no criterion: the whole mesh") {
   CHECK(region.nodes.size() == 24);
 }
 
-TEST_CASE("each criterion and all together select what their definition says") {
+TEST_CASE("each criterion alone and all together select by their definition") {
   const Plate plate;
   RegionCriteria all;
   all.parts = {1};
@@ -76,7 +76,7 @@ TEST_CASE("each criterion and all together select what their definition says") {
   }
 }
 
-TEST_CASE("the box holds its borders") {
+TEST_CASE("the box includes its borders") {
   const Plate plate;
   RegionCriteria criteria;
   criteria.box = Box{{10, 10, 0}, {20, 20, 0}};
@@ -92,7 +92,7 @@ TEST_CASE("listed nodes without a whole element are dropped") {
   CHECK(region.elements == std::vector<Quad>{{0, 1, 3, 2}});
 }
 
-TEST_CASE("what does not exist is named") {
+TEST_CASE("errors name parts and nodes that do not exist") {
   const Plate plate;
   RegionCriteria criteria;
   criteria.node_ids = {1001, 4711};
@@ -108,7 +108,7 @@ TEST_CASE("what does not exist is named") {
   CHECK_THROWS_WITH_AS((void)plate.region(criteria), doctest::Contains("widen the region"), Error);
 }
 
-TEST_CASE("a listed node that eroded everywhere is no mistake") {
+TEST_CASE("a listed node that is eroded in some state is accepted") {
   const Plate plate;
   CommonMeshBuilder builder(plate.simulation, "a");
   std::vector<std::uint8_t> alive(15, 1);

@@ -114,7 +114,7 @@ Registration registered(const Component& component, const StereoSensor& sensor, 
 
 }  // namespace
 
-TEST_CASE("a box corner is registered to the sensor's noise from 20 mm and 5 degrees off") {
+TEST_CASE("a box corner is registered within the sensor's noise from 20 mm and 5 degrees off") {
   const Component box = corner_box();
   const StereoSensor sensor = rig({1, 1, 1}, {60, 50, 40});
   const auto points = filmed(box, sensor);
@@ -131,7 +131,7 @@ TEST_CASE("a box corner is registered to the sensor's noise from 20 mm and 5 deg
   }
 }
 
-TEST_CASE("a plate larger than the image slides, a smaller one is held by its edges") {
+TEST_CASE("a plate larger than the image is ambiguous in its plane; the edges of a smaller one determine its pose") {
   const StereoSensor sensor = rig({0, 0, 1}, {0, 0, 0});
   const Registration slides = registered(plate(800), sensor, sensor.T_reference_sensor);
   CHECK(slides.ambiguous());
@@ -145,7 +145,7 @@ TEST_CASE("a plate larger than the image slides, a smaller one is held by its ed
   CHECK(apart(held.T_reference_sensor, sensor.T_reference_sensor, filmed(small, sensor)) < noise + 0.5 * 700 / 900);
 }
 
-TEST_CASE("a tube turns about its axis without a trace, and says so") {
+TEST_CASE("the rotation of a tube about its axis is reported as undetermined") {
   const Component round = tube();
   const StereoSensor sensor = rig({0, 0.3, 1}, {0, 0, 0});
   const Registration result = registered(round, sensor, roughened(sensor.T_reference_sensor, {0, 0, 0}, 2));
@@ -161,7 +161,7 @@ TEST_CASE("a tube turns about its axis without a trace, and says so") {
   }
 }
 
-TEST_CASE("shape and pose are told apart when the ways to differ are known") {
+TEST_CASE("shape and pose are separated when the shape modes are known") {
   // The plate of the box at z = 60 bulges by 2 mm; two shapes, bulging and not, have one mode of 1 mm.
   Component flat = corner_box(), bulging = flat;
   for (std::size_t i = 0; i < 121; ++i) {
@@ -184,7 +184,7 @@ TEST_CASE("shape and pose are told apart when the ways to differ are known") {
   CHECK(without.residual > 2 * with.residual);
 }
 
-TEST_CASE("what cannot be registered is refused with a reason") {
+TEST_CASE("clouds that cannot be registered are refused with a reason") {
   const Component box = corner_box();
   const StereoSensor sensor = rig({1, 1, 1}, {60, 50, 40});
   const ReferenceSurface surface{box.positions, box.elements};
@@ -201,7 +201,7 @@ TEST_CASE("what cannot be registered is refused with a reason") {
                   Error);
 }
 
-TEST_CASE("units that disagree are told by powers of ten") {
+TEST_CASE("different units are detected by powers of ten") {
   CHECK(unit_factor(0.4, 400) == 1000);
   CHECK(unit_factor(400'000, 400) == 0.001);
   CHECK(unit_factor(41, 400) == doctest::Approx(10));

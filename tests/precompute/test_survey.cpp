@@ -20,7 +20,7 @@ TEST_CASE("steps: all, a range with stride, a list") {
   CHECK(used_steps({0, end, 1, {4, 0, 4}}, 5, "a") == Steps{0, 4});
 }
 
-TEST_CASE("steps that are not there are refused by name") {
+TEST_CASE("the error about missing steps names the run") {
   CHECK_THROWS_WITH_AS((void)used_steps({0, end, 1, {1, 5}}, 5, "a"), doctest::Contains("run a has no state 5, only 5"),
                        Error);
   CHECK_THROWS_WITH_AS((void)used_steps({5, end, 1, {}}, 5, "a"),

@@ -78,7 +78,7 @@ TEST_CASE("the tree holds every vertex once, in tight boxes, split at the median
   }
 }
 
-TEST_CASE("no vertices, no tree") {
+TEST_CASE("without vertices the tree is empty") {
   const BakedTree tree = build_vertex_tree({});
   CHECK(tree.order.empty());
   CHECK(tree.ranges.empty());
@@ -89,7 +89,7 @@ TEST_CASE("equal coordinates are split by index") {
   CHECK(std::ranges::is_sorted(tree.order));
 }
 
-TEST_CASE("the runtime finds the nearest vertex in it") {
+TEST_CASE("the runtime finds the nearest vertex in the tree") {
   const std::vector<float> positions = random_positions(700, 30, 4);
   const BakedTree tree = build_vertex_tree(positions);
   const auto vertices = in_order(positions, tree);

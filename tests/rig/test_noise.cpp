@@ -37,7 +37,7 @@ double slack(double trials, double share) { return 5 * std::sqrt(trials * share 
 
 }  // namespace
 
-TEST_CASE("noise lies along the line of sight, has mean 0 and the standard deviation asked for") {
+TEST_CASE("noise is along the line of sight, with mean 0 and the requested standard deviation") {
   const Scene scene = plate();
   SensingNoise noise = noiseless;
   noise.sigma = 0.5f;
@@ -58,7 +58,7 @@ TEST_CASE("noise lies along the line of sight, has mean 0 and the standard devia
   CHECK(std::abs(tails - 0.0455 * n) < slack(n, 0.0455));  // normal: 4.55 % beyond two sigma
 }
 
-TEST_CASE("the seed decides everything, the number of threads nothing") {
+TEST_CASE("clouds depend on the seed and not on the number of threads") {
   const Scene scene = plate();
   SensingNoise noise;
   noise.dropout = 0.1f;
@@ -72,7 +72,7 @@ TEST_CASE("the seed decides everything, the number of threads nothing") {
   CHECK(frame_seed(1, 0) != frame_seed(2, 0));
 }
 
-TEST_CASE("dropouts, outliers and background come in the shares asked for") {
+TEST_CASE("dropouts, outliers and background have the requested shares") {
   const Scene scene = plate();
   const auto sensor = look_at(scene, scaled(parallel_sensor(), 3));
   const auto all = static_cast<double>(sensor.sense({scene.positions}, noiseless, 3).size());
@@ -114,7 +114,7 @@ TEST_CASE("a frame of another resolution has the square of the factor as many po
   CHECK(scaled(parallel_sensor(), 0.5).focal_px == 50);
 }
 
-TEST_CASE("what is wrong is refused in words") {
+TEST_CASE("invalid sensors and noise are refused with a sentence") {
   const Scene scene = plate();
   const auto sensor = look_at(scene);
   const auto status_of = [](const auto& call) {

@@ -61,7 +61,7 @@ TEST_CASE("steps beyond the run, and a run without states, are refused") {
   CHECK_THROWS_AS((void)resampled_frames({}, parse_steps("all").value(), 1, no_limit), Error);
 }
 
-TEST_CASE("a rate puts frames at equal distances in time, whatever the states' are") {
+TEST_CASE("a rate gives frames at equal time steps, independent of the states' times") {
   const auto frames = resampled_frames(times, StepRange{}, 4, no_limit);
   REQUIRE(frames.size() == 9);  // 0, 0.25, ... 2
   for (std::size_t i = 0; i < frames.size(); ++i)
@@ -76,7 +76,7 @@ TEST_CASE("a rate puts frames at equal distances in time, whatever the states' a
   CHECK_THROWS_AS((void)resampled_frames(times, StepRange{}, 1e12, std::uint64_t{1} << 40), Error);
 }
 
-TEST_CASE("between stored states positions are linear in time, and what has eroded later is still there") {
+TEST_CASE("between stored states positions are linear in time, and elements that erode later still exist") {
   MovingRun run;
   StateSource source(run);
   CHECK(source.at(1).positions[0] == 10);

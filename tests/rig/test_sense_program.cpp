@@ -1,4 +1,4 @@
-// lbea-sense as a user meets it.
+// The program lbea-sense, from the command line.
 #include "adapters/clouds/point_cloud.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "tests/support/program.hpp"
@@ -23,7 +23,7 @@ using namespace lbea::test;
 
 namespace {
 
-/// One recording in a folder of its own.
+/// One recording in a separate folder.
 struct Sensing {
   TemporaryFolder scratch;
   std::filesystem::path run = data() / "rail-demo" / "experiment" / "run_043";
@@ -104,7 +104,7 @@ TEST_CASE("a recording is complete: frames, stamps, truth, sensor") {
   CHECK(after.length_unit == before.length_unit);
 }
 
-TEST_CASE("the same seed makes the same frames, and every frame has noise of its own") {
+TEST_CASE("the same seed gives the same frames, and every frame has different noise") {
   const Sensing one, two, other;
   REQUIRE(one("--steps 0:1 --scale 0.3 --seed 9 --threads 1") == 0);
   REQUIRE(two("--steps 0:1 --scale 0.3 --seed 9 --threads 3") == 0);
@@ -113,7 +113,7 @@ TEST_CASE("the same seed makes the same frames, and every frame has noise of its
   CHECK_FALSE(same(one.frame("frame_00001.ply").points, other.frame("frame_00001.ply").points));
 }
 
-TEST_CASE("resolution and noise of the command line are used and written down") {
+TEST_CASE("resolution and noise of the command line are used and recorded") {
   const Sensing plain, changed;
   REQUIRE(plain("--steps 4 --scale 0.5 --noise 0 --outliers 0") == 0);
   REQUIRE(changed("--steps 4 --scale 0.5 --noise 0.4 --outliers 0 --dropout 0.5 --background 0.1") == 0);
@@ -145,7 +145,7 @@ TEST_CASE("a rate makes frames at equal distances in time between the stored sta
   CHECK(sense.printed().find("\"frames\":7") != std::string::npos);
 }
 
-TEST_CASE("wrong usage is told from failure") {
+TEST_CASE("usage errors and failures have different exit codes") {
   const Sensing sense;
   for (const std::string flags : {"--steps 3:1", "--steps x", "--scale 0", "--rate -1", "--frames 0", "--noise -1",
                                   "--outliers 1.5", "--no-such-flag", "extra"}) {
@@ -158,7 +158,7 @@ TEST_CASE("wrong usage is told from failure") {
   CHECK(sense("--version") == 0);
 }
 
-TEST_CASE("what is missing or in the way is named in one sentence, and nothing is left behind") {
+TEST_CASE("missing and conflicting files are named in one sentence, and nothing is left behind") {
   Sensing sense;
   const auto check_fails = [&](const std::string& flags, const std::string& names) {
     CAPTURE(names);
@@ -182,7 +182,7 @@ TEST_CASE("what is missing or in the way is named in one sentence, and nothing i
   }
 }
 
-TEST_CASE("stopped by Ctrl-C it leaves whole frames and their truth") {
+TEST_CASE("after Ctrl-C the written frames are complete and have their truth") {
   const Sensing sense;
   Process process = sense.start("--rate 1000000 --scale 0.2");
   const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);

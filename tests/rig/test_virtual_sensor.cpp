@@ -101,7 +101,7 @@ TEST_CASE("a triangle repeats its last node and is whole") {
   CHECK((seen >= side * (side - 1) / 2 && seen <= side * (side + 1) / 2));
 }
 
-TEST_CASE("eroded elements are seen through") {
+TEST_CASE("eroded elements do not hide what is behind them") {
   Scene scene;
   scene.add_plate(-403, 403, -301, 301, 1000);
   scene.add_plate(-403, 403, -301, 301, 800);
@@ -145,7 +145,7 @@ TEST_CASE("an element with a position that is not finite is not seen, its neighb
   }
 }
 
-TEST_CASE("nodes count as visible when nothing is before them in either camera") {
+TEST_CASE("nodes are visible when nothing hides them from either camera") {
   Scene scene;
   scene.add_plate(-303, 303, -201, 201, 1000);
   CHECK(look_at(scene).visible_nodes({scene.positions}) == std::vector<std::uint8_t>{1, 1, 1, 1});
