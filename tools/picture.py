@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Draws what the rig saw above what it was matched with, the mesh coloured by plastic strain.
+"""Draws the cloud of the rig above the matched mesh, which is colored by plastic strain.
 
 usage: picture.py EVALUATION_FOLDER PICTURE.png
-The folder is what `lbea-eval live --out` leaves: results.csv, matched_<frame>.vtu, frame_<frame>.ply.
+The folder is the output of `lbea-eval live --out`: results.csv, matched_<frame>.vtu, frame_<frame>.ply.
 """
 import csv
 import re
@@ -23,7 +23,7 @@ MOST_POINTS = 6_000
 
 
 def read_vtu(path):
-    """Arrays by name from a VTU whose data stand raw behind the XML, each block led by its length (u64)."""
+    """Arrays by name from a VTU with raw appended data, each block preceded by its length (u64)."""
     raw = path.read_bytes()
     mark = raw.index(b'<AppendedData encoding="raw">')
     begin = raw.index(b"_", mark) + 1
@@ -66,7 +66,7 @@ def main(folder, picture):
     meshes = [read_vtu(folder / f"matched_{int(row['frame']):05d}.vtu") for row in chosen]
     low = np.min([m["Points"].min(0) for m in meshes], axis=0)
     high = np.max([m["Points"].max(0) for m in meshes], axis=0)
-    # A few elements in the sharpest folds would take the whole scale for themselves.
+    # A percentile, because a few elements in sharp folds have far larger values than all others.
     most = max((float(np.percentile(m[FIELD], 99.5)) for m in meshes if FIELD in m), default=1.0)
     scale = plt.cm.ScalarMappable(plt.Normalize(0, most or 1.0), "viridis")
 
@@ -79,11 +79,11 @@ def main(folder, picture):
             cloud = cloud[:: max(1, len(cloud) // MOST_POINTS)]
             cloud = cloud[((cloud > low - 20) & (cloud < high + 20)).all(1)]
             upper.scatter(*cloud.T, s=0.8, c="#24507a", linewidths=0, clip_on=False)
-        upper.set_title(f"frame {row['frame']}: what the rig saw", y=0.95)
+        upper.set_title(f"frame {row['frame']}: cloud of the rig", y=0.95)
         prepare(upper, low, high)
         lower = figure.add_subplot(2, len(chosen), len(chosen) + column + 1, projection="3d")
-        colours = scale.to_rgba(mesh[FIELD]) if FIELD in mesh else None
-        lower.add_collection3d(Poly3DCollection(polygons(mesh), facecolors=colours, edgecolors=(1, 1, 1, 0.25), linewidths=0.15, clip_on=False))
+        colors = scale.to_rgba(mesh[FIELD]) if FIELD in mesh else None
+        lower.add_collection3d(Poly3DCollection(polygons(mesh), facecolors=colors, edgecolors=(1, 1, 1, 0.25), linewidths=0.15, clip_on=False))
         error = f" (EE {float(row['EE']):.1f} mm)" if row["EE"] else ""
         lower.set_title(f"{row['simulation']}, step {row['time_step']}{error}", y=0.95)
         prepare(lower, low, high)

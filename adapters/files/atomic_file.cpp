@@ -113,6 +113,12 @@ void AtomicFile::fail(const std::string& action, int error) const {
                                         "): " + reason(error) + "; check the folder, its rights and the free space");
 }
 
+void write_file(const std::filesystem::path& path, std::string_view text) {
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
 std::vector<std::byte> read_file(const std::filesystem::path& path) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.value < 0 && (errno == ENOENT || errno == ENOTDIR))

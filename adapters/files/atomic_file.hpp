@@ -47,6 +47,9 @@ class AtomicFile {
   std::vector<std::byte> buffer_;
 };
 
+/// Writes this text as an AtomicFile. Throws Error{write_failed}.
+void write_file(const std::filesystem::path& path, std::string_view text);
+
 /// The whole of a regular file.
 /// Throws Error{file_not_found} when it is absent, Error{bad_input} when it cannot be read.
 [[nodiscard]] std::vector<std::byte> read_file(const std::filesystem::path& path);

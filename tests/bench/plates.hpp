@@ -1,4 +1,4 @@
-// A model of bending plates and a cloud like one of its samples, seen from a rotated sensor.
+// A model of bending plates and a noisy cloud of one of its samples, seen from a rotated sensor.
 #pragma once
 
 #include "tests/support/synthetic_model.hpp"
@@ -24,7 +24,7 @@ struct Plates {
   std::vector<Point> points = measured(7, 4'000);
   Frame frame{.points = points};
 
-  /// Nodes of `sample`, over and over, with noise, in sensor coordinates.
+  /// Nodes of `sample`, repeated, with noise, in sensor coordinates.
   [[nodiscard]] std::vector<Point> measured(std::uint32_t sample, std::size_t count) const {
     std::mt19937 random(5);
     std::normal_distribution<float> noise(0, 0.5f);
@@ -39,7 +39,7 @@ struct Plates {
     return result;
   }
 
-  [[nodiscard]] bench::Question question() const {
+  [[nodiscard]] bench::MatchTask task() const {
     return {model.view(), config.method, config.T_reference_sensor, config.max_matches};
   }
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Frames at full rate, matched and recorded: what was sent, matched, recorded, lost and announced, and what each process cost.
+# Matches and records frames at full rate: counts frames sent, matched, recorded, lost and announced, and processor times.
 #   bash tests/bench/recording_rate.sh BUILD          62,000 points, 1,000 frames/s, 10 s
-#   POINTS=16000 RATE=1300 TIME=5 bash ...            other figures; METHOD=lbea|vtp|fit, QUEUE=frames that may wait
-#   DISK=folder                                       where the recording goes (default: memory, a disk that can take it)
+#   POINTS=16000 RATE=1300 TIME=5 bash ...            other settings; METHOD=lbea|vtp|fit, QUEUE=length of the queue
+#   DISK=folder                                       folder of the recording (default: in memory)
 #   RUN='nice -n -15'                                 before each program
-# Exit code 0: nothing was lost. 1: something was, and the account has all of it. 2: a frame is in nobody's account.
+# Exit code 0: no frame was lost. 1: frames were lost and counted. 2: a frame was not counted.
 set -euo pipefail
 build=$(realpath "${1:-build/release}") source=$(realpath "$(dirname "$0")/../..")
 points=${POINTS:-62000} rate=${RATE:-1000} time=${TIME:-10} method=${METHOD:-lbea} disk=${DISK:-/dev/shm}
@@ -23,7 +23,7 @@ random.seed(1)
 for source in sorted((folder / "frames").glob("*.ply")):
     head, body = source.read_bytes().split(b"end_header\n", 1)
     cloud = list(struct.iter_unpack("<3f", body)) if b"binary" in head else [tuple(map(float, l.split()[:3])) for l in body.decode().splitlines()]
-    chosen = [random.choice(cloud) for _ in range(points)]  # the frame's own points again and again, a little beside
+    chosen = [random.choice(cloud) for _ in range(points)]  # points of the frame, repeated with noise
     moved = b"".join(struct.pack("<3f", *(v + random.gauss(0, 0.1) for v in p)) for p in chosen)
     header = f"ply\nformat binary_little_endian 1.0\nelement vertex {points}\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
     (folder / "clouds" / source.name).write_bytes(header.encode() + moved)
@@ -50,8 +50,8 @@ announced = served["captured"] - served.get("unannounced", 0)
 print(f"captured {sent['captured']} in {sent['seconds']:.1f} s, sent {sent['sent']}, withheld {sent['refused']}")
 print(f"matched {served['matched']}, not matched {lost}: " + ", ".join(f"{k} {v}" for g in ("rejected_by_reason", "dropped_by_reason") for k, v in served[g].items() if v))
 print(f"announced {announced}, recorded {served['recorded']}, not recorded {served['unrecorded']}, in the file {found['frames']}")
-print(f"lbea-serve: {user:.1f} s of its own, {system:.1f} s of the system's, for {sent['seconds']:.1f} s of frames")
+print(f"lbea-serve: {user:.1f} s user time, {system:.1f} s system time, for {sent['seconds']:.1f} s of frames")
 exact = served["adds_up"] and served["captured"] == sent["captured"] and found["frames"] == served["recorded"]
-print("the account is exact" if exact else "A FRAME IS IN NOBODY'S ACCOUNT")
+print("all frames are counted" if exact else "A FRAME IS NOT COUNTED")
 sys.exit(2 if not exact else 1 if lost or served["unrecorded"] else 0)
 PYTHON

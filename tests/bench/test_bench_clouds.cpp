@@ -23,7 +23,7 @@ std::vector<Point> row(std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("a thinned cloud is evenly spaced places of it, in order") {
+TEST_CASE("a thinned cloud has evenly spaced points of the cloud, in order") {
   const std::vector<Point> points = row(10);
   CHECK(resized(points, 1, 0).size() == 1);
   const std::vector<Point> five = resized(points, 5, 1);
@@ -32,7 +32,7 @@ TEST_CASE("a thinned cloud is evenly spaced places of it, in order") {
   for (std::size_t i = 0; i < 10; ++i) CHECK(all[i].x == points[i].x);
 }
 
-TEST_CASE("a repeated cloud begins with itself, and its repetitions stay within the jitter") {
+TEST_CASE("a repeated cloud begins with the cloud itself, and its repetitions differ by at most the jitter") {
   const std::vector<Point> points = row(10), more = resized(points, 1'000, 0.25f);
   REQUIRE(more.size() == 1'000);
   float least = 0, most = 0;
@@ -49,7 +49,7 @@ TEST_CASE("a repeated cloud begins with itself, and its repetitions stay within 
   CHECK(resized(points, 1'000, 0.25f)[999].z == more[999].z);
 }
 
-TEST_CASE("folders are taken by name, tables beside PLY clouds are left alone, sizes are kept or thinned") {
+TEST_CASE("folders are read by name, tables beside PLY clouds are ignored, clouds are thinned on request") {
   const test::TemporaryFolder folder;
   const std::vector<std::string> stamp{"stamp_ns 17"};
   write_ply(folder / "b.ply", row(4), {});

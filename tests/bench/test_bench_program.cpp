@@ -1,4 +1,4 @@
-// lbea-bench as the program it is, on the demo's model and frames.
+// lbea-bench on the model and the frames of the demo.
 #include "tests/support/files.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/refusals.hpp"
@@ -26,7 +26,7 @@ Outcome bench(const std::string& arguments) {
 
 }  // namespace
 
-TEST_CASE("the demo's frames: answers agree, product and baselines are timed, every frame is in the table") {
+TEST_CASE("the demo's frames: answers agree, product and baselines are timed, the table has every frame") {
   const TemporaryFolder folder;
   const std::string csv = (folder / "times.csv").string();
   const Outcome run =
@@ -66,14 +66,14 @@ TEST_CASE("a damaged model is refused") {
   CHECK(run.out == "");
 }
 
-TEST_CASE("clouds that the model has nothing to do with are not timed") {
+TEST_CASE("clouds without points in the envelope are not timed") {
   const Outcome run = bench(model + " " + frames + " --frames 5");  // in sensor coordinates
   CHECK(run.exit_code == 1);
   CHECK(contains(run.err, "--pose"));
   CHECK(run.out == "");
 }
 
-TEST_CASE("from the camera to the result, when there is somebody to give one") {
+TEST_CASE("times through a running server; without one, an error") {
   const TemporaryFolder folder;
   const std::string endpoints = "ipc://" + (folder / "frames").string() + ",ipc://" + (folder / "results").string();
   const Outcome alone = bench(model + " " + frames + pose + " --through " + endpoints);

@@ -1,4 +1,4 @@
-// Everything that is timed finds the same; measurements hold what they say.
+// All pipelines find the same matches; measurements are complete and consistent.
 #include "tests/bench/plates.hpp"
 #include "tools/bench/measurement.hpp"
 
@@ -14,26 +14,26 @@ using lbea::test::Plates;
 
 TEST_CASE("the product and every baseline pass the same check, by both methods") {
   Plates plates;
-  plates.points[5] = {1e9f, 0, 0};  // culled
+  plates.points[5] = {1e9f, 0, 0};  // outside the envelope
   plates.points[6].y = std::numeric_limits<float>::quiet_NaN();
   for (const Method method : {Method::lbea, Method::vtp}) {
     plates.config.method = method;
-    Judge judge(plates.question(), plates.points);
+    AnswerCheck check(plates.task(), plates.points);
     for (const auto& pipeline : plates.pipelines()) {
       CAPTURE(pipeline->name());
-      CHECK(judge.disagreement(pipeline->answer(plates.frame)).value_or("right") == "right");
+      CHECK(check.disagreement(pipeline->answer(plates.frame)).value_or("right") == "right");
     }
   }
 }
 
-TEST_CASE("answers of one cloud do not pass for another") {
+TEST_CASE("answers for one cloud are wrong for another") {
   Plates plates;
   const std::vector<Point> other = plates.measured(20, 4'000);
-  Judge judge(plates.question(), other);
-  for (const auto& pipeline : plates.pipelines()) CHECK(judge.disagreement(pipeline->answer(plates.frame)).has_value());
+  AnswerCheck check(plates.task(), other);
+  for (const auto& pipeline : plates.pipelines()) CHECK(check.disagreement(pipeline->answer(plates.frame)).has_value());
 }
 
-TEST_CASE("every pipeline is timed on every cloud in turn, and no stage is longer than the whole") {
+TEST_CASE("every pipeline is timed on every cloud in turn, and the stages take at most the total time") {
   const Plates plates;
   const std::vector<BenchCloud> clouds{{"a", 0, plates.points}, {"b", 0, plates.measured(3, 500)}};
   std::uint64_t last = 0;
@@ -71,7 +71,7 @@ TEST_CASE("ratios compare the medians of one stage") {
   CHECK(ratio(measured({9'000}), measured({2'000}), processor_stage) == 1);
 }
 
-TEST_CASE("kernels go by their short names; an unknown one is refused with the list") {
+TEST_CASE("kernels are selected by their short names; an unknown name is refused with the list of names") {
   CHECK(short_name(kernels_named("baseline")) == "baseline");
   CHECK_THROWS_WITH_AS(static_cast<void>(kernels_named("abacus")), doctest::Contains("baseline"), Error);
 }

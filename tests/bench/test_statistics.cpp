@@ -1,6 +1,6 @@
-// The ruler itself: percentiles of sequences whose percentiles are known.
-#include "tools/bench/open_loop.hpp"
-#include "tools/bench/statistics.hpp"
+// Percentiles of sequences whose percentiles are known.
+#include "tools/bench/measurement.hpp"
+#include "tools/bench/round_trip.hpp"
 
 #include <doctest/doctest.h>
 
@@ -19,7 +19,7 @@ std::vector<double> one_to(std::size_t count) {
   return values;
 }
 
-// The definition itself, by counting.
+// The definition, by counting.
 double by_definition(const std::vector<double>& values, double share) {
   std::vector<double> candidates = values;
   std::ranges::sort(candidates);
@@ -96,7 +96,7 @@ TEST_CASE("any sequence agrees with the definition") {
   }
 }
 
-TEST_CASE("a histogram has every value once, in the bucket that holds it, without holes between") {
+TEST_CASE("a histogram counts every value once, in its bucket, without gaps between buckets") {
   std::mt19937 random(9);
   std::lognormal_distribution<double> time(7, 1);
   std::vector<double> values(2'000);

@@ -1,4 +1,4 @@
-// consumer MODEL: the model's last sample finds itself. consumer MODEL --points: prints that sample's nodes.
+// consumer MODEL: matches the last sample of the model. consumer MODEL --points: prints the nodes of this sample.
 #include <lbea/lbea.hpp>
 
 #include <cstdio>
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
     lbea::Matcher matcher{model, {.max_matches = 3}};
     const lbea::MatchResult result = matcher.match({.id = 1, .points = points});
     return result.status == lbea::Status::ok && result.matches.front().sample == model.sample(last) ? 0 : 1;
-  } catch (const lbea::Error& error) {  // thrown inside the library, caught outside
+  } catch (const lbea::Error& error) {  // thrown by the library
     std::printf("%s\n", error.what());
     return error.status == lbea::Status::file_not_found ? 3 : 1;
   }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs the build into a clean prefix and builds projects that know only what is installed: by CMake, by pkg-config,
-# in C++, in C alone, and the examples with the one line their first comment gives.
+# Installs the build into a clean prefix and builds projects with the installed files only: by CMake, by pkg-config, in
+# C++, in C alone, and the examples with the command in their first comment.
 #   run.sh BUILD_DIR MODEL
 set -euo pipefail
 build=$1 model=$2
@@ -12,7 +12,7 @@ trap '[ -z "$server" ] || kill "$server" 2>/dev/null || true; rm -rf "$work"' EX
 fail() { printf '%s\n' "$@" >&2; exit 1; }
 
 cmake --install "$build" --prefix "$work/installed" >/dev/null
-mv "$work/installed" "$work/prefix"  # nothing may remember where it was installed to
+mv "$work/installed" "$work/prefix"  # installed files must not contain the prefix
 prefix=$work/prefix
 libdir=$(dirname "$(find "$prefix" -name 'liblbea.so.0')")
 export LD_LIBRARY_PATH=$libdir PKG_CONFIG_PATH=$libdir/pkgconfig
@@ -26,12 +26,12 @@ for consumer in consumer consumer_static; do
   "$work/build/$consumer" "$model" || fail "$consumer does not find a sample of the model"
   code=0
   "$work/build/$consumer" /no/such/model >/dev/null || code=$?
-  [ "$code" -eq 3 ] || fail "$consumer does not catch what the library throws"
+  [ "$code" -eq 3 ] || fail "$consumer does not catch exceptions of the library"
 done
 [ -n "$(ldd "$work/build/consumer" | grep "$libdir/liblbea.so.0")" ] || fail "consumer does not use the shared library"
 ldd "$work/build/consumer_static" | grep -q liblbea && fail "consumer_static uses the shared library"
 
-compile() {  # compiler, example, pkg-config's name for it, flags
+compile() {  # compiler, example, name for pkg-config, flags
   local compiler=$1 example=$2 package=$3
   shift 3
   # shellcheck disable=SC2046
@@ -43,11 +43,11 @@ compile "${CXX:-c++}" publish.cpp lbea-wire -std=c++20
 
 "$work/build/consumer" "$model" --points >"$work/cloud.xyz"
 for example in "$work/match.c.out" "$work/match.cpp.out" "$work/build/match_c" "$work/build/only_c/match_only_c"; do
-  "$example" "$model" <"$work/cloud.xyz" >"$work/said" || fail "$example failed:" "$(cat "$work/said")"
-  grep -q '^ok, 100 % of the surface seen' "$work/said" || fail "$example said:" "$(cat "$work/said")"
+  "$example" "$model" <"$work/cloud.xyz" >"$work/output" || fail "$example failed:" "$(cat "$work/output")"
+  grep -q '^ok, 100 % of the surface seen' "$work/output" || fail "$example printed:" "$(cat "$work/output")"
 done
 cmp <("$work/match.c.out" "$model" <"$work/cloud.xyz" | sed -n 1,4p) <("$work/match.cpp.out" "$model" <"$work/cloud.xyz") ||
-  fail "C and C++ do not agree"
+  fail "the outputs in C and C++ differ"
 
 "$prefix/bin/lbea-serve" "$model" --frames "ipc://$work/frames" --results "ipc://$work/results" >"$work/tally" 2>/dev/null &
 server=$!

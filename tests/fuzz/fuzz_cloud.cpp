@@ -2,8 +2,8 @@
 
 #include <cstdlib>
 
-// Any bytes of any format give a cloud the bytes can hold, or an Error with a sentence. Packed clouds hold more points
-// than bytes: three bytes may stand for 264.
+// Arbitrary bytes of any cloud format give a cloud of plausible size or an Error with a message. Compressed clouds can
+// have more points than bytes: three bytes can encode 264.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
     const auto cloud = lbea::io::parse_point_cloud(std::as_bytes(std::span(data, size)), "fuzz");

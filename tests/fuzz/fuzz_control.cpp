@@ -1,5 +1,5 @@
-// Any bytes as what a sender says: refused, or read and, once written again, read as the same. Then the account of
-// ids is held to its sum, whatever several senders say one after another.
+// Arbitrary bytes as a control message: refused, or decoded and equal after encoding again. Then the counters of
+// IdTracker must add up for any sequence of messages of several senders.
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 

@@ -1,4 +1,4 @@
-// Any bytes as ensemble.toml: refused in words, or a description that a bake can take.
+// Arbitrary bytes as ensemble.toml: refused with a message, or a description that can be baked.
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "tests/fuzz/memory_file.hpp"
 
@@ -8,7 +8,7 @@
 #include <string_view>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // Patterns of folders, ".?" for one, would have all of this machine read; those of names in a folder are enough here.
+  // Patterns of folders such as ".?" would search the whole file system; patterns of names in a folder are tested.
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto pattern = text.find_first_of("*?[\\");
   if (pattern != text.npos && (text.find('/', pattern) != text.npos || text.find("..") != text.npos ||

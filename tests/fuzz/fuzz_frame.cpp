@@ -1,4 +1,4 @@
-// Any bytes as a frame: refused, or read within their bounds.
+// Arbitrary bytes as a frame: refused, or read within their bounds.
 #include "adapters/wire/codec/codec.hpp"
 
 #include <cstdlib>

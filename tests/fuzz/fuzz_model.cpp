@@ -1,5 +1,5 @@
-// Any bytes as a model, with sizes and checksums made to fit so that changes reach what lies behind them: refused, or a
-// model that holds what it says and that matches a frame.
+// Arbitrary bytes as a model, with corrected sizes and checksums so that the later checks are reached: refused, or a
+// consistent model that matches a frame.
 #include "runtime/src/model/checksum.hpp"
 #include "runtime/src/model/model_format.hpp"
 
@@ -55,7 +55,7 @@ double sum(std::span<const T> values) {
   return total;
 }
 
-/// Touches every array there is.
+/// Reads every array.
 double read_all(const Model& model) {
   double total = sum(model.node_ids()) + sum(model.element_ids()) + sum(model.element_parts());
   for (const std::uint32_t node : model.element_nodes()) require(node < model.nodes());
@@ -92,7 +92,7 @@ void match_a_frame(const Model& model, Method method) {
   for (const Match& match : result.matches) require(model.sample_index(match.sample) < model.samples());
 }
 
-/// `choice`: matching takes longer than all the rest and is done with every fourth input.
+/// `choice`: only every fourth input is matched, because matching takes longer than all the rest.
 void read(std::span<const std::byte> image, unsigned choice) {
   try {
     const Model model = Model::view(image);

@@ -1,4 +1,4 @@
-// Any bytes as a result, a state or an inference: refused, or read and, once written again, read as the same.
+// Arbitrary bytes as a result, a state or an inference: refused, or decoded and equal after encoding again.
 #include "adapters/wire/codec/codec.hpp"
 
 #include <cstdlib>

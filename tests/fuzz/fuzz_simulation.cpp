@@ -1,5 +1,4 @@
-// Any bytes as a simulation's file, called LBEA_FUZZ_FILE: an lbea::Error, or a run whose mesh and states are
-// consistent in themselves.
+// Arbitrary bytes as the simulation file LBEA_FUZZ_FILE: an lbea::Error, or a run with consistent mesh and states.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -14,7 +13,7 @@
 
 namespace {
 
-/// A folder for the one file, removed at exit; in memory where that is a folder: a disk would take most of the time.
+/// A folder for the file, removed at exit. In memory if possible, because a disk would dominate the run time.
 class Folder {
  public:
   Folder() {
@@ -64,7 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     read_all(*lbea::io::open_simulation(folder.file()));
   } catch (const lbea::Error&) {
-    // refused in words
+    // refused with a message
   }
   return 0;
 }

@@ -1,4 +1,5 @@
-// Any bytes as one of the small files that people write: the first byte chooses which. Refused in words, or read.
+// Arbitrary bytes as one of the small configuration files; the first byte chooses which. Refused with a message, or
+// read.
 #include "adapters/clouds/stamps.hpp"
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/rig/sensor_json.hpp"

@@ -6,7 +6,7 @@ namespace lbea::io {
 ParseCloud parse_xyz;
 }
 
-// Any bytes give a cloud the bytes can hold, or an Error with a sentence.
+// Arbitrary bytes give a cloud with at most one point per byte, or an Error with a message.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
     const auto cloud = lbea::io::parse_xyz(std::as_bytes(std::span(data, size)), "fuzz.xyz");

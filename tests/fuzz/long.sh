@@ -1,19 +1,18 @@
 #!/usr/bin/env bash
-# Ten million inputs for every parser, by libFuzzer under the address and undefined-behaviour sanitizers, one parser
-# after another on one processor. Prints a line for each: inputs, inputs per second, what was found.
-#   bash tests/fuzz/long.sh                    all of them
-#   bash tests/fuzz/long.sh frame mcap         these
+# Runs ten million inputs through every parser, by libFuzzer with the address and undefined-behavior sanitizers, one
+# parser after another on one processor. Prints a line for each: inputs, inputs per second, findings.
+#   bash tests/fuzz/long.sh                    all parsers
+#   bash tests/fuzz/long.sh frame mcap         these parsers
 #   RUNS=100000 bash tests/fuzz/long.sh        fewer inputs
-#   BUILD=dir, WORK=dir                        where it is built; where corpora, logs and findings are kept
-# MCAP's decompressors and the TOML library of the descriptions allocate so much that the address sanitizer would take hours: their
-# ten million go through a build with the standard library's checks and the undefined-behaviour sanitizer instead, and a tenth of it
-# through this one.
-# An input that is a finding is kept in WORK/NAME.findings; `fuzz_NAME FILE` of any build replays it.
+#   BUILD=dir, WORK=dir                        folder of the build; folder of corpora, logs and findings
+# MCAP's decompressors and the TOML library allocate so much that the address sanitizer would take hours. Their ten million
+# inputs run in a build with the checks of the standard library and the undefined-behavior sanitizer, and a tenth of them here.
+# Inputs with findings are stored in WORK/NAME.findings; `fuzz_NAME FILE` of any build replays one.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 build=${BUILD:-build} work=${WORK:-build/fuzz-long} runs=${RUNS:-10000000}
-# Parser and the longest input: long enough for every kind of record, short enough to be quick.
+# Parser and its longest input: long enough for every kind of record, short enough to be fast.
 declare -A longest=([frame]=1024 [result]=1024 [control]=256 [model]=14000 [mcap]=1024 [d3plot]=4096 [mesh_files]=2048
                     [ply]=512 [xyz]=256 [cloud]=512 [tables]=512 [description]=512 [http]=1024)
 chosen=("$@")

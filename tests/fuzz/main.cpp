@@ -1,5 +1,5 @@
-// Runs a fuzz target without libFuzzer: every corpus file as it is, then seeded mutations of each, so that every
-// ordinary build and every sanitizer build exercises the doors. `fuzz_x FILE` replays one input.
+// Runs a fuzz target without libFuzzer, so that ordinary and sanitizer builds test it: every corpus file unchanged,
+// then seeded mutations of each. `fuzz_x FILE` replays one input.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -38,7 +38,7 @@ Bytes mutate(Bytes bytes, std::mt19937& random) {
       case 3:
         bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes[below(bytes.size())]);
         break;
-      default:  // a whole 32-bit word set to a value that likes to overflow
+      default:  // a 32-bit word set to a value that often causes overflow
         for (std::size_t i = at & ~std::size_t{3}, end = std::min(bytes.size(), i + 4); i < end; ++i)
           bytes[i] = below(2) ? 0xff : 0x7f;
     }

@@ -1,4 +1,4 @@
-// A file that only this process has and that no disk sees, for readers that want a path.
+// A file in memory, for readers that require a path.
 #pragma once
 
 #include <cstdint>

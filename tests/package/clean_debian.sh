@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs the packages in a Debian that has nothing else, and works there as a new user would: bake, film, serve, send,
-# evaluate, read a manual page, compile the examples with the line they give. Takes minutes and the network: with
-# LBEA_LONG_TESTS=1 only.
+# Installs the packages in a minimal Debian and runs the first steps of a new user there: bake, sense, serve, send,
+# evaluate, read a manual page, compile the examples with the command in their first comment. Takes minutes and needs the
+# network: only with LBEA_LONG_TESTS=1.
 #   clean_debian.sh PACKAGES_DIR
 set -euo pipefail
 packages=$1

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a new user does on a Debian with nothing on it: first_steps.sh FOLDER_OF_PACKAGES
+# The first steps of a new user on a minimal Debian: first_steps.sh FOLDER_OF_PACKAGES
 set -euo pipefail
 packages=$1
 step() { printf '\n== %s\n' "$*"; }
@@ -7,19 +7,19 @@ quietly() { "$@" >log 2>&1 || { cat log; exit 1; }; }
 install() { quietly apt-get install -y -qq --no-install-recommends "$@"; }
 wait_for() { for _ in $(seq 200); do grep -q "$1" "$2" 2>/dev/null && return; sleep 0.05; done; cat "$2"; return 1; }
 
-step "the library alone: needs no more than the system has"
+step "install the library alone: it needs no other packages"
 quietly apt-get update
 before=$(dpkg-query -f '${Package}\n' -W | wc -l)
 install "$packages"/liblbea0_*.deb
 after=$(dpkg-query -f '${Package}\n' -W | wc -l)
-echo "liblbea0 brought $((after - before - 1)) other packages"
+echo "liblbea0 installed $((after - before - 1)) other packages"
 
-step "the programs"
+step "install the programs"
 install "$packages"/lbea-tools_*.deb
 for program in /usr/bin/lbea-*; do "$program" --version; done
 ! ldd /usr/bin/lbea-* | grep 'not found'
 
-step "bake, film, serve, send, evaluate, look on"
+step "bake, sense, serve, send, evaluate, monitor"
 lbea-bake rail-demo/ensemble.toml -o rail.lbea | tail -n 2
 lbea-inspect rail.lbea >inspection
 head -n 5 inspection
@@ -38,7 +38,7 @@ head -n 5 table
 exec 3<>/dev/tcp/127.0.0.1/8899
 printf 'GET / HTTP/1.0\r\nHost: 127.0.0.1:8899\r\n\r\n' >&3
 page=$(cat <&3)
-grep -qi '</html>' <<<"$page" || { cat monitor.log; echo "the monitor shows no page: $page"; exit 1; }
+grep -qi '</html>' <<<"$page" || { cat monitor.log; echo "the monitor serves no page: $page"; exit 1; }
 echo "the monitor serves its page"
 kill -INT "$monitor"
 wait "$monitor"
@@ -47,7 +47,7 @@ wait "$server"
 tail -n 1 tally
 grep -q 'matched 21' tally
 
-step "link it: C and C++, one line each"
+step "compile and link the examples: C and C++, one command each"
 install "$packages"/liblbea-dev_*.deb gcc g++ libc6-dev pkg-config libzmq3-dev
 cc examples/match.c $(pkg-config --cflags --libs lbea) -o match_c
 c++ -std=c++20 examples/match.cpp $(pkg-config --cflags --libs lbea) -o match_cpp
@@ -66,8 +66,8 @@ assert result.status == "ok" and result.matches[0].sample == 5, result
 print(model, result.matches[0])'
 fi
 
-step "and away again"
+step "remove the packages"
 quietly apt-get purge -y -qq '*lbea*'
 left=$(find /usr -name '*lbea*')
-[ -z "$left" ] || { echo "left behind: $left"; exit 1; }
+[ -z "$left" ] || { echo "not removed: $left"; exit 1; }
 echo "all steps done"

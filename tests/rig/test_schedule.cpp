@@ -1,5 +1,4 @@
 #include "tools/sense/schedule.hpp"
-#include "tools/sense/state_source.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -32,7 +32,7 @@ class Words {
   void reals(const Range& values) {
     for (const double value : values) real(value);
   }
-  /// Words that a reader has to step over.
+  /// Words that a reader must skip.
   void noise(std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) real(1e6 + static_cast<double>(bytes_.size() % 977));
   }

@@ -1,4 +1,4 @@
-// Writes small LS-DYNA d3plot databases to test the reader with: every word is laid out here, independently of it.
+// Writes small LS-DYNA d3plot databases for tests of the reader, independently of its code.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ struct D3plotState {
   std::vector<double> shell_flags, solid_flags;
 };
 
-/// A database. What the reader skips (beams, thick shells, velocities, ...) is filled with noise.
+/// A database. Data that the reader skips (beams, thick shells, velocities, ...) are filled with noise.
 struct D3plot {
   std::size_t word_bytes = 4;
   bool is_big_endian = false;
@@ -57,7 +57,7 @@ struct D3plot {
   std::size_t layers = 1, solid_points = 1, history = 0;                  // layers are written as MAXINT
   bool has_stress = false, has_plastic_strain = true, has_forces = false, has_extra = false, has_strain = false;
   enum class Deletion { none, nodes, elements } deletion = Deletion::elements;
-  std::map<std::size_t, std::int64_t> overrides;  // control words to write as they are, for refusals
+  std::map<std::size_t, std::int64_t> overrides;  // control words to write unchanged, for tests of refusals
 
   std::vector<D3plotState> states;
   std::size_t states_per_file = 0;  // 0: all in the first file, after the geometry
@@ -72,14 +72,14 @@ struct D3plot {
 std::filesystem::path write_d3plot(const D3plot& database, const std::filesystem::path& folder,
                                    const std::string& name = "d3plot");
 
-/// A bent plate of two by two quads and a triangle, and a block of one brick, one wedge and one tetrahedron beside it,
-/// `states` states with results that differ in every element, layer and state.
+/// A bent plate of two by two quads and a triangle, and beside it a block of one brick, one wedge and one tetrahedron.
+/// The results differ in every element, layer and state.
 [[nodiscard]] D3plot sample_d3plot(std::size_t states);
 
-/// Fills the states' results anew, after layers, points or history have been changed.
+/// Fills the results of the states again after a change of layers, points or history.
 void fill_states(D3plot& database, std::size_t states);
 
-/// Databases in one file each, by name: where the fuzzer starts from.
+/// Databases in one file each, by name: the initial corpus of the fuzzer.
 [[nodiscard]] std::map<std::string, D3plot> d3plot_corpus();
 
 }  // namespace lbea::test

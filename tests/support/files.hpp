@@ -1,4 +1,4 @@
-// Small files, whole, and a disk that is full.
+// Reads and writes small files, and simulates a full disk.
 #pragma once
 
 #include <csignal>
@@ -13,14 +13,14 @@
 
 namespace lbea::test {
 
-/// Writes a file, and the folders it stands in; returns its path.
+/// Writes a file and creates its folders; returns its path.
 inline std::filesystem::path put(const std::filesystem::path& file, std::string_view text) {
   std::filesystem::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary) << text;
   return file;
 }
 
-/// All of its bytes; empty when it is not there.
+/// The content of a file; empty when the file does not exist.
 inline std::string text_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
@@ -30,7 +30,8 @@ inline std::size_t files_in(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
 }
 
-/// While it lives no file may grow past `bytes`: the next write() fails with EFBIG, as with ENOSPC on a full disk.
+/// During its lifetime no file can grow beyond `bytes`: write() fails with EFBIG, as it does with ENOSPC on a full
+/// disk.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {

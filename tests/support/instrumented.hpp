@@ -1,5 +1,4 @@
-// Whether a sanitizer watches: then programs run at a fraction of their speed, and what a test says about keeping a
-// pace would be about the sanitizer.
+// Whether this is a sanitizer build. Programs are then much slower, and tests do not check rates.
 #pragma once
 
 namespace lbea::test {

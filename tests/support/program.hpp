@@ -1,4 +1,4 @@
-// Runs programs as a user would and keeps what they said.
+// Runs programs and collects their output.
 #pragma once
 
 #include "tests/support/files.hpp"
@@ -17,7 +17,7 @@
 
 namespace lbea::test {
 
-/// A program run beside the test; killed at the end of the scope if it still runs.
+/// A program that runs in the background; killed at the end of the scope if it still runs.
 class Process {
  public:
   /// Output goes to the files, which are created.
@@ -25,7 +25,7 @@ class Process {
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
-    std::fflush(stdout);  // what waits there would be said by both
+    std::fflush(stdout);  // otherwise both processes print the buffered text
     pid_ = ::fork();
     if (pid_ != 0) return;
     const bool redirected = std::freopen(out.c_str(), "w", stdout) && std::freopen(err.c_str(), "w", stderr);
@@ -41,14 +41,14 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void signal(int number) const {
-    if (pid_ > 0) ::kill(pid_, number);  // 0 would be this test, too
+    if (pid_ > 0) ::kill(pid_, number);  // 0 would also signal this test
   }
   [[nodiscard]] bool is_running() {
     if (pid_ <= 0) return false;
     if (::waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = 0;
     return pid_ != 0;
   }
-  /// Whether it ends by itself before `limit` is over; it is killed otherwise.
+  /// Whether it ends within `limit`; otherwise it is killed.
   [[nodiscard]] bool ends_within(std::chrono::milliseconds limit) {
     const auto deadline = std::chrono::steady_clock::now() + limit;
     while (is_running() && std::chrono::steady_clock::now() < deadline)
@@ -57,7 +57,7 @@ class Process {
     signal(SIGKILL);
     return has_ended;
   }
-  /// The exit code; 128 + signal when one ended it.
+  /// The exit code; 128 + signal when a signal ended it.
   [[nodiscard]] int wait() {
     if (pid_ > 0) ::waitpid(pid_, &status_, 0);
     pid_ = 0;
@@ -70,31 +70,31 @@ class Process {
 };
 
 struct Outcome {
-  int exit_code = 0;  // 128 + signal when one ended it
+  int exit_code = 0;  // 128 + signal when a signal ended it
   std::string out{}, err{};
 };
 
-/// Waits for the end of what says `out` and `err` in that folder. What still runs after `limit`, unless that is 0, is
-/// killed, and its last words say so.
-inline Outcome outcome_of(Process& process, const TemporaryFolder& said, std::chrono::milliseconds limit) {
+/// Waits for the end of a process whose output goes to `out` and `err` in this folder. After `limit`, unless that is 0,
+/// it is killed, and a line in `err` says so.
+inline Outcome outcome_of(Process& process, const TemporaryFolder& output, std::chrono::milliseconds limit) {
   const bool is_killed = limit.count() > 0 && !process.ends_within(limit);
   const int exit_code = process.wait();
-  const std::string last_words =
+  const std::string notice =
       is_killed ? "killed, because it still ran after " + std::to_string(limit.count()) + " ms\n" : "";
-  return {exit_code, text_of(said / "out"), text_of(said / "err") + last_words};
+  return {exit_code, text_of(output / "out"), text_of(output / "err") + notice};
 }
 
-/// `command` is a shell's; it runs in `folder`. Interrupted (Ctrl-C) after `interrupt_after` unless that is 0; killed
+/// Runs a shell command in `folder`. It is interrupted (Ctrl-C) after `interrupt_after` unless that is 0, and killed
 /// after another `limit` unless that is 0.
 inline Outcome run_program(const std::string& command, const std::filesystem::path& folder,
                            std::chrono::milliseconds interrupt_after = {}, std::chrono::milliseconds limit = {}) {
-  const TemporaryFolder said;
-  Process process({"/bin/sh", "-c", "cd '" + folder.string() + "' && exec " + command}, said / "out", said / "err");
+  const TemporaryFolder output;
+  Process process({"/bin/sh", "-c", "cd '" + folder.string() + "' && exec " + command}, output / "out", output / "err");
   if (interrupt_after.count() > 0) {
     std::this_thread::sleep_for(interrupt_after);
     process.signal(SIGINT);
   }
-  return outcome_of(process, said, limit);
+  return outcome_of(process, output, limit);
 }
 
 }  // namespace lbea::test

@@ -1,4 +1,4 @@
-// What a call throws, and what its sentence says.
+// Checks of the errors that calls throw.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -9,7 +9,7 @@
 
 namespace lbea::test {
 
-/// The Error that `body` throws; Status::ok and an empty sentence when it throws none.
+/// The Error that `body` throws; Status::ok and an empty message when it throws none.
 template <class Body>
 Error error_of(Body body) {
   try {
@@ -22,7 +22,7 @@ inline bool contains(const std::string& text, const std::string& part) { return 
 
 inline bool mentions(const Error& error, const std::string& text) { return contains(error.what(), text); }
 
-/// Refused with `status`, in a sentence that has all of `words` in it.
+/// Checks the status and that the message contains all `words`.
 inline void check_error(const Error& error, Status status, const std::vector<std::string>& words) {
   CAPTURE(error.what());
   CHECK(error.status == status);

@@ -21,7 +21,7 @@ struct BentPlates {
   PlateShape shape{};  // 200 nodes, 171 elements
 };
 
-/// Radians. No two runs pass through the same angle, except 0.
+/// Radians. No angle except 0 occurs in two runs.
 inline double final_angle(std::uint32_t run) { return 0.8 + 0.37 * run; }
 
 /// Runs "plate_0", "plate_1", ... that bend to final_angle(run); parameter "final_angle [rad]".
@@ -38,7 +38,7 @@ inline Ensemble bent_plates(const BentPlates& plates = {}) {
   return ensemble;
 }
 
-/// The whole plate observed, 20 modes.
+/// The whole plate is the observed region; 20 modes.
 inline EnsembleDescription bent_plates_description(ReferenceMode mode = ReferenceMode::impact) {
   EnsembleDescription description;
   description.mode = mode;
@@ -51,7 +51,7 @@ inline BakeSummary bake_bent_plates(const std::filesystem::path& file, Reference
   return bake_model(bent_plates(plates), bent_plates_description(mode), file);
 }
 
-/// A file's bytes, aligned as Model::view() wants them.
+/// The bytes of a file, aligned as Model::view() requires.
 class AlignedBytes {
  public:
   explicit AlignedBytes(const std::filesystem::path& file)

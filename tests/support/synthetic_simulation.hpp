@@ -1,4 +1,4 @@
-// Simulations made of formulas: plates that bend, in memory.
+// Simulations from formulas, in memory: bending plates.
 #pragma once
 
 #include "precompute/simulation.hpp"
@@ -13,7 +13,7 @@ namespace lbea::test {
 
 using namespace lbea::bake;
 
-/// A run whose states are given.
+/// A run with the given states.
 class SyntheticSimulation : public SimulationReader {
  public:
   SyntheticSimulation(SimulationMesh mesh, std::vector<SimulationState> run_states,
@@ -33,8 +33,8 @@ class SyntheticSimulation : public SimulationReader {
   std::vector<SimulationField> fields_;
 };
 
-/// A plate of (columns - 1) x (rows - 1) quads in the plane z = 0. Node ids from 1001, element ids from 501; the half
-/// of low x is part 1, the other part 2.
+/// A plate of (columns - 1) x (rows - 1) quads in the plane z = 0. Node ids from 1001, element ids from 501. The half
+/// with small x is part 1, the other half part 2.
 struct PlateShape {
   std::uint32_t columns = 20, rows = 10;  // nodes along x and y
   float length = 190, width = 90;         // along x and y
@@ -59,8 +59,8 @@ inline SimulationMesh plate_mesh(const PlateShape& shape = {}) {
   return mesh;
 }
 
-/// The mesh rolled up along x without stretching: an arc of `angle` (radians) over `length`; its field 0 is `angle`
-/// times the element's distance from the clamped end, as a share of the length.
+/// The mesh bent along x without stretching into an arc of `angle` (radians) over `length`. Its field 0 is `angle`
+/// times the distance of the element from the clamped end divided by the length.
 inline SimulationState bent_state(const SimulationMesh& mesh, double time_s, double angle, double length) {
   SimulationState state;
   state.time_s = time_s;

@@ -1,4 +1,4 @@
-// Where tests find files: small ones in the repository, large ones beside it, temporary ones in a folder of their own.
+// Folders of test files: small files in the repository, large files beside it, temporary folders.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,9 @@ namespace lbea::test {
 
 inline std::filesystem::path data() { return LBEA_TEST_DATA; }
 inline std::filesystem::path reference_data() { return LBEA_REFERENCE_DATA; }
-bool& needs_reference_data();  // set by executables that are skipped without it
+bool& needs_reference_data();  // true in executables that are skipped without this data
 
-/// A fresh folder, removed with everything in it at the end of the scope.
+/// A new folder that is removed with its content at the end of the scope.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

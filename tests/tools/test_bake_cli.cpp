@@ -1,4 +1,4 @@
-// lbea-bake as a user meets it.
+// lbea-bake: command line, output and exit codes.
 #include "tests/support/program.hpp"
 #include "tests/support/refusals.hpp"
 
@@ -15,7 +15,7 @@ using namespace lbea::test;
 namespace {
 
 const std::string demo = (data() / "rail-demo").string();
-const std::string few = " --modes 10 --steps 0,10,20 ";  // quick, and enough
+const std::string few = " --modes 10 --steps 0,10,20 ";  // fast
 
 Outcome lbea_bake(const TemporaryFolder& folder, const std::string& arguments) {
   return run_program(std::string(LBEA_BAKE) + " " + arguments, folder.path());
@@ -33,14 +33,14 @@ void check_refused(const std::string& arguments, int exit_code, const std::strin
 
 }  // namespace
 
-TEST_CASE("the demo bakes from its TOML file, flags overrule it") {
+TEST_CASE("the demo is baked from its TOML file; flags override it") {
   const TemporaryFolder folder;
   const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml" + few);
   CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
   CHECK(outcome.out.find("30 of 10 simulations") != std::string::npos);
   CHECK(outcome.out.find("10 modes") != std::string::npos);
   CHECK(outcome.out.find("kept variance") != std::string::npos);
-  const Model model = Model::open(folder / "ensemble.lbea");  // named after the TOML file, here
+  const Model model = Model::open(folder / "ensemble.lbea");  // named after the TOML file, in the working folder
   CHECK(model.samples() == 30);
   CHECK(model.modes() == 10);
   CHECK(model.vertices() == 1276);
@@ -49,7 +49,7 @@ TEST_CASE("the demo bakes from its TOML file, flags overrule it") {
   CHECK(model.simulation_name(0) == "run_023");
 }
 
-TEST_CASE("runs and region from flags alone make the same model as from a TOML file") {
+TEST_CASE("runs and region given by flags give the same model as a TOML file") {
   const TemporaryFolder folder;
   std::ofstream(folder / "two.toml") << "runs = ['" << demo << "/runs/run_023', '" << demo << "/runs/run_038']\n"
                                      << "reference_run = 'run_038'\nmode = 'over-time'\n"
@@ -78,7 +78,7 @@ TEST_CASE("--json prints the summary and nothing else") {
   CHECK(json["basis_residual"].get<double>() < 1e-10);
 }
 
-TEST_CASE("the region: what the sensor sees, parts and a box") {
+TEST_CASE("the region: nodes that the sensor sees, parts and a box") {
   const TemporaryFolder folder;
   const std::string run = "--run " + demo + "/runs/run_023 --json -o m.lbea" + few;
   const auto vertices = [&](const std::string& flags) {
@@ -97,7 +97,7 @@ TEST_CASE("the region: what the sensor sees, parts and a box") {
   CHECK(vertices("--region-box -1 -100 -100 500 100 100") == 2436);
 }
 
-TEST_CASE("--correspondence false leaves that out") {
+TEST_CASE("--correspondence false leaves out the correspondence") {
   const TemporaryFolder folder;
   CHECK(lbea_bake(folder, demo + "/ensemble.toml -o with.lbea" + few).exit_code == 0);
   CHECK(lbea_bake(folder, demo + "/ensemble.toml -o without.lbea --correspondence false" + few).exit_code == 0);
@@ -109,7 +109,7 @@ TEST_CASE("--correspondence false leaves that out") {
   CHECK(Model::open(folder / "without.lbea").samples() == 30);
 }
 
-TEST_CASE("wrong usage is told from failure, and either leaves nothing") {
+TEST_CASE("wrong usage and failure have different exit codes and leave no file") {
   check_refused("", 2, "name an ensemble.toml, or runs with --run");
   check_refused("--run x", 2, "name the model with -o");
   check_refused(demo + "/ensemble.toml --steps 3:1", 2, "'3:1' is not all, N, FIRST:LAST");
@@ -125,7 +125,7 @@ TEST_CASE("wrong usage is told from failure, and either leaves nothing") {
   check_refused("--run none -o m.lbea", 1, "none");
 }
 
-TEST_CASE("--help has an example, --version a version") {
+TEST_CASE("--help prints an example, --version the version") {
   const TemporaryFolder folder;
   const Outcome help = lbea_bake(folder, "--help");
   CHECK(help.exit_code == 0);
@@ -133,8 +133,8 @@ TEST_CASE("--help has an example, --version a version") {
   CHECK(lbea_bake(folder, "--version").out == "lbea-bake " LBEA_VERSION_STRING "\n");
 }
 
-TEST_CASE("Ctrl-C leaves nothing behind") {
-  constexpr int too_early = 128 + SIGINT;  // it had not begun yet, and nobody caught the signal
+TEST_CASE("Ctrl-C leaves no file") {
+  constexpr int too_early = 128 + SIGINT;  // the program did not handle the signal yet
   const TemporaryFolder folder;
   const std::string command = std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --mode over-time --threads 1";
   Outcome outcome{.exit_code = too_early};

@@ -1,4 +1,4 @@
-// lbea-bake plan, survey, shard, merge, status and lbea-inspect --diff as a user meets them.
+// lbea-bake plan, survey, shard, merge, status and lbea-inspect --diff: output and exit codes.
 #include "tests/support/program.hpp"
 #include "tests/support/refusals.hpp"
 
@@ -28,7 +28,7 @@ nlohmann::json json_of(const TemporaryFolder& folder, const std::string& argumen
 
 }  // namespace
 
-TEST_CASE("plan, shards and merge make the bytes of lbea-bake; status follows them") {
+TEST_CASE("plan, shards and merge give the same bytes as lbea-bake; status prints their progress") {
   const TemporaryFolder folder;
   lbea_bake(folder, demo + "/ensemble.toml -o alone.lbea" + few);
   for (const char* index : {"0", "1"})
@@ -45,7 +45,7 @@ TEST_CASE("plan, shards and merge make the bytes of lbea-bake; status follows th
   const Outcome early = run_program(std::string(LBEA_BAKE) + " merge --work work", folder.path());
   CHECK(early.exit_code == 1);
   CHECK(contains(early.err, "7 of 10 runs are not baked yet"));
-  std::filesystem::create_directory(folder / "elsewhere");  // paths in the plan do not depend on where one stands
+  std::filesystem::create_directory(folder / "elsewhere");  // paths in the plan do not depend on the working folder
   CHECK(
       run_program(std::string(LBEA_BAKE) + " shard --work ../work --index 0 --of 1", folder / "elsewhere").exit_code ==
       0);
@@ -55,10 +55,10 @@ TEST_CASE("plan, shards and merge make the bytes of lbea-bake; status follows th
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "work"))
     if (entry.is_regular_file()) bytes += static_cast<double>(entry.file_size());
   CHECK(bytes ==
-        doctest::Approx(plan["work_bytes"].get<double>() + 5'000 * 10).epsilon(0.02));  // some kB per run in the plan
+        doctest::Approx(plan["work_bytes"].get<double>() + 5'000 * 10).epsilon(0.02));  // a few kB per run in the plan
 }
 
-TEST_CASE("a run that is cut off is named by plan, status, merge and the model; withdrawn it is gone; --diff says so") {
+TEST_CASE("a truncated run is named by plan, status, merge and the model; --diff names a run that was withdrawn") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "runs");
   for (const char* run : {"run_023", "run_038", "run_045"})
@@ -97,7 +97,7 @@ TEST_CASE("a run that is cut off is named by plan, status, merge and the model; 
   CHECK(contains(back.out, "run      added      run_038"));
 }
 
-TEST_CASE("a shard whose run fails says so by its exit code, and has done the others; damage is mended") {
+TEST_CASE("a shard with a failed run has its own exit code and finishes the others; --verify repairs damage") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "runs");
   for (const char* run : {"run_023", "run_038", "run_045"})
@@ -115,7 +115,8 @@ TEST_CASE("a shard whose run fails says so by its exit code, and has done the ot
   CHECK(run_program(std::string(LBEA_BAKE) + " shard --work work --index 0 --of 1", folder.path()).exit_code == 3);
   CHECK(contains(lbea_bake(folder, "merge --work work").out, "left out       run_038: "));
 
-  put(folder / "runs/run_038/d3plot", whole);  // copied again, after the plan: it is another file until the next plan
+  put(folder / "runs/run_038/d3plot",
+      whole);  // copied again after the plan, therefore another file until the next plan
   lbea_bake(folder, "plan e.toml --work work -o m.lbea" + few);
   lbea_bake(folder, "shard --work work --index 0 --of 1");
   const auto record = std::filesystem::directory_iterator(folder / "work/record")->path();
@@ -128,7 +129,7 @@ TEST_CASE("a shard whose run fails says so by its exit code, and has done the ot
   CHECK(text_of(folder / "m.lbea") == text_of(folder / "alone.lbea"));
 }
 
-TEST_CASE("runs are added to a model without reading those that it holds, and withdrawn from it") {
+TEST_CASE("runs are added to a model and withdrawn from it without reading the runs in it") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "runs");
   for (const char* run : {"run_023", "run_038", "run_045", "run_052"})
@@ -145,7 +146,7 @@ TEST_CASE("runs are added to a model without reading those that it holds, and wi
   lbea_bake(folder, "all.toml -o all.lbea" + few);
   lbea_bake(folder, "fewer.toml -o fewer.lbea" + few);
 
-  // Nobody reads the second half of these any more.
+  // The second half of these files is not read again.
   for (const char* run : {"run_038", "run_045"})
     for (const auto& entry : std::filesystem::directory_iterator(folder / "runs" / run)) {
       std::string bytes = text_of(entry.path());
@@ -169,7 +170,7 @@ TEST_CASE("runs are added to a model without reading those that it holds, and wi
   CHECK(contains(unit.err, "another unit"));
 }
 
-TEST_CASE("fields in 16 bits: said by bake and inspect, kept by --from, never unrounded") {
+TEST_CASE("fields in 16 bits: reported by bake and inspect, kept by --from, not converted back") {
   const TemporaryFolder folder;
   put(folder / "e.toml", "runs = ['" + demo + "/runs/run_0[234]*']\ntime_unit = 'ms'\ncompact_fields = true\n");
   const std::string two = " --run " + demo + "/runs/run_023 --run " + demo + "/runs/run_038 --time-factor 0.001";
@@ -188,7 +189,7 @@ TEST_CASE("fields in 16 bits: said by bake and inspect, kept by --from, never un
   lbea_bake(folder, "merge --work work");
   CHECK(text_of(folder / "shards.lbea") == text_of(folder / "compact.lbea"));
 
-  // A model in 16 bits grows to the bytes that reading all runs gives; from one in 32 bits as well.
+  // Adding runs to a model in 16 or 32 bits gives the same bytes as reading all runs.
   for (const char* bits : {"true", "false"}) {
     lbea_bake(folder, two + " --compact-fields " + bits + " -o two.lbea" + few);
     lbea_bake(folder, "e.toml --from two.lbea -o grown.lbea" + few);
@@ -200,7 +201,7 @@ TEST_CASE("fields in 16 bits: said by bake and inspect, kept by --from, never un
   CHECK(contains(back.err, "compact.lbea has its fields in 16 bits"));
 }
 
-TEST_CASE("steps that cannot be are refused with a sentence") {
+TEST_CASE("wrong steps are refused with a message") {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& arguments, int exit_code, const std::string& words) {
     const Outcome outcome = run_program(std::string(LBEA_BAKE) + " " + arguments, folder.path());

@@ -1,4 +1,4 @@
-// lbea-eval ensemble and lbea-register as a user meets them, on the demo's runs.
+// lbea-eval ensemble and lbea-register on the runs of the demo: output and exit codes.
 #include "tests/support/program.hpp"
 
 #include <doctest/doctest.h>
@@ -34,9 +34,8 @@ std::size_t lines_of(const std::filesystem::path& file) {
 
 }  // namespace
 
-// Models used to lie in the folder of the results under plain names, over what was there, and were removed from it.
-TEST_CASE(
-    "an evaluation touches nothing in its folder but its own results, and what makes no sense is refused at once") {
+// Regression: models were written into the folder of the results, over existing files, and removed afterwards.
+TEST_CASE("an evaluation writes only its results into its folder; invalid options are refused before it starts") {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "e");
   put(folder / "e/split_0.lbea", "mine");
@@ -56,7 +55,7 @@ TEST_CASE(
   CHECK(entries == 1);
 }
 
-TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
+TEST_CASE("tables, JSON and CSV of an evaluation are consistent") {
   const TemporaryFolder folder;
   const Outcome outcome = run_program(
       evaluation("--experiments run_038,run_129 --first-step 8 --every 12 --hide 0.3 --meshes --json"), folder.path());
@@ -70,7 +69,7 @@ TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
     double shares = 0;
     for (const auto& [name, share] : round["verdicts"].items()) shares += share.get<double>();
     CHECK(shares == doctest::Approx(1));
-    // Nobody who picks a sample is better than the oracle.
+    // No method that chooses a sample is better than the oracle.
     for (const auto& [name, score] : round["methods"].items())
       if (name != "estimate")
         CHECK_MESSAGE(score["mean"].get<double>() >= round["oracle"]["mean"].get<double>() - 1e-9, name);
@@ -84,7 +83,7 @@ TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
       CHECK(round["oracle"]["mean"].get<double>() > 0);
     }
   }
-  CHECK(summary["rounds"].size() == 5);  // unseen and contained, both also hidden; other components
+  CHECK(summary["rounds"].size() == 5);  // unseen and contained, both also with hidden points; other components
   CHECK(lines_of(folder / "e/frames.csv") == frames + 1);
   CHECK(lines_of(folder / "e/view.csv") == 1 + 8 * 21 + 4);
   CHECK(lines_of(folder / "e/tables.md") > 30);
@@ -99,7 +98,7 @@ TEST_CASE("an evaluation leaves tables, JSON and CSV that agree") {
     CHECK(entry.path().extension() != ".lbea");
 }
 
-TEST_CASE("wrong wishes are refused with their exit codes") {
+TEST_CASE("wrong options and unknown runs have their exit codes") {
   const TemporaryFolder folder;
   const auto run = [&](const std::string& options) { return run_program(evaluation(options), folder.path()); };
   CHECK(run("--experiments run_999").exit_code == 1);
@@ -110,7 +109,7 @@ TEST_CASE("wrong wishes are refused with their exit codes") {
   CHECK(run_program(std::string(LBEA_EVAL) + " ensemble", folder.path()).exit_code == 2);
 }
 
-TEST_CASE("Ctrl-C leaves what was measured, and exit code 1") {
+TEST_CASE("Ctrl-C keeps the results so far and gives exit code 1") {
   const TemporaryFolder folder;
   const Outcome outcome = run_program(evaluation("--leave-one-out"), folder.path(), std::chrono::milliseconds(1500));
   CHECK(outcome.exit_code == 1);
@@ -119,7 +118,7 @@ TEST_CASE("Ctrl-C leaves what was measured, and exit code 1") {
     CHECK(entry.path().extension() != ".lbea");
 }
 
-TEST_CASE("a rough pose is refined by lbea-register to the noise of the sensor") {
+TEST_CASE("lbea-register refines a rough pose to about the noise of the sensor") {
   const TemporaryFolder folder;
   const auto run = [&](const std::string& command) { return run_program(command, folder.path()); };
   REQUIRE(run(std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --modes 5 --steps 0,1 -o m.lbea").exit_code == 0);
@@ -138,8 +137,8 @@ TEST_CASE("a rough pose is refined by lbea-register to the noise of the sensor")
   CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
   CHECK(json::parse(outcome.out)["ambiguous"] == false);
   const json fine = read_json(folder / "fine.json");
-  // Where both poses put the middle of the component, 950 mm before the cameras: the bow of a run outside the ensemble
-  // and 0.1 mm of noise leave a few tenths.
+  // Both poses, applied to the middle of the component 950 mm in front of the cameras. The curvature of a run outside
+  // the ensemble and 0.1 mm of noise cause an error of a few tenths.
   for (const char* camera : {"left", "right"}) {
     const auto pose = [&](const json& file) {
       return std::string(camera) == "left" ? file["T_reference_sensor"] : file["sensor"]["T_reference_right"];
@@ -153,13 +152,13 @@ TEST_CASE("a rough pose is refined by lbea-register to the noise of the sensor")
     }
     CHECK(std::sqrt(squared) < 0.5);
   }
-  // Metres against millimetres.
-  std::filesystem::create_directory(folder / "metres");
-  std::ofstream cloud(folder / "metres/a.xyz");
+  // A cloud in meters for a model in millimeters.
+  std::filesystem::create_directory(folder / "meters");
+  std::ofstream cloud(folder / "meters/a.xyz");
   for (int i = 0; i < 500; ++i) cloud << 0.0008 * i << ' ' << 0.0001 * (i % 7) << " 0.9\n";
   cloud.close();
-  const Outcome metres = run(std::string(LBEA_REGISTER) + " m.lbea metres --sensor rough.json --out wrong.json");
-  CHECK(metres.exit_code == 1);
-  CHECK(metres.err.find("1000") != std::string::npos);
+  const Outcome meters = run(std::string(LBEA_REGISTER) + " m.lbea meters --sensor rough.json --out wrong.json");
+  CHECK(meters.exit_code == 1);
+  CHECK(meters.err.find("1000") != std::string::npos);
   CHECK(!std::filesystem::exists(folder / "wrong.json"));
 }

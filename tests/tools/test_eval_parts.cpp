@@ -1,11 +1,10 @@
-// The parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
+// Parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
 #include "runtime/src/track/evidence.hpp"
 #include "tests/support/synthetic_model.hpp"
-#include "tools/eval/disturbance.hpp"
+#include "tools/eval/evaluation_report.hpp"
+#include "tools/eval/experiments.hpp"
 #include "tools/eval/icp_baseline.hpp"
-#include "tools/eval/score.hpp"
-#include "tools/eval/split.hpp"
-#include "tools/eval/true_mesh.hpp"
+#include "tools/eval/truth.hpp"
 
 #include <lbea/inference.hpp>
 
@@ -65,8 +64,8 @@ FrameTrial frame_of(double oracle_error, double fit_error, std::uint32_t fit_sam
   FrameTrial frame;
   frame.errors.fill(not_measured);
   frame.best.error = oracle_error;
-  frame.errors[static_cast<std::size_t>(Contender::fit)] = fit_error;
-  frame.samples[static_cast<std::size_t>(Contender::fit)] = fit_sample;
+  frame.errors[static_cast<std::size_t>(EvaluatedMethod::fit)] = fit_error;
+  frame.samples[static_cast<std::size_t>(EvaluatedMethod::fit)] = fit_sample;
   frame.own = own;
   frame.verdict = verdict;
   return frame;
@@ -80,7 +79,7 @@ TestTrial test_of(std::vector<FrameTrial> frames) {
 
 }  // namespace
 
-TEST_CASE("splits are partitions; the seed draws them; both sides keep a run") {
+TEST_CASE("splits are partitions that depend on the seed; both sides have a run") {
   for (const std::size_t runs : {2u, 3u, 10u, 40u})
     for (const double share : {0.01, 0.2, 0.5, 0.99}) {
       const Split split = random_split(runs, share, 1);
@@ -91,11 +90,12 @@ TEST_CASE("splits are partitions; the seed draws them; both sides keep a run") {
       CHECK(random_split(runs, share, 1).experiments == split.experiments);
     }
   CHECK(random_split(40, 0.5, 1).experiments != random_split(40, 0.5, 2).experiments);
-  // Every run is drawn about as often: 200 draws of 2 in 10; 5 standard deviations of a binomial with p = 0.2 are 28.
-  std::vector<int> drawn(10);
+  // Every run is chosen about equally often: 200 draws of 2 in 10; 5 standard deviations of a binomial with p = 0.2
+  // are 28.
+  std::vector<int> chosen(10);
   for (std::uint64_t seed = 0; seed < 200; ++seed)
-    for (const std::size_t run : random_split(10, 0.2, seed).experiments) ++drawn[run];
-  for (const int count : drawn) CHECK(std::abs(count - 40) < 29);
+    for (const std::size_t run : random_split(10, 0.2, seed).experiments) ++chosen[run];
+  for (const int count : chosen) CHECK(std::abs(count - 40) < 29);
   for (const double share : {0.0, 1.0, -1.0, double(NAN)}) CHECK_THROWS_AS((void)random_split(10, share, 1), Error);
   CHECK_THROWS_AS((void)random_split(1, 0.5, 1), Error);
 }
@@ -116,7 +116,7 @@ TEST_CASE("named and leave-one-out splits") {
   CHECK_THROWS_AS((void)leave_one_out(1), Error);
 }
 
-TEST_CASE("a subset keeps the reference run while it can") {
+TEST_CASE("a subset keeps the reference run if it is in the subset") {
   const Ensemble all{runs_named({"a", "b", "c"}), {"p"}, 2};
   const std::vector<std::size_t> with{1, 2}, without{0, 1};
   CHECK(subset(all, with).reference_run == 1);
@@ -138,8 +138,8 @@ TEST_CASE("errors are averaged over time first, then over tests") {
   // Test 1: oracle 1, fit 2 and 4 -> 3. Test 2: one frame, oracle 3, fit 9. The ratio is (3 + 9) / (1 + 3) = 3.
   const std::vector<TestTrial> tests{test_of({frame_of(1, 2, 0, 5), frame_of(1, 4, 0, 5)}),
                                      test_of({frame_of(3, 9, 0, 5, Verdict::no_simulation_fits)})};
-  const Summary summary = summarise(tests);
-  const Score& fit = summary.scores[static_cast<std::size_t>(Contender::fit)];
+  const Summary summary = summarize(tests);
+  const Score& fit = summary.scores[static_cast<std::size_t>(EvaluatedMethod::fit)];
   CHECK(summary.tests == 2);
   CHECK(summary.frames == 3);
   CHECK(summary.oracle.mean == 2);
@@ -148,34 +148,34 @@ TEST_CASE("errors are averaged over time first, then over tests") {
   CHECK(fit.ratio == 3);
   CHECK(std::isnan(fit.exact));  // none is contained
   CHECK(std::isnan(summary.named));
-  CHECK(std::isnan(summary.scores[static_cast<std::size_t>(Contender::icp)].mean));
+  CHECK(std::isnan(summary.scores[static_cast<std::size_t>(EvaluatedMethod::icp)].mean));
   CHECK(summary.verdicts[static_cast<std::size_t>(Verdict::matched)] == doctest::Approx(2.0 / 3));
   CHECK(summary.verdicts[static_cast<std::size_t>(Verdict::no_simulation_fits)] == doctest::Approx(1.0 / 3));
-  CHECK(summarise({}).frames == 0);
+  CHECK(summarize({}).frames == 0);
 }
 
-TEST_CASE("own samples are counted in contained experiments, and an oracle of 0 has no ratio") {
+TEST_CASE("own samples are counted in contained experiments; an oracle of 0 has no ratio") {
   TestTrial test = test_of({frame_of(0, 0, 5, 5), frame_of(0, 1, 6, 7)});
   test.contained = true;
   test.experiment = test.named = "run";
-  const Summary summary = summarise(std::vector{test});
-  CHECK(summary.scores[static_cast<std::size_t>(Contender::fit)].exact == 0.5);
-  CHECK(std::isnan(summary.scores[static_cast<std::size_t>(Contender::fit)].ratio));
+  const Summary summary = summarize(std::vector{test});
+  CHECK(summary.scores[static_cast<std::size_t>(EvaluatedMethod::fit)].exact == 0.5);
+  CHECK(std::isnan(summary.scores[static_cast<std::size_t>(EvaluatedMethod::fit)].ratio));
   CHECK(summary.named == 1);
 }
 
-TEST_CASE("frames before two branches part are not held against the verdict") {
+TEST_CASE("frames before two branches diverge are not counted") {
   TestTrial without =
       test_of({frame_of(1, 1, 0, 0), frame_of(5, 5, 0, 0, Verdict::no_simulation_fits), frame_of(5, 5, 0, 0)});
   TestTrial with = test_of({frame_of(1, 1, 0, 0), frame_of(1, 1, 0, 0), frame_of(1, 1, 0, 0)});
   for (std::uint32_t i = 0; i < 3; ++i) without.frames[i].step = with.frames[i].step = i;
-  const Parted parted = parted_frames(std::vector{without}, std::vector{with});
-  CHECK(parted.frames == 2);
-  CHECK(parted.no_simulation_fits == 0.5);
-  CHECK(parted_frames({}, {}).frames == 0);
+  const DivergedFrames diverged = diverged_frames(std::vector{without}, std::vector{with});
+  CHECK(diverged.frames == 2);
+  CHECK(diverged.no_simulation_fits == 0.5);
+  CHECK(diverged_frames({}, {}).frames == 0);
 }
 
-TEST_CASE("hidden points go in patches until the share is gone, and the rest stays as it was") {
+TEST_CASE("points are hidden in patches until the share is removed; the others are unchanged") {
   const auto points = random_points(5000);
   const auto rest = hide_patches(points, 0.3, 20, 7);
   CHECK(rest.size() == 3500);
@@ -192,7 +192,7 @@ TEST_CASE("hidden points go in patches until the share is gone, and the rest sta
                            [](const Point& a, const Point& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }));
 }
 
-TEST_CASE("thinning keeps the share at random") {
+TEST_CASE("thinning keeps a random share") {
   const auto points = random_points(9000);
   // Binomial with p = 1/3: standard deviation 45.
   CHECK(std::abs(static_cast<double>(thin(points, 1.0 / 3, 3).size()) - 3000) < 5 * 45);
@@ -200,26 +200,26 @@ TEST_CASE("thinning keeps the share at random") {
   CHECK(thin(points, 0, 3).empty());
 }
 
-TEST_CASE("a pose error turns about the centre by the angle asked for, and stays rigid") {
+TEST_CASE("a pose error is a rotation about the center by the given angle") {
   const RigidTransform T{0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30};
-  const Point centre{50, 60, 70};
-  const RigidTransform turned_T = turned(T, 3, centre, 9);
-  // The turn alone: R' R^T; its trace is 1 + 2 cos(angle).
+  const Point center{50, 60, 70};
+  const RigidTransform turned_T = turned(T, 3, center, 9);
+  // The rotation is R' R^T; its trace is 1 + 2 cos(angle).
   double trace = 0;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) trace += double{turned_T[4 * i + k]} * double{T[4 * i + k]};
   CHECK(std::acos((trace - 1) / 2) * 57.29577951 == doctest::Approx(3).epsilon(1e-3));
-  // The sensor point that lay at the centre still does: q = R^T (centre - t).
-  const std::array<float, 3> off{centre.x - T[3], centre.y - T[7], centre.z - T[11]};
+  // The sensor point at the center remains there: q = R^T (center - t).
+  const std::array<float, 3> off{center.x - T[3], center.y - T[7], center.z - T[11]};
   std::array<float, 3> q{};
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) q[i] += T[4 * k + i] * off[k];
   for (std::size_t i = 0; i < 3; ++i) {
     const float there =
         turned_T[4 * i] * q[0] + turned_T[4 * i + 1] * q[1] + turned_T[4 * i + 2] * q[2] + turned_T[4 * i + 3];
-    CHECK(there == doctest::Approx((std::array{centre.x, centre.y, centre.z})[i]).epsilon(1e-5));
+    CHECK(there == doctest::Approx((std::array{center.x, center.y, center.z})[i]).epsilon(1e-5));
   }
-  CHECK(turned(T, 0, centre, 9) == T);
+  CHECK(turned(T, 0, center, 9) == T);
 }
 
 TEST_CASE("weighted mean and spread by their formulas") {
@@ -239,12 +239,12 @@ TEST_CASE("weighted mean and spread by their formulas") {
   CHECK(m.empty());
   weighted_spread({}, a, 1, spread);
   CHECK(spread == std::vector<float>(6, 0.0f));
-  // About something else than their mean: never less.
+  // About another value than the mean: never smaller.
   weighted_spread(rows, a, 1, spread);
   CHECK(spread[0] == doctest::Approx(2 * std::sqrt(0.75f)));
 }
 
-TEST_CASE("plausibilities add up to 1, fall with the residual and ignore differences below the noise") {
+TEST_CASE("plausibilities sum to 1, decrease with the residual and ignore differences below the noise") {
   const std::vector<Match> candidates{{{0, 1}, 1.0f}, {{1, 2}, 1.0f}, {{2, 3}, 2.0f}};
   const auto weighted = plausible_samples(candidates, {.sharpness = 4, .noise = 1});
   CHECK(weighted[0].weight == weighted[1].weight);
@@ -254,7 +254,7 @@ TEST_CASE("plausibilities add up to 1, fall with the residual and ignore differe
   CHECK(plausible_samples({}).empty());
 }
 
-TEST_CASE("a run with the model's node numbers is read by number, a finer mesh by place") {
+TEST_CASE("nodes of a run with the model's node numbers are found by number, those of a finer mesh by position") {
   const Plates plates;
   const Model& model = plates.model;
   const SimulationMesh same = plate_mesh();
@@ -263,7 +263,7 @@ TEST_CASE("a run with the model's node numbers is read by number, a finer mesh b
   std::vector<float> positions;
   by_number.positions(same.positions, positions);
   CHECK(std::ranges::equal(positions, same.positions));
-  // Twice as fine, numbered by chance alike: every model node lies on a node or an edge of it.
+  // Twice as fine, with some equal node numbers: every node of the model lies on a node or an edge of it.
   PlateShape finer;
   finer.columns = 2 * finer.columns - 1;
   finer.rows = 2 * finer.rows - 1;
@@ -277,7 +277,7 @@ TEST_CASE("a run with the model's node numbers is read by number, a finer mesh b
     CHECK(positions[i] == doctest::Approx(expected.positions[i]).epsilon(1e-4));
 }
 
-TEST_CASE("ICP finds the sample whose points it is given, also from a pose that is off") {
+TEST_CASE("ICP finds the sample that the points are from, also from an inaccurate pose") {
   const Plates plates;
   const Model& model = plates.model;
   const IcpBaseline icp(model);

@@ -1,4 +1,4 @@
-// lbea-inspect as a user meets it.
+// lbea-inspect on models: output and exit codes.
 #include "tests/support/program.hpp"
 
 #include <lbea/lbea.hpp>
@@ -26,7 +26,7 @@ struct Baked {
 
 }  // namespace
 
-TEST_CASE("an intact model is listed for people") {
+TEST_CASE("an intact model is listed as text") {
   const Baked baked;
   const Outcome outcome = baked.inspect("m.lbea");
   CHECK(outcome.exit_code == 0);
@@ -35,7 +35,7 @@ TEST_CASE("an intact model is listed for people") {
     CHECK_MESSAGE(outcome.out.find(words) != std::string::npos, words);
 }
 
-TEST_CASE("an intact model is listed for programs") {
+TEST_CASE("an intact model is listed as JSON") {
   const Baked baked;
   const Outcome outcome = baked.inspect("m.lbea --json");
   CHECK(outcome.exit_code == 0);
@@ -58,7 +58,7 @@ TEST_CASE("an intact model is listed for programs") {
   CHECK(end == json["bytes"]);
 }
 
-TEST_CASE("a damaged model ends with 1 and says where") {
+TEST_CASE("a damaged model gives exit code 1 and names the section") {
   const Baked baked;
   const auto file = baked.folder / "m.lbea";
   const auto json = nlohmann::json::parse(baked.inspect("m.lbea --json").out);
@@ -82,7 +82,7 @@ TEST_CASE("a damaged model ends with 1 and says where") {
   CHECK(baked.inspect("m.lbea").err.find("should have") != std::string::npos);
 }
 
-TEST_CASE("what is no model, and no file, are failures; no argument is wrong usage") {
+TEST_CASE("a file that is no model and a missing file are failures; a missing argument is wrong usage") {
   const TemporaryFolder folder;
   std::ofstream(folder / "text") << std::string(500, 'x');
   const auto inspect = [&](const std::string& arguments) {

@@ -33,7 +33,7 @@ std::string check_steps(const std::string& text) {
   return parse_step_selection(text) ? "" : "'" + text + "' is not all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,...";
 }
 
-/// For flags that overrule a file: the default is said, not written again.
+/// Help text that names the default. For flags that override the TOML file and therefore have no default value.
 template <typename T>
 std::string with_default(const std::string& text, const T& value) {
   std::ostringstream stream;
@@ -42,14 +42,42 @@ std::string with_default(const std::string& text, const T& value) {
 }
 
 void declare_region(Tool& tool, BakeCommand& command) {
-  const char* region = "Region (what all criteria agree on; default: the whole mesh)";
+  const char* region = "Region (nodes that meet all criteria; default: the whole mesh)";
   tool.add_option("--region-parts", command.region_parts, "part ids")->delimiter(',')->group(region)->default_text("");
-  tool.add_option("--region-box", command.region_box, "x y z of the least and of the greatest corner, at impact")
+  tool.add_option("--region-box", command.region_box, "x y z of the lower and of the upper corner, at impact")
       ->expected(6)
       ->group(region)
       ->default_text("");
   tool.add_option("--region-nodes", command.region_nodes, "text file of node ids")->group(region);
-  tool.add_option("--sensor", command.sensor, "sensor.json: the nodes this rig sees at impact")->group(region);
+  tool.add_option("--sensor", command.sensor, "sensor.json: the nodes that this rig sees at impact")->group(region);
+}
+
+/// What the model contains beside the samples, and the units of the runs.
+void declare_content(Tool& tool, BakeCommand& command) {
+  const bake::EnsembleDescription defaults;
+  tool.add_option("--fields", command.fields,
+                  with_default("field quantities to store, or all", defaults.fields.front()))
+      ->delimiter(',')
+      ->default_text("");
+  tool.add_option(
+      "--compact-fields", command.compact_fields,
+      "store fields in 16 bits instead of 32 and report the rounding error: true or false (default: false)");
+  tool.add_option("--parameters", command.parameters, "table of the parameters that vary between the runs");
+  tool.add_option("--length-unit", command.length_unit,
+                  with_default("unit of the runs' lengths", defaults.length_unit));
+  tool.add_option("--time-factor", command.time_factor,
+                  with_default("seconds per unit of the runs' times", defaults.time_factor));
+  tool.add_option("--envelope-margin", command.envelope_margin,
+                  with_default("points farther than this from all samples are background", defaults.envelope_margin));
+  tool.add_option("--correspondence", command.correspondence,
+                  "store the data that VtP matching needs: true or false (default: true)");
+  tool.add_option(
+      "--landmarks", command.landmarks,
+      "store the positions that matching needs in a section of their own, for models larger than memory: true or false "
+      "(default: when positions take more than 1 GiB)");
+  tool.add_option(
+      "--views", command.views,
+      "sensor.json: render depth images of every sample as this rig sees it, for matching by fit (default: --sensor)");
 }
 
 template <typename T>
@@ -85,11 +113,10 @@ void replace_steps(bake::EnsembleDescription& description, const BakeCommand& co
 
 void declare(Tool& tool, BakeCommand& command) {
   const bake::EnsembleDescription defaults;
-  tool.add_option("ENSEMBLE", command.toml, "ensemble.toml: what to bake; the flags overrule it");
+  tool.add_option("ENSEMBLE", command.toml, "ensemble.toml: what to bake; flags override it");
   tool.add_option("-o,--output", command.output,
-                  "the model (default: the TOML file's output, else its name with .lbea, here)");
-  tool.add_option("--from", command.earlier,
-                  "an earlier model: runs that it holds are taken from it and not read again")
+                  "the model (default: the TOML file's output, else its name with .lbea in the working folder)");
+  tool.add_option("--from", command.earlier, "an earlier model: the runs in it are copied from it and not read again")
       ->default_text("");
   tool.add_option("--run", command.runs, "a run's first file or folder; repeat it, instead of the TOML file's runs")
       ->default_text("");
@@ -105,30 +132,13 @@ void declare(Tool& tool, BakeCommand& command) {
                   "from impact on)")
       ->check(Check(check_steps, "STEPS"));
   declare_region(tool, command);
-  tool.add_option("--fields", command.fields,
-                  with_default("quantities to carry along, or all", defaults.fields.front()))
-      ->delimiter(',')
-      ->default_text("");
-  tool.add_option(
-      "--compact-fields", command.compact_fields,
-      "store fields in 16 bits, which halves them, with an error that is stated: true or false (default: false)");
-  tool.add_option("--parameters", command.parameters, "table of what was varied between the runs");
-  tool.add_option("--length-unit", command.length_unit,
-                  with_default("unit of the runs' lengths", defaults.length_unit));
-  tool.add_option("--time-factor", command.time_factor,
-                  with_default("seconds per unit of the runs' times", defaults.time_factor));
-  tool.add_option("--envelope-margin", command.envelope_margin,
-                  with_default("points farther than this from all samples are background", defaults.envelope_margin));
-  tool.add_option("--correspondence", command.correspondence,
-                  "store what VtP matching needs: true or false (default: true)");
-  tool.add_option(
-      "--landmarks", command.landmarks,
-      "store apart what matching needs of the positions, for models larger than memory: true or false (default: when "
-      "positions take more than 1 GiB)");
-  tool.add_option("--views", command.views,
-                  "sensor.json: render every sample as this rig would see it, for matching by fit (default: --sensor)");
+  declare_content(tool, command);
   tool.add_option("--threads", command.threads, "0: all processors; the model does not depend on it");
   tool.add_flag("--json", command.json, "print the summary as JSON");
+  tool.add_usage_check([&command] {
+    if (command.toml.empty() && command.runs.empty()) throw WrongUsage("name an ensemble.toml, or runs with --run");
+    if (command.toml.empty() && command.output.empty()) throw WrongUsage("name the model with -o");
+  });
 }
 
 std::optional<bake::StepSelection> parse_step_selection(const std::string& text) {

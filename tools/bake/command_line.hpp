@@ -1,4 +1,4 @@
-// What to bake: the TOML file's description with the flags' changes.
+// The ensemble to bake: the description in the TOML file, with the changes made by flags.
 #pragma once
 
 #include "precompute/ensemble.hpp"
@@ -16,7 +16,7 @@ struct BakeCommand {
   unsigned threads = 0;
   bool json = false, leave_out_broken = false;
 
-  // Each replaces what the TOML file or the default says.
+  // Each overrides the TOML file or the default.
   std::vector<std::filesystem::path> runs;
   std::optional<std::string> reference_run, mode, steps, length_unit;
   std::optional<std::uint32_t> impact_step, modes;
@@ -28,12 +28,13 @@ struct BakeCommand {
   std::optional<bool> correspondence, compact_fields, landmarks;
 };
 
+/// `command` must outlive the parsing. A command line without runs or without a model ends with exit_usage.
 void declare(Tool& tool, BakeCommand& command);
 
-/// "all", "N", "FIRST:LAST", "FIRST:LAST:STRIDE" (last included) or "N,N,..."; nothing when it is none of these.
+/// "all", "N", "FIRST:LAST", "FIRST:LAST:STRIDE" (last included) or "N,N,..."; nothing for any other text.
 [[nodiscard]] std::optional<bake::StepSelection> parse_step_selection(const std::string& text);
 
-/// Throws Error{bad_config | bad_input | file_not_found}.
+/// The description to bake. Throws Error{bad_config | bad_input | file_not_found}.
 [[nodiscard]] bake::EnsembleDescription described(const BakeCommand& command);
 
 }  // namespace lbea::tool

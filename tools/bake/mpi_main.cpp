@@ -1,4 +1,5 @@
-// lbea-bake-mpi: the steps of a bake as one MPI job. Ranks talk through the work folder; MPI says when to go on.
+// lbea-bake-mpi: the steps of a bake as one MPI job. Ranks exchange data through the work folder; MPI synchronizes the
+// steps.
 #include "tools/bake/report.hpp"
 #include "tools/bake/steps.hpp"
 
@@ -12,7 +13,7 @@ namespace {
 using namespace lbea;
 using namespace lbea::tool;
 
-/// MPI from here to the end of the scope.
+/// MPI is initialized until the end of the scope.
 class Ranks {
  public:
   Ranks(int& argc, char**& argv) {
@@ -29,7 +30,7 @@ class Ranks {
     return {static_cast<std::uint32_t>(rank_), static_cast<std::uint32_t>(size_)};
   }
 
-  /// Every rank's part of a step; returns when all are done. When one fails all leave, instead of waiting for it.
+  /// Runs this rank's part of a step and waits for all ranks. When one rank fails, all ranks throw.
   template <class Body>
   void together(const Body& body) const {
     std::exception_ptr failure;
@@ -40,7 +41,7 @@ class Ranks {
     MPI_Allreduce(&failed, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
     if (failure) std::rethrow_exception(failure);
     if (any != 0)
-      throw Error(Status::bad_input, "another rank failed, see its message; what is finished stays in the work folder");
+      throw Error(Status::bad_input, "another rank failed, see its message; finished runs stay in the work folder");
   }
 
  private:
@@ -67,18 +68,14 @@ int bake_with(const Ranks& ranks, const BakeCommand& command, const bake::WorkFo
 int main(int argc, char** argv) {
   const Ranks ranks(argc, argv);
   Tool tool("lbea-bake-mpi",
-            "Bakes an ensemble of simulations into one model file, as one MPI job. Runs that are broken are left out "
-            "and named.",
+            "Bakes an ensemble of simulations into one model file, as one MPI job. Broken runs are left out and "
+            "named.",
             "mpirun -n 64 lbea-bake-mpi ensemble.toml --work work -o rail.lbea");
   BakeCommand command;
   std::filesystem::path work;
-  command.threads = 1;  // a rank per core is what mpirun starts
+  command.threads = 1;  // mpirun starts one rank per core
   declare(tool, command);
   tool.add_option("--work", work, "the work folder, on a file system that all ranks share")->required();
-  tool.add_usage_check([&] {
-    if (command.toml.empty() && command.runs.empty()) throw WrongUsage("name an ensemble.toml, or runs with --run");
-    if (command.toml.empty() && command.output.empty()) throw WrongUsage("name the model with -o");
-  });
   return tool.run(argc, argv, [&] {
     catch_stop_signals();
     return bake_with(ranks, command, bake::WorkFolder(work));

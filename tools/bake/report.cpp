@@ -43,7 +43,7 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
   std::printf("basis          %u modes, eigenvalues to %.3g, residual %.1e, %s\n", summary.modes,
               summary.highest_eigenvalue, summary.basis_residual, summary.basis_solver.c_str());
   if (summary.degenerate_triangles > 0)
-    std::printf("               %zu triangles without area skipped\n", summary.degenerate_triangles);
+    std::printf("               skipped %zu triangles without area\n", summary.degenerate_triangles);
   if (std::isnan(summary.kept_variance))
     std::printf("kept variance  the samples do not vary\n");
   else
@@ -91,8 +91,8 @@ void print_table(const bake::BakePlan& plan, const bake::BakeEstimate& estimate)
   std::printf("work           %zu runs, %zu samples\n", estimate.runs, estimate.samples);
   std::printf("model          %s, and %s in the work folder\n", size_text(estimate.model_bytes).c_str(),
               size_text(estimate.work_bytes).c_str());
-  std::printf("matching       %s of the model have to fit into memory\n", size_text(estimate.hot_bytes).c_str());
-  std::printf("memory         %s per shard, and %s per thread beside what reading a state takes\n",
+  std::printf("matching       needs %s of the model in memory\n", size_text(estimate.hot_bytes).c_str());
+  std::printf("memory         %s per shard and %s per thread, plus the memory for reading a state\n",
               size_text(estimate.shared_bytes).c_str(), size_text(estimate.thread_bytes).c_str());
   std::printf("time           %.1f ms per sample on this machine: %.3f processor hours\n",
               1e3 * estimate.seconds_per_sample, seconds / 3600);
@@ -141,7 +141,9 @@ void print_json(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& 
 void print_table(const bake::ShardSummary& summary) {
   std::printf("%zu runs in this shard: %zu were finished, %zu baked, %zu failed\n", summary.runs, summary.finished,
               summary.runs - summary.finished - summary.failed, summary.failed);
-  if (summary.renewed > 0) std::printf("of %zu the runs were not read: only box or rig had changed\n", summary.renewed);
+  if (summary.renewed > 0)
+    std::printf("%zu of them were updated without reading the run: only the box or the rig had changed\n",
+                summary.renewed);
 }
 
 }  // namespace lbea::tool

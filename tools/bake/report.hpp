@@ -1,4 +1,4 @@
-// What a bake made, will make and is making, for people and for programs.
+// Summary, estimate and status of a bake, as tables and as JSON.
 #pragma once
 
 #include "precompute/bake_options.hpp"

@@ -2,7 +2,7 @@
 
 #include "precompute/jobs/jobs.hpp"
 #include "tools/bake/earlier_model.hpp"
-#include "tools/bake/stage_progress.hpp"
+#include "tools/shared/cli/progress.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <memory>
@@ -10,13 +10,26 @@
 namespace lbea::tool {
 namespace {
 
-/// The description with everything it names made absolute: other processes start elsewhere.
-bake::EnsembleDescription placed(const BakeCommand& command) {
+/// The command's description with its node file read.
+bake::EnsembleDescription with_region_nodes(const BakeCommand& command) {
   bake::EnsembleDescription description = described(command);
   read_region_nodes(description.region);
+  return description;
+}
+
+/// The same with absolute paths: the processes of later steps may have other working folders.
+bake::EnsembleDescription placed(const BakeCommand& command) {
+  bake::EnsembleDescription description = with_region_nodes(command);
   if (!description.depth_sensor.empty()) description.depth_sensor = std::filesystem::absolute(description.depth_sensor);
   description.output = std::filesystem::absolute(description.output);
   return description;
+}
+
+/// The runs of the description; those that the model of --from holds are taken from it.
+bake::Ensemble ensemble_of(const BakeCommand& command, const bake::EnsembleDescription& description) {
+  bake::Ensemble ensemble = open_ensemble(description);
+  if (!command.earlier.empty()) take_from_model(ensemble, description, command.earlier);
+  return ensemble;
 }
 
 }  // namespace
@@ -26,17 +39,20 @@ bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& vi
   options.threads = threads;
   options.depth_renderer = depth_rendering(views);
   options.progress = [progress = std::make_shared<StageProgress>()](const bake::BakeProgress& stage) {
-    progress->show(stage);
+    progress->show(stage.stage, stage.done, stage.total);
   };
   options.cancelled = [] { return stop_requested != 0; };
   options.leaves_out_broken = true;
   return options;
 }
 
-bake::Ensemble ensemble_of(const BakeCommand& command, const bake::EnsembleDescription& description) {
-  bake::Ensemble ensemble = open_ensemble(description);
-  if (!command.earlier.empty()) take_from_model(ensemble, description, command.earlier);
-  return ensemble;
+bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& output) {
+  const bake::EnsembleDescription description = with_region_nodes(command);
+  bake::BakeOptions options = step_options(command.threads, description.depth_sensor);
+  options.visible_nodes = visibility(description.region, command.threads);
+  options.leaves_out_broken = command.leave_out_broken;
+  output = description.output;
+  return bake::bake_model(ensemble_of(command, description), description, output, options);
 }
 
 bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& work) {
@@ -51,9 +67,7 @@ void survey_step(const BakeCommand& command, const bake::WorkFolder& work, const
   bake::survey_shard(work, ensemble_of(command, description), description, shard, step_options(command.threads, {}));
 }
 
-bake::BakePlan read_plan(const bake::WorkFolder& work) {
-  return read_plan(work, [](const std::string& source) { return open_source(source); });
-}
+bake::BakePlan read_plan(const bake::WorkFolder& work) { return read_plan(work, open_source); }
 
 bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard,
                               unsigned threads, bool verifies_finished) {

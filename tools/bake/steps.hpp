@@ -1,7 +1,7 @@
-// The steps of a bake as programs take them: lbea-bake's subcommands, and the driver for MPI.
+// The steps of a bake, called by lbea-bake, its subcommands and the MPI driver.
 #pragma once
 
-#include "precompute/bake_options.hpp"
+#include "precompute/bake.hpp"
 #include "precompute/jobs/jobs.hpp"
 #include "precompute/model_file/estimate.hpp"
 #include "tools/bake/command_line.hpp"
@@ -10,20 +10,20 @@
 
 namespace lbea::tool {
 
-/// Progress lines, Ctrl-C, the sensor that `views` describes; broken runs are left out.
+/// Options with progress lines, Ctrl-C and the sensor described by the file `views`. Broken runs are left out.
 [[nodiscard]] bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& views);
 
-/// The description's runs, those of --from taken from that model.
-[[nodiscard]] bake::Ensemble ensemble_of(const BakeCommand& command, const bake::EnsembleDescription& description);
+/// The whole bake in this process. output: set to the model's path.
+bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& output);
 
 /// Writes the plan into `work`.
 bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& work);
-/// The share of plan_step() that reads, before it.
+/// Surveys one shard of the runs, which plan_step() then does not read.
 void survey_step(const BakeCommand& command, const bake::WorkFolder& work, const bake::Shard& shard);
 [[nodiscard]] bake::BakePlan read_plan(const bake::WorkFolder& work);
 bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard,
                               unsigned threads, bool verifies_finished = false);
-/// output: empty for the plan's own.
+/// output: empty for the plan's own, which it is set to.
 bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output,
                              unsigned threads);
 

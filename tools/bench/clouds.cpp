@@ -33,14 +33,14 @@ BenchCloud load(const fs::path& file, std::optional<std::uint32_t> points) {
   if (size == 0) throw Error(Status::bad_input, file.string() + ": has no points; leave it out");
   if (points && size < *points)
     throw Error(Status::bad_input, file.string() + ": has " + std::to_string(size) + " points, fewer than the " +
-                                       std::to_string(*points) + " asked for; ask for fewer or leave it out");
+                                       std::to_string(*points) + " requested; request fewer or leave it out");
   return {file.filename().string(), cloud.stamp_ns.value_or(0),
           points ? resized(cloud.points, *points, 0) : std::move(cloud.points)};
 }
 
 }  // namespace
 
-// A folder whose own clouds come with a table (truth.csv) is taken for its PLY files alone.
+// In a folder with PLY files only these are clouds: the others are tables such as truth.csv.
 std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths, std::optional<std::uint32_t> points) {
   std::vector<BenchCloud> clouds;
   for (const fs::path path : paths) {
@@ -60,7 +60,7 @@ std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths, std::
 std::vector<Point> resized(std::span<const Point> points, std::size_t count, float jitter) {
   std::vector<Point> result(count);
   std::minstd_rand random(1);
-  const auto shift = [&] {  // in -jitter..jitter, the same on every standard library
+  const auto shift = [&] {  // in -jitter..jitter, independent of the standard library
     const auto steps = static_cast<float>(random() - std::minstd_rand::min());
     return jitter * (2 * steps / static_cast<float>(std::minstd_rand::max()) - 1);
   };

@@ -1,4 +1,4 @@
-// The clouds to measure with.
+// The clouds used for measurements.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -20,17 +20,18 @@ struct BenchCloud {
   [[nodiscard]] Frame frame(std::uint64_t id = 0) const { return {id, stamp_ns, points}; }
 };
 
-/// Files, and folders for the clouds in them by name. With `points`, each cloud is thinned to so many.
+/// Reads cloud files, and folders of clouds in the order of their names. With `points`, each cloud is thinned to this
+/// number.
 /// Throws Error{file_not_found} for a missing path or a folder without clouds, Error{bad_input} for a cloud without
 /// points or with fewer than `points`, and what read_point_cloud throws.
 [[nodiscard]] std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths,
                                                   std::optional<std::uint32_t> points);
 
-/// `count` points of a cloud: evenly spaced places of it, or, when it has fewer, its points over and over, each
-/// repetition moved by up to `jitter` along each axis. The same arguments give the same points.
+/// `count` points of a cloud: evenly spaced ones, or, when it has fewer, its points repeated, each repetition moved by
+/// up to `jitter` along each axis. The same arguments give the same points.
 [[nodiscard]] std::vector<Point> resized(std::span<const Point> points, std::size_t count, float jitter);
 
-/// The largest cloud's number of points.
+/// Number of points of the largest cloud.
 [[nodiscard]] std::uint32_t most_points(std::span<const BenchCloud> clouds);
 
 }  // namespace lbea::tool::bench

@@ -1,4 +1,4 @@
-// How the time of a frame grows with the number of points, and the search with the number of samples.
+// Measures the time of a frame by number of points, and the time of the search by number of samples.
 #pragma once
 
 #include "tools/bench/measurement.hpp"
@@ -17,20 +17,21 @@ struct GrowthRow {
   Statistics us;  // processor time
 };
 
-/// Makes the pipelines to compare, the product first, for a configuration.
+/// Makes the pipelines to compare for a configuration, the product first.
 using MakePipelines = std::function<std::vector<std::unique_ptr<Pipeline>>(const MatcherConfig&)>;
-/// Told what is measured next.
-using Announce = std::function<void(const std::string&)>;
+/// Receives a description of the next measurement.
+using StepStarted = std::function<void(const std::string&)>;
 
-/// Whole frames of 1 k to 1 M points: clouds thinned, or repeated with jitter. Checks one answer per size and throws
-/// Error{bad_input} when it is wrong.
+/// Whole frames of 1 k to 1 M points: thinned clouds, or clouds repeated with jitter. Checks one answer per size;
+/// throws Error{bad_input} when it is wrong.
 [[nodiscard]] std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfig& config,
                                                         const MakePipelines& make, std::span<const BenchCloud> clouds,
-                                                        const Announce& announce);
+                                                        const StepStarted& step_started);
 
-/// The product's search and a plain loop over 100 to 1,000,000 samples: the model's own, repeated with jitter.
+/// The search of the product and a simple loop over 100 to 1,000,000 samples: those of the model, repeated with jitter.
 [[nodiscard]] std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,
-                                                         std::span<const BenchCloud> clouds, const Announce& announce);
+                                                         std::span<const BenchCloud> clouds,
+                                                         const StepStarted& step_started);
 
 /// Columns size, pipeline, frames, percentiles in us. Throws Error{write_failed}.
 void write_growth(const std::filesystem::path& file, std::string_view size_name, const std::vector<GrowthRow>& rows);

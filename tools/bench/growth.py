@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws how times grow with points and samples, from the tables that `lbea-bench --growth FOLDER` writes.
+"""Draws times by number of points and of samples, from the tables that `lbea-bench --growth FOLDER` writes.
 
 usage: growth.py FOLDER PICTURE.png
 """
@@ -12,7 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-PANELS = [("points", "a frame, by its number of points"), ("samples", "the search alone (eq. 3), by samples in the ensemble")]
+PANELS = [("points", "a frame, by number of points"), ("samples", "the search (eq. 3) alone, by number of samples")]
 
 
 def read(path, size_name):

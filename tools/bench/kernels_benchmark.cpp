@@ -1,5 +1,6 @@
-// The matcher's inner loops one by one, for every instruction set that this processor runs, on made-up data of the
-// usual size: a sheet of 2,000 vertices, 100 modes, 2,806 samples, and two clouds of slightly different sheets in turn.
+// Benchmarks the inner loops of the matcher for every instruction set that this processor supports, on generated data
+// of the usual size: a sheet of 2,000 vertices, 100 modes, 2,806 samples, and two clouds of slightly different sheets
+// in turn.
 #include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
@@ -32,7 +33,7 @@ std::vector<std::array<float, 3>> mesh() {
   return positions;
 }
 
-// One frame, and the next one.
+// Depths of the sheets of two consecutive frames.
 constexpr float depth = 12, next_depth = 12.5f;
 
 std::vector<Point> cloud(std::size_t count, float sheet_depth) {
@@ -67,7 +68,7 @@ void index_build(benchmark::State& state, const Kernels& code) {
   for (auto _ : state) benchmark::DoNotOptimize(index.build(frames[turn++ % 2], identity_transform));
 }
 
-// Every search begins with the answers for the other cloud.
+// Every search starts from the nearest points of the other cloud.
 void nearest_points(benchmark::State& state, const Kernels& code) {
   const auto points = static_cast<std::size_t>(state.range(0));
   CloudIndex indexes[2] = {index_for(points, code), index_for(points, code)};

@@ -1,11 +1,8 @@
-// lbea-bench: how long does a frame take? Checks the answers first, then times them.
+// lbea-bench: checks the answers for a set of clouds, then measures the time per frame.
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/bench/growth.hpp"
-#include "tools/bench/machine.hpp"
-#include "tools/bench/open_loop.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/bench/round_trip.hpp"
-#include "tools/bench/statistics.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 
@@ -25,50 +22,58 @@ struct Options {
 };
 
 constexpr auto description =
-    "Times a model's matcher on clouds from files, stage by stage. Before that every cloud's answer is held against\n"
-    "a plain computation in double precision: nearest points, coefficients, ranked samples. When one disagrees, its\n"
+    "Measures the time of each stage of the matcher on clouds from files. Before that it checks the answer for every\n"
+    "cloud by a computation in double precision: nearest points, coefficients, ranked samples. If one is wrong, its\n"
     "cloud and vertex are printed, nothing is timed, and the exit code is 1. Percentiles are\n"
-    "nearest-rank. \"total\" is wall time; \"processor\" leaves out what other programs took of it.";
+    "nearest-rank. \"total\" is wall time; \"processor\" is processor time of the thread.";
 
 const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}};
+
+/// The other options are declared before.
+void add_server_options(Tool& tool, Options& options) {
+  auto* through = tool.add_option(
+      "--through", options.endpoints,
+      "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; measure the time from sending a frame "
+      "to its result, one frame at a time");
+  for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth"})
+    through->excludes(tool.get_option(other));
+  tool.add_option("--rate", options.rate,
+                  "with --through: send this number of frames per second without waiting for results; measure the time "
+                  "from the due time of a frame, and count lost frames")
+      ->needs(through)
+      ->check(in_range(0.001, 1e6));
+}
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
   tool.add_option("clouds", options.cloud_paths, "point clouds, or folders of them")->required();
   tool.add_option("--pose", options.pose_file,
-                  "sensor.json with T_reference_sensor; without it frames are taken as they are")
+                  "sensor.json with T_reference_sensor (default: clouds are in reference coordinates)")
       ->check(existing_file());
-  tool.add_option("--points", options.points, "thin every cloud to so many points; smaller clouds are refused")
+  tool.add_option("--points", options.points, "thin every cloud to this number of points; smaller clouds are refused")
       ->check(in_range(1u, 16'777'216u));
-  tool.add_option("--frames", options.schedule.frames, "frames to time, the clouds in turn")
+  tool.add_option("--frames", options.schedule.frames, "number of frames to time; the clouds are used in turn")
       ->check(in_range(1u, 10'000'000u));
-  tool.add_option("--warm-up", options.schedule.warm_up, "frames before those, not timed")
+  tool.add_option("--warm-up", options.schedule.warm_up, "number of frames before those, not timed")
       ->check(in_range(0u, 10'000'000u));
   tool.add_choice("--method", options.matcher.method, method_names,
                   "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
-  tool.add_option("--trigger-ns", options.matcher.trigger_ns, "the clouds' clock at impact");
-  tool.add_option("--baseline", options.baselines,
-                  "to compare with, frame by frame: nanoflann (a tree per frame, plain loops), portable (the product "
-                  "with the loops that every processor of this kind runs)")
+  tool.add_option("--trigger-ns", options.matcher.trigger_ns, "time of impact in the clock of the clouds, ns");
+  tool.add_option(
+          "--baseline", options.baselines,
+          "pipelines to compare with: nanoflann (a tree per frame, simple loops), portable (the product with loops "
+          "that every x86-64 processor runs)")
       ->delimiter(',')
       ->check(one_of({"nanoflann", "portable"}));
   tool.add_option("--kernels", options.kernels_name,
-                  "time the inner loops of this instruction set instead of the best one");
-  tool.add_option("--csv", options.csv_file, "write every timed frame there");
+                  "use the inner loops of this instruction set instead of the fastest one");
+  tool.add_option("--csv", options.csv_file, "write the times of every frame to this file");
   auto* json = tool.add_flag("--json", options.json, "print as JSON");
   tool.add_flag("--markdown", options.markdown, "print as Markdown")->excludes(json);
-  tool.add_option("--growth", options.growth_folder,
-                  "instead: measure against numbers of points and samples, write the tables into this folder");
-  auto* through = tool.add_option("--through", options.endpoints,
-                                  "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; time from sending a "
-                                  "frame to its result, one at a time");
-  for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth"})
-    through->excludes(tool.get_option(other));
   tool.add_option(
-          "--rate", options.rate,
-          "with --through: so many frames a second, without waiting; time from when a frame is due, and what was lost")
-      ->needs(through)
-      ->check(in_range(0.001, 1e6));
+      "--growth", options.growth_folder,
+      "instead: measure times by number of points and by number of samples, and write the tables into this folder");
+  add_server_options(tool, options);
 }
 
 std::unique_ptr<Pipeline> make_product(const std::string& kernels_name, const Model& model,
@@ -90,13 +95,13 @@ std::vector<std::unique_ptr<Pipeline>> make_pipelines(const Options& options, co
   return pipelines;
 }
 
-/// Whether all answers are right; says which one is not.
-bool answers_agree(Pipelines pipelines, const Question& question, std::span<const BenchCloud> clouds) {
+/// Whether all answers are right. Prints the first wrong one.
+bool answers_agree(Pipelines pipelines, const MatchTask& task, std::span<const BenchCloud> clouds) {
   Progress progress("checking", clouds.size());
   for (std::size_t i = 0; i < clouds.size(); ++i) {
-    Judge judge(question, clouds[i].points);
+    AnswerCheck check(task, clouds[i].points);
     for (const auto& pipeline : pipelines) {
-      const auto wrong = judge.disagreement(pipeline->answer(clouds[i].frame(i)));
+      const auto wrong = check.disagreement(pipeline->answer(clouds[i].frame(i)));
       if (!wrong) continue;
       std::fprintf(stderr, "lbea-bench: %s: %s: %s\n", clouds[i].name.c_str(), pipeline->name().c_str(),
                    wrong->c_str());
@@ -107,7 +112,7 @@ bool answers_agree(Pipelines pipelines, const Question& question, std::span<cons
   return true;
 }
 
-// A cloud that the matcher has nothing to do with would look fast.
+// Matching a cloud without points in the envelope would be fast and meaningless.
 void require_matches(const Model& model, const MatcherConfig& config, std::span<const BenchCloud> clouds) {
   Matcher matcher(model, config);
   for (const BenchCloud& cloud : clouds)
@@ -126,11 +131,12 @@ std::string points_of(std::span<const BenchCloud> clouds) {
 int grow(const Options& options, const Model& model, std::span<const BenchCloud> clouds) {
   const std::filesystem::path folder = options.growth_folder;
   std::filesystem::create_directories(folder);
-  const auto announce = [](const std::string& what) { std::fprintf(stderr, "lbea-bench: %s\n", what.c_str()); };
+  const auto step_started = [](const std::string& what) { std::fprintf(stderr, "lbea-bench: %s\n", what.c_str()); };
   const auto make = [&](const MatcherConfig& config) { return make_pipelines(options, model, config); };
   write_growth(folder / "growth_points.csv", "points",
-               growth_with_points(model, options.matcher, make, clouds, announce));
-  write_growth(folder / "growth_samples.csv", "samples", growth_with_samples(model, options.matcher, clouds, announce));
+               growth_with_points(model, options.matcher, make, clouds, step_started));
+  write_growth(folder / "growth_samples.csv", "samples",
+               growth_with_samples(model, options.matcher, clouds, step_started));
   std::printf("%s\n%s\n", (folder / "growth_points.csv").c_str(), (folder / "growth_samples.csv").c_str());
   return exit_ok;
 }
@@ -143,7 +149,7 @@ int send_at_rate(const Options& options, std::span<const BenchCloud> clouds) {
   return run.lost + run.refused == 0 ? exit_ok : exit_failed;
 }
 
-int send_round(const Options& options, std::span<const BenchCloud> clouds) {
+int send_one_by_one(const Options& options, std::span<const BenchCloud> clouds) {
   Progress progress("sending", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
   const auto times = round_trips(parse_endpoints(options.endpoints), clouds, options.schedule,
                                  [&](std::uint64_t done) { progress.advance_to(done); });
@@ -160,7 +166,7 @@ int send_round(const Options& options, std::span<const BenchCloud> clouds) {
 }
 
 Report measured(const Options& options, const Model& model, Pipelines pipelines, std::vector<BenchCloud> clouds) {
-  Report report{circumstances(), std::move(clouds), {}};
+  Report report{conditions(), std::move(clouds), {}};
   report.facts.emplace_back("model", "n = " + std::to_string(model.vertices()) +
                                          " vertices, p = " + std::to_string(model.modes()) +
                                          " modes, s = " + std::to_string(model.samples()) + " samples");
@@ -180,11 +186,12 @@ int bench(Options options) {
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);
   if (!options.growth_folder.empty()) return grow(options, model, clouds);
-  if (!options.endpoints.empty()) return options.rate ? send_at_rate(options, clouds) : send_round(options, clouds);
+  if (!options.endpoints.empty())
+    return options.rate ? send_at_rate(options, clouds) : send_one_by_one(options, clouds);
   const auto pipelines = make_pipelines(options, model, options.matcher);
-  const Question question{model.view(), options.matcher.method, options.matcher.T_reference_sensor,
-                          options.matcher.max_matches};
-  if (!answers_agree(pipelines, question, clouds)) return exit_failed;
+  const MatchTask task{model.view(), options.matcher.method, options.matcher.T_reference_sensor,
+                       options.matcher.max_matches};
+  if (!answers_agree(pipelines, task, clouds)) return exit_failed;
   const Report report = measured(options, model, pipelines, std::move(clouds));
   if (!options.csv_file.empty()) write_csv(options.csv_file, report);
   const TableStyle style = options.markdown ? TableStyle::markdown : TableStyle::plain;

@@ -1,21 +1,24 @@
 #include "tools/bench/measurement.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <numeric>
+#include <vector>
 
 #include <sys/resource.h>
 
 namespace lbea::tool::bench {
 namespace {
 
-Disturbances disturbances_so_far() {
+Interruptions interruptions_so_far() {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
   return {static_cast<std::uint64_t>(usage.ru_minflt), static_cast<std::uint64_t>(usage.ru_majflt),
           static_cast<std::uint64_t>(usage.ru_nivcsw)};
 }
 
-void add(Disturbances& sum, const Disturbances& before, const Disturbances& after) {
+void add(Interruptions& sum, const Interruptions& before, const Interruptions& after) {
   sum.minor_faults += after.minor_faults - before.minor_faults;
   sum.major_faults += after.major_faults - before.major_faults;
   sum.preemptions += after.preemptions - before.preemptions;
@@ -34,6 +37,25 @@ FrameTimes timed(Pipeline& pipeline, const Frame& frame, std::uint32_t cloud) {
 }
 
 }  // namespace
+
+// In integers: 0.999 * 1000 is slightly more than 999 in doubles and would be rounded up to the wrong rank.
+double percentile(std::span<const double> ascending, std::uint32_t per_mille) noexcept {
+  const std::size_t rank = (ascending.size() * per_mille + 999) / 1000;
+  return ascending[rank - 1];
+}
+
+Statistics statistics_of(std::span<const double> values) {
+  if (values.empty()) return {};
+  std::vector<double> ascending(values.begin(), values.end());
+  std::ranges::sort(ascending);
+  return {.count = values.size(),
+          .p50 = percentile(ascending, 500),
+          .p90 = percentile(ascending, 900),
+          .p99 = percentile(ascending, 990),
+          .p99_9 = percentile(ascending, 999),
+          .max = ascending.back(),
+          .mean = std::accumulate(ascending.begin(), ascending.end(), 0.0) / static_cast<double>(values.size())};
+}
 
 std::uint64_t processor_time_ns() {
   timespec time{};
@@ -61,11 +83,11 @@ std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud
     const auto cloud = static_cast<std::uint32_t>(i % clouds.size());
     const Frame frame = clouds[cloud].frame(i);
     for (std::size_t k = 0; k < pipelines.size(); ++k) {
-      const Disturbances before = disturbances_so_far();
+      const Interruptions before = interruptions_so_far();
       const FrameTimes times = timed(*pipelines[k], frame, cloud);
-      const Disturbances after = disturbances_so_far();
+      const Interruptions after = interruptions_so_far();
       if (i < schedule.warm_up) continue;
-      add(measurements[k].disturbances, before, after);
+      add(measurements[k].interruptions, before, after);
       measurements[k].frames[i - schedule.warm_up] = times;
     }
     progress(i + 1);

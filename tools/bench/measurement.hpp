@@ -1,11 +1,11 @@
-// Times pipelines frame by frame, in turns, so that whatever the machine does meanwhile does it to all of them.
+// Times pipelines frame by frame, in turns, so that changes of the machine's speed affect all of them alike.
 #pragma once
 
 #include "tools/bench/clouds.hpp"
 #include "tools/bench/pipeline.hpp"
-#include "tools/bench/statistics.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -16,13 +16,26 @@
 
 namespace lbea::tool::bench {
 
-// The matcher's stages; then the wall time around the call; then the time that the thread was on a processor meanwhile.
-// They differ by what other programs took: on a busy machine the latter is the one to compare by.
+/// Percentiles by the nearest-rank definition: the smallest measured value that at least that share of all values does
+/// not exceed. Always a measured value, never interpolated.
+struct Statistics {
+  std::size_t count = 0;
+  double p50 = 0, p90 = 0, p99 = 0, p99_9 = 0, max = 0, mean = 0;
+};
+
+/// All zero when there are no values. The order of the values does not matter.
+[[nodiscard]] Statistics statistics_of(std::span<const double> values);
+
+/// The nearest-rank percentile of values in ascending order, at least one: `per_mille` from 1 to 1000.
+[[nodiscard]] double percentile(std::span<const double> ascending, std::uint32_t per_mille) noexcept;
+
+// The matcher's stages, then the wall time of the call and its processor time (of this thread). On a busy machine,
+// compare by processor time, which leaves out other programs.
 inline constexpr std::array<std::string_view, 7> stage_names{"index",    "correspondence", "projection", "matching",
                                                              "coverage", "total",          "processor"};
 inline constexpr std::size_t total_stage = 5, processor_stage = 6;
 
-/// How long this thread has been on a processor so far.
+/// Processor time of this thread so far.
 [[nodiscard]] std::uint64_t processor_time_ns();
 
 struct FrameTimes {
@@ -30,8 +43,8 @@ struct FrameTimes {
   std::array<std::uint64_t, stage_names.size()> ns{};
 };
 
-/// What the operating system counted for this thread while a pipeline was timed.
-struct Disturbances {
+/// Counted by the operating system for this thread while a pipeline was timed.
+struct Interruptions {
   std::uint64_t minor_faults = 0, major_faults = 0;
   std::uint64_t preemptions = 0;  // involuntary context switches
 };
@@ -39,20 +52,20 @@ struct Disturbances {
 struct Measurement {
   std::string pipeline;
   std::vector<FrameTimes> frames;
-  Disturbances disturbances;
+  Interruptions interruptions;
 
   [[nodiscard]] Statistics stage_us(std::size_t stage) const;
   [[nodiscard]] double frames_per_second() const;  // 1 / mean total
 };
 
 struct Schedule {
-  std::uint32_t frames = 1000;  // timed, per pipeline
-  std::uint32_t warm_up = 100;  // before, not timed
+  std::uint32_t frames = 1000;  // timed frames per pipeline
+  std::uint32_t warm_up = 100;  // frames before those, not timed
 };
 
 using Pipelines = std::span<const std::unique_ptr<Pipeline>>;
 
-/// One measurement per pipeline; the clouds are taken in turn. `progress` is told the number of frames done.
+/// One measurement per pipeline; the clouds are used in turn. `progress` receives the number of frames done.
 [[nodiscard]] std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud> clouds,
                                                const Schedule& schedule,
                                                const std::function<void(std::uint64_t)>& progress);

@@ -1,4 +1,3 @@
-// What one would write from libraries: a nanoflann tree per frame, Eigen's product, a loop over all samples.
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/matcher_state.hpp"
 #include "runtime/src/match/stopwatch.hpp"
@@ -14,7 +13,7 @@
 namespace lbea::tool::bench {
 namespace {
 
-// As nanoflann asks for its data.
+// A data set with the members that nanoflann requires.
 struct PlacedPoints {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::uint32_t> places;

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Measures again and puts the tables into BENCHMARK.md, each between its marks, and the plots into docs/growth.png.
+"""Repeats the measurements and writes the tables into BENCHMARK.md, between their marks, and the plots into docs/growth.png.
 
 usage: refresh.py BUILD_FOLDER MODEL CLOUDS SENSOR.json [TABLE ...]
-Tables: alone, baselines, thinned, vtp, kernels, growth; without names, all of them. The machine should do nothing else.
+Tables: alone, baselines, thinned, vtp, kernels, growth; without names, all of them. The machine should be idle otherwise.
 """
 import csv
 import json

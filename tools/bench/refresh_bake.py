@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Times what happens before a test, beside numpy and SciPy, and puts the tables into BENCHMARK.md.
+"""Measures the time of lbea-bake and of numpy and SciPy, and writes the tables into BENCHMARK.md.
 
 usage: refresh_bake.py BUILD_FOLDER ENSEMBLE.toml EXPECTED.json [TABLE ...]
-Tables: bake, eigenbasis; without names, both. EXPECTED.json holds the seconds of the numpy/scipy implementation.
+Tables: bake, eigenbasis; without names, both. EXPECTED.json holds the times of the numpy/scipy implementation in seconds.
 """
 import json
 import subprocess
@@ -41,9 +41,9 @@ def bake_table(build, description, expected):
         f"fastest {runs[0][0]:.2f} s.", "",
         "| seconds | lbea-bake | numpy/scipy | ratio |", "|---|--:|--:|--:|",
         f"| eigenbasis | {ours['bases']:.3f} | {numpy_bases:.3f} | {numpy_bases / ours['bases']:.1f} |",
-        f"| samples: correspondence, projection; lbea-bake also reads them and marks the envelope | {ours['samples']:.3f} | {numpy_samples:.3f} | {numpy_samples / ours['samples']:.1f} |",
+        f"| samples: correspondence, projection; for lbea-bake also reading and the envelope | {ours['samples']:.3f} | {numpy_samples:.3f} | {numpy_samples / ours['samples']:.1f} |",
         f"| both | {method:.3f} | {numpy:.3f} | {numpy / method:.1f} |",
-        f"| the whole program: also the survey of all runs, and the model written and on the disk | {whole:.3f} | | {numpy / whole:.1f} |"])
+        f"| the whole program, with the survey of all runs and writing the model to disk | {whole:.3f} | | {numpy / whole:.1f} |"])
 
 
 def sheet():
@@ -93,7 +93,7 @@ def eigenbasis_table(build):
     return "\n".join([
         f"A wavy sheet of {len(points):,} vertices, {MODES} modes. Largest residual {report['basis_residual']:.0e}; the highest eigenvalue differs from SciPy's by {difference:.0e} of it.", "",
         "| | s |", "|---|--:|",
-        f"| lbea-bake (Spectra's Lanczos, shift-invert over Eigen's LDL^T), count of eigenvalues verified by a second factorisation | {ours:.1f} |",
+        f"| lbea-bake (Spectra's Lanczos, shift-invert over Eigen's LDL^T), number of eigenvalues verified by a second factorization | {ours:.1f} |",
         f"| SciPy {scipy.__version__} (ARPACK, shift-invert over SuperLU), in the same run | {scipy_seconds:.1f} |",
         f"| ratio | {scipy_seconds / ours:.2f} |"])
 

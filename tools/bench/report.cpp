@@ -1,21 +1,20 @@
 #include "tools/bench/report.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "tools/bench/build_info.hpp"
+#include "tools/bench/pipeline.hpp"
+#include "tools/shared/cli/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <thread>
 
 namespace lbea::tool::bench {
 namespace {
-
-template <typename... Values>
-std::string format(const char* pattern, Values... values) {
-  std::array<char, 512> line{};
-  std::snprintf(line.data(), line.size(), pattern, values...);
-  return line.data();
-}
 
 struct Patterns {
   const char *fact, *head, *row, *after;
@@ -32,24 +31,25 @@ Patterns patterns_of(TableStyle style) {
           "%-16s %-14s %9.1f %9.1f %9.1f %9.1f %9.1f %9.1f\n", "%s: %s\n"};
 }
 
-// Stages that a pipeline does not have take no time at all.
+// A stage that the pipeline does not have has only zero times.
 bool is_absent(const Statistics& statistics) { return statistics.max <= 0; }
 
 std::string row(const Patterns& patterns, const std::string& pipeline, const char* stage, const Statistics& s) {
-  return is_absent(s) ? "" : format(patterns.row, pipeline.c_str(), stage, s.p50, s.p90, s.p99, s.p99_9, s.max, s.mean);
+  return is_absent(s) ? ""
+                      : formatted(patterns.row, pipeline.c_str(), stage, s.p50, s.p90, s.p99, s.p99_9, s.max, s.mean);
 }
 
 std::string summary_of(const Measurement& m) {
-  return format("%.0f frames/s; %llu minor and %llu major page faults, %llu preemptions in %zu frames",
-                m.frames_per_second(), static_cast<unsigned long long>(m.disturbances.minor_faults),
-                static_cast<unsigned long long>(m.disturbances.major_faults),
-                static_cast<unsigned long long>(m.disturbances.preemptions), m.frames.size());
+  return formatted("%.0f frames/s; %llu minor and %llu major page faults, %llu preemptions in %zu frames",
+                   m.frames_per_second(), static_cast<unsigned long long>(m.interruptions.minor_faults),
+                   static_cast<unsigned long long>(m.interruptions.major_faults),
+                   static_cast<unsigned long long>(m.interruptions.preemptions), m.frames.size());
 }
 
 std::string ratios_of(const Measurement& baseline, const Measurement& product) {
-  return format("p50 is %.2f times that of %s by wall time, %.2f times by processor time",
-                ratio(baseline, product, total_stage), product.pipeline.c_str(),
-                ratio(baseline, product, processor_stage));
+  return formatted("p50 is %.2f times that of %s by wall time, %.2f times by processor time",
+                   ratio(baseline, product, total_stage), product.pipeline.c_str(),
+                   ratio(baseline, product, processor_stage));
 }
 
 nlohmann::ordered_json json_of(const Statistics& s) {
@@ -65,10 +65,40 @@ nlohmann::ordered_json json_of(const Measurement& m) {
   return {{"pipeline", m.pipeline},
           {"frames", m.frames.size()},
           {"frames_per_second", m.frames_per_second()},
-          {"minor_faults", m.disturbances.minor_faults},
-          {"major_faults", m.disturbances.major_faults},
-          {"preemptions", m.disturbances.preemptions},
+          {"minor_faults", m.interruptions.minor_faults},
+          {"major_faults", m.interruptions.major_faults},
+          {"preemptions", m.interruptions.preemptions},
           {"stages_us", stages}};
+}
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name") && line.find(": ") != std::string::npos) return line.substr(line.find(": ") + 2);
+  return "unknown";
+}
+
+// The load average before the measurement.
+std::string load() {
+  double average = 0;
+  if (getloadavg(&average, 1) != 1) return "unknown";
+  return formatted("%.1f", average);
+}
+
+std::string date() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M UTC", &utc);
+  return text;
+}
+
+std::string all_kernels() {
+  std::string names;
+  for (const Kernels* const* code = available_kernels(); *code != nullptr; ++code)
+    names += (names.empty() ? "" : ", ") + short_name(**code);
+  return short_name(kernels()) + " (of " + names + ")";
 }
 
 }  // namespace
@@ -76,17 +106,17 @@ nlohmann::ordered_json json_of(const Measurement& m) {
 std::string to_text(const Report& report, TableStyle style) {
   const Patterns patterns = patterns_of(style);
   std::string text;
-  for (const auto& [name, value] : report.facts) text += format(patterns.fact, name.c_str(), value.c_str());
+  for (const auto& [name, value] : report.facts) text += formatted(patterns.fact, name.c_str(), value.c_str());
   text += patterns.head;
   for (const Measurement& m : report.measurements)
     for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
       text += row(patterns, m.pipeline, stage_names[stage].data(), m.stage_us(stage));
   text += "\n";
   for (const Measurement& m : report.measurements)
-    text += format(patterns.after, m.pipeline.c_str(), summary_of(m).c_str());
+    text += formatted(patterns.after, m.pipeline.c_str(), summary_of(m).c_str());
   for (std::size_t k = 1; k < report.measurements.size(); ++k) {
     const Measurement &product = report.measurements[0], &baseline = report.measurements[k];
-    text += format(patterns.after, baseline.pipeline.c_str(), ratios_of(baseline, product).c_str());
+    text += formatted(patterns.after, baseline.pipeline.c_str(), ratios_of(baseline, product).c_str());
   }
   return text;
 }
@@ -117,6 +147,13 @@ void write_csv(const std::filesystem::path& path, const Report& report) {
       file.write(row + "\n");
     }
   file.commit();
+}
+
+std::vector<std::pair<std::string, std::string>> conditions() {
+  return {{"machine", processor()},     {"cores", std::to_string(std::thread::hardware_concurrency())},
+          {"load before", load()},      {"commit", build_commit},
+          {"compiler", build_compiler}, {"flags", build_flags},
+          {"kernels", all_kernels()},   {"date", date()}};
 }
 
 }  // namespace lbea::tool::bench

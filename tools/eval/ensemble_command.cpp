@@ -16,21 +16,7 @@
 namespace lbea::tool {
 namespace {
 
-/// One progress line per round or stage.
-class Rounds {
- public:
-  void show(std::string_view what, std::uint64_t done, std::uint64_t total) {
-    if (!line_ || what != what_) line_.emplace(std::string(what), total);
-    what_ = what;
-    line_->advance_to(done);
-  }
-
- private:
-  std::string what_;
-  std::optional<Progress> line_;
-};
-
-// Each alone, at the strength the method is judged by.
+// Each disturbance alone, then all of them.
 std::vector<Disturbance> robustness_rows() {
   std::vector<Disturbance> rows(6);
   rows[0] = {.name = "30 % of the surface hidden", .hidden = 0.3};
@@ -46,7 +32,7 @@ std::vector<Disturbance> robustness_rows() {
 std::vector<Disturbance> chosen_disturbances(const EnsembleArguments& arguments) {
   std::vector<Disturbance> rows;
   if (arguments.robustness) rows = robustness_rows();
-  Disturbance own{.name = "as asked for",
+  Disturbance own{.name = "as requested",
                   .hidden = arguments.hidden,
                   .kept = arguments.thinned,
                   .pose_error_deg = arguments.pose_error_deg};
@@ -88,7 +74,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   plan.disturbances = chosen_disturbances(arguments);
   plan.removed_branches = arguments.removed_branches;
   plan.contained = arguments.contained;
-  plan.strangers = arguments.strangers;
+  plan.other_components = arguments.other_components;
   plan.icp = arguments.icp;
   plan.trial = {.sensor = io::read_sensor_json(arguments.sensor),
                 .first_step = arguments.first_step,
@@ -102,7 +88,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   return plan;
 }
 
-/// A number of that range; in_range lets NaN through.
+/// A number in this range. Unlike in_range() it refuses NaN.
 Check between(double least, double most) {
   const auto check = [least, most](const std::string& text) {
     char* end = nullptr;
@@ -115,34 +101,12 @@ Check between(double least, double most) {
   return {check, ""};
 }
 
-}  // namespace
-
-void declare(CommandLine& app, EnsembleArguments& arguments) {
-  app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments alike")->required();
-  app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that films the experiments, and its noise")
-      ->required();
-  app.add_option("-o,--out", arguments.out, "folder for tables.md, summary.json, frames.csv, view.csv")->required();
-  auto* share = app.add_option("--split", arguments.share, "share of the runs that play experiments, drawn by --seed");
-  auto* named = app.add_option("--experiments", arguments.experiments,
-                               "the runs that do: names, or paths of runs outside the ensemble")
-                    ->delimiter(',')
-                    ->excludes(share)
-                    ->default_text("");
-  app.add_flag("--leave-one-out", arguments.leave_one_out, "every run once, with all others as simulations")
-      ->excludes(share)
-      ->excludes(named);
-  app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
-      ->check(one_of({"impact", "over-time", "both"}));
-  app.add_option("--first-step", arguments.first_step, "first state of an experiment that is sensed");
-  app.add_option("--every", arguments.every, "then every so many")->check(positive_number());
-  app.add_option("--seed", arguments.seed, "of the split, the noise and the disturbances");
-  app.add_flag("--robustness", arguments.robustness,
-               "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
-  const char* row = "One more row of disturbed frames";
+void declare_disturbance(CommandLine& app, EnsembleArguments& arguments) {
+  const char* row = "An additional round of disturbed frames";
   app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")
       ->check(between(0, 1))
       ->group(row);
-  app.add_option("--thin", arguments.thinned, "share of the points that stay")->check(between(0, 1))->group(row);
+  app.add_option("--thin", arguments.thinned, "share of the points that remain")->check(between(0, 1))->group(row);
   app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")
       ->check(between(0, 180))
       ->group(row);
@@ -151,19 +115,47 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
       ->check(between(0, 1e6))
       ->group(row)
       ->default_text("");
-  app.add_option("--outliers", arguments.outliers, "share of points that lie elsewhere (default: sensor.json's)")
+  app.add_option("--outliers", arguments.outliers, "share of points that are outliers (default: sensor.json's)")
       ->check(between(0, 1))
       ->group(row)
       ->default_text("");
+}
+
+}  // namespace
+
+void declare(CommandLine& app, EnsembleArguments& arguments) {
+  app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments")->required();
+  app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that senses the experiments, and its noise")
+      ->required();
+  app.add_option("-o,--out", arguments.out, "folder for tables.md, summary.json, frames.csv, view.csv")->required();
+  auto* share =
+      app.add_option("--split", arguments.share, "share of the runs that are experiments, chosen at random by --seed");
+  auto* named = app.add_option("--experiments", arguments.experiments,
+                               "the runs that are experiments: names, or paths of runs outside the ensemble")
+                    ->delimiter(',')
+                    ->excludes(share)
+                    ->default_text("");
+  app.add_flag("--leave-one-out", arguments.leave_one_out,
+               "every run once as the experiment, with all others as simulations")
+      ->excludes(share)
+      ->excludes(named);
+  app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
+      ->check(one_of({"impact", "over-time", "both"}));
+  app.add_option("--first-step", arguments.first_step, "first state of an experiment that is sensed");
+  app.add_option("--every", arguments.every, "interval of the states that are sensed")->check(positive_number());
+  app.add_option("--seed", arguments.seed, "seed of the split, the noise and the disturbances");
+  app.add_flag("--robustness", arguments.robustness,
+               "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
+  declare_disturbance(app, arguments);
   app.add_option("--remove-branch", arguments.removed_branches,
-                 "leave this deformation branch out of the simulations: will it be missed?")
+                 "also without this deformation branch among the simulations: is it reported that no simulation fits?")
       ->delimiter(',')
       ->default_text("");
-  app.add_flag("--icp,!--no-icp", arguments.icp, "the ICP baseline, which takes seconds per frame");
+  app.add_flag("--icp,!--no-icp", arguments.icp, "also the ICP baseline, which takes seconds per frame");
   app.add_flag("--contained,!--no-contained", arguments.contained, "also with the experiments among the simulations");
-  app.add_flag("--strangers,!--no-strangers", arguments.strangers, "also frames of other components");
+  app.add_flag("--strangers,!--no-strangers", arguments.other_components, "also frames of other components");
   app.add_flag("--meshes", arguments.meshes,
-               "write each unseen experiment's matched and estimated meshes for ParaView");
+               "write the matched and estimated meshes of each unseen experiment for ParaView");
   app.add_option("--threads", arguments.threads, "0: all processors; the errors do not depend on it");
   app.add_flag("--json", arguments.json, "print the summary as JSON");
 }
@@ -172,15 +164,15 @@ int evaluate_ensemble(const EnsembleArguments& arguments) {
   catch_stop_signals();
   const ScratchFolder scratch(arguments.out);
   const EvaluationPlan plan = planned(arguments, scratch.path());
-  Rounds rounds;
+  StageProgress progress;
   const EvaluationCallbacks callbacks{
-      [&](std::string_view what, std::uint64_t done, std::uint64_t total) { rounds.show(what, done, total); },
+      [&](std::string_view what, std::uint64_t done, std::uint64_t total) { progress.show(what, done, total); },
       [] { return stop_requested != 0; }};
   const Evaluation evaluation = evaluate(plan, callbacks);
   write_evaluation(arguments.out, evaluation);
   std::printf("%s\n", (arguments.json ? to_json(evaluation) : tables(evaluation)).c_str());
   if (evaluation.complete) return exit_ok;
-  std::fprintf(stderr, "lbea-eval: stopped; %s holds what was measured until then\n", arguments.out.c_str());
+  std::fprintf(stderr, "lbea-eval: stopped; %s holds the results so far\n", arguments.out.c_str());
   return exit_failed;
 }
 

@@ -1,4 +1,4 @@
-// lbea-eval ensemble: which runs play the experiments, how they are sensed, what is tried.
+// lbea-eval ensemble: the choice of experiments, sensing and methods.
 #pragma once
 
 #include "tools/shared/cli/tool.hpp"
@@ -18,9 +18,9 @@ struct EnsembleArguments {
   std::string mode = "impact";
   std::uint32_t first_step = 2, every = 1;
   std::uint64_t seed = 1;
-  double noise = -1, outliers = -1;  // negative: the sensor's
+  double noise = -1, outliers = -1;  // negative: those of the sensor
   double hidden = 0, thinned = 1, pose_error_deg = 0;
-  bool robustness = false, contained = true, icp = true, strangers = true, meshes = false, json = false;
+  bool robustness = false, contained = true, icp = true, other_components = true, meshes = false, json = false;
   std::vector<std::uint32_t> removed_branches;
   unsigned threads = 0;
 };

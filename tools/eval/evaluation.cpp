@@ -1,8 +1,7 @@
 #include "tools/eval/evaluation.hpp"
 
 #include "precompute/parallel.hpp"
-#include "tools/eval/other_component.hpp"
-#include "tools/eval/true_mesh.hpp"
+#include "tools/eval/truth.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <algorithm>
@@ -29,8 +28,8 @@ class Evaluator {
   void test_contained(ReferenceMode mode);
   void check_branch(std::uint32_t branch) const;
   void test_removed_branch(std::uint32_t branch, ReferenceMode mode);
-  void test(Round& round, const Arena& arena, std::span<const Experiment> experiments);
-  void keep_view(const Model& model);
+  void test(Round& round, const TestSetup& setup, std::span<const Experiment> experiments);
+  void keep_coordinates(const Model& model);
   [[nodiscard]] std::vector<Experiment> experiments(Runs runs) const;
   [[nodiscard]] std::vector<Experiment> all_experiments() const;
   [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const;
@@ -40,8 +39,8 @@ class Evaluator {
   const EvaluationPlan& plan_;
   const EvaluationCallbacks& callbacks_;
   Evaluation result_;
-  std::optional<Model> everything_;  // all runs, at impact: tells the branches
-  std::map<std::string, std::size_t> place_;
+  std::optional<Model> full_model_;  // of all runs, at impact; defines the branches
+  std::map<std::string, std::size_t> round_indices_;
   std::mutex mutex_;
   int baked_ = 0;
 };
@@ -67,18 +66,18 @@ Model Evaluator::bake_runs(Runs runs, ReferenceMode mode) {
   const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
   result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
   Model model = Model::open(file);
-  std::filesystem::remove(file);  // the mapping keeps it
+  std::filesystem::remove(file);  // the mapping remains valid
   return model;
 }
 
 void Evaluator::learn_branches() {
-  everything_ = bake_runs(all_runs(plan_.ensemble), ReferenceMode::impact);
-  result_.branches = everything_->branches();
-  result_.length_unit = everything_->length_unit();
+  full_model_ = bake_runs(all_runs(plan_.ensemble), ReferenceMode::impact);
+  result_.branches = full_model_->branches();
+  result_.length_unit = full_model_->length_unit();
   result_.parameter_names = plan_.ensemble.parameter_names;
-  if (everything_->fields() > 0) {
-    result_.field = everything_->field(0).name;
-    result_.field_unit = everything_->field(0).unit;
+  if (full_model_->fields() > 0) {
+    result_.field = full_model_->field(0).name;
+    result_.field_unit = full_model_->field(0).unit;
   }
 }
 
@@ -96,28 +95,29 @@ std::vector<Experiment> Evaluator::all_experiments() const {
   return experiments(runs);
 }
 
-// A run of the ensemble has its own; another run that of the simulation whose last state is nearest to its own.
+// The branch of a run of the ensemble is known. Another run gets the branch of the simulation that has the sample
+// nearest to the last state of the run.
 std::uint32_t Evaluator::branch_of(const Experiment& experiment) const {
   const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
   if (found != plan_.ensemble.runs.end())
-    return everything_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
+    return full_model_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
   const auto reader = experiment.open();
   if (reader->states() == 0) return 0;
   bake::SimulationState state;
   reader->read(reader->states() - 1, state);
   std::vector<float> truth;
-  TrueMesh(reader->mesh(), *everything_).positions(state.positions, truth);
-  return everything_->branch_of(everything_->sample(oracle(*everything_, truth).sample).simulation);
+  TrueMesh(reader->mesh(), *full_model_).positions(state.positions, truth);
+  return full_model_->branch_of(full_model_->sample(oracle(*full_model_, truth).sample).simulation);
 }
 
 Round& Evaluator::round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance) {
-  const auto [at, fresh] = place_.emplace(title + '/' + std::to_string(static_cast<int>(mode)) + '/' + disturbance.name,
-                                          result_.rounds.size());
+  const auto [at, fresh] = round_indices_.emplace(
+      title + '/' + std::to_string(static_cast<int>(mode)) + '/' + disturbance.name, result_.rounds.size());
   if (fresh) result_.rounds.push_back({title, mode, disturbance, {}});
   return result_.rounds[at->second];
 }
 
-void Evaluator::test(Round& round, const Arena& arena, std::span<const Experiment> experiments) {
+void Evaluator::test(Round& round, const TestSetup& setup, std::span<const Experiment> experiments) {
   TrialSettings settings = plan_.trial;
   settings.disturbance = round.disturbance;
   const bool plainly_unseen =
@@ -131,12 +131,12 @@ void Evaluator::test(Round& round, const Arena& arena, std::span<const Experimen
       ++total;
   if (total == 0)
     throw Error(Status::bad_config, "no experiment has a state from step " + std::to_string(settings.first_step) +
-                                        " on; give an earlier --first-step");
+                                        " on; give a smaller --first-step");
   const std::string title =
       round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
   bake::work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
-      tests[i] = run_test(arena, experiments[i], settings, [&] {
+      tests[i] = run_test(setup, experiments[i], settings, [&] {
         const std::lock_guard lock(mutex_);
         callbacks_.progress(title, ++frames, total);
         return stopped();
@@ -150,44 +150,44 @@ void Evaluator::test(Round& round, const Arena& arena, std::span<const Experimen
 
 void Evaluator::test_split(const Split& split, ReferenceMode mode) {
   const Model model = bake_runs(split.simulations, mode);
-  if (result_.view.empty()) keep_view(model);
+  if (result_.coordinates.empty()) keep_coordinates(model);
   std::vector<Experiment> tested = experiments(split.experiments);
   tested.insert(tested.end(), plan_.more_experiments.begin(), plan_.more_experiments.end());
   const bool first_mode = mode == plan_.modes.front();
   const auto icp = plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr;
-  test(round("unseen", mode), {model, {}, icp}, tested);
+  test(round("unseen", mode), {model, icp}, tested);
   if (!first_mode) return;
-  const Arena plain{model, {}, nullptr};
+  const TestSetup plain{model, nullptr};
   for (const Disturbance& disturbance : plan_.disturbances)
     if (!stopped()) test(round("unseen", mode, disturbance), plain, tested);
-  if (plan_.strangers && &split == &plan_.splits.front())
+  if (plan_.other_components && &split == &plan_.splits.front())
     test(round("other component", mode), plain, other_components(model));
 }
 
 void Evaluator::test_contained(ReferenceMode mode) {
-  const Model model = mode == ReferenceMode::impact ? *everything_ : bake_runs(all_runs(plan_.ensemble), mode);
+  const Model model = mode == ReferenceMode::impact ? *full_model_ : bake_runs(all_runs(plan_.ensemble), mode);
   const auto tested = all_experiments();
   if (tested.empty()) return;
   const bool first_mode = mode == plan_.modes.front();
-  test(round("contained", mode), {model, {}, plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr},
+  test(round("contained", mode), {model, plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr},
        tested);
   for (const Disturbance& disturbance : plan_.disturbances)
-    if (first_mode && !stopped()) test(round("contained", mode, disturbance), {model, {}, nullptr}, tested);
+    if (first_mode && !stopped()) test(round("contained", mode, disturbance), {model, nullptr}, tested);
 }
 
 void Evaluator::check_branch(std::uint32_t branch) const {
   if (branch < result_.branches && result_.branches > 1) return;
   throw Error(Status::bad_config, "branch " + std::to_string(branch) + " cannot be left out: the ensemble has " +
                                       std::to_string(result_.branches) +
-                                      " of them, numbered from 0, and one has to be left");
+                                      " branches, numbered from 0, and one must remain");
 }
 
-// S loses the branch; its runs in E play the experiments (without any, its first four runs do). Beside it, the same
-// with the branch's other runs left in.
+// Tests runs of the branch with S without the branch, then with S that has the other runs of the branch. The tested
+// runs are those in E; if there are none, the first four.
 void Evaluator::test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
   std::vector<std::size_t> inside, outside;
   for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
-    (everything_->branch_of(static_cast<std::uint32_t>(run)) == branch ? inside : outside).push_back(run);
+    (full_model_->branch_of(static_cast<std::uint32_t>(run)) == branch ? inside : outside).push_back(run);
   if (inside.empty() || outside.empty()) return;
   std::vector<std::size_t> tested, present;
   for (const Split& split : plan_.splits)
@@ -201,14 +201,14 @@ void Evaluator::test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
   std::erase_if(outside, [&](std::size_t run) { return std::ranges::find(present, run) == present.end(); });
   const std::string name = "branch " + std::to_string(branch);
   const Model without = bake_runs(outside, mode);
-  test(round(name + " removed", mode), {without, {}, nullptr}, experiments(tested));
+  test(round(name + " removed", mode), {without, nullptr}, experiments(tested));
   if (stopped()) return;
   const Model with = bake_runs(present, mode);
-  test(round(name + " present", mode), {with, {}, nullptr}, experiments(tested));
+  test(round(name + " present", mode), {with, nullptr}, experiments(tested));
 }
 
-// Every sample in the reference that a frame of its time would meet.
-void Evaluator::keep_view(const Model& model) {
+// The coordinates of every sample in the reference that is used for a frame at its time.
+void Evaluator::keep_coordinates(const Model& model) {
   for (std::uint32_t s = 0; s < model.samples(); ++s) {
     std::uint32_t reference = 0;
     for (std::uint32_t r = 1; r < model.references(); ++r)
@@ -216,15 +216,15 @@ void Evaluator::keep_view(const Model& model) {
           std::abs(model.reference_time_s(reference) - model.sample_time_s(s)))
         reference = r;
     const Sample sample = model.sample(s);
-    ViewPoint point{std::string(model.simulation_name(sample.simulation)),
-                    model.branch_of(sample.simulation),
-                    sample.time_step,
-                    model.sample_time_s(s),
-                    model.leading_coordinates(reference, s),
-                    {}};
+    SampleCoordinates point{std::string(model.simulation_name(sample.simulation)),
+                            model.branch_of(sample.simulation),
+                            sample.time_step,
+                            model.sample_time_s(s),
+                            model.leading_coordinates(reference, s),
+                            {}};
     for (std::uint32_t p = 0; p < model.parameters(); ++p)
       point.parameters.push_back(model.parameter(sample.simulation, p));
-    result_.view.push_back(std::move(point));
+    result_.coordinates.push_back(std::move(point));
   }
 }
 

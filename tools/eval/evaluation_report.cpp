@@ -1,11 +1,14 @@
 #include "tools/eval/evaluation_report.hpp"
 
-#include "tools/eval/report_text.hpp"
+#include "adapters/files/atomic_file.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <sstream>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 
 namespace lbea::tool {
 namespace {
@@ -23,12 +26,12 @@ Json to_json(const Score& score) {
 }
 
 Json to_json(const Round& round) {
-  const Summary summary = summarise(round.tests);
+  const Summary summary = summarize(round.tests);
   Json json{{"experiments", round.title}, {"mode", mode_name(round.mode)}, {"frames_are", round.disturbance.name},
             {"tests", summary.tests},     {"frames", summary.frames},      {"oracle", to_json(summary.oracle)}};
-  for (std::size_t c = 0; c < contenders; ++c)
+  for (std::size_t c = 0; c < evaluated_methods; ++c)
     if (!std::isnan(summary.scores[c].mean))
-      json["methods"][std::string(contender_names[c])] = to_json(summary.scores[c]);
+      json["methods"][std::string(evaluated_method_names[c])] = to_json(summary.scores[c]);
   for (std::size_t v = 0; v < summary.verdicts.size(); ++v)
     json["verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = summary.verdicts[v];
   for (std::size_t v = 0; v < summary.test_verdicts.size(); ++v)
@@ -40,12 +43,13 @@ Json to_json(const Round& round) {
                    {"hidden", or_null(summary.field.hidden)},
                    {"within_two_spreads", or_null(summary.field.within_spread)}};
   for (const TestTrial& test : round.tests) {
-    const Summary alone = summarise(std::span(&test, 1));
+    const Summary alone = summarize(std::span(&test, 1));
     Json line{{"experiment", test.experiment},
               {"branch", test.branch},
               {"named", test.named},
               {"oracle", or_null(alone.oracle.mean)}};
-    for (std::size_t c = 0; c < contenders; ++c) line[std::string(contender_names[c])] = or_null(alone.scores[c].mean);
+    for (std::size_t c = 0; c < evaluated_methods; ++c)
+      line[std::string(evaluated_method_names[c])] = or_null(alone.scores[c].mean);
     json["tests_alone"].push_back(std::move(line));
   }
   return json;
@@ -58,73 +62,80 @@ std::string quoted(std::string_view text) {
   return result + '"';
 }
 
-struct Cells {
-  std::ostringstream out;
-  void text(std::string_view value) { out << quoted(value) << ','; }
-  template <class T>
-  void number(T value) {
-    if constexpr (std::is_floating_point_v<T>) {
-      if (std::isfinite(value)) out << value;
+/// A CSV table. Numbers that are not finite become empty cells.
+class Table {
+ public:
+  explicit Table(std::string_view header) { out_ << header; }
+  template <class... Values>
+  void add(const Values&... values) {
+    (add_cell(values), ...);
+  }
+  void end_row() {
+    out_ << '\n';
+    is_row_empty_ = true;
+  }
+  [[nodiscard]] std::string text() const { return out_.str(); }
+
+ private:
+  template <class Value>
+  void add_cell(const Value& value) {
+    if (!std::exchange(is_row_empty_, false)) out_ << ',';
+    if constexpr (std::is_convertible_v<Value, std::string_view>) {
+      out_ << quoted(value);
+    } else if constexpr (std::is_floating_point_v<Value>) {
+      if (std::isfinite(value)) out_ << value;
     } else {
-      out << value;
+      out_ << value;
     }
-    out << ',';
   }
-  void end() {
-    out.seekp(-1, std::ios::cur);
-    out << '\n';
-  }
+
+  std::ostringstream out_;
+  bool is_row_empty_ = false;  // the header has no line end yet
 };
 
 std::string frames_csv(const Evaluation& evaluation) {
-  Cells cells;
-  cells.out
-      << "experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict,coverage,oracle";
-  for (const auto name : contender_names) cells.out << ',' << name;
-  cells.out << ",fit_is_own,residual,estimate_residual,misfit,spread,tracked_probability,branch_probability,field_true,"
-               "field_matched,field_inferred,x1,x2,x3\n";
+  Table table(
+      "experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict,coverage,oracle");
+  for (const auto name : evaluated_method_names) table.add(name);
+  table.add("fit_is_own", "residual", "estimate_residual", "misfit", "spread", "tracked_probability",
+            "branch_probability", "field_true", "field_matched", "field_inferred", "x1", "x2", "x3");
+  table.end_row();
   for (const Round& round : evaluation.rounds)
     for (const TestTrial& test : round.tests)
       for (const FrameTrial& frame : test.frames) {
-        cells.text(round.title), cells.text(mode_name(round.mode)), cells.text(round.disturbance.name),
-            cells.text(test.experiment);
-        cells.number(test.branch), cells.number(frame.step), cells.number(frame.time_s), cells.number(frame.points);
-        cells.text(to_string(frame.status)), cells.text(to_string(frame.verdict)),
-            cells.text(to_string(frame.test_verdict)), cells.number(frame.coverage), cells.number(frame.best.error);
-        for (const double error : frame.errors) cells.number(error);
-        cells.number(test.contained && frame.samples[static_cast<std::size_t>(Contender::fit)] == frame.own ? 1 : 0);
-        cells.number(frame.fit.residual), cells.number(frame.fit.estimate_residual), cells.number(frame.fit.misfit),
-            cells.number(frame.fit.spread);
-        cells.number(frame.simulation_probability), cells.number(frame.branch_probability);
-        cells.number(frame.field.true_mean), cells.number(frame.field.matched), cells.number(frame.field.inferred);
-        for (const float x : frame.leading_coordinates) cells.number(x);
-        cells.end();
+        table.add(round.title, mode_name(round.mode), round.disturbance.name, test.experiment, test.branch, frame.step,
+                  frame.time_s, frame.points, to_string(frame.status), to_string(frame.verdict),
+                  to_string(frame.test_verdict), frame.coverage, frame.best.error);
+        for (const double error : frame.errors) table.add(error);
+        table.add(test.contained && frame.samples[static_cast<std::size_t>(EvaluatedMethod::fit)] == frame.own ? 1 : 0,
+                  frame.fit.residual, frame.fit.estimate_residual, frame.fit.misfit, frame.fit.spread,
+                  frame.simulation_probability, frame.branch_probability, frame.field.true_mean, frame.field.matched,
+                  frame.field.inferred);
+        for (const float x : frame.leading_coordinates) table.add(x);
+        table.end_row();
       }
-  return cells.out.str();
+  return table.text();
 }
 
 std::string view_csv(const Evaluation& evaluation) {
-  Cells cells;
-  cells.out << "kind,name,branch,step,time_s,x1,x2,x3";
-  for (const std::string& name : evaluation.parameter_names) cells.out << ',' << quoted(name);
-  cells.out << '\n';
-  for (const ViewPoint& point : evaluation.view) {
-    cells.text("simulation"), cells.text(point.simulation), cells.number(point.branch), cells.number(point.time_step),
-        cells.number(point.time_s);
-    for (const float x : point.coordinates) cells.number(x);
-    for (const double value : point.parameters) cells.number(value);
-    cells.end();
+  Table table("kind,name,branch,step,time_s,x1,x2,x3");
+  for (const std::string& name : evaluation.parameter_names) table.add(name);
+  table.end_row();
+  for (const SampleCoordinates& sample : evaluation.coordinates) {
+    table.add("simulation", sample.simulation, sample.branch, sample.time_step, sample.time_s);
+    for (const float x : sample.coordinates) table.add(x);
+    for (const double value : sample.parameters) table.add(value);
+    table.end_row();
   }
-  const std::vector<TestTrial> none;
-  for (const TestTrial& test : evaluation.rounds.empty() ? none : evaluation.rounds.front().tests)
+  if (evaluation.rounds.empty()) return table.text();
+  for (const TestTrial& test : evaluation.rounds.front().tests)
     for (const FrameTrial& frame : test.frames) {
-      cells.text("experiment"), cells.text(test.experiment), cells.number(test.branch), cells.number(frame.step),
-          cells.number(frame.time_s);
-      for (const float x : frame.leading_coordinates) cells.number(x);
-      for (std::size_t i = 0; i < evaluation.parameter_names.size(); ++i) cells.out << ',';
-      cells.end();
+      table.add("experiment", test.experiment, test.branch, frame.step, frame.time_s);
+      for (const float x : frame.leading_coordinates) table.add(x);
+      for (std::size_t i = 0; i < evaluation.parameter_names.size(); ++i) table.add("");
+      table.end_row();
     }
-  return cells.out.str();
+  return table.text();
 }
 
 }  // namespace
@@ -150,10 +161,10 @@ std::string to_json(const Evaluation& evaluation) {
 
 void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation) {
   const std::string text = tables(evaluation);
-  write_text(folder / "tables.md", text.empty() ? "Nothing was measured.\n" : text);
-  write_text(folder / "summary.json", to_json(evaluation) + '\n');
-  write_text(folder / "frames.csv", frames_csv(evaluation));
-  write_text(folder / "view.csv", view_csv(evaluation));
+  io::write_file(folder / "tables.md", text.empty() ? "Nothing was measured.\n" : text);
+  io::write_file(folder / "summary.json", to_json(evaluation) + '\n');
+  io::write_file(folder / "frames.csv", frames_csv(evaluation));
+  io::write_file(folder / "view.csv", view_csv(evaluation));
 }
 
 }  // namespace lbea::tool

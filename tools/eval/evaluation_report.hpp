@@ -1,19 +1,60 @@
-// What an evaluation leaves behind: tables for people, JSON and CSV for programs and figures.
+// Scores of an evaluation, and its tables, JSON and CSV files.
 #pragma once
 
 #include "tools/eval/evaluation.hpp"
+#include "tools/eval/trial.hpp"
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace lbea::tool {
+
+/// NaN where nothing was measured.
+struct Score {
+  double mean = not_measured;    // over the tests, of the means over their frames
+  double median = not_measured;  // over the tests, of the same means
+  double ratio = not_measured;   // mean divided by the mean of the oracle; NaN when that is 0
+  double exact = not_measured;   // share of the frames of contained experiments whose own sample was found
+};
+
+struct Summary {
+  std::size_t tests = 0, frames = 0;
+  Score oracle;
+  std::array<Score, evaluated_methods> scores;
+  std::array<double, 4> verdicts{};  // shares of the frames, by Verdict
+  /// Of the test so far: shares of the frames that have this verdict; NaN: no frame has.
+  std::array<double, 4> test_verdicts{};
+  double low_coverage = not_measured;  // share of the frames
+  double named = not_measured;         // share of the contained tests whose own simulation was found at the end
+  FieldError field;
+};
+
+/// NaN values are left out; without others the result is NaN.
+[[nodiscard]] double mean(std::span<const double> values);
+/// As mean(). Of an even number of values: the mean of the middle two.
+[[nodiscard]] double median(std::span<const double> values);
+
+[[nodiscard]] Summary summarize(std::span<const TestTrial> tests);
+
+/// Frames of a removed branch whose oracle error without the branch is more than twice that with it. In earlier frames
+/// the branches have not diverged, and other simulations fit. `with` and `without`: the same tests and frames.
+struct DivergedFrames {
+  std::size_t frames = 0;
+  double no_simulation_fits = not_measured;       // share of them by the verdict of the frame
+  double test_no_simulation_fits = not_measured;  // by the verdict of the test so far; share of those that have one
+};
+[[nodiscard]] DivergedFrames diverged_frames(std::span<const TestTrial> without, std::span<const TestTrial> with);
 
 /// All tables, as Markdown.
 [[nodiscard]] std::string tables(const Evaluation& evaluation);
 
 [[nodiscard]] std::string to_json(const Evaluation& evaluation);
 
-/// FOLDER/tables.md, summary.json, frames.csv (a line per frame and round), view.csv (a line per sample and per
+/// Writes FOLDER/tables.md, summary.json, frames.csv (a line per frame and round), view.csv (a line per sample and per
 /// undisturbed unseen frame). Throws Error{write_failed}.
 void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation);
 

@@ -1,5 +1,6 @@
 #include "tools/eval/evaluation_report.hpp"
-#include "tools/eval/report_text.hpp"
+
+#include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +8,55 @@
 
 namespace lbea::tool {
 namespace {
+
+std::vector<double> known(std::span<const double> values) {
+  std::vector<double> kept;
+  std::ranges::copy_if(values, std::back_inserter(kept), [](double v) { return !std::isnan(v); });
+  return kept;
+}
+
+template <class Value>
+std::vector<double> means_over_time(std::span<const TestTrial> tests, const Value& value) {
+  std::vector<double> means;
+  for (const TestTrial& test : tests) {
+    std::vector<double> values;
+    for (const FrameTrial& frame : test.frames) values.push_back(value(frame));
+    means.push_back(mean(values));
+  }
+  return means;
+}
+
+template <class Value>
+double overall(std::span<const TestTrial> tests, const Value& value) {
+  return mean(means_over_time(tests, value));
+}
+
+// Shares of the verdicts on the test so far. The first frames of a test have none.
+std::array<double, 4> verdicts_of_tests(std::span<const TestTrial> tests) {
+  std::array<std::vector<double>, 4> is_verdict;
+  for (const TestTrial& test : tests)
+    for (const FrameTrial& frame : test.frames)
+      for (std::size_t v = 0; v < is_verdict.size() && frame.test_verdict != Verdict::unknown; ++v)
+        is_verdict[v].push_back(frame.test_verdict == static_cast<Verdict>(v) ? 1 : 0);
+  return {mean(is_verdict[0]), mean(is_verdict[1]), mean(is_verdict[2]), mean(is_verdict[3])};
+}
+
+double exact_hits(std::span<const TestTrial> tests, std::size_t method) {
+  std::vector<double> hits;
+  for (const TestTrial& test : tests)
+    for (const FrameTrial& frame : test.frames)
+      if (test.contained && !std::isnan(frame.errors[method]))
+        hits.push_back(frame.samples[method] == frame.own ? 1 : 0);
+  return mean(hits);
+}
+
+Score score(std::span<const TestTrial> tests, std::size_t method, double oracle_mean) {
+  const auto means = means_over_time(tests, [&](const FrameTrial& frame) { return frame.errors[method]; });
+  Score score{mean(means), median(means), not_measured, not_measured};
+  if (oracle_mean > 0) score.ratio = score.mean / oracle_mean;
+  if (method != static_cast<std::size_t>(EvaluatedMethod::estimate)) score.exact = exact_hits(tests, method);
+  return score;
+}
 
 std::string number(double value, int digits = 2) { return std::isnan(value) ? "-" : formatted("%.*f", digits, value); }
 std::string percent(double value) { return std::isnan(value) ? "-" : formatted("%.1f %%", 100 * value); }
@@ -16,7 +66,7 @@ std::string mode_words(ReferenceMode mode) { return mode == ReferenceMode::impac
 bool undisturbed(const Round& round) { return round.disturbance.name == Disturbance{}.name; }
 
 std::string errors_table(const Round& round, const std::string& unit) {
-  const Summary summary = summarise(round.tests);
+  const Summary summary = summarize(round.tests);
   std::string text = formatted("### %s experiments, reference %s\n\n%zu tests, %zu frames.\n\n", round.title.c_str(),
                                mode_words(round.mode).c_str(), summary.tests, summary.frames);
   text += "| method | mean EE [" + unit + "] | median | ratio to the oracle | own sample |\n|---|---|---|---|---|\n";
@@ -25,32 +75,34 @@ std::string errors_table(const Round& round, const std::string& unit) {
             number(score.ratio) + " | " + percent(score.exact) + " |\n";
   };
   row("oracle", summary.oracle);
-  for (std::size_t c = 0; c < contenders; ++c)
-    if (!std::isnan(summary.scores[c].mean)) row(contender_names[c], summary.scores[c]);
+  for (std::size_t c = 0; c < evaluated_methods; ++c)
+    if (!std::isnan(summary.scores[c].mean)) row(evaluated_method_names[c], summary.scores[c]);
   if (!std::isnan(summary.named))
-    text += "\nThe tracker names the own simulation at the end of " + percent(summary.named) + " of the tests.\n";
+    text += "\nThe tracker finds the own simulation at the end of " + percent(summary.named) + " of the tests.\n";
   return text + "\n";
 }
 
 std::string robustness_table(const Evaluation& evaluation, const std::string& title) {
-  constexpr std::array shown{Contender::vtp,      Contender::lbea,    Contender::look_alike, Contender::fit,
-                             Contender::estimate, Contender::tracked, Contender::path};
+  constexpr std::array shown{EvaluatedMethod::vtp, EvaluatedMethod::lbea,     EvaluatedMethod::look_alike,
+                             EvaluatedMethod::fit, EvaluatedMethod::estimate, EvaluatedMethod::tracked,
+                             EvaluatedMethod::path};
   std::string text = "### Disturbed frames, " + title + "\n\n| frames | oracle |";
-  for (const Contender c : shown) text += " " + std::string(contender_names[static_cast<std::size_t>(c)]) + " |";
+  for (const EvaluatedMethod c : shown)
+    text += " " + std::string(evaluated_method_names[static_cast<std::size_t>(c)]) + " |";
   text += " own sample (fit) | own simulation (tracker) | no simulation fits |\n|---|---|";
   for (std::size_t i = 0; i < shown.size(); ++i) text += "---|";
   text += "---|---|---|\n";
   std::size_t rows = 0;
   for (const Round& round : evaluation.rounds) {
     if (round.title != title || round.mode != evaluation.rounds.front().mode) continue;
-    const Summary s = summarise(round.tests);
+    const Summary s = summarize(round.tests);
     text += "| " + round.disturbance.name + " | " + number(s.oracle.mean) + " |";
-    for (const Contender c : shown) {
+    for (const EvaluatedMethod c : shown) {
       const Score& score = s.scores[static_cast<std::size_t>(c)];
       text += " " + number(score.mean) + (std::isnan(score.ratio) ? "" : " (" + number(score.ratio) + ")") + " |";
     }
-    text += " " + percent(s.scores[static_cast<std::size_t>(Contender::fit)].exact) + " | " + percent(s.named) + " | " +
-            percent(s.verdicts[static_cast<std::size_t>(Verdict::no_simulation_fits)]) + " |\n";
+    text += " " + percent(s.scores[static_cast<std::size_t>(EvaluatedMethod::fit)].exact) + " | " + percent(s.named) +
+            " | " + percent(s.verdicts[static_cast<std::size_t>(Verdict::no_simulation_fits)]) + " |\n";
     ++rows;
   }
   return rows < 2 ? "" : text + "\nMean EE, and its ratio to the oracle's.\n\n";
@@ -59,42 +111,44 @@ std::string robustness_table(const Evaluation& evaluation, const std::string& ti
 std::string verdict_table(const Evaluation& evaluation) {
   std::string text =
       "### Verdicts, shares of the frames\n\n| experiments | frames | matched | ambiguous | no simulation fits | "
-      "unknown | after parting | test: matched | test: ambiguous | test: no simulation fits | test: after parting "
+      "unknown | after divergence | test: matched | test: ambiguous | test: no simulation fits | test: after "
+      "divergence "
       "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Round& round : evaluation.rounds) {
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode) continue;
-    const Summary s = summarise(round.tests);
+    const Summary s = summarize(round.tests);
     const auto share = [&](Verdict verdict) { return percent(s.verdicts[static_cast<std::size_t>(verdict)]); };
     const auto test_share = [&](Verdict verdict) {
       return percent(s.test_verdicts[static_cast<std::size_t>(verdict)]);
     };
-    std::string parted = "-", test_parted = "-";
+    std::string diverged = "-", test_diverged = "-";
     const auto beside = std::ranges::find_if(evaluation.rounds, [&](const Round& other) {
       return round.title.ends_with(" removed") &&
              other.title == round.title.substr(0, round.title.size() - 7) + "present";
     });
     if (beside != evaluation.rounds.end()) {
-      const Parted after = parted_frames(round.tests, beside->tests);
-      parted = percent(after.no_simulation_fits) + formatted(" of %zu", after.frames);
-      test_parted = percent(after.test_says_so);
+      const DivergedFrames after = diverged_frames(round.tests, beside->tests);
+      diverged = percent(after.no_simulation_fits) + formatted(" of %zu", after.frames);
+      test_diverged = percent(after.test_no_simulation_fits);
     }
     text += "| " + round.title + formatted(" | %zu | ", s.frames) + share(Verdict::matched) + " | " +
             share(Verdict::ambiguous) + " | " + share(Verdict::no_simulation_fits) + " | " + share(Verdict::unknown) +
-            " | " + parted + " | " + test_share(Verdict::matched) + " | " + test_share(Verdict::ambiguous) + " | " +
-            test_share(Verdict::no_simulation_fits) + " | " + test_parted + " |\n";
+            " | " + diverged + " | " + test_share(Verdict::matched) + " | " + test_share(Verdict::ambiguous) + " | " +
+            test_share(Verdict::no_simulation_fits) + " | " + test_diverged + " |\n";
   }
   return text +
-         "\nTest: the verdict on the test so far, from its fourth frame on. After parting: *no simulation fits* among "
-         "the frames in which the oracle without the branch is more than twice as far off as with it.\n\n";
+         "\nTest: the verdict on the test so far, from its fourth frame on. After divergence: share of *no simulation "
+         "fits* "
+         "among the frames whose oracle error without the branch is more than twice that with it.\n\n";
 }
 
 std::string field_table(const Evaluation& evaluation) {
   std::string text = "### Inferred " + evaluation.field +
                      "\n\n| experiments | mean of the truth | error of the match | of the estimate | of the estimate "
-                     "where hidden | within two spreads |\n|---|---|---|---|---|---|\n";
+                     "in hidden elements | within two spreads |\n|---|---|---|---|---|---|\n";
   std::size_t rows = 0;
   for (const Round& round : evaluation.rounds) {
-    const FieldError field = summarise(round.tests).field;
+    const FieldError field = summarize(round.tests).field;
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode || std::isnan(field.true_mean)) continue;
     text += "| " + round.title + " | " + number(field.true_mean, 4) + " | " + number(field.matched, 4) + " | " +
             number(field.inferred, 4) + " | " + number(field.hidden, 4) + " | " + percent(field.within_spread) + " |\n";
@@ -106,36 +160,35 @@ std::string field_table(const Evaluation& evaluation) {
 std::string branch_table(const Evaluation& evaluation) {
   const Round& round = evaluation.rounds.front();
   std::string text = "### Deformation branches, " + round.title + " experiments\n\n| branch | tests | oracle |";
-  for (std::size_t c = 0; c < contenders; ++c) text += " " + std::string(contender_names[c]) + " |";
+  for (std::size_t c = 0; c < evaluated_methods; ++c) text += " " + std::string(evaluated_method_names[c]) + " |";
   text += "\n|---|---|---|";
-  for (std::size_t c = 0; c < contenders; ++c) text += "---|";
+  for (std::size_t c = 0; c < evaluated_methods; ++c) text += "---|";
   text += "\n";
   for (std::uint32_t branch = 0; branch < evaluation.branches; ++branch) {
     std::vector<TestTrial> tests;
     std::ranges::copy_if(round.tests, std::back_inserter(tests),
                          [&](const TestTrial& test) { return test.branch == branch; });
     if (tests.empty()) continue;
-    const Summary s = summarise(tests);
+    const Summary s = summarize(tests);
     text += formatted("| %u | %zu | ", branch, s.tests) + number(s.oracle.mean) + " |";
     for (const Score& score : s.scores) text += " " + number(score.ratio) + " |";
     text += "\n";
   }
-  return text + "\nOracle: mean EE; methods: ratio to it. Over time: frames.csv and the figures.\n\n";
+  return text + "\nOracle: mean EE; methods: ratio to it. For errors over time see frames.csv and the figures.\n\n";
 }
 
 std::string time_table(const Evaluation& evaluation) {
-  std::vector<double> reading, bases, samples, writing;
-  for (const bake::BakeSummary& bake : evaluation.bakes) {
-    reading.push_back(bake.seconds.reading);
-    bases.push_back(bake.seconds.bases);
-    samples.push_back(bake.seconds.samples);
-    writing.push_back(bake.seconds.writing);
-  }
+  const auto median_seconds = [&](const auto& part) {
+    std::vector<double> seconds;
+    for (const bake::BakeSummary& bake : evaluation.bakes) seconds.push_back(bake.seconds.*part);
+    return number(median(seconds));
+  };
+  using Seconds = decltype(bake::BakeSummary::seconds);
   std::string text = "### Time\n\n| preprocessing (" + std::to_string(evaluation.bakes.size()) +
                      " bakes) | seconds, median |\n|---|---|\n";
-  text += "| reading | " + number(median(reading)) + " |\n| bases | " + number(median(bases)) +
-          " |\n| samples: correspondence, coefficients, depth images | " + number(median(samples)) +
-          " |\n| calibrating, writing | " + number(median(writing)) + " |\n\n";
+  text += "| reading | " + median_seconds(&Seconds::reading) + " |\n| bases | " + median_seconds(&Seconds::bases) +
+          " |\n| samples: correspondence, coefficients, depth images | " + median_seconds(&Seconds::samples) +
+          " |\n| calibrating, writing | " + median_seconds(&Seconds::writing) + " |\n\n";
   const auto stage = [&](const auto& value) {
     std::vector<double> values;
     for (const TestTrial& test : evaluation.rounds.front().tests)
@@ -143,7 +196,7 @@ std::string time_table(const Evaluation& evaluation) {
     return median(values);
   };
   const double points = stage([](const FrameTrial& f) { return f.points; });
-  text += "| alignment of a frame of " + number(points, 0) + " points | ms, median |\n|---|---|\n";
+  text += "| matching of a frame of " + number(points, 0) + " points | ms, median |\n|---|---|\n";
   const auto row = [&](const char* name, double value) {
     text += "| " + std::string(name) + " | " + number(value, 3) + " |\n";
   };
@@ -155,11 +208,73 @@ std::string time_table(const Evaluation& evaluation) {
   row("search of fit's proposals", 1e-6 * stage([](const FrameTrial& f) { return f.fit_ns.matching; }));
   row("fit: depth images and estimate", 1e-6 * stage([](const FrameTrial& f) { return f.fit_ns.fit; }));
   row("coverage", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.coverage; }));
-  row("ICP, all of it", 1e3 * stage([](const FrameTrial& f) { return f.icp_s; }));
+  row("ICP, total", 1e3 * stage([](const FrameTrial& f) { return f.icp_s; }));
   return text + "\n";
 }
 
 }  // namespace
+
+double mean(std::span<const double> values) {
+  const auto kept = known(values);
+  double sum = 0;
+  for (const double value : kept) sum += value;
+  return kept.empty() ? not_measured : sum / static_cast<double>(kept.size());
+}
+
+double median(std::span<const double> values) {
+  auto kept = known(values);
+  if (kept.empty()) return not_measured;
+  std::ranges::sort(kept);
+  const std::size_t half = kept.size() / 2;
+  return kept.size() % 2 == 1 ? kept[half] : 0.5 * (kept[half - 1] + kept[half]);
+}
+
+Summary summarize(std::span<const TestTrial> tests) {
+  Summary summary;
+  summary.tests = tests.size();
+  std::vector<double> named, covered;
+  for (const TestTrial& test : tests) {
+    if (test.contained) named.push_back(test.named == test.experiment ? 1 : 0);
+    for (const FrameTrial& frame : test.frames) {
+      ++summary.frames;
+      summary.verdicts[static_cast<std::size_t>(frame.verdict)] += 1;
+      covered.push_back(frame.status == Status::ok ? 0 : 1);
+    }
+  }
+  for (double& share : summary.verdicts) share /= static_cast<double>(std::max<std::size_t>(summary.frames, 1));
+  summary.test_verdicts = verdicts_of_tests(tests);
+  summary.named = mean(named);
+  summary.low_coverage = mean(covered);
+  const auto best = means_over_time(tests, [](const FrameTrial& frame) { return frame.best.error; });
+  summary.oracle = {mean(best), median(best), mean(best) > 0 ? 1 : not_measured, not_measured};
+  for (std::size_t c = 0; c < evaluated_methods; ++c) summary.scores[c] = score(tests, c, summary.oracle.mean);
+  summary.field = {overall(tests, [](const FrameTrial& f) { return f.field.true_mean; }),
+                   overall(tests, [](const FrameTrial& f) { return f.field.matched; }),
+                   overall(tests, [](const FrameTrial& f) { return f.field.inferred; }),
+                   overall(tests, [](const FrameTrial& f) { return f.field.hidden; }),
+                   overall(tests, [](const FrameTrial& f) { return f.field.within_spread; })};
+  return summary;
+}
+
+DivergedFrames diverged_frames(std::span<const TestTrial> without, std::span<const TestTrial> with) {
+  DivergedFrames diverged;
+  std::vector<double> refused, refused_by_test;
+  for (const TestTrial& test : without) {
+    const auto same = std::ranges::find(with, test.experiment, &TestTrial::experiment);
+    if (same == with.end()) continue;
+    for (const FrameTrial& frame : test.frames) {
+      const auto beside = std::ranges::find(same->frames, frame.step, &FrameTrial::step);
+      if (beside == same->frames.end() || frame.best.error <= 2 * beside->best.error) continue;
+      refused.push_back(frame.verdict == Verdict::no_simulation_fits ? 1 : 0);
+      if (frame.test_verdict != Verdict::unknown)
+        refused_by_test.push_back(frame.test_verdict == Verdict::no_simulation_fits ? 1 : 0);
+    }
+  }
+  diverged.frames = refused.size();
+  diverged.no_simulation_fits = mean(refused);
+  diverged.test_no_simulation_fits = mean(refused_by_test);
+  return diverged;
+}
 
 std::string tables(const Evaluation& evaluation) {
   if (evaluation.rounds.empty() || evaluation.rounds.front().tests.empty()) return "";

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Draws what `lbea-eval ensemble` leaves behind.
+"""Draws the results of `lbea-eval ensemble`.
 
 usage: figures.py EVALUATION_FOLDER [PARAMETER]
 Writes methods.png (mean error per method beside the oracle), branches.png (error over time per deformation branch),
 robustness.png when there are disturbed frames, and view.png (the simulations as curves in time in the joint
-low-dimensional view, coloured by PARAMETER, default the one that varies most with it; experiments in black on top).
+low-dimensional representation, colored by PARAMETER, by default the one most correlated with it; experiments in black on top).
 """
 import csv
 import sys
@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 METHODS = ["oracle", "vtp", "lbea", "icp", "look_alike", "fit", "estimate", "tracked", "path"]
-COLOURS = dict(zip(METHODS, ["#000000", "#9a9a9a", "#1f77b4", "#8c564b", "#17becf", "#2ca02c", "#d62728", "#ff7f0e", "#bcbd22"]))
+COLORS = dict(zip(METHODS, ["#000000", "#9a9a9a", "#1f77b4", "#8c564b", "#17becf", "#2ca02c", "#d62728", "#ff7f0e", "#bcbd22"]))
 
 
 def number(text):
@@ -31,7 +31,7 @@ def read(path):
 
 
 def mean_per_test(rows, method):
-    """Over time first, then over experiments."""
+    """Mean over time, then over experiments."""
     tests = defaultdict(list)
     for row in rows:
         if row[method]:
@@ -50,7 +50,7 @@ def draw_methods(rows, file):
     means = {m: mean_per_test(chosen, m) for m in METHODS}
     shown = [m for m in METHODS if not np.isnan(means[m])]
     figure, axes = plt.subplots(figsize=(7, 3.6))
-    bars = axes.bar(shown, [means[m] for m in shown], color=[COLOURS[m] for m in shown])
+    bars = axes.bar(shown, [means[m] for m in shown], color=[COLORS[m] for m in shown])
     axes.bar_label(bars, [f"{means[m]:.2f}\n({means[m] / means['oracle']:.2f})" for m in shown], fontsize=8)
     axes.axhline(means["oracle"], color="black", linewidth=0.8, linestyle=":")
     axes.set(ylabel="mean EE (ratio to the oracle)", title="unseen experiments", ylim=(0, 1.2 * max(means[m] for m in shown)))
@@ -65,13 +65,13 @@ def draw_branches(rows, file):
     for axes, branch in zip(panels[0], branches):
         here = [r for r in chosen if int(r["branch"]) == branch]
         for method in METHODS:
-            over_time = defaultdict(list)  # by step: stored times differ in their last digits
+            over_time = defaultdict(list)  # by step, because stored times differ in their last digits
             for row in here:
                 if row[method]:
                     over_time[int(row["step"])].append((1e3 * float(row["time_s"]), float(row[method])))
             if over_time:
                 axes.plot(*np.array([np.mean(over_time[step], axis=0) for step in sorted(over_time)]).T, label=method,
-                          color=COLOURS[method], linestyle="--" if method == "oracle" else "-")
+                          color=COLORS[method], linestyle="--" if method == "oracle" else "-")
         axes.set(xlabel="time [ms]", title=f"branch {branch}: {len({r['experiment'] for r in here})} experiments")
     panels[0][0].set_ylabel("mean EE")
     panels[0][-1].legend(fontsize=8)
@@ -88,7 +88,7 @@ def draw_robustness(rows, file):
     for i, method in enumerate(methods):
         heights = [mean_per_test([r for r in rows if r["experiments"] == "unseen" and r["frames_are"] == n
                                   and r["mode"] == rows[0]["mode"]], method) for n in names]
-        axes.bar(np.arange(len(names)) + (i - 2) * 0.16, heights, 0.16, label=method, color=COLOURS[method])
+        axes.bar(np.arange(len(names)) + (i - 2) * 0.16, heights, 0.16, label=method, color=COLORS[method])
     axes.set_xticks(range(len(names)), names, rotation=15, ha="right", fontsize=8)
     axes.set_ylabel("mean EE")
     axes.legend(fontsize=8)
@@ -96,8 +96,8 @@ def draw_robustness(rows, file):
     figure.savefig(file, dpi=130)
 
 
-def telling_parameter(simulations, names):
-    """The parameter whose correlation with the last coordinates is strongest."""
+def most_correlated_parameter(simulations, names):
+    """The parameter with the strongest correlation with the last coordinates."""
     last = {}
     for row in simulations:
         last[row["name"]] = row
@@ -117,21 +117,21 @@ def draw_view(rows, file, parameter):
     simulations = [r for r in rows if r["kind"] == "simulation"]
     experiments = [r for r in rows if r["kind"] == "experiment"]
     names = [n for n in rows[0] if n not in ("kind", "name", "branch", "step", "time_s", "x1", "x2", "x3")]
-    parameter = parameter or telling_parameter(simulations, names)
+    parameter = parameter or most_correlated_parameter(simulations, names)
     values = [number(r[parameter]) if parameter else float(r["branch"]) for r in simulations]
     scale = plt.cm.ScalarMappable(plt.Normalize(np.nanmin(values), np.nanmax(values)), "viridis")
     figure = plt.figure(figsize=(9, 6.5))
     axes = figure.add_subplot(projection="3d")
     axes.view_init(elev=18, azim=-20)
     axes.tick_params(labelsize=7)
-    for group, colour in ((simulations, None), (experiments, "black")):
+    for group, color in ((simulations, None), (experiments, "black")):
         curves = defaultdict(list)
         for row in group:
             curves[row["name"]].append(row)
         for curve in curves.values():
             points = np.array([[float(r[x]) for x in ("x1", "x2", "x3")] for r in curve]).T
-            own = colour or scale.to_rgba(number(curve[0][parameter]) if parameter else float(curve[0]["branch"]))
-            axes.plot(*points, color=own, linewidth=1.0 if colour else 0.7)
+            own = color or scale.to_rgba(number(curve[0][parameter]) if parameter else float(curve[0]["branch"]))
+            axes.plot(*points, color=own, linewidth=1.0 if color else 0.7)
     for label, name in ((axes.set_xlabel, "1st"), (axes.set_ylabel, "2nd"), (axes.set_zlabel, "3rd")):
         label(name, labelpad=12)
     axes.set_box_aspect((1, 1, 1), zoom=0.9)

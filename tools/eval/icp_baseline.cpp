@@ -1,6 +1,7 @@
 #include "tools/eval/icp_baseline.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <nanoflann.hpp>
 
 #include <algorithm>
@@ -22,7 +23,7 @@ struct Cloud {
 
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3, std::uint32_t>;
 
-/// Elements whose nodes all belong to the observed region; without any, all elements.
+/// Elements with all nodes in the observed region; if there are none, all elements.
 std::vector<std::array<std::uint32_t, 4>> observed_elements(const Model& model) {
   std::vector<std::uint8_t> observed(model.nodes(), 0);
   for (const std::uint32_t node : model.vertex_nodes(0)) observed[node] = 1;
@@ -37,7 +38,7 @@ std::vector<std::array<std::uint32_t, 4>> observed_elements(const Model& model) 
   return chosen.empty() ? all : chosen;
 }
 
-/// The middles of side x side equal parts of the unit square, bilinear on the element.
+/// The centers of side x side equal parts of each element (bilinear).
 Cloud surface_points(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
                      std::uint32_t side) {
   Cloud cloud;
@@ -55,7 +56,7 @@ Cloud surface_points(std::span<const float> positions, std::span<const std::arra
   return cloud;
 }
 
-/// The rigid motion with the least sum of squares from `from` to `to` (Kabsch), columns are points.
+/// The rigid motion from `from` to `to` with the smallest sum of squares (Kabsch); columns are points.
 Eigen::Isometry3d best_motion(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
   const Eigen::Vector3d a = from.rowwise().mean(), b = to.rowwise().mean();
   const Eigen::Matrix3d covariance = (to.colwise() - b) * (from.colwise() - a).transpose();
@@ -81,7 +82,7 @@ std::vector<T> every_nth(std::span<const T> items, std::size_t most) {
 struct IcpBaseline::Target {
   explicit Target(Cloud c) : cloud(std::move(c)), tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {}
 
-  /// The nearest points, and the mean squared distance to them.
+  /// Finds the nearest points; returns the mean squared distance to them.
   double nearest(const Eigen::Matrix3Xd& points, Eigen::Matrix3Xd& into) const {
     double sum = 0;
     for (Eigen::Index i = 0; i < points.cols(); ++i) {

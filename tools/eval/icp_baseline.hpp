@@ -1,4 +1,5 @@
-// Method step 6, the baseline: point-to-point ICP of the frame onto every sample; least final mean squared error wins.
+// Method step 6, the baseline: point-to-point ICP of the frame to every sample. The match is the sample with the
+// smallest final mean squared error.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -12,12 +13,12 @@
 namespace lbea::tool {
 
 struct IcpSettings {
-  std::uint32_t iterations = 30;         // at most
-  double converged = 1e-4;               // relative fall of the mean squared error below which an alignment has ended
-  std::uint32_t points = 2'000;          // of the frame, spread evenly
-  std::uint32_t screening_points = 200;  // with which all samples are aligned, before
-  std::uint32_t finalists = 40;          // the best of them are aligned with all `points`
-  std::uint32_t subdivision = 3;         // a sample's element becomes that many points along each side
+  std::uint32_t iterations = 30;         // maximum
+  double converged = 1e-4;               // relative decrease of the mean squared error that ends an alignment
+  std::uint32_t points = 2'000;          // of the frame, evenly chosen
+  std::uint32_t screening_points = 200;  // for a first alignment with all samples
+  std::uint32_t finalists = 40;          // best samples of the screening, aligned with `points` points
+  std::uint32_t subdivision = 3;         // points along each side of an element of a sample
 };
 
 struct IcpMatch {
@@ -27,12 +28,12 @@ struct IcpMatch {
 
 class IcpBaseline {
  public:
-  /// The observed region's elements of every sample become points in a tree each.
+  /// Builds a search tree per sample from points on the elements of the observed region.
   explicit IcpBaseline(const Model& model, const IcpSettings& settings = {});
   ~IcpBaseline();
 
-  /// points: reference coordinates, with the pose as it is known: where every alignment starts. Needs at least three
-  /// points. Safe to call from several threads.
+  /// points: at least three, in reference coordinates by the known pose, which is the start of every alignment. Safe to
+  /// call from several threads.
   [[nodiscard]] IcpMatch match(std::span<const std::array<double, 3>> points) const;
   /// Final mean squared error of one sample.
   [[nodiscard]] double align(std::uint32_t sample, std::span<const std::array<double, 3>> points) const;
@@ -43,8 +44,8 @@ class IcpBaseline {
   std::vector<std::unique_ptr<const Target>> targets_;
 };
 
-/// Reference coordinates of at most `most` points inside the box (its least and greatest corner), evenly chosen in
-/// their order.
+/// Reference coordinates of at most `most` points inside the box (lower and upper corner), evenly chosen in their
+/// order.
 [[nodiscard]] std::vector<std::array<double, 3>> spread_points(std::span<const Point> points,
                                                                const RigidTransform& T_reference_sensor,
                                                                const std::array<std::array<double, 3>, 2>& box,

@@ -1,13 +1,20 @@
 #include "tools/eval/live.hpp"
 
+#include "adapters/clouds/point_cloud.hpp"
+#include "adapters/export/vtu.hpp"
+#include "adapters/files/atomic_file.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
-#include "tools/eval/experiment_error.hpp"
+#include "tools/eval/mesh_series.hpp"
+#include "tools/shared/cli/formatted.hpp"
 
 #include <lbea/inference.hpp>
 #include <lbea/tracker.hpp>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
+#include <sstream>
 
 namespace lbea::tool {
 namespace {
@@ -22,7 +29,7 @@ std::vector<float> estimated_positions(const Model& model, const std::vector<Wei
   return std::move(inferred.mean);
 }
 
-LiveRow judge(wire::WireResult result, const Model& model, Truth* truth) {
+LiveRow row_of(wire::WireResult result, const Model& model, Truth* truth) {
   LiveRow row;
   const StageTimes& stages = result.elapsed_ns.match;
   row.match_ms = ms(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching +
@@ -33,7 +40,7 @@ LiveRow judge(wire::WireResult result, const Model& model, Truth* truth) {
     const std::uint32_t sample = model.sample_index(result.matches.front().sample);
     if (sample == model.samples())
       throw Error(Status::bad_input, "frame " + std::to_string(result.frame_id) +
-                                         ": the results name a sample this model does not hold; "
+                                         ": the result has a sample that this model does not have; "
                                          "give the model that the matcher uses");
     const auto& positions = truth->positions(*real);
     row.error = experiment_error(positions, model.node_positions(sample));
@@ -61,6 +68,23 @@ void find_path(LiveSummary& summary, const Model& model, Truth* truth) {
   }
 }
 
+std::string number_or_dash(const std::optional<double>& value) {
+  return value ? formatted("%8.3f", *value) : "       -";
+}
+
+std::string numbered(const char* stem, std::uint64_t frame, const char* ending) {
+  return formatted("%s_%05llu%s", stem, static_cast<unsigned long long>(frame), ending);
+}
+
+void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T) {
+  io::PointCloud points = io::read_point_cloud(cloud);
+  for (Point& p : points.points)
+    p = {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
+         T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
+  const std::vector<std::string> comments{"reference coordinates"};
+  io::write_ply(file, points.points, comments);
+}
+
 }  // namespace
 
 std::optional<double> LiveSummary::mean(std::optional<double> LiveRow::*error) const {
@@ -85,18 +109,17 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
   wire::WireContext context;
   wire::ResultSource source(context, options.results_endpoint, wire::results_held, options.access);
   LiveSummary summary;
-  bool heard = false;
+  bool is_ready = false;
   auto last = std::chrono::steady_clock::now();
   while (!summary.complete && !stop()) {
     const auto message = source.receive(poll_interval);
     if (!message) {
-      // Before the first message the matcher may still be starting; after it, silence means it is gone.
       if (std::chrono::steady_clock::now() - last > options.silence) break;
       continue;
     }
     last = std::chrono::steady_clock::now();
-    if (!heard) ready();
-    heard = true;
+    if (!is_ready) ready();
+    is_ready = true;
     wire::WireResult result;
     if (wire::message_kind(*message) != wire::MessageKind::result) continue;
     if (const wire::WireStatus status = wire::decode_result(*message, result); status != wire::WireStatus::ok)
@@ -104,17 +127,139 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
                   options.results_endpoint + ": a result cannot be read: " + std::string(wire::explain(status)));
     if (result.model_checksum != model.checksum())
       throw Error(Status::bad_input, options.results_endpoint +
-                                         ": these results were matched with another model; give the one that "
+                                         ": these results are from another model; give the model that "
                                          "the matcher uses");
     if (result.status == wire::WireStatus::end_of_stream) {
       summary.complete = true;
       continue;
     }
-    summary.rows.push_back(judge(std::move(result), model, truth));
+    summary.rows.push_back(row_of(std::move(result), model, truth));
     row(summary.rows.back());
   }
   find_path(summary, model, truth);
   return summary;
+}
+
+std::string table_header(const Model& model) {
+  const std::string unit(model.length_unit());
+  return formatted("%6s  %-20s %5s %11s %9s %11s %11s %9s", "frame", "best simulation", "step", "distance", "coverage",
+                   ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms");
+}
+
+std::string table_line(const LiveRow& row) {
+  const wire::WireResult& r = row.result;
+  const auto id = static_cast<unsigned long long>(r.frame_id);
+  if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(wire::to_string(r.status)).c_str());
+  const wire::WireMatch& best = r.matches.front();
+  return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(),
+                   best.sample.time_step, static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage),
+                   number_or_dash(row.error).c_str(), number_or_dash(row.oracle_error).c_str(), row.match_ms);
+}
+
+std::string table_summary(const LiveSummary& summary, const Model& model) {
+  std::string text =
+      formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
+                summary.complete ? "" : ", the sender did not end the stream", summary.median_match_ms());
+  if (const auto error = summary.mean(&LiveRow::error), best = summary.mean(&LiveRow::oracle_error); error && best)
+    text += formatted("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(),
+                      *best, *error / *best);
+  if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += formatted("; estimate %.2f", *estimate);
+  if (summary.has_path) {
+    const Sample last = summary.rows.back().on_path;
+    text += formatted("\nmost likely path of the whole test: %s, ends at time step %u",
+                      std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
+    if (const auto path = summary.mean(&LiveRow::path_error)) text += formatted("; mean EE %.2f", *path);
+  }
+  return text;
+}
+
+std::string to_json(const LiveSummary& summary) {
+  nlohmann::ordered_json rows = nlohmann::json::array();
+  for (const LiveRow& row : summary.rows) {
+    nlohmann::ordered_json line{{"frame", row.result.frame_id},
+                                {"stamp_ns", row.result.stamp_ns},
+                                {"status", wire::to_string(row.result.status)},
+                                {"coverage", row.result.coverage}};
+    if (!row.result.matches.empty()) {
+      const wire::WireMatch& best = row.result.matches.front();
+      line["simulation"] = best.simulation_name;
+      line["time_step"] = best.sample.time_step;
+      line["distance"] = best.distance;
+    }
+    if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
+    if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
+    if (summary.has_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path.time_step}};
+    if (row.path_error) line["path"]["EE"] = *row.path_error;
+    line["match_ms"] = row.match_ms;
+    line["total_ms"] = row.total_ms;
+    rows.push_back(std::move(line));
+  }
+  nlohmann::ordered_json all{
+      {"complete", summary.complete}, {"median_match_ms", summary.median_match_ms()}, {"frames", std::move(rows)}};
+  const auto put_mean = [&](const char* key, std::optional<double> LiveRow::*error) {
+    if (const auto mean = summary.mean(error)) all[key] = *mean;
+  };
+  put_mean("mean_EE", &LiveRow::error);
+  put_mean("mean_oracle_EE", &LiveRow::oracle_error);
+  put_mean("mean_estimate_EE", &LiveRow::estimate_error);
+  put_mean("mean_path_EE", &LiveRow::path_error);
+  return all.dump(2);
+}
+
+void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
+  std::ostringstream out;
+  out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms,verdict,test_"
+         "verdict,estimate_EE,path_simulation,path_time_step,path_EE\n";
+  for (const LiveRow& row : summary.rows) {
+    const wire::WireResult& r = row.result;
+    out << r.frame_id << ',' << r.stamp_ns << ',' << wire::to_string(r.status) << ',';
+    if (r.matches.empty())
+      out << ",,,";
+    else
+      out << r.matches.front().simulation_name << ',' << r.matches.front().sample.time_step << ','
+          << r.matches.front().distance << ',';
+    out << r.coverage << ',';
+    if (row.error)
+      out << *row.error << ',' << *row.oracle_error;
+    else
+      out << ',';
+    out << ',' << row.match_ms << ',' << row.total_ms << ',' << wire::to_string(r.verdict) << ','
+        << wire::to_string(r.test.verdict) << ',';
+    if (row.estimate_error) out << *row.estimate_error;
+    out << ',';
+    if (summary.has_path)
+      out << row.path_simulation << ',' << row.on_path.time_step;
+    else
+      out << ',';
+    out << ',';
+    if (row.path_error) out << *row.path_error;
+    out << '\n';
+  }
+  io::write_file(file, out.str());
+}
+
+void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,
+                  const Truth* truth, const RigidTransform& T_reference_sensor) {
+  std::vector<io::PvdEntry> series, estimates;
+  for (const LiveRow& row : summary.rows) {
+    if (row.result.matches.empty()) continue;
+    const std::uint32_t sample = model.sample_index(row.result.matches.front().sample);
+    if (sample == model.samples()) continue;
+    const auto file = folder / numbered("matched", row.result.frame_id, ".vtu");
+    write_matched_mesh(file, model, sample);
+    const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
+    series.push_back({real == nullptr ? model.sample_time_s(sample) : real->time_s, file});
+    if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty()) {
+      const auto estimate = folder / numbered("estimate", row.result.frame_id, ".vtu");
+      const double time_s = real == nullptr ? estimate_time_s(model, fit.estimate) : real->time_s;
+      write_estimate_mesh(estimate, model, fit.estimate, fit.candidates, time_s);
+      estimates.push_back({time_s, estimate});
+    }
+    if (real != nullptr)
+      write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor);
+  }
+  io::write_pvd(folder / "matched.pvd", series);
+  if (!estimates.empty()) io::write_pvd(folder / "estimate.pvd", estimates);
 }
 
 }  // namespace lbea::tool

@@ -1,9 +1,8 @@
-// lbea-eval: how good are the matches? Holds results against the truth of sensed experiments.
+// lbea-eval: measures the error of matches against the truth of sensed experiments.
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
 #include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
-#include "tools/eval/report.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
 
@@ -35,12 +34,12 @@ void add_live(CommandLine& app, LiveArguments& arguments) {
   truth->needs("--run");
   app.add_option("--pose", arguments.pose, "sensor.json of the frames, for clouds in reference coordinates");
   app.add_option("-o,--out", arguments.out, "Folder for results.csv and the meshes for ParaView");
-  app.add_option("--silence", arguments.silence_s, "Give up after so many seconds without a message")
+  app.add_option("--silence", arguments.silence_s, "Stop after this number of seconds without a message")
       ->check(positive_number());
   app.add_flag("--json", arguments.json, "Print the results as JSON instead of a table");
 }
 
-// Before the test, which happens once: a folder that cannot be written to is no news for afterwards.
+// Checked before the test, which cannot be repeated.
 void prepare_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -70,27 +69,29 @@ int live(const LiveArguments& arguments) {
     write_meshes(arguments.out, summary, model, truth.get(), pose);
   }
   if (summary.rows.empty())
-    throw Error(Status::endpoint_unavailable,
-                arguments.results + ": no result came; is lbea-serve publishing there, and was anything sent?");
+    throw Error(
+        Status::endpoint_unavailable,
+        arguments.results + ": no result received; check that lbea-serve publishes there and that frames were sent");
   if (summary.complete) return exit_ok;
-  std::fprintf(stderr, "lbea-eval: the sender did not end the stream: frames may be missing from what was evaluated\n");
+  std::fprintf(stderr, "lbea-eval: the sender did not end the stream: frames may be missing from the evaluation\n");
   return exit_failed;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  Tool tool("lbea-eval", "Holds results against the truth of sensed experiments.",
+  Tool tool("lbea-eval", "Measures the error of matches against the truth of sensed experiments.",
             "lbea-eval live rail.lbea --results ipc:///tmp/results --truth frames/truth.csv --run runs/run_043 --out "
             "evaluation\n"
             "  lbea-eval ensemble ensemble.toml --sensor sensor.json --split 0.2 --robustness --out evaluation");
   LiveArguments arguments;
   tool.require_subcommand();
-  CommandLine& live_command = tool.add_subcommand("live", "Watch a running test and print a row per frame");
+  CommandLine& live_command =
+      tool.add_subcommand("live", "Receive the results of a running test and print a row per frame");
   add_live(live_command, arguments);
   EnsembleArguments ensemble;
   CommandLine& ensemble_command = tool.add_subcommand(
-      "ensemble", "Film runs of an ensemble, match them with the others, and tell how far off every method is");
+      "ensemble", "Sense runs of an ensemble, match them with the others, and print the error of every method");
   declare(ensemble_command, ensemble);
   return tool.run(argc, argv,
                   [&] { return ensemble_command.is_chosen() ? evaluate_ensemble(ensemble) : live(arguments); });

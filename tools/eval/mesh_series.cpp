@@ -59,7 +59,7 @@ double estimate_time_s(const Model& model, std::span<const WeightedSample> estim
     const std::uint32_t sample = model.sample_index(share.sample);
     if (sample == model.samples())
       throw Error(Status::bad_input,
-                  "an estimate names a sample this model does not hold; give the model that the matcher uses");
+                  "an estimate has a sample that this model does not have; give the model that the matcher uses");
     time += double{share.weight} * model.sample_time_s(sample);
   }
   return time;

@@ -4,7 +4,6 @@
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tools/eval/mesh_series.hpp"
-#include "tools/eval/true_mesh.hpp"
 
 #include <lbea/inference.hpp>
 
@@ -41,11 +40,15 @@ std::array<std::array<double, 3>, 2> box_of_samples(const Model& model) {
   return box;
 }
 
+struct Matchers {
+  Matcher vtp, lbea, fit;
+};
+
 class Test {
  public:
-  Test(const Arena& arena, const Experiment& experiment, const TrialSettings& settings)
-      : arena_(arena),
-        model_(arena.model),
+  Test(const TestSetup& setup, const Experiment& experiment, const TrialSettings& settings)
+      : setup_(setup),
+        model_(setup.model),
         settings_(settings),
         reader_(experiment.open()),
         mesh_(reader_->mesh(), model_),
@@ -69,7 +72,11 @@ class Test {
   TestTrial run(const FrameDone& done);
 
  private:
-  FrameTrial frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher& fit, Tracker& tracker);
+  /// The frame of the current state.
+  FrameTrial frame(std::uint32_t step, std::span<const Point> points, Matchers& matchers, Tracker& tracker);
+  void score_fit(FrameTrial& row, const MatchResult& result);
+  void score_tracked(FrameTrial& row, const TestState& state) const;
+  void score_icp(FrameTrial& row, std::span<const Point> points) const;
   void find_field();
   void score_path(TestTrial& trial);
   void write_meshes(const FrameTrial& row, const MatchResult& result);
@@ -77,17 +84,17 @@ class Test {
   [[nodiscard]] Matcher matcher(Method method) const {
     MatcherConfig config = config_;
     config.method = method;
-    return Matcher(model_, config, method == Method::fit ? arena_.views : SensorViews());
+    return Matcher(model_, config);
   }
-  void score(FrameTrial& row, Contender contender, std::uint32_t sample) const {
-    row.samples[static_cast<std::size_t>(contender)] = sample;
-    row.errors[static_cast<std::size_t>(contender)] = experiment_error(truth_, model_.node_positions(sample));
+  void score(FrameTrial& row, EvaluatedMethod method, std::uint32_t sample) const {
+    row.samples[static_cast<std::size_t>(method)] = sample;
+    row.errors[static_cast<std::size_t>(method)] = experiment_error(truth_, model_.node_positions(sample));
   }
-  void score_first(FrameTrial& row, Contender contender, std::span<const Match> matches) const {
-    if (!matches.empty()) score(row, contender, model_.sample_index(matches.front().sample));
+  void score_first(FrameTrial& row, EvaluatedMethod method, std::span<const Match> matches) const {
+    if (!matches.empty()) score(row, method, model_.sample_index(matches.front().sample));
   }
 
-  const Arena& arena_;
+  const TestSetup& setup_;
   const Model& model_;
   const TrialSettings& settings_;
   std::unique_ptr<bake::SimulationReader> reader_;
@@ -118,10 +125,15 @@ void Test::find_field() {
 TestTrial Test::run(const FrameDone& done) {
   TestTrial trial;
   trial.contained = own_simulation_ < model_.simulations();
-  Matcher vtp = matcher(Method::vtp), lbea = matcher(Method::lbea), fit = matcher(Method::fit);
+  Matchers matchers{matcher(Method::vtp), matcher(Method::lbea), matcher(Method::fit)};
   Tracker tracker(model_);
   for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
-    trial.frames.push_back(frame(step, vtp, lbea, fit, tracker));
+    reader_->read(step, state_);
+    mesh_.positions(state_.positions, truth_);
+    const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
+    const auto points =
+        disturbed(sensor_.sense({state_.positions, state_.alive}, noise_, seed), settings_.disturbance, seed);
+    trial.frames.push_back(frame(step, points, matchers, tracker));
     if (done()) break;
   }
   if (!folder_.empty()) {
@@ -138,16 +150,11 @@ void Test::score_path(TestTrial& trial) {
   for (std::size_t i = 0; i < path.size(); ++i) {
     reader_->read(trial.frames[i].step, state_);
     mesh_.positions(state_.positions, truth_);
-    score(trial.frames[i], Contender::path, model_.sample_index(path[i]));
+    score(trial.frames[i], EvaluatedMethod::path, model_.sample_index(path[i]));
   }
 }
 
-FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher& fit, Tracker& tracker) {
-  reader_->read(step, state_);
-  mesh_.positions(state_.positions, truth_);
-  const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
-  const auto points =
-      disturbed(sensor_.sense({state_.positions, state_.alive}, noise_, seed), settings_.disturbance, seed);
+FrameTrial Test::frame(std::uint32_t step, std::span<const Point> points, Matchers& matchers, Tracker& tracker) {
   FrameTrial row;
   row.step = step;
   row.time_s = (reader_->time_s(step) - reader_->time_s(settings_.impact_step)) * settings_.time_factor;
@@ -157,42 +164,51 @@ FrameTrial Test::frame(std::uint32_t step, Matcher& vtp, Matcher& lbea, Matcher&
   row.best = oracle(model_, truth_);
   row.own = model_.sample_index({own_simulation_, step});
   const Frame frame{step, static_cast<std::int64_t>(std::llround(row.time_s * 1e9)), points};
-
-  const MatchResult by_vtp = vtp.match(frame), by_lbea = lbea.match(frame), by_fit = fit.match(frame);
-  score_first(row, Contender::vtp, by_vtp.matches);
-  score_first(row, Contender::lbea, by_lbea.matches);
-  score_first(row, Contender::look_alike, by_fit.fit.candidates);
-  score_first(row, Contender::fit, by_fit.matches);
-  if (!by_fit.fit.estimate.empty()) {
-    infer_positions(model_, by_fit.fit.estimate, {}, inferred_);
-    row.errors[static_cast<std::size_t>(Contender::estimate)] = experiment_error(truth_, inferred_.mean);
-    row.field = field_error(by_fit);
-    if (!folder_.empty()) write_meshes(row, by_fit);
-  }
-  evidence_.emplace_back(by_fit.fit.candidates.begin(), by_fit.fit.candidates.end());
-  const TestState& state = tracker.update(by_fit);
-  row.test_verdict = state.verdict;
-  if (state.frames > 0) score(row, Contender::tracked, model_.sample_index(state.sample));
-  row.simulation = state.simulation;
-  row.simulation_probability = state.simulation_probabilities[state.simulation];
-  row.branch_probability = state.branch_probabilities[model_.branch_of(state.simulation)];
-  if (arena_.icp) {
-    const auto start = std::chrono::steady_clock::now();
-    const auto spread = spread_points(points, config_.T_reference_sensor, box_, IcpSettings{}.points);
-    if (spread.size() >= 3) score(row, Contender::icp, arena_.icp->match(spread).sample);
-    row.icp_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-  row.status = by_fit.status;
-  row.verdict = by_fit.verdict;
-  row.fit = by_fit.fit;
-  row.fit.candidates = {};
-  row.fit.estimate = {};
-  row.coverage = by_fit.coverage;
+  const MatchResult by_vtp = matchers.vtp.match(frame), by_lbea = matchers.lbea.match(frame),
+                    by_fit = matchers.fit.match(frame);
+  score_first(row, EvaluatedMethod::vtp, by_vtp.matches);
+  score_first(row, EvaluatedMethod::lbea, by_lbea.matches);
+  score_fit(row, by_fit);
+  score_tracked(row, tracker.update(by_fit));
+  if (setup_.icp) score_icp(row, points);
   row.leading_coordinates = by_lbea.leading_coordinates;
   row.vtp_ns = by_vtp.elapsed_ns;
   row.lbea_ns = by_lbea.elapsed_ns;
-  row.fit_ns = by_fit.elapsed_ns;
   return row;
+}
+
+void Test::score_fit(FrameTrial& row, const MatchResult& result) {
+  score_first(row, EvaluatedMethod::look_alike, result.fit.candidates);
+  score_first(row, EvaluatedMethod::fit, result.matches);
+  if (!result.fit.estimate.empty()) {
+    infer_positions(model_, result.fit.estimate, {}, inferred_);
+    row.errors[static_cast<std::size_t>(EvaluatedMethod::estimate)] = experiment_error(truth_, inferred_.mean);
+    row.field = field_error(result);
+    if (!folder_.empty()) write_meshes(row, result);
+  }
+  evidence_.emplace_back(result.fit.candidates.begin(), result.fit.candidates.end());
+  row.status = result.status;
+  row.verdict = result.verdict;
+  row.fit = result.fit;
+  row.fit.candidates = {};
+  row.fit.estimate = {};
+  row.coverage = result.coverage;
+  row.fit_ns = result.elapsed_ns;
+}
+
+void Test::score_tracked(FrameTrial& row, const TestState& state) const {
+  row.test_verdict = state.verdict;
+  if (state.frames > 0) score(row, EvaluatedMethod::tracked, model_.sample_index(state.sample));
+  row.simulation = state.simulation;
+  row.simulation_probability = state.simulation_probabilities[state.simulation];
+  row.branch_probability = state.branch_probabilities[model_.branch_of(state.simulation)];
+}
+
+void Test::score_icp(FrameTrial& row, std::span<const Point> points) const {
+  const auto start = std::chrono::steady_clock::now();
+  const auto spread = spread_points(points, config_.T_reference_sensor, box_, IcpSettings{}.points);
+  if (spread.size() >= 3) score(row, EvaluatedMethod::icp, setup_.icp->match(spread).sample);
+  row.icp_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 void Test::write_meshes(const FrameTrial& row, const MatchResult& result) {
@@ -231,9 +247,9 @@ FieldError Test::field_error(const MatchResult& result) {
 
 }  // namespace
 
-TestTrial run_test(const Arena& arena, const Experiment& experiment, const TrialSettings& settings,
+TestTrial run_test(const TestSetup& setup, const Experiment& experiment, const TrialSettings& settings,
                    const FrameDone& done) {
-  TestTrial trial = Test(arena, experiment, settings).run(done);
+  TestTrial trial = Test(setup, experiment, settings).run(done);
   trial.experiment = experiment.name;
   return trial;
 }

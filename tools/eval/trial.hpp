@@ -1,11 +1,11 @@
-// One experiment, sensed and matched frame by frame with every method, beside the truth.
+// One experiment: its frames are sensed, matched with every method and compared with the truth.
 #pragma once
 
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/simulation.hpp"
-#include "tools/eval/disturbance.hpp"
-#include "tools/eval/experiment_error.hpp"
+#include "tools/eval/experiments.hpp"
 #include "tools/eval/icp_baseline.hpp"
+#include "tools/eval/truth.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -21,21 +21,21 @@
 
 namespace lbea::tool {
 
-/// vtp, lbea, icp: the preprint's. look_alike: the sample whose depth image is nearest to the frame's. fit: the sample
-/// nearest to the estimate. estimate: the shape between the samples. tracked: the likeliest sample given all frames so
-/// far. path: the same after the test, given all of its frames.
-enum class Contender : std::size_t { vtp, lbea, icp, look_alike, fit, estimate, tracked, path };
-inline constexpr std::size_t contenders = 8;
-inline constexpr std::array<std::string_view, contenders> contender_names{"vtp", "lbea",     "icp",     "look_alike",
-                                                                          "fit", "estimate", "tracked", "path"};
+/// vtp, lbea, icp: the methods of the preprint. look_alike: the sample whose depth image is nearest to that of the
+/// frame. fit: the sample nearest to the estimate. estimate: the interpolated shape between samples. tracked: the most
+/// likely sample given all frames so far. path: the same after the test, given all of its frames.
+enum class EvaluatedMethod : std::size_t { vtp, lbea, icp, look_alike, fit, estimate, tracked, path };
+inline constexpr std::size_t evaluated_methods = 8;
+inline constexpr std::array<std::string_view, evaluated_methods> evaluated_method_names{
+    "vtp", "lbea", "icp", "look_alike", "fit", "estimate", "tracked", "path"};
 
 inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 
 struct FieldError {
   double true_mean = not_measured;      // of |value|, over all elements
   double matched = not_measured;        // mean |difference| of fit's best sample
-  double inferred = not_measured;       // and of the estimate
-  double hidden = not_measured;         // the same over the elements outside the observed region
+  double inferred = not_measured;       // the same of the estimate
+  double hidden = not_measured;         // the same of the estimate, over the elements outside the observed region
   double within_spread = not_measured;  // share of elements within two spreads of the truth
 };
 
@@ -44,15 +44,15 @@ struct FrameTrial {
   double time_s = 0;  // since impact
   std::size_t points = 0;
   Status status = Status::ok;
-  Oracle best;                                      // no method that picks a sample can do better
-  std::array<double, contenders> errors{};          // EE; NaN: not run
-  std::array<std::uint32_t, contenders> samples{};  // rows of the model; samples(): none
-  std::uint32_t own = 0;                            // the experiment's own sample; samples(): not in S
-  Verdict verdict = Verdict::unknown;               // of this frame
-  Verdict test_verdict = Verdict::unknown;          // of the test so far
-  SurfaceFit fit;                                   // its numbers; the spans are cut off
+  Oracle best;                                             // the best sample possible
+  std::array<double, evaluated_methods> errors{};          // EE; NaN: not measured
+  std::array<std::uint32_t, evaluated_methods> samples{};  // rows of the model; samples(): none
+  std::uint32_t own = 0;                                   // the experiment's own sample; samples(): not in S
+  Verdict verdict = Verdict::unknown;                      // of this frame
+  Verdict test_verdict = Verdict::unknown;                 // of the test so far
+  SurfaceFit fit;                                          // its numbers; the spans are empty
   float coverage = 0;
-  std::uint32_t simulation = 0;  // the likeliest of the test so far
+  std::uint32_t simulation = 0;  // the most likely of the test so far
   float simulation_probability = 0, branch_probability = 0;
   std::array<float, 3> leading_coordinates{};
   StageTimes vtp_ns, lbea_ns, fit_ns;
@@ -64,13 +64,8 @@ struct TestTrial {
   std::string experiment;
   std::uint32_t branch = 0;
   std::vector<FrameTrial> frames;
-  std::string named;       // the likeliest simulation after the last frame
+  std::string named;       // the most likely simulation after the last frame
   bool contained = false;  // the experiment is one of the simulations
-};
-
-struct Experiment {
-  std::string name;
-  std::function<std::unique_ptr<bake::SimulationReader>()> open;
 };
 
 struct TrialSettings {
@@ -80,21 +75,20 @@ struct TrialSettings {
   std::uint32_t impact_step = 0;
   double time_factor = 1;
   std::uint64_t seed = 1;
-  std::filesystem::path meshes{};  // folder for <experiment>/estimate.pvd and what it strings together; empty: none
+  std::filesystem::path meshes{};  // folder for <experiment>/estimate.pvd and matched.pvd; empty: none
 };
 
-/// What one model is asked: shared by the threads that run its tests.
-struct Arena {
+/// The model of a round of tests and its ICP baseline, shared by the threads that run the tests.
+struct TestSetup {
   Model model;
-  SensorViews views;                 // empty: those baked into the model
-  std::shared_ptr<IcpBaseline> icp;  // null: not run
+  std::shared_ptr<IcpBaseline> icp;  // null: not measured
 };
 
-/// Called after every frame; true ends the test there.
+/// Called after every frame; true ends the test.
 using FrameDone = std::function<bool()>;
 
-/// Throws what reading the run and the matcher's set-up throw.
-[[nodiscard]] TestTrial run_test(const Arena& arena, const Experiment& experiment, const TrialSettings& settings,
+/// Throws the errors of reading the run and of the matcher.
+[[nodiscard]] TestTrial run_test(const TestSetup& setup, const Experiment& experiment, const TrialSettings& settings,
                                  const FrameDone& done);
 
 }  // namespace lbea::tool

@@ -1,13 +1,33 @@
 #include "tools/eval/truth.hpp"
 
+#include "precompute/registration/surface_tree.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <unordered_map>
 
 namespace lbea::tool {
 namespace {
+
+double distance(const float* a, const float* b) {
+  return std::hypot(double{a[0]} - double{b[0]}, double{a[1]} - double{b[1]}, double{a[2]} - double{b[2]});
+}
+
+double mean_edge(std::span<const float> positions, std::span<const std::uint32_t> elements) {
+  double sum = 0;
+  for (std::size_t e = 0; e + 3 < elements.size(); e += 4)
+    sum += distance(&positions[3 * std::size_t{elements[e]}], &positions[3 * std::size_t{elements[e + 1]}]);
+  return sum / std::max(1.0, static_cast<double>(elements.size() / 4));
+}
+
+std::unordered_map<std::uint32_t, std::uint32_t> index_of(std::span<const std::uint32_t> ids) {
+  std::unordered_map<std::uint32_t, std::uint32_t> index;
+  for (std::uint32_t i = 0; i < ids.size(); ++i) index.emplace(ids[i], i);
+  return index;
+}
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells(1);
@@ -20,12 +40,12 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-// The table's columns by name, its numbers by row, and a place for every complaint.
+/// A CSV table that is read row by row. Errors name the file and the line.
 class Table {
  public:
   explicit Table(const std::filesystem::path& file) : file_(file), in_(file) {
     if (!in_) throw Error(Status::file_not_found, file.string() + ": cannot open the table of true states");
-    if (!next()) fail("empty; lbea-sense writes this table beside its frames");
+    if (!next()) fail("empty; lbea-sense writes this table with its frames");
     header_ = cells_;
   }
   bool next() {
@@ -63,13 +83,12 @@ class Table {
 };
 
 std::vector<std::uint32_t> find_nodes(const bake::SimulationMesh& mesh, const Model& model) {
-  std::unordered_map<std::uint32_t, std::uint32_t> index_of;
-  for (std::uint32_t i = 0; i < mesh.nodes(); ++i) index_of.emplace(mesh.node_ids[i], i);
+  const auto index = index_of(mesh.node_ids);
   std::vector<std::uint32_t> nodes;
   for (const std::uint32_t id : model.node_ids()) {
-    const auto found = index_of.find(id);
-    if (found == index_of.end())
-      throw Error(Status::bad_input, "the experiment's run has no node " + std::to_string(id) +
+    const auto found = index.find(id);
+    if (found == index.end())
+      throw Error(Status::bad_input, "the run of the experiment has no node " + std::to_string(id) +
                                          ", which the model has; EE needs the same mesh");
     nodes.push_back(found->second);
   }
@@ -77,6 +96,57 @@ std::vector<std::uint32_t> find_nodes(const bake::SimulationMesh& mesh, const Mo
 }
 
 }  // namespace
+
+TrueMesh::TrueMesh(const bake::SimulationMesh& mesh, const Model& model) {
+  if (!find_by_number(mesh, model)) find_by_place(mesh, model);
+}
+
+bool TrueMesh::find_by_number(const bake::SimulationMesh& mesh, const Model& model) {
+  const auto nodes = index_of(mesh.node_ids), elements = index_of(mesh.element_ids);
+  const auto undeformed = model.node_positions(0);
+  double off = 0;
+  std::vector<Carrier> carriers;
+  for (std::size_t i = 0; i < model.node_ids().size(); ++i) {
+    const auto found = nodes.find(model.node_ids()[i]);
+    if (found == nodes.end()) return false;
+    carriers.push_back({{found->second, found->second, found->second}});
+    off += distance(&undeformed[3 * i], &mesh.positions[3 * std::size_t{found->second}]);
+  }
+  if (off / static_cast<double>(carriers.size()) > mean_edge(undeformed, model.element_nodes())) return false;
+  std::vector<std::uint32_t> same;
+  for (const std::uint32_t id : model.element_ids()) {
+    const auto found = elements.find(id);
+    if (found == elements.end()) return false;
+    same.push_back(found->second);
+  }
+  carriers_ = std::move(carriers);
+  elements_ = std::move(same);
+  return true;
+}
+
+void TrueMesh::find_by_place(const bake::SimulationMesh& mesh, const Model& model) {
+  const bake::SurfaceTree tree(mesh.positions, mesh.elements);
+  if (tree.triangles() == 0)
+    throw Error(Status::bad_input, "the run of the experiment has no surface to project the nodes of the model onto");
+  const auto undeformed = model.node_positions(0);
+  for (std::size_t i = 0; i < model.nodes(); ++i) {
+    const float* p = &undeformed[3 * i];
+    const bake::SurfacePlace place = tree.nearest({double{p[0]}, double{p[1]}, double{p[2]}});
+    carriers_.push_back({place.nodes,
+                         {static_cast<float>(place.shares[0]), static_cast<float>(place.shares[1]),
+                          static_cast<float>(place.shares[2])}});
+  }
+}
+
+void TrueMesh::positions(std::span<const float> run, std::vector<float>& into) const {
+  into.assign(3 * carriers_.size(), 0.0f);
+  for (std::size_t i = 0; i < carriers_.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (carriers_[i].shares[k] == 0) continue;
+      const float* p = &run[3 * std::size_t{carriers_[i].nodes[k]}];
+      for (std::size_t axis = 0; axis < 3; ++axis) into[3 * i + axis] += carriers_[i].shares[k] * p[axis];
+    }
+}
 
 Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<bake::SimulationReader> run, const Model& model)
     : run_(std::move(run)), node_of_(find_nodes(run_->mesh(), model)) {
@@ -111,6 +181,25 @@ void Truth::read_state(std::uint32_t state, std::vector<float>& into) {
   into.resize(3 * node_of_.size());
   for (std::size_t i = 0; i < node_of_.size(); ++i)
     std::copy_n(state_.positions.data() + std::size_t{3} * node_of_[i], 3, into.data() + 3 * i);
+}
+
+double experiment_error(std::span<const float> truth, std::span<const float> sample) {
+  double sum = 0;
+  for (std::size_t i = 0; i + 2 < truth.size(); i += 3) {
+    const double dx = double{truth[i]} - double{sample[i]}, dy = double{truth[i + 1]} - double{sample[i + 1]},
+                 dz = double{truth[i + 2]} - double{sample[i + 2]};
+    sum += std::sqrt(dx * dx + dy * dy + dz * dz);
+  }
+  return sum / static_cast<double>(truth.size() / 3);
+}
+
+Oracle oracle(const Model& model, std::span<const float> truth) {
+  Oracle best{.error = std::numeric_limits<double>::infinity()};
+  for (std::uint32_t s = 0; s < model.samples(); ++s) {
+    const double error = experiment_error(truth, model.node_positions(s));
+    if (error < best.error) best = {s, error};
+  }
+  return best;
 }
 
 }  // namespace lbea::tool

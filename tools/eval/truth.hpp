@@ -1,36 +1,66 @@
-// What a sensed experiment really looked like: the run it was sensed from, on the model's nodes.
+// The true mesh of an experiment on the nodes of the model, and the error of a match (eq. 4).
 #pragma once
 
 #include "precompute/simulation.hpp"
 
 #include <lbea/lbea.hpp>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace lbea::tool {
 
+/// The positions of a run on the nodes of the model.
+class TrueMesh {
+ public:
+  /// mesh: of the run, undeformed. It counts as the mesh of the model when it has the same node numbers at similar
+  /// positions (mean distance below the mean edge length). Otherwise every node of the model follows the nearest point
+  /// on the undeformed surface of the run. Throws Error{bad_input} when the run has no surface.
+  TrueMesh(const bake::SimulationMesh& mesh, const Model& model);
+
+  [[nodiscard]] bool same_mesh() const noexcept { return elements_.size() > 0; }
+  /// run: nodes of the run x 3. into: set to model nodes x 3.
+  void positions(std::span<const float> run, std::vector<float>& into) const;
+  /// The element of the run for every element of the model. Empty when the meshes differ.
+  [[nodiscard]] std::span<const std::uint32_t> elements() const noexcept { return elements_; }
+
+ private:
+  bool find_by_number(const bake::SimulationMesh& mesh, const Model& model);
+  void find_by_place(const bake::SimulationMesh& mesh, const Model& model);
+
+  struct Carrier {
+    std::array<std::uint32_t, 3> nodes{};
+    std::array<float, 3> shares{1, 0, 0};
+  };
+  std::vector<Carrier> carriers_;  // model nodes
+  std::vector<std::uint32_t> elements_;
+};
+
+/// truth.csv of sensed frames, with the run that they were sensed from.
 class Truth {
  public:
   struct Row {
     std::uint64_t frame = 0;
-    std::filesystem::path cloud;  // the frame's file
+    std::filesystem::path cloud;  // file of the frame
     std::int64_t stamp_ns = 0;
-    double state = 0;  // of the run; between two states the mesh is interpolated
+    double state = 0;  // of the run; the mesh is interpolated between states
     double time_s = 0;
   };
 
-  /// `table`: truth.csv as lbea-sense writes it, columns found by name. Throws Error{bad_input} naming file and line.
+  /// `table`: truth.csv as written by lbea-sense; columns are found by name. Throws Error{bad_input} with file and
+  /// line.
   Truth(const std::filesystem::path& table, std::unique_ptr<bake::SimulationReader> run, const Model& model);
 
   [[nodiscard]] const std::vector<Row>& rows() const noexcept { return rows_; }
-  /// The row captured at this stamp; nullptr when there is none. Frames are told apart by their stamps, because a
-  /// sender that loops or skips numbers its frames anew.
+  /// The row with this stamp; nullptr when there is none. Frame numbers do not identify rows: a sender that loops or
+  /// skips frames renumbers them.
   [[nodiscard]] const Row* at(std::int64_t stamp_ns) const noexcept;
-  /// model nodes x 3: the true mesh of a row.
+  /// The true mesh of a row, model nodes x 3. Valid until the next call.
   [[nodiscard]] const std::vector<float>& positions(const Row& row);
 
  private:
@@ -42,5 +72,15 @@ class Truth {
   bake::SimulationState state_;
   std::vector<float> positions_, next_;
 };
+
+/// EE, eq. 4: mean over the nodes of the whole mesh of |s^e_i - s*_i|, in the length unit. Both: nodes x 3.
+[[nodiscard]] double experiment_error(std::span<const float> truth, std::span<const float> sample);
+
+struct Oracle {
+  std::uint32_t sample = 0;
+  double error = 0;
+};
+/// The sample with the smallest EE, a lower bound for methods that choose a sample. Ties: the lower index.
+[[nodiscard]] Oracle oracle(const Model& model, std::span<const float> truth);
 
 }  // namespace lbea::tool

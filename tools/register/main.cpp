@@ -1,14 +1,19 @@
-// lbea-register: where does the rig stand? Refines a rough pose from clouds of the undeformed component.
+// lbea-register: refines the rough pose of a rig from clouds of the undeformed component.
 #include "adapters/clouds/point_cloud.hpp"
 #include "adapters/files/atomic_file.hpp"
-#include "tools/register/undeformed.hpp"
+#include "adapters/rig/sensor_json.hpp"
+#include "precompute/registration/alignment.hpp"
+#include "precompute/registration/registration.hpp"
+#include "precompute/rig/virtual_sensor.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/tool.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <limits>
 #include <optional>
 
 namespace {
@@ -26,25 +31,82 @@ struct Arguments {
 };
 
 void declare(Tool& tool, Arguments& arguments) {
-  tool.add_option("MODEL", arguments.model, "a model of the component (.lbea) that begins before it deforms")
+  tool.add_option("MODEL", arguments.model, "a model of the component (.lbea) whose first samples are undeformed")
       ->required();
   tool.add_option("CLOUDS", arguments.clouds,
-                  "clouds of the undeformed component, or a folder of clouds: its first ones")
+                  "clouds of the undeformed component, or a folder of clouds, of which the first are used")
       ->required();
   tool.add_option("--sensor", arguments.sensor, "sensor.json with the rough pose")->required();
   tool.add_option("-o,--out", arguments.out, "the refined sensor.json")->required();
-  tool.add_option("--frames", arguments.frames, "how many clouds, from the first on")->check(positive_number());
+  tool.add_option("--frames", arguments.frames, "number of clouds to use, from the first")->check(positive_number());
   tool.add_option("--noise", arguments.noise, "standard deviation of a point (default: sensor.json's)")
       ->check(positive_number());
-  tool.add_option("--rough-shift", arguments.settings.rough_shift, "how far off the rough pose may be, length unit")
+  tool.add_option("--rough-shift", arguments.settings.rough_shift,
+                  "largest shift between the rough and the true pose, length unit")
       ->check(positive_number());
-  tool.add_option("--rough-turn", arguments.settings.rough_turn_deg, "and turned, degrees")->check(positive_number());
+  tool.add_option("--rough-turn", arguments.settings.rough_turn_deg,
+                  "largest rotation between the rough and the true pose, degrees")
+      ->check(positive_number());
   tool.add_option("--tolerance", arguments.settings.tolerance,
-                  "poses that move the component by less are the same, length unit")
+                  "poses that differ by less count as equal; largest displacement of the component, length unit")
       ->check(positive_number());
   tool.add_flag("--even-if-ambiguous", arguments.even_if_ambiguous,
-                "write the pose although the clouds do not settle it");
+                "write the pose although the clouds do not determine it");
   tool.add_flag("--json", arguments.json, "print the summary as JSON");
+}
+
+/// The component before the impact, from a model.
+struct Undeformed {
+  bake::ShapeModes shape;  // of the earliest sample of every simulation, which differ by the parameters
+  std::vector<std::array<std::uint32_t, 4>> elements;
+};
+
+/// least_variation: modes that move the nodes by less are left out, length unit.
+Undeformed undeformed_component(const Model& model, double least_variation) {
+  double earliest = std::numeric_limits<double>::infinity();
+  for (std::uint32_t s = 0; s < model.samples(); ++s) earliest = std::min(earliest, model.sample_time_s(s));
+  std::vector<std::span<const float>> shapes;
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    if (model.sample_time_s(s) <= earliest) shapes.push_back(model.node_positions(s));
+  Undeformed component{bake::shape_modes(shapes, least_variation), {}};
+  component.elements.resize(model.elements());
+  for (std::size_t i = 0; i < model.element_nodes().size(); ++i)
+    component.elements[i / 4][i % 4] = model.element_nodes()[i];
+  return component;
+}
+
+/// The rig with its left camera at the pose and the same relative pose of its right camera.
+bake::StereoSensor moved_to(const bake::StereoSensor& rig, const RigidTransform& T_reference_sensor) {
+  bake::StereoSensor moved = rig;
+  const Eigen::Isometry3d T_sensor_right =
+      bake::to_isometry(rig.T_reference_sensor).inverse() * bake::to_isometry(rig.T_reference_right);
+  moved.T_reference_sensor = T_reference_sensor;
+  moved.T_reference_right = bake::to_transform(bake::to_isometry(T_reference_sensor) * T_sensor_right);
+  return moved;
+}
+
+/// Computes the elements that the rig sees from another pose. `rig`: the relative pose of its cameras is used.
+decltype(bake::ReferenceSurface::visible) visibility_of(const Undeformed& component, const io::SensorDescription& rig) {
+  return [&component, rig](const RigidTransform& pose) {
+    const bake::VirtualSensor sensor(moved_to(rig.sensor, pose), component.shape.mean.size() / 3, component.elements);
+    return sensor.visible_elements({component.shape.mean}, rig.noise.min_cos_incidence);
+  };
+}
+
+nlohmann::ordered_json rows(const RigidTransform& T) {
+  auto rows = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < 3; ++i)
+    rows.push_back({double{T[4 * i]}, double{T[4 * i + 1]}, double{T[4 * i + 2]}, double{T[4 * i + 3]}});
+  return rows;
+}
+
+/// The text of a sensor.json with both poses replaced by those of the rig; the rest is unchanged.
+std::string with_poses(const std::filesystem::path& sensor_json, const bake::StereoSensor& rig) {
+  const auto bytes = io::read_file(sensor_json);
+  auto json = nlohmann::ordered_json::parse(io::as_text(bytes));
+  json["T_reference_sensor"] = rows(rig.T_reference_sensor);
+  json["sensor"]["T_reference_right"] = rows(rig.T_reference_right);
+  return json.dump(1) + '\n';
 }
 
 std::vector<Point> read_clouds(const Arguments& arguments) {
@@ -65,8 +127,7 @@ void check_units(const std::vector<Point>& points, const Undeformed& component, 
   char text[300];
   std::snprintf(text, sizeof text,
                 "the clouds measure %.4g across and the component %.4g %s: the units disagree; multiply the clouds by "
-                "%g, or correct the "
-                "ensemble's length_unit",
+                "%g, or correct the ensemble's length_unit",
                 cloud, mesh, unit.c_str(), *factor);
   throw Error(Status::bad_input, text);
 }
@@ -91,9 +152,9 @@ void print(const bake::Registration& r, bool json) {
     return;
   }
   std::printf("moved          %.3f, turned by %.3f degrees\n", r.shift, r.turn_deg);
-  std::printf("residual       %.3f, of %.1f %% of the points\n", r.residual, 100 * r.counted);
-  std::printf("starts         %.0f %% ended at this pose\n", 100 * r.agreeing);
-  std::printf("least certain  to %.3f, along (%.2f, %.2f, %.2f)\n", least.deviation, least.shift[0], least.shift[1],
+  std::printf("residual       %.3f, over %.1f %% of the points\n", r.residual, 100 * r.counted);
+  std::printf("starts         %.0f %% converged to this pose\n", 100 * r.agreeing);
+  std::printf("least certain  within %.3f, along (%.2f, %.2f, %.2f)\n", least.deviation, least.shift[0], least.shift[1],
               least.shift[2]);
 }
 
@@ -116,9 +177,7 @@ int run(Arguments& arguments) {
       return exit_failed;
     }
   }
-  io::AtomicFile file(arguments.out);
-  file.write(with_poses(arguments.sensor, moved_to(rough.sensor, result.T_reference_sensor)));
-  file.commit();
+  io::write_file(arguments.out, with_poses(arguments.sensor, moved_to(rough.sensor, result.T_reference_sensor)));
   return exit_ok;
 }
 

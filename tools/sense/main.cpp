@@ -1,12 +1,10 @@
-// lbea-sense: what the stereo rig would see of a simulated run, as frames with a known truth.
+// lbea-sense: simulates the frames that a stereo rig captures of a run, with their true states.
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tools/sense/recording_folder.hpp"
 #include "tools/sense/schedule.hpp"
-#include "tools/sense/sensor_copy.hpp"
-#include "tools/sense/state_source.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 
@@ -43,7 +41,7 @@ struct Summary {
 void declare(Tool& tool, Options& options) {
   tool.add_option("RUN", options.run, "a run: its first file, or its folder")->required();
   tool.add_option("--sensor", options.sensor, "sensor.json: the rig and its noise")->required();
-  tool.add_option("--out", options.out, "folder for the frames, sensor.json and truth.csv")->required();
+  tool.add_option("--out", options.out, "folder to write the frames, sensor.json and truth.csv to")->required();
   const auto steps_check = [](const std::string& text) {
     return parse_steps(text) ? std::string() : "'" + text + "' is not all, N, FIRST:LAST or FIRST:LAST:STRIDE";
   };
@@ -61,11 +59,12 @@ void declare(Tool& tool, Options& options) {
   tool.add_option("--noise", options.sigma,
                   std::string("standard deviation along the line of sight, length unit") + from_file)
       ->check(non_negative_number());
-  tool.add_option("--outliers", options.outliers, std::string("share of points that lie elsewhere") + from_file)
+  tool.add_option("--outliers", options.outliers, std::string("share of points that are outliers") + from_file)
       ->check(in_range(0.0, 1.0));
   tool.add_option("--dropout", options.dropout, std::string("share of points lost at random") + from_file)
       ->check(in_range(0.0, 1.0));
-  tool.add_option("--background", options.background, std::string("share of extra points on a wall behind") + from_file)
+  tool.add_option("--background", options.background,
+                  std::string("additional points on a wall behind the component, as a share") + from_file)
       ->check(non_negative_number());
   tool.add_option("--threads", options.threads, "0: all processors; the frames do not depend on it");
   tool.add_flag("--json", options.json, "print the summary as JSON");
@@ -142,7 +141,8 @@ int run(const Options& options) {
   const Summary summary = sense(options);
   print(options, summary);
   if (summary.frames == summary.planned) return exit_ok;
-  std::fprintf(stderr, "lbea-sense: stopped after %llu of %llu frames; those written are whole, and in truth.csv\n",
+  std::fprintf(stderr,
+               "lbea-sense: stopped after %llu of %llu frames; the written frames are complete and in truth.csv\n",
                static_cast<unsigned long long>(summary.frames), static_cast<unsigned long long>(summary.planned));
   return exit_failed;
 }
@@ -151,7 +151,7 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  Tool tool("lbea-sense", "Looks at a simulated run through a virtual stereo sensor and writes the frames.",
+  Tool tool("lbea-sense", "Simulates the frames that a stereo sensor captures of a simulation run.",
             "lbea-sense runs/run_013 --sensor sensor.json --out frames --steps 2:30:4");
   declare(tool, options);
   tool.list_formats_by(io::list_simulation_formats());

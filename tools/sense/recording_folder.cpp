@@ -3,6 +3,8 @@
 #include "adapters/clouds/point_cloud.hpp"
 #include "adapters/files/atomic_file.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -37,7 +39,7 @@ bool belongs_to_recording(const std::filesystem::path& file) {
   return name == "truth.csv" || (name.starts_with("frame_") && name.ends_with(".ply"));
 }
 
-/// Absolute, so that it is found from wherever truth.csv is read.
+/// Absolute, so that readers of truth.csv with another working folder find it.
 std::string run_path(const std::filesystem::path& run) {
   const auto path = std::filesystem::absolute(run).lexically_normal();
   return (path.has_filename() ? path : path.parent_path()).string();
@@ -51,14 +53,18 @@ void make_empty(const std::filesystem::path& folder) {
          !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
       if (belongs_to_recording(entry->path()))
         throw Error{Status::write_failed, folder.string() + " already holds a recording (" +
-                                              entry->path().filename().string() + "); name another folder or empty it"};
+                                              entry->path().filename().string() +
+                                              "); choose another folder or empty it"};
   if (error) throw Error{Status::write_failed, "cannot use the folder " + folder.string() + ": " + error.message()};
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  io::AtomicFile file(path);
-  file.write(text);
-  file.commit();
+/// The double with the shortest digits of the float: 0.1, not 0.10000000149.
+double as_written(float value) {
+  std::array<char, 40> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double result = 0;
+  std::from_chars(text.data(), end, result);
+  return result;
 }
 
 }  // namespace
@@ -71,7 +77,7 @@ RecordingFolder::RecordingFolder(std::filesystem::path folder, const std::filesy
   make_empty(folder_);
 }
 
-void RecordingFolder::write_sensor(const std::string& json) const { write_text(folder_ / "sensor.json", json); }
+void RecordingFolder::write_sensor(const std::string& json) const { io::write_file(folder_ / "sensor.json", json); }
 
 void RecordingFolder::write_frame(const FrameTruth& truth, std::span<const Point> points) {
   const std::string comment =
@@ -85,7 +91,23 @@ void RecordingFolder::write_truth() const {
   for (const FrameTruth& row : written_)
     text += std::to_string(row.frame) + ',' + file_name(row.frame) + ',' + std::to_string(stamp_ns(row.time_s)) + ',' +
             csv_field(run_) + ',' + shortest(row.state) + ',' + shortest(row.time_s) + '\n';
-  write_text(folder_ / "truth.csv", text);
+  io::write_file(folder_ / "truth.csv", text);
+}
+
+std::string sensor_copy(const std::filesystem::path& original, const io::SensorDescription& used) {
+  const auto bytes = io::read_file(original);
+  auto json = nlohmann::ordered_json::parse(io::as_text(bytes));
+  auto& camera = json["sensor"];
+  camera["focal_px"] = as_written(used.sensor.focal_px);
+  camera["width_px"] = used.sensor.width_px;
+  camera["height_px"] = used.sensor.height_px;
+  json.erase("noise_mm");  // replaced by "noise", in the length unit of the file as in SensingNoise
+  json["noise"] = as_written(used.noise.sigma);
+  json["outliers"] = as_written(used.noise.outliers);
+  json["min_cos_incidence"] = as_written(used.noise.min_cos_incidence);
+  json["dropout"] = as_written(used.noise.dropout);
+  json["background"] = as_written(used.noise.background);
+  return json.dump(1) + '\n';
 }
 
 }  // namespace lbea::tool

@@ -1,5 +1,7 @@
-// The folder a virtual recording is written to: frames, the sensor that saw them, and what they truly show.
+// The folder of a virtual recording: frames, sensor.json and truth.csv.
 #pragma once
+
+#include "adapters/rig/sensor_json.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -20,7 +22,7 @@ struct FrameTruth {
 
 class RecordingFolder {
  public:
-  /// Makes the folder. Throws Error{write_failed} when that fails or it already holds a recording.
+  /// Creates the folder. Throws Error{write_failed} when that fails or when it already holds a recording.
   RecordingFolder(std::filesystem::path folder, const std::filesystem::path& run, std::string length_unit);
 
   void write_sensor(const std::string& json) const;
@@ -33,5 +35,9 @@ class RecordingFolder {
   std::string run_, length_unit_;
   std::vector<FrameTruth> written_;
 };
+
+/// The text of the sensor.json `original` with the resolution and the noise of `used`; poses and all other entries are
+/// unchanged. `original` must be a file that read_sensor_json() accepts.
+[[nodiscard]] std::string sensor_copy(const std::filesystem::path& original, const io::SensorDescription& used);
 
 }  // namespace lbea::tool

@@ -12,7 +12,7 @@ namespace {
 constexpr double most_frames = 1e7;
 constexpr double rounding = 1e-6;  // share of a frame interval by which the last frame may miss the last state
 
-/// The unsigned number at the head of `rest`, which is cut off; nothing when there is none.
+/// Removes the unsigned number at the start of `rest` and returns it; nothing when there is none.
 std::optional<std::uint32_t> take_number(std::string_view& rest) {
   std::uint32_t value = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
@@ -21,22 +21,22 @@ std::optional<std::uint32_t> take_number(std::string_view& rest) {
   return value;
 }
 
-/// A colon and a number; nothing else.
+/// Removes a colon and a number.
 std::optional<std::uint32_t> take_next(std::string_view& rest) {
   if (rest.empty() || rest.front() != ':') return std::nullopt;
   rest.remove_prefix(1);
   return take_number(rest);
 }
 
-/// The range within the run, which must have all of it.
+/// The range with its last step resolved. Throws when the run does not have all of it.
 StepRange within(std::size_t states, StepRange steps) {
-  if (states == 0) throw Error{Status::bad_config, "the run has no stored states, so there is nothing to look at"};
+  if (states == 0) throw Error{Status::bad_config, "the run has no stored states"};
   const auto final_state = static_cast<std::uint32_t>(states - 1);
   const bool open_end = steps.last == StepRange{}.last;
   if (open_end) steps.last = final_state;
   if (steps.last > final_state)
     throw Error{Status::bad_config, "--steps asks for state " + std::to_string(steps.last) +
-                                        ", but the run's last is " + std::to_string(final_state)};
+                                        ", but the last state of the run is " + std::to_string(final_state)};
   return steps;
 }
 
@@ -89,6 +89,30 @@ std::vector<FrameTime> resampled_frames(const std::vector<double>& state_times_s
   for (std::uint64_t frame = 0; frame < count; ++frame)
     frames.push_back(between_states(state_times_s, std::min(begin + static_cast<double>(frame) / rate_hz, end)));
   return frames;
+}
+
+const bake::SimulationState& StateSource::stored(std::uint32_t state) {
+  Slot& slot = slots_[state % 2];
+  if (slot.state != state) {
+    slot.state = -1;  // invalid if the read throws
+    reader_.read(state, slot.content);
+    slot.state = state;
+  }
+  return slot.content;
+}
+
+const bake::SimulationState& StateSource::at(double state) {
+  const double whole = std::floor(state);
+  const auto index = static_cast<std::uint32_t>(whole);
+  const bake::SimulationState& before = stored(index);
+  const double share = state - whole;
+  if (share <= 0) return before;
+  const bake::SimulationState& after = stored(index + 1);
+  between_ = before;
+  between_.time_s = std::lerp(before.time_s, after.time_s, share);
+  for (std::size_t i = 0; i < between_.positions.size(); ++i)
+    between_.positions[i] = std::lerp(before.positions[i], after.positions[i], static_cast<float>(share));
+  return between_;
 }
 
 }  // namespace lbea::tool

@@ -1,6 +1,9 @@
-// Which moments of a run become frames.
+// The moments of a run that become frames, and the interpolated states at these moments.
 #pragma once
 
+#include "precompute/simulation.hpp"
+
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -12,7 +15,7 @@ namespace lbea::tool {
 /// Steps of a stored run: an inclusive range with a stride.
 struct StepRange {
   std::uint32_t first = 0;
-  std::uint32_t last = std::numeric_limits<std::uint32_t>::max();  // the run's last state, if it has fewer
+  std::uint32_t last = std::numeric_limits<std::uint32_t>::max();  // default: the last state of the run
   std::uint32_t stride = 1;
 };
 
@@ -30,8 +33,29 @@ struct FrameTime {
 [[nodiscard]] std::vector<FrameTime> stored_frames(const std::vector<double>& state_times_s, const StepRange& steps);
 
 /// Moments 1/rate_hz apart from the first to the last state of `steps`, at most `max_frames` of them.
-/// Throws as stored_frames does, and for a rate that makes an absurd number of frames.
+/// Throws as stored_frames() does, and when the rate results in more than 10 million frames.
 [[nodiscard]] std::vector<FrameTime> resampled_frames(const std::vector<double>& state_times_s, const StepRange& steps,
                                                       double rate_hz, std::uint64_t max_frames);
+
+/// The states of a run, interpolated between the stored ones.
+class StateSource {
+ public:
+  explicit StateSource(bake::SimulationReader& reader) : reader_(reader) {}
+
+  /// Positions are interpolated linearly between the stored states around `state` (3.25: between 3 and 4). Deletion
+  /// flags and fields are those of the earlier state. Valid until the next call.
+  [[nodiscard]] const bake::SimulationState& at(double state);
+
+ private:
+  const bake::SimulationState& stored(std::uint32_t state);
+
+  struct Slot {
+    std::int64_t state = -1;
+    bake::SimulationState content;
+  };
+  bake::SimulationReader& reader_;
+  std::array<Slot, 2> slots_;  // even states in slot 0, odd states in slot 1
+  bake::SimulationState between_;
+};
 
 }  // namespace lbea::tool

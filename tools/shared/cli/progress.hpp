@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace lbea::tool {
 
@@ -23,6 +25,20 @@ class Progress {
   std::uint64_t drawn_ = 0;
   bool on_terminal_;
   std::chrono::steady_clock::time_point begin_, last_;
+};
+
+/// One progress line per stage: a new stage begins a new line.
+class StageProgress {
+ public:
+  void show(std::string_view stage, std::uint64_t done, std::uint64_t total) {
+    if (!line_ || stage != stage_) line_.emplace(std::string(stage), total);
+    stage_ = stage;
+    line_->advance_to(done);
+  }
+
+ private:
+  std::string stage_;
+  std::optional<Progress> line_;
 };
 
 }  // namespace lbea::tool

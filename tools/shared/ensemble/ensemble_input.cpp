@@ -15,7 +15,7 @@ std::string label(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " [" + unit + "]";
 }
 
-void take_parameters(bake::Ensemble& ensemble, const std::filesystem::path& file) {
+void add_parameters(bake::Ensemble& ensemble, const std::filesystem::path& file) {
   const io::ParameterTable table = io::read_parameters_csv(file);
   for (std::size_t i = 0; i < table.names.size(); ++i)
     ensemble.parameter_names.push_back(label(table.names[i], table.units[i]));
@@ -52,14 +52,14 @@ bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
     const auto found = std::ranges::find(description.runs, description.reference_run);
     ensemble.reference_run = static_cast<std::size_t>(found - description.runs.begin());
   }
-  if (!description.parameters.empty()) take_parameters(ensemble, description.parameters);
+  if (!description.parameters.empty()) add_parameters(ensemble, description.parameters);
   return ensemble;
 }
 
 void read_region_nodes(bake::RegionDescription& region) {
   if (region.node_file.empty()) return;
   const auto ids = io::read_node_ids(region.node_file);
-  if (ids.empty()) throw Error(Status::bad_config, region.node_file.string() + " names no node");
+  if (ids.empty()) throw Error(Status::bad_config, region.node_file.string() + " contains no node id");
   region.node_ids.insert(region.node_ids.end(), ids.begin(), ids.end());
 }
 

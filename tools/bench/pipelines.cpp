@@ -1,9 +1,9 @@
-// Matcher::match() stage by stage, with the inner loops of a chosen instruction set.
+#include "tools/bench/pipeline.hpp"
+
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 #include "runtime/src/match/matcher_state.hpp"
 #include "runtime/src/match/stopwatch.hpp"
-#include "tools/bench/pipeline.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -11,6 +11,7 @@
 namespace lbea::tool::bench {
 namespace {
 
+/// The stages of Matcher::match() one by one, with the inner loops of a chosen instruction set.
 class KernelsPipeline : public Pipeline {
  public:
   KernelsPipeline(const Model& model, const MatcherConfig& config, const Kernels& code, std::string name)
@@ -94,7 +95,39 @@ class KernelsPipeline : public Pipeline {
   BestSamples best_;
   std::vector<std::array<float, 3>> surface_;
   std::uint32_t reference_ = 0;
-  float last_coverage_ = 0;  // kept, so that it is computed
+  float last_coverage_ = 0;  // stored so that the compiler does not remove the computation
+};
+
+/// The product.
+class MatcherPipeline : public Pipeline {
+ public:
+  MatcherPipeline(const Model& model, const MatcherConfig& config) : config_(config), matcher_(model, config) {}
+
+  [[nodiscard]] std::string name() const override { return "lbea"; }
+
+  StageTimes match(const Frame& frame) override { return matcher_.match(frame).elapsed_ns; }
+
+  // A result does not hold the nearest points. They are computed by the same stages run one by one, whose coefficients
+  // must be bitwise equal to those of the matcher.
+  [[nodiscard]] Answer answer(const Frame& frame) override {
+    if (!stages_) stages_ = kernels_pipeline(matcher_.model(), config_, kernels(), name());
+    Answer answer = stages_->answer(frame);
+    const MatchResult result = matcher_.match(frame);
+    if (!std::ranges::equal(result.coefficients, answer.coefficients))
+      throw Error(Status::bad_input,
+                  "frame " + std::to_string(frame.id) +
+                      ": the coefficients of the matcher differ from those of its stages run one by one");
+    answer.reference = result.reference;
+    answer.ranked.clear();
+    for (const Match& match : result.matches)
+      answer.ranked.push_back({matcher_.model().sample_index(match.sample), match.distance});
+    return answer;
+  }
+
+ private:
+  MatcherConfig config_;
+  Matcher matcher_;
+  std::unique_ptr<Pipeline> stages_;  // made on first use, for the check
 };
 
 }  // namespace
@@ -115,7 +148,11 @@ const Kernels& kernels_named(const std::string& name) {
     if (short_name(**code) == name) return **code;
     names += (names.empty() ? "" : ", ") + short_name(**code);
   }
-  throw Error(Status::bad_config, "kernels \"" + name + "\": this processor runs " + names + "; name one of them");
+  throw Error(Status::bad_config, "kernels \"" + name + "\": this processor runs " + names + "; choose one of them");
+}
+
+std::unique_ptr<Pipeline> matcher_pipeline(const Model& model, const MatcherConfig& config) {
+  return std::make_unique<MatcherPipeline>(model, config);
 }
 
 }  // namespace lbea::tool::bench

@@ -1,0 +1,77 @@
+// Experiments of an evaluation: which runs play them, how their frames are disturbed, and other components.
+#pragma once
+
+#include "precompute/ensemble.hpp"
+#include "precompute/rig/stereo_sensor.hpp"
+#include "precompute/simulation.hpp"
+
+#include <lbea/lbea.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lbea::tool {
+
+struct Experiment {
+  std::string name;
+  std::function<std::unique_ptr<bake::SimulationReader>()> open;
+};
+
+/// Which runs are the simulations S and which are the experiments E: indices into the runs of an ensemble, ascending.
+struct Split {
+  std::vector<std::size_t> simulations, experiments;
+};
+
+/// `share` of the runs, rounded, chosen at random as experiments; at least one run on each side.
+/// Throws Error{bad_config} for fewer than two runs or a share that is not between 0 and 1.
+[[nodiscard]] Split random_split(std::size_t runs, double share, std::uint64_t seed);
+
+/// The named runs are the experiments. Throws Error{bad_config} for an unknown name, or when no simulation is left.
+[[nodiscard]] Split named_split(std::span<const bake::EnsembleRun> runs, std::span<const std::string> experiments);
+
+/// One split per run, with this run as the only experiment. Throws Error{bad_config} for fewer than two runs.
+[[nodiscard]] std::vector<Split> leave_one_out(std::size_t runs);
+
+/// An ensemble of the chosen runs. Its reference run is the same, or the first chosen run when that is not chosen.
+[[nodiscard]] bake::Ensemble subset(const bake::Ensemble& ensemble, std::span<const std::size_t> runs);
+
+/// Errors of practice that are added to sensed frames.
+struct Disturbance {
+  std::string name = "as sensed";
+  std::optional<float> noise{};     // length unit; default: the sensor's
+  std::optional<float> outliers{};  // share; default: the sensor's
+  double hidden = 0;                // share of the points that patches hide
+  double kept = 1;                  // share of the points, chosen at random
+  double pose_error_deg = 0;        // remaining after registration
+};
+
+[[nodiscard]] bake::SensingNoise disturbed(bake::SensingNoise noise, const Disturbance& disturbance);
+
+/// Removes round patches around random points until `share` of the points is removed. `radius`: of a patch, in the unit
+/// of the cloud; the last patch is smaller. The order of the remaining points is kept.
+[[nodiscard]] std::vector<Point> hide_patches(std::vector<Point> points, double share, double radius,
+                                              std::uint64_t seed);
+
+/// Keeps every point with probability `share`.
+[[nodiscard]] std::vector<Point> thin(std::vector<Point> points, double share, std::uint64_t seed);
+
+/// The pose rotated about an axis of random direction through `center` (reference coordinates).
+[[nodiscard]] RigidTransform turned(const RigidTransform& T_reference_sensor, double degrees, const Point& centre,
+                                    std::uint64_t seed);
+
+/// Hides patches with a radius of 7 % of the diagonal of the cloud's box, then thins.
+[[nodiscard]] std::vector<Point> disturbed(std::vector<Point> points, const Disturbance& disturbance,
+                                           std::uint64_t seed);
+
+/// Components that no simulation of the ensemble should fit: a round tube, a box with another cross section, a
+/// corrugated plate and a ball, in the bounding box of the model's first sample. Each is compressed to 0.6 of its
+/// longest side, in as many states as the longest simulation of the model has.
+[[nodiscard]] std::vector<Experiment> other_components(const Model& model);
+
+}  // namespace lbea::tool
