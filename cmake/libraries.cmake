@@ -4,7 +4,7 @@ target_compile_options(lbea_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor -Wold-style-cast
   # GCC 12 gives these falsely at -O3: for std::string concatenation (GCC bug 105651) and for vectors in moved aggregates.
   # The sanitizers find the same errors.
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-stringop-overflow -Wno-maybe-uninitialized>)
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized>)
 
 # Headers that most sources read and that take longer to compile than the sources: compiled once per group of targets with
 # equal flags. CMAKE_DISABLE_PRECOMPILE_HEADERS=ON (the dev preset) shows includes that a source lacks.

@@ -84,7 +84,7 @@ struct TableColumns {
   std::int64_t unit = 1;
 };
 
-char separator_of(std::string_view line) {
+char table_separator(std::string_view line) {
   for (const char separator : {';', '\t', ','})
     if (line.find(separator) != std::string_view::npos) return separator;
   return text::Fields::blanks;
@@ -137,7 +137,7 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
     if (text::trimmed(line).empty() || (columns && line.starts_with('#'))) continue;
     if (!columns) {
       if (line.starts_with('#')) line.remove_prefix(1);
-      separator = separator_of(line);
+      separator = table_separator(line);
       columns = columns_of(text::split(line, separator));
       if (!columns)
         fail(

@@ -13,9 +13,9 @@ using namespace lbea::test;
 namespace {
 
 /// A folder with the runs a, b, c and what `text` makes of them.
-struct Ensemble {
+struct EnsembleFile {
   TemporaryFolder folder;
-  explicit Ensemble() {
+  explicit EnsembleFile() {
     for (const char* run : {"a", "b", "c"}) std::filesystem::create_directories(folder / "runs" / run);
   }
   [[nodiscard]] std::filesystem::path run(const std::string& name) const { return folder / "runs" / name; }
@@ -29,7 +29,7 @@ using Counts = std::vector<std::uint32_t>;
 }  // namespace
 
 TEST_CASE("what is not said keeps its default") {
-  const Ensemble ensemble;
+  const EnsembleFile ensemble;
   const EnsembleDescription read = ensemble.read("runs = [\"runs/*\"]"), standard;
   CHECK(read.runs == std::vector{ensemble.run("a"), ensemble.run("b"), ensemble.run("c")});
   CHECK(read.reference_run.empty());
@@ -55,7 +55,7 @@ TEST_CASE("what is not said keeps its default") {
 }
 
 TEST_CASE("everything said is taken over, paths relative to the file") {
-  const Ensemble ensemble;
+  const EnsembleFile ensemble;
   const EnsembleDescription read = ensemble.read(R"(
 runs = ["runs/c", "runs/a", "runs/b"]
 exclude = ["b"]
@@ -105,7 +105,7 @@ sensor = "sensor.json"
 }
 
 TEST_CASE("the shorter ways to say it") {
-  const Ensemble ensemble;
+  const EnsembleFile ensemble;
   const std::string runs = "runs = [\"runs/*\"]\n";
   CHECK(ensemble.read(runs + "steps = [8, 0, 4]").steps.list == Counts{0, 4, 8});
   CHECK(ensemble.read(runs + "impact_step = 5").steps.first == 5);

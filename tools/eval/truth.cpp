@@ -41,9 +41,9 @@ std::vector<std::string> split(const std::string& line) {
 }
 
 /// A CSV table that is read row by row. Errors name the file and the line.
-class Table {
+class TruthTable {
  public:
-  explicit Table(const std::filesystem::path& file) : file_(file), in_(file) {
+  explicit TruthTable(const std::filesystem::path& file) : file_(file), in_(file) {
     if (!in_) throw Error(Status::file_not_found, file.string() + ": cannot open the table of true states");
     if (!next()) fail("empty; lbea-sense writes this table with its frames");
     header_ = cells_;
@@ -150,7 +150,7 @@ void TrueMesh::positions(std::span<const float> run, std::vector<float>& into) c
 
 Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<bake::SimulationReader> run, const Model& model)
     : run_(std::move(run)), node_of_(find_nodes(run_->mesh(), model)) {
-  for (Table table(table_file); table.next();) {
+  for (TruthTable table(table_file); table.next();) {
     Row row{table.number<std::uint64_t>("frame"), table_file.parent_path() / table.text("file"),
             table.number<std::int64_t>("stamp_ns"), table.number<double>("state"), table.number<double>("time_s")};
     if (!(row.state >= 0 && row.state <= run_->states() - 1.0))

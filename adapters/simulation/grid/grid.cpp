@@ -7,7 +7,7 @@ namespace lbea::io::grid {
 namespace {
 
 using Corners = std::array<std::uint8_t, 8>;
-constexpr Corners triangle{0, 1, 2, 2}, quad{0, 1, 2, 3}, tetrahedron{0, 1, 2, 3, 3, 3, 3, 3},
+constexpr Corners triangle{0, 1, 2, 2}, four_corners{0, 1, 2, 3}, tetrahedron{0, 1, 2, 3, 3, 3, 3, 3},
     pyramid{0, 1, 2, 3, 4, 4, 4, 4}, wedge{0, 1, 2, 2, 3, 4, 5, 5}, hexahedron{0, 1, 2, 3, 4, 5, 6, 7};
 
 constexpr std::array cell_shapes{
@@ -19,7 +19,7 @@ constexpr std::array cell_shapes{
     CellShape{CellKind::triangle_strip, 3, CellForm::strip, {}},
     CellShape{CellKind::polygon, 3, CellForm::polygon, {}},
     CellShape{CellKind::pixel, 4, CellForm::flat, {0, 1, 3, 2}},
-    CellShape{CellKind::quad, 4, CellForm::flat, quad},
+    CellShape{CellKind::quad, 4, CellForm::flat, four_corners},
     CellShape{CellKind::tetrahedron, 4, CellForm::solid, tetrahedron},
     CellShape{CellKind::voxel, 8, CellForm::solid, {0, 1, 3, 2, 4, 5, 7, 6}},
     CellShape{CellKind::hexahedron, 8, CellForm::solid, hexahedron},
@@ -27,12 +27,12 @@ constexpr std::array cell_shapes{
     CellShape{CellKind::pyramid, 5, CellForm::solid, pyramid},
     CellShape{CellKind::quadratic_line, 0, CellForm::none, {}},
     CellShape{CellKind::quadratic_triangle, 6, CellForm::flat, triangle},
-    CellShape{CellKind::quadratic_quad, 8, CellForm::flat, quad},
+    CellShape{CellKind::quadratic_quad, 8, CellForm::flat, four_corners},
     CellShape{CellKind::quadratic_tetrahedron, 10, CellForm::solid, tetrahedron},
     CellShape{CellKind::quadratic_hexahedron, 20, CellForm::solid, hexahedron},
     CellShape{CellKind::quadratic_wedge, 15, CellForm::solid, wedge},
     CellShape{CellKind::quadratic_pyramid, 13, CellForm::solid, pyramid},
-    CellShape{CellKind::biquadratic_quad, 9, CellForm::flat, quad},
+    CellShape{CellKind::biquadratic_quad, 9, CellForm::flat, four_corners},
     CellShape{CellKind::triquadratic_hexahedron, 27, CellForm::solid, hexahedron},
 };
 

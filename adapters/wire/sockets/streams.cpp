@@ -19,10 +19,10 @@ struct InFlight {
 
 namespace {
 
-constexpr std::int64_t max_control_bytes = 1024;  // of a message from a receiver to a sender
+constexpr std::int64_t control_socket_limit = 1024;  // of a message from a receiver to a sender
 constexpr int result_linger_ms = 1000;
 constexpr std::int64_t max_subscription_bytes = 1024;
-constexpr std::int64_t max_result_bytes = 16 << 20;
+constexpr std::int64_t result_socket_limit = 16 << 20;
 
 /// Keeps a message alive until ZeroMQ has read it.
 struct Pending {
@@ -93,7 +93,7 @@ FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint
   const Endpoint endpoint = parse_endpoint(address);
   auto socket = detail::make_socket(context.state().context, zmq::socket_type::push,
                                     {.high_water_mark = static_cast<int>(queued_messages),
-                                     .max_message_bytes = max_control_bytes,
+                                     .max_message_bytes = control_socket_limit,
                                      .waits_for_connection = true});
   detail::SendBuffer send_buffer(context.state().context, socket, endpoint);
   detail::connect(socket, endpoint, access);
@@ -204,7 +204,7 @@ struct ResultSource::State {
 ResultSource::ResultSource(WireContext& context, const std::string& address, int held, const ClientAccess& access) try {
   const Endpoint endpoint = parse_endpoint(address);
   auto socket = detail::make_socket(context.state().context, zmq::socket_type::sub,
-                                    {.high_water_mark = held, .max_message_bytes = max_result_bytes});
+                                    {.high_water_mark = held, .max_message_bytes = result_socket_limit});
   detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), {}});
 } catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }

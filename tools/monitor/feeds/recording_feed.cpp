@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint32_t most_points_read = std::uint32_t{1} << 24;
 constexpr std::size_t most_sessions = 256;
-constexpr std::size_t rows_at_once = 2048;
+constexpr std::size_t rows_per_batch = 2048;
 
 template <class Number>
 Number number_in(std::string_view target, std::string_view key, Number otherwise) {
@@ -129,7 +129,7 @@ std::string RecordingFeed::rows_packet(std::string_view target) const {
   const TestLog& log = log_of(number_in<std::uint64_t>(target, "session", 0));
   LogCursor cursor{log.epoch(), std::min(number_in<std::size_t>(target, "first", 0), log.rows().size())};
   if (cursor.row == 0) cursor.epoch = 0;  // gives a packet even when there are no rows
-  return next_rows(log, cursor, rows_at_once);
+  return next_rows(log, cursor, rows_per_batch);
 }
 
 std::optional<http::Response> RecordingFeed::respond(std::string_view target) {

@@ -35,7 +35,7 @@ struct WebConfig {
   std::filesystem::path assets_folder{};      // read the files of the page from here; empty: embedded ones
 };
 
-class Watcher;
+class WatcherSession;
 
 /// Answers all requests and knows the open sessions. The server's thread uses it; any thread may read the counts.
 class WebSite final : public http::Handler {
@@ -54,12 +54,12 @@ class WebSite final : public http::Handler {
   void show(Snapshot latest);
   [[nodiscard]] const AccessRules& rules() const noexcept { return rules_; }
 
-  http::OpenSessions<Watcher> watchers;
+  http::OpenSessions<WatcherSession> watchers;
   http::OpenSessions<Viewer> viewers;
   std::atomic<std::size_t> ready{0};  // watchers that have received everything so far
 
  private:
-  friend class Watcher;
+  friend class WatcherSession;
   [[nodiscard]] std::optional<http::Response> refuse_when_full() const;
   AccessRules rules_;
   WebConfig config_;
