@@ -64,7 +64,7 @@ TEST_CASE("two threads: everything arrives once, whole and in order") {
   struct Item {
     std::uint64_t number = 0, doubled = 0;
   };
-  constexpr std::uint64_t items = 50'000;  // each rings the bell
+  constexpr std::uint64_t items = 300'000;  // each rings the bell
   Channel<Item> channel(7);
   std::thread producer([&] {
     for (std::uint64_t i = 0; i < items; ++i) {

@@ -24,9 +24,9 @@ namespace {
 
 constexpr auto description =
     "Matches frames as they arrive and publishes a result for each.\n"
-    "A frame without a free slot in the queue is dropped, counted, and published as a result. The exit code is 1\n"
-    "when a frame was dropped, when ids are missing between those received, when something could not be recorded,\n"
-    "or when the tally does not add up.";
+    "A frame without a free slot in the queue is dropped, counted, and published as a result.\n"
+    "The exit code is 1 when any frame was dropped, when ids are missing between those received, when something\n"
+    "could not be recorded, or when the tally does not add up.";
 
 PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) {
   PipelineConfig config = options.pipeline;
