@@ -34,7 +34,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   format::DepthCameraWords words;
   const auto numbers = sections.required<double>(SectionId::view_camera, {sizeof(words) / sizeof(double), 1, 1});
   require(std::ranges::all_of(numbers, format::is_measured<double>), SectionId::view_camera,
-          "a value is not finite or beyond all measure");
+          "a value is not finite or too large");
   std::memcpy(&words, numbers.data(), sizeof(words));
   require(std::ranges::all_of(std::array{words.focal, words.depth_step, words.misfit_limit, words.test_misfit_limit},
                               [](double v) { return v >= 1 / format::largest_measure; }),

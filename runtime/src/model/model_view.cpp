@@ -40,7 +40,7 @@ class ModelReader {
     require(sections_.content(id, part).greatest < limit, id, part, "an index is out of range");
   }
   void require_measured(SectionId id, std::uint32_t part = 0) const {
-    require(sections_.content(id, part).is_measured, id, part, "a value is not finite or beyond all measure");
+    require(sections_.content(id, part).is_measured, id, part, "a value is not finite or too large");
   }
 
   void read_info() {

@@ -18,7 +18,7 @@ bool is_cloud(const fs::path& file) {
   return std::find(extensions.begin(), extensions.end(), file.extension().string()) != extensions.end();
 }
 
-// Text tables in a folder of such clouds say something about them; in a folder without any they are the clouds.
+// In a folder with such clouds, text files are tables about them; in other folders, text files are clouds.
 bool is_text_cloud(const fs::path& file) {
   constexpr std::array<std::string_view, 4> extensions{".xyz", ".txt", ".csv", ".asc"};
   return std::find(extensions.begin(), extensions.end(), file.extension().string()) != extensions.end();
@@ -31,7 +31,7 @@ void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
     std::error_code error;
     const bool is_file = entry.is_regular_file(error);
     if (is_named_so && (error || !entry.exists(error)))
-      throw Error{Status::file_not_found, entry.path().string() + ": a link that leads to no file; mend or remove it"};
+      throw Error{Status::file_not_found, entry.path().string() + ": a broken symbolic link; correct or remove it"};
     if (!is_file) continue;
     if (is_cloud(entry.path())) found.push_back(entry.path());
     if (is_text_cloud(entry.path()) && entry.path().filename() != io::stamp_table_name) texts.push_back(entry.path());

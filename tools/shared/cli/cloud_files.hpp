@@ -7,8 +7,8 @@
 
 namespace lbea::tool {
 
-/// Files as given; a folder stands for the clouds in it (.ply .pcd .stl .xyz .txt .csv .asc), by name.
-/// Throws Error{file_not_found} for a path that is not there and for a folder without clouds.
+/// Files as given; a folder means the clouds in it (.ply .pcd .stl .xyz .txt .csv .asc), sorted by name.
+/// Throws Error{file_not_found} for a missing path and for a folder without clouds.
 [[nodiscard]] std::vector<std::filesystem::path> find_clouds(const std::vector<std::string>& paths);
 
 }  // namespace lbea::tool

@@ -13,7 +13,7 @@
 namespace lbea::tool {
 namespace {
 
-/// The library reads 010 as eight, and what does not fit as the largest that does.
+/// CLI11 reads 010 as octal, and clamps numbers that do not fit.
 bool is_decimal_integer(std::string_view text, bool is_signed) {
   const std::string_view digits = text.substr(text.starts_with('-') || text.starts_with('+') ? 1 : 0);
   if (digits.size() > 1 && digits.starts_with('0')) return false;
@@ -27,8 +27,8 @@ bool is_decimal_integer(std::string_view text, bool is_signed) {
          (!is_signed || value <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
 }
 
-/// The library's ranges let through what compares with nothing.
-void refuse_what_is_no_number(const CLI::App& app) {
+/// CLI11's ranges accept NaN.
+void check_numbers(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name();
     for (const std::string& text : option->results()) {
@@ -40,7 +40,7 @@ void refuse_what_is_no_number(const CLI::App& app) {
             option->get_name(), "\"" + text + "\" is not a whole number that fits, in decimals without leading zeros");
     }
   }
-  for (const CLI::App* command : app.get_subcommands()) refuse_what_is_no_number(*command);
+  for (const CLI::App* command : app.get_subcommands()) check_numbers(*command);
 }
 
 }  // namespace
@@ -96,7 +96,7 @@ CommandLine::~CommandLine() = default;
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   try {
     app_->parse(argc, argv);
-    refuse_what_is_no_number(*app_);
+    check_numbers(*app_);
   } catch (const CLI::ParseError& error) { return app_->exit(error); }
   return std::nullopt;
 }

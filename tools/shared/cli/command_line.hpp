@@ -1,5 +1,5 @@
-// CommandLine of a command line. The library behind them (CLI11) is known to command_line.cpp alone: it is all headers,
-// and takes ten seconds to compile for each program that includes it.
+// Options and subcommands of a program. Only command_line.cpp includes CLI11: it is a header-only library, which adds
+// ten seconds to the compilation of each file that includes it.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +19,10 @@ class Validator;
 
 namespace lbea::tool {
 
-/// A condition on an option's text, or a change of it, with the words that --help shows for it.
+/// A condition on the text of an option, or a transformation of it, and its description in --help.
 class Check {
  public:
-  /// Returns why the text is refused, empty when it is not; may replace the text (Option::transform).
+  /// Returns the reason for a refusal, or an empty string; may replace the text (Option::transform).
   using Function = std::function<std::string(std::string& text)>;
   Check(Function function, std::string words);
   explicit Check(std::shared_ptr<const CLI::Validator> validator) : validator_(std::move(validator)) {}
@@ -32,12 +32,12 @@ class Check {
   std::shared_ptr<const CLI::Validator> validator_;
 };
 
-/// Defined for int, unsigned, std::size_t, float and double. Both ends belong to the range.
+/// Defined for int, unsigned, std::size_t, float and double. The limits are included.
 template <class Number>
 [[nodiscard]] Check in_range(Number least, Number most);
 [[nodiscard]] Check positive_number();
 [[nodiscard]] Check non_negative_number();
-/// An empty text is what an unset variable of a shell leaves.
+/// A shell passes an unset variable as an empty text.
 [[nodiscard]] Check not_empty();
 [[nodiscard]] Check existing_file();
 [[nodiscard]] Check existing_folder();
@@ -48,7 +48,7 @@ class Option {
   explicit Option(CLI::Option& option) : option_(&option) {}
   Option* required();
   Option* check(const Check& check);
-  /// As check; what the check makes of the text is read in its place.
+  /// As check(); the transformed text is read in place of the original.
   Option* transform(const Check& check);
   Option* needs(const Option* other);
   Option* needs(const std::string& name);
@@ -56,7 +56,7 @@ class Option {
   Option* excludes(const std::string& name);
   /// The heading under which --help lists the option.
   Option* group(const std::string& heading);
-  /// What --help shows as the default.
+  /// The default that --help shows.
   Option* default_text(const std::string& text);
   Option* delimiter(char between_values);
   Option* expected(int values);
@@ -65,8 +65,8 @@ class Option {
   CLI::Option* option_;
 };
 
-/// CommandLine of a program or of one of its subcommands. --help shows the values that the variables have when they are
-/// added.
+/// The options of a program or of one of its subcommands. --help shows the values that the variables have when their
+/// options are added.
 class CommandLine {
  public:
   CommandLine(const std::string& program, const std::string& description, const std::string& footer);
@@ -77,24 +77,24 @@ class CommandLine {
   /// Defined in command_line.cpp for numbers, strings, paths, std::optional and std::vector of them.
   template <class Value>
   requires(!std::is_enum_v<Value>) Option* add_option(const std::string& names, Value& value, const std::string& help);
-  /// One of several names, each with its value; the variable is an Enum or a std::optional of one.
+  /// Accepts one of several names, each with its value. Variable: Enum or std::optional<Enum>.
   template <class Variable, class Enum>
   Option* add_choice(const std::string& names, Variable& value, const std::map<std::string, Enum>& choices,
                      const std::string& help);
   Option* add_option_function(const std::string& names, std::function<void(std::int64_t)> use, const std::string& help);
   Option* add_flag(const std::string& names, bool& value, const std::string& help);
-  /// A flag that prints this text and ends the program, whatever other options say.
+  /// A flag that prints a text and ends the program; other options are ignored.
   void add_text_flag(const std::string& name, const std::string& text, const std::string& help);
   [[nodiscard]] Option* get_option(const std::string& name);
 
   CommandLine& add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand();
-  /// This subcommand is on the command line.
+  /// Whether this subcommand was given.
   [[nodiscard]] bool is_chosen() const;
 
   [[nodiscard]] const std::string& program() const noexcept { return program_; }
-  /// Reads the command line. Returns the library's exit code when the program ends here: 0 after --help and --version,
-  /// else the command line is wrong and its error has been printed.
+  /// Reads the command line. Returns CLI11's exit code when the program must end: 0 after --help and --version, another
+  /// value after it has printed an error.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv);
 
  private:

@@ -1,4 +1,4 @@
-// Two options that name one endpoint: said as what it is, before the second one finds it in use.
+// Refuses two options with the same endpoint, before the second bind fails with a less clear error.
 #pragma once
 
 #include <initializer_list>

@@ -7,7 +7,7 @@
 
 namespace lbea::tool {
 
-/// Cut after 511 characters.
+/// Truncates after 511 characters.
 template <typename... Values>
 std::string formatted(const char* pattern, Values... values) {
   std::array<char, 512> line{};

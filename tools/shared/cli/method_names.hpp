@@ -1,4 +1,4 @@
-// What the methods are called on command lines and in recordings.
+// Names of the methods on command lines and in recordings.
 #pragma once
 
 #include <lbea/lbea.hpp>

@@ -11,7 +11,7 @@ namespace lbea::tool {
 
 class Progress {
  public:
-  /// total 0: nobody knows how much there is; then what is done is counted.
+  /// total 0: unknown; the line then shows the count only.
   Progress(std::string label, std::uint64_t total);
   ~Progress();
   Progress(const Progress&) = delete;

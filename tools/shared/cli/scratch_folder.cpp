@@ -12,7 +12,7 @@ ScratchFolder::ScratchFolder(const std::filesystem::path& parent) {
   std::filesystem::create_directories(parent, error);
   std::string name = (parent / ".lbea-XXXXXX").string();
   if (error || ::mkdtemp(name.data()) == nullptr)
-    throw Error(Status::write_failed, parent.string() + ": no folder can be made in it; choose another one");
+    throw Error(Status::write_failed, parent.string() + ": cannot create a folder in it; choose another one");
   path_ = name;
 }
 

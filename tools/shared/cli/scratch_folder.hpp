@@ -1,4 +1,4 @@
-// A folder of this process alone, gone with it.
+// A temporary folder of this process.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@ namespace lbea::tool {
 
 class ScratchFolder {
  public:
-  /// In `parent`, which is made where it is missing. Throws Error{write_failed} when nothing can be made there.
+  /// Creates it in `parent`, and `parent` if necessary. Throws Error{write_failed}.
   explicit ScratchFolder(const std::filesystem::path& parent = std::filesystem::temp_directory_path());
   ~ScratchFolder();
   ScratchFolder(const ScratchFolder&) = delete;

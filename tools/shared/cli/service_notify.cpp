@@ -18,7 +18,7 @@ std::string taken_from_environment(const char* name) {
   return text;
 }
 
-/// A datagram socket connected to `path`, where a first @ stands for the zero of the abstract namespace; -1 without.
+/// A datagram socket connected to `path`; a leading @ means the abstract namespace. -1 on failure.
 int connected(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;

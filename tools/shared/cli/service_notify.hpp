@@ -1,5 +1,5 @@
-// Words to systemd (Type=notify): ready, alive, stopping. Without systemd, which names its socket in NOTIFY_SOCKET,
-// all of it does nothing.
+// Notifies systemd (Type=notify): ready, alive, stopping. Does nothing without systemd, which names its socket in
+// NOTIFY_SOCKET.
 #pragma once
 
 #include <chrono>
@@ -10,13 +10,13 @@ namespace lbea::tool {
 
 class ServiceNotify {
  public:
-  /// Reads NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID, which concern this process alone, and removes them.
+  /// Reads NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID and removes them, so that child processes do not use them.
   ServiceNotify();
   ~ServiceNotify();
   ServiceNotify(const ServiceNotify&) = delete;
   ServiceNotify& operator=(const ServiceNotify&) = delete;
 
-  /// How often alive() is expected, at least; nothing when nobody watches.
+  /// The longest interval between calls of alive(); empty without a watchdog.
   [[nodiscard]] std::optional<std::chrono::microseconds> watchdog() const noexcept { return watchdog_; }
   void ready(const std::string& status) const noexcept;
   void status(const std::string& status) const noexcept;

@@ -14,16 +14,16 @@
 namespace lbea::tool {
 namespace {
 
-thread_local bool has_run_out = false;  // of memory, at some time
+thread_local bool has_run_out = false;  // an allocation of this thread has failed
 [[noreturn]] void note_no_memory() {
   has_run_out = true;
   throw std::bad_alloc();
 }
 [[maybe_unused]] const std::new_handler without_handler = std::set_new_handler(note_no_memory);
 
-/// What ends the program. Where a function that must not throw was put into another one the compiler no longer says
-/// what was thrown, only that something was.
-bool is_want_of_memory() {
+/// Whether an allocation failure ends the program. In an inlined noexcept function the current exception is not
+/// available; then a failed allocation and an uncaught exception are the evidence.
+bool is_out_of_memory() {
   try {
     if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
   } catch (const std::bad_alloc&) { return true; } catch (...) {
@@ -35,10 +35,10 @@ bool is_want_of_memory() {
 [[noreturn]] void end();
 const std::terminate_handler default_handler = std::set_terminate(end);
 
-/// Memory may also run out where nobody can catch it: before run(), in a thread that must not throw.
+/// Memory may also run out where no handler is active: before run(), or in a noexcept thread function.
 [[noreturn]] void end() {
   constexpr char sentence[] = "error: out of memory\n";
-  if (is_want_of_memory()) {
+  if (is_out_of_memory()) {
     static_cast<void>(!::write(STDERR_FILENO, sentence, sizeof(sentence) - 1));
     ::_exit(exit_failed);
   }
@@ -51,7 +51,7 @@ std::string sentence_of(const std::system_error& error) {
   return "the system grants no further thread or process; end others, or raise the limit (ulimit -u, TasksMax=)";
 }
 
-/// What was printed may still be on its way.
+/// Buffered output may still fail to be written.
 int flushed(int exit_code, const std::string& name) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
   std::fprintf(stderr, "%s: error: cannot write to standard output: %s\n", name.c_str(), std::strerror(errno));
@@ -71,7 +71,7 @@ void Tool::list_formats_by(const std::string& formats) {
 
 int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   if (const auto parsed = parse(argc, argv)) return *parsed == 0 ? exit_ok : exit_usage;
-  // A file-size limit is a failed write with a sentence, not a signal.
+  // A write beyond the file-size limit then fails with an error instead of a signal.
   std::signal(SIGXFSZ, SIG_IGN);
   try {
     for (const auto& check : usage_checks_) check();
@@ -94,7 +94,7 @@ void catch_stop_signals() {
   sigaction(SIGTERM, &action, nullptr);
   struct sigaction hangup {};
   sigaction(SIGHUP, nullptr, &hangup);
-  if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup's wish
+  if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup ignores it
 }
 
 }  // namespace lbea::tool

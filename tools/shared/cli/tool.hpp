@@ -12,7 +12,7 @@ namespace lbea::tool {
 
 enum ExitCode : int { exit_ok = 0, exit_failed = 1, exit_usage = 2 };
 
-/// Options that each may be given and together make no sense: a sentence that says why and what to do. Ends with
+/// Options that are valid alone but contradict each other; the text gives the reason and the remedy. Ends with
 /// exit_usage.
 struct WrongUsage : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -22,9 +22,9 @@ struct WrongUsage : std::runtime_error {
 class Tool : public CommandLine {
  public:
   Tool(const std::string& name, const std::string& description, const std::string& example);
-  /// --list-formats prints this text and ends the program, whatever else is asked for.
+  /// --list-formats prints this text and ends the program; other options are ignored.
   void list_formats_by(const std::string& formats);
-  /// Runs after the command line is read; throws WrongUsage when options make no sense together.
+  /// Runs after the command line is read; throws WrongUsage when options contradict each other.
   void add_usage_check(std::function<void()> check) { usage_checks_.push_back(std::move(check)); }
   /// Parses, runs `body` and turns its outcome into an exit code: what body returns; 1 and one sentence on
   /// stderr for an exception, and when what was printed could not be written; 2 for a wrong command line.
@@ -34,8 +34,8 @@ class Tool : public CommandLine {
   std::vector<std::function<void()>> usage_checks_;
 };
 
-/// Set by SIGINT, SIGTERM and SIGHUP (the terminal is gone) after catch_stop_signals(): loops look at it and leave in
-/// good order.
+/// Set by SIGINT, SIGTERM and SIGHUP (the terminal has closed) after catch_stop_signals(): loops check it and end
+/// cleanly.
 extern volatile std::sig_atomic_t stop_requested;
 void catch_stop_signals();
 
