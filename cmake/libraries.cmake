@@ -6,29 +6,32 @@ target_compile_options(lbea_warnings INTERFACE
   # The sanitizers find the same errors.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized>)
 
-# Headers that most sources read and that take longer to compile than the sources: compiled once per group of targets with
-# equal flags. CMAKE_DISABLE_PRECOMPILE_HEADERS=ON (the dev preset) shows includes that a source lacks.
-#   libraries: the standard library and nlohmann-json; eigen: the standard library and Eigen; programs: as libraries
-set(lbea_standard_headers <algorithm> <array> <chrono> <cstdint> <filesystem> <functional> <map> <memory> <optional> <span>
-    <string> <string_view> <thread> <vector>)
-find_package(nlohmann_json QUIET)
-find_package(Eigen3 QUIET)
-function(lbea_precompile group headers dependency)
+# Headers that most sources include and that take longer to compile than the sources, precompiled once per group of
+# targets with the same flags. With CMAKE_DISABLE_PRECOMPILE_HEADERS=ON (the dev preset) a missing include is an error.
+# lbea_precompile(<group> LINK <target>... HEADERS <header>... [EXECUTABLES]): the standard library and HEADERS; does nothing
+# without the first LINK target. EXECUTABLES: with the flags of executables instead of those of libraries.
+function(lbea_precompile group)
+  cmake_parse_arguments(arg "EXECUTABLES" "" "LINK;HEADERS" ${ARGN})
+  list(GET arg_LINK 0 dependency)
   if(NOT TARGET ${dependency})
     return()
   endif()
+  set(target lbea_precompiled_${group})
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/precompiled/${group}.cpp CONTENT "")
-  add_library(lbea_precompiled_${group} OBJECT EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/precompiled/${group}.cpp)
-  target_link_libraries(lbea_precompiled_${group} PRIVATE ${dependency} lbea_warnings)
-  target_precompile_headers(lbea_precompiled_${group} PRIVATE ${lbea_standard_headers} ${headers})
+  add_library(${target} OBJECT EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/precompiled/${group}.cpp)
+  target_link_libraries(${target} PRIVATE ${arg_LINK} lbea_warnings)
+  target_precompile_headers(${target} PRIVATE <algorithm> <array> <chrono> <cstdint> <filesystem> <functional> <map>
+    <memory> <optional> <span> <string> <string_view> <thread> <vector> ${arg_HEADERS})
+  if(arg_EXECUTABLES)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+    target_compile_options(${target} PRIVATE -fPIE)
+  endif()
 endfunction()
-lbea_precompile(libraries <nlohmann/json.hpp> nlohmann_json::nlohmann_json)
-lbea_precompile(eigen <Eigen/Sparse> Eigen3::Eigen)
-lbea_precompile(programs <nlohmann/json.hpp> nlohmann_json::nlohmann_json)
-if(TARGET lbea_precompiled_programs)  # as CMake compiles executables
-  set_target_properties(lbea_precompiled_programs PROPERTIES POSITION_INDEPENDENT_CODE OFF)
-  target_compile_options(lbea_precompiled_programs PRIVATE -fPIE)
-endif()
+find_package(nlohmann_json QUIET)
+find_package(Eigen3 QUIET)
+lbea_precompile(libraries LINK nlohmann_json::nlohmann_json HEADERS <nlohmann/json.hpp>)
+lbea_precompile(programs LINK nlohmann_json::nlohmann_json HEADERS <nlohmann/json.hpp> EXECUTABLES)
+lbea_precompile(eigen LINK Eigen3::Eigen HEADERS <Eigen/Sparse>)
 # lbea_reuse_precompiled(<target> <group>)
 function(lbea_reuse_precompiled target group)
   if(TARGET lbea_precompiled_${group})
