@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds and runs all tests: first under the sanitizers, last the release build.
-#   bash tests/run.sh            everything, minutes
-#   bash tests/run.sh --quick    the release build only
-#   bash tests/run.sh --long     also what takes longer than everyday work allows: whole programs under the address
-#                                sanitizer, threads under the thread sanitizer
+# Installs missing packages, builds, and runs the tests: first under the sanitizers, then as released.
+#   bash tests/run.sh            the daily tests
+#   bash tests/run.sh --quick    without the sanitizers
+#   bash tests/run.sh --long     also the long tests, whole programs under the address sanitizer, and the tests
+#                                labelled `threads` under the thread sanitizer
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 sanitizers=yes everything=no
-# What the address sanitizer builds, and which tests of it run: target, then arguments for ctest.
+# The target that the address sanitizer builds, then the arguments that select its tests for ctest.
 addresses=(sanitized_tests --label-regex sanitized)
 case "${1:-}" in
   "") ;;
@@ -24,7 +24,7 @@ esac
 bash tools/install-packages.sh test
 launcher=()
 if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
-export CCACHE_SLOPPINESS=pch_defines,time_macros  # what ccache needs to know of precompiled headers
+export CCACHE_SLOPPINESS=pch_defines,time_macros  # ccache caches nothing that uses precompiled headers without these
 
 build_and_test() {  # preset, target to build, then arguments for ctest
   local preset=$1 target=$2

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# The whole way on real input: bake an ensemble of crash runs, film a run that is not in it with a virtual camera rig,
-# stream the frames over ZeroMQ, match them live, receive the results in another process, and show what came out.
+# The complete chain on real input: bakes an ensemble of crash runs, measures another run with a virtual camera rig, streams
+# the frames over ZeroMQ, matches them live, receives the results in another process, and draws a picture of them.
 #   bash tools/demo.sh [--out FOLDER] [--build FOLDER_OF_AN_EXISTING_BUILD] [--monitor]
-# --monitor goes on: it plays the test again and again and serves the page that shows it.
+# --monitor continues: it repeats the test and serves the web page that shows it, until Ctrl-C.
 set -euo pipefail
 project=$(cd "$(dirname "$0")/.." && pwd)
 out=$project/build/demo
@@ -27,7 +27,7 @@ clean_up() {
 }
 trap clean_up EXIT
 
-wait_for() {  # text, log: until a program says that it is ready
+wait_for() {  # text, log file: until a program has logged the text
   for _ in $(seq 200); do
     grep -q "$1" "$2" 2>/dev/null && return
     sleep 0.05
@@ -49,10 +49,10 @@ bin() { printf '%s/tools/%s/lbea-%s' "$build" "$1" "$1"; }
 rm -rf "$out"
 mkdir -p "$out"
 
-step "bake ten runs into one model, and what the rig would see of each of them"
+step "bake ten runs into one model, with the depth images that the rig would measure"
 "$(bin bake)" "$data/ensemble.toml" -o "$out/rail.lbea"
 
-step "film a run that is not among them"
+step "measure a run that is not among them"
 "$(bin sense)" "$data/experiment/run_043" --sensor "$data/sensor.json" --out "$out/frames"
 
 step "match its frames live"
@@ -79,7 +79,7 @@ step "picture"
 printf '%s\n' "table:    $out/table.txt" "picture:  $out/demo.png" "ParaView: $out/evaluation/matched.pvd"
 [ "$monitor" = yes ] || exit 0
 
-step "watch it in a browser, until Ctrl-C"
+step "show it in a browser, until Ctrl-C"
 preview=ipc://$sockets/preview
 "$(bin serve)" "$out/rail.lbea" --method fit --frames "$frames" --results "$results" --preview "$preview" --pose "$data/sensor.json" 2>"$out/serve.log" >"$out/serve.out" &
 pids+=($!)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs on Debian 12 what one purpose needs; does nothing, quickly, when all of it is there.
+# Installs the packages for one purpose on Debian 12. Returns at once when all of them are installed.
 #   bash tools/install-packages.sh demo      the five programs of tools/demo.sh, and its picture
 #   bash tools/install-packages.sh monitor   also lbea-monitor, whose page npm builds
 #   bash tools/install-packages.sh build     every program, the Python module, manual pages and Debian packages
@@ -9,8 +9,8 @@ purpose=${1:-test}
 demo=(
   build-essential cmake ninja-build pkg-config
   libxxhash-dev                                    # runtime: checksums, header-only
-  libeigen3-dev libspectra-dev libembree-dev libnanoflann-dev      # bake: matrices, eigen-solver, ray casting, a tree
-  cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # wire
+  libeigen3-dev libspectra-dev libembree-dev libnanoflann-dev      # bake: matrices, eigen-solver, ray casting, k-d tree
+  cppzmq-dev libzmq3-dev libflatbuffers-dev flatbuffers-compiler   # ZeroMQ messages
   libisal-dev liblz4-dev libzstd-dev zlib1g-dev    # recordings: checksums, compressed chunks
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libpugixml-dev liblzf-dev                        # VTK's XML files, packed PCD clouds
@@ -19,7 +19,7 @@ demo=(
   python3 python3-numpy python3-matplotlib         # the picture
 )
 monitor=("${demo[@]}")
-# Node may have come from elsewhere than Debian.
+# Node.js may be installed from another source than Debian.
 command -v npm >/dev/null && command -v node >/dev/null || monitor+=(nodejs npm)
 build=(
   "${monitor[@]}" git
@@ -30,11 +30,11 @@ build=(
 )
 test=(
   "${build[@]}"
-  doctest-dev                                      # the runner
-  clang-format universal-ctags                     # the form of the sources; types that are defined twice
-  python3-vtk9                                     # an oracle for VTU
-  chromium                                         # the browser that tests the monitor's page
-  debootstrap                                      # packages in a clean Debian
+  doctest-dev                                      # the test framework
+  clang-format universal-ctags                     # checks of format and of duplicate types
+  python3-vtk9                                     # reference reader of VTU files
+  chromium                                         # browser tests of the monitor's page
+  debootstrap                                      # a minimal Debian for the packages
   slurmctld slurmd slurm-client munge              # a one-node Slurm
 )
 case "$purpose" in

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# No type is defined twice under one qualified name: two definitions in two files are undefined behavior, which the linker
-# does not report.
+# Checks that no qualified type name is defined in two files: two different definitions are undefined behavior, which the
+# linker does not report.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 definitions=$(find runtime precompute adapters tools \( -name '*.cpp' -o -name '*.hpp' \) -not -path '*/node_modules/*' |
   ctags -L - -f - --languages=C++ --map-C++=+.hpp --kinds-C++=cgsu --fields=s --fields-C++= --excmd=number)
-# Types of anonymous namespaces are each file's own; ctags calls those __anon....
+# Types in unnamed namespaces, which ctags calls __anon..., are local to their file.
 named=$(printf '%s\n' "$definitions" | grep -v '__anon' | awk -F'\t' '{
   scope = ""
   for (i = 4; i <= NF; ++i) if ($i ~ /^(namespace|class|struct):/) { scope = $i; sub(/^[a-z]*:/, "", scope) }

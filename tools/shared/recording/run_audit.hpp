@@ -28,7 +28,7 @@ struct RunAudit {
   std::map<std::uint64_t, Session> sessions;
   std::uint64_t frames = 0, results = 0, states = 0, undecodable = 0;
   std::uint64_t unanswered = 0;            // frames without a result
-  std::uint64_t answers_alone = 0;         // results of matched or dropped frames that are missing
+  std::uint64_t answers_alone = 0;         // results of matched or dropped frames that were not recorded
   std::uint64_t cut_apart = 0;             // both at the edges of a window, where the counterpart is outside
   std::uint64_t lost = 0;                  // messages that the recorder counted as lost
   bool has_closing_metadata = false;       // the closing metadata are there
