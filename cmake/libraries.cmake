@@ -8,10 +8,10 @@ target_compile_options(lbea_warnings INTERFACE
 
 # Headers that most sources include and that take longer to compile than the sources, precompiled once per group of
 # targets with the same flags. With CMAKE_DISABLE_PRECOMPILE_HEADERS=ON (the dev preset) a missing include is an error.
-# lbea_precompile(<group> LINK <target>... HEADERS <header>... [EXECUTABLES]): the standard library and HEADERS; does nothing
-# without the first LINK target. EXECUTABLES: with the flags of executables instead of those of libraries.
+# lbea_precompile(<group> LINK <target>... HEADERS <header>...): the standard library and HEADERS; does nothing without the
+# first LINK target.
 function(lbea_precompile group)
-  cmake_parse_arguments(arg "EXECUTABLES" "" "LINK;HEADERS" ${ARGN})
+  cmake_parse_arguments(arg "" "" "LINK;HEADERS" ${ARGN})
   list(GET arg_LINK 0 dependency)
   if(NOT TARGET ${dependency})
     return()
@@ -22,15 +22,10 @@ function(lbea_precompile group)
   target_link_libraries(${target} PRIVATE ${arg_LINK} lbea_warnings)
   target_precompile_headers(${target} PRIVATE <algorithm> <array> <chrono> <cstdint> <filesystem> <functional> <map>
     <memory> <optional> <span> <string> <string_view> <thread> <vector> ${arg_HEADERS})
-  if(arg_EXECUTABLES)
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
-    target_compile_options(${target} PRIVATE -fPIE)
-  endif()
 endfunction()
 find_package(nlohmann_json QUIET)
 find_package(Eigen3 QUIET)
 lbea_precompile(libraries LINK nlohmann_json::nlohmann_json HEADERS <nlohmann/json.hpp>)
-lbea_precompile(programs LINK nlohmann_json::nlohmann_json HEADERS <nlohmann/json.hpp> EXECUTABLES)
 lbea_precompile(eigen LINK Eigen3::Eigen HEADERS <Eigen/Sparse>)
 # lbea_reuse_precompiled(<target> <group>)
 function(lbea_reuse_precompiled target group)
