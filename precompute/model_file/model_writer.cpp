@@ -41,7 +41,7 @@ format::SectionEntry entry_of(const PlannedSection& section) {
   return entry;
 }
 
-auto key_of(const format::SectionEntry& entry) { return std::pair(entry.id, entry.part); }
+auto section_key(const format::SectionEntry& entry) { return std::pair(entry.id, entry.part); }
 
 std::string name_of(const format::SectionEntry& entry) {
   return "section " + std::to_string(entry.id) + " '" + title(static_cast<format::SectionId>(entry.id)) + "' part " +
@@ -108,8 +108,8 @@ ModelWriter::~ModelWriter() {
 
 void ModelWriter::plan(std::vector<PlannedSection> sections) {
   for (const PlannedSection& section : sections) directory_.push_back(entry_of(section));
-  std::ranges::sort(directory_, {}, key_of);
-  if (std::ranges::adjacent_find(directory_, {}, key_of) != directory_.end())
+  std::ranges::sort(directory_, {}, section_key);
+  if (std::ranges::adjacent_find(directory_, {}, section_key) != directory_.end())
     throw std::logic_error("a section is planned twice");
   written_ = std::make_unique<Written[]>(directory_.size());
   header_.magic = format::magic;
@@ -145,8 +145,8 @@ void ModelWriter::reserve() {
 std::size_t ModelWriter::place_of(format::SectionId id, std::uint32_t part, std::uint64_t begin,
                                   std::size_t bytes) const {
   const std::pair key(static_cast<std::uint32_t>(id), part);
-  const auto entry = std::ranges::lower_bound(directory_, key, {}, key_of);
-  if (entry == directory_.end() || key_of(*entry) != key)
+  const auto entry = std::ranges::lower_bound(directory_, key, {}, section_key);
+  if (entry == directory_.end() || section_key(*entry) != key)
     throw std::logic_error("section " + title(id) + " is not planned");
   if (begin > entry->length || bytes > entry->length - begin)
     throw std::logic_error("more bytes for " + name_of(*entry) + " than planned");

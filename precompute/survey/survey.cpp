@@ -12,7 +12,7 @@ namespace lbea::bake {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr Extent nowhere{infinity, infinity, infinity, -infinity, -infinity, -infinity};
+constexpr Extent empty_extent{infinity, infinity, infinity, -infinity, -infinity, -infinity};
 
 void widen(Extent& extent, const Extent& by) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -30,7 +30,8 @@ struct Movement {
 Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t>& steps, const std::string& run,
                        Stage& stage) {
   const SimulationMesh& mesh = reader.mesh();
-  Movement movement{std::vector<std::uint8_t>(mesh.elements.size(), 1), std::vector<Extent>(mesh.nodes(), nowhere)};
+  Movement movement{std::vector<std::uint8_t>(mesh.elements.size(), 1),
+                    std::vector<Extent>(mesh.nodes(), empty_extent)};
   SimulationState state;
   for (const std::uint32_t step : steps) {
     stage.check();
@@ -50,7 +51,7 @@ std::vector<Extent> in_numbering_of(const SimulationMesh& reference, const Simul
   if (mesh.node_ids == reference.node_ids) return extents;
   std::unordered_map<std::uint32_t, std::size_t> place;  // node id -> index in the run
   for (std::size_t i = 0; i < mesh.nodes(); ++i) place.emplace(mesh.node_ids[i], i);
-  std::vector<Extent> result(reference.nodes(), nowhere);
+  std::vector<Extent> result(reference.nodes(), empty_extent);
   for (std::size_t i = 0; i < result.size(); ++i)
     if (const auto found = place.find(reference.node_ids[i]); found != place.end()) result[i] = extents[found->second];
   return result;
@@ -179,7 +180,9 @@ RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const En
 
 SurveyCollection::SurveyCollection(const SimulationReader& reference, const EnsembleDescription& description,
                                    const std::string& run)
-    : time_factor_(description.time_factor), mesh_(reference.mesh(), run), extents_(reference.mesh().nodes(), nowhere) {
+    : time_factor_(description.time_factor),
+      mesh_(reference.mesh(), run),
+      extents_(reference.mesh().nodes(), empty_extent) {
   survey_.fields = chosen_fields(description.fields, reference.fields(), run);
   survey_.reference_node_ids = reference.mesh().node_ids;
 }
@@ -216,7 +219,7 @@ std::vector<std::uint32_t> reference_places(const Survey& survey) {
 
 std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
                                            const std::vector<std::uint32_t>& places) {
-  Extent all = nowhere;
+  Extent all = empty_extent;
   for (const std::uint32_t place : places) widen(all, extents.at(place));
   return {{{all[0], all[1], all[2]}, {all[3], all[4], all[5]}}};
 }
