@@ -7,6 +7,7 @@ set -euo pipefail
 project=$(cd "$(dirname "$0")/.." && pwd)
 out=$project/build/demo
 build=
+picture_packages=
 monitor=no
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -42,6 +43,9 @@ if [ -z "$build" ]; then
   purpose=demo programs=(lbea-bake lbea-sense lbea-serve lbea-eval lbea-send)
   if [ "$monitor" = yes ]; then purpose=monitor programs+=(lbea-monitor); fi
   bash "$project/tools/install-packages.sh" "$purpose"
+  bash "$project/tools/install-packages.sh" picture >"$sockets/packages.log" 2>&1 &  # during the compilation
+  picture_packages=$!
+  pids+=("$picture_packages")
   build=$project/build/$purpose-programs
   (cd "$project" && cmake --preset "$purpose" >/dev/null && cmake --build --preset "$purpose" --target "${programs[@]}")
 fi
@@ -71,10 +75,14 @@ wait "$evaluation"
 cat "$out/table.txt"
 kill -INT "$serve"
 wait "$serve"
-pids=()
 tail -n 1 "$out/serve.out"
 
 step "picture"
+if [ -n "$picture_packages" ] && ! wait "$picture_packages"; then
+  cat "$sockets/packages.log" >&2
+  exit 1
+fi
+pids=()
 /usr/bin/python3 "$project/tools/picture.py" "$out/evaluation" "$out/demo.png"
 printf '%s\n' "table:    $out/table.txt" "picture:  $out/demo.png" "ParaView: $out/evaluation/matched.pvd"
 [ "$monitor" = yes ] || exit 0

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs the packages for one purpose on Debian 12. Returns at once when all of them are installed.
-#   bash tools/install-packages.sh demo      the five programs of tools/demo.sh, and its picture
-#   bash tools/install-packages.sh monitor   also lbea-monitor, whose page npm builds
+#   bash tools/install-packages.sh demo      the five programs of tools/demo.sh
+#   bash tools/install-packages.sh picture   its picture
+#   bash tools/install-packages.sh monitor   the five programs and lbea-monitor, whose page npm builds
 #   bash tools/install-packages.sh build     every program, the Python module, manual pages and Debian packages
 #   bash tools/install-packages.sh test      also the tests (default)
 set -euo pipefail
@@ -15,14 +16,16 @@ demo=(
   libtomlplusplus-dev nlohmann-json3-dev           # ensemble and sensor descriptions
   libpugixml-dev liblzf-dev                        # VTK's XML files, packed PCD clouds
   libcli11-dev libspdlog-dev                       # programs
-  libboost-dev                                     # HTTP: Beast, header-only
-  python3 python3-numpy python3-matplotlib         # the picture
 )
-monitor=("${demo[@]}")
+picture=(python3 python3-numpy python3-matplotlib)
+monitor=(
+  "${demo[@]}"
+  libboost-dev                                     # HTTP: Beast, header-only
+)
 # Node.js may be installed from another source than Debian.
 command -v npm >/dev/null && command -v node >/dev/null || monitor+=(nodejs npm)
 build=(
-  "${monitor[@]}" git
+  "${monitor[@]}" "${picture[@]}" git
   libbenchmark-dev                                 # benchmark of single loops
   pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
   libopenmpi-dev openmpi-bin                       # bake on clusters: the optional MPI driver
@@ -39,10 +42,11 @@ test=(
 )
 case "$purpose" in
   demo) packages=("${demo[@]}") ;;
+  picture) packages=("${picture[@]}") ;;
   monitor) packages=("${monitor[@]}") ;;
   build) packages=("${build[@]}") ;;
   test) packages=("${test[@]}") ;;
-  *) echo "usage: bash tools/install-packages.sh [demo | monitor | build | test]" >&2; exit 2 ;;
+  *) echo "usage: bash tools/install-packages.sh [demo | picture | monitor | build | test]" >&2; exit 2 ;;
 esac
 missing=()
 for package in "${packages[@]}"; do
