@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
-#include <random>
 
 namespace lbea::tool {
 namespace {
@@ -50,11 +49,6 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--wait-ready", options.wait_ready, "wait for the receiver without limit instead of 5 s");
   options.access.add_to(tool);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
-}
-
-std::uint64_t new_session() {
-  std::random_device random;
-  return (std::uint64_t{random()} << 32) | random();
 }
 
 void wait_for_receiver(wire::FrameSink& sink, const Options& options) {
@@ -113,7 +107,7 @@ bool is_complete(const Account& account, std::uint64_t planned) {
 int send(Options options) {
   catch_stop_signals();
   const auto stop = [] { return stop_requested != 0; };
-  options.play.session = new_session();
+  options.play.session = wire::new_session();
   wire::WireContext context;
   const wire::ClientAccess access = options.access.load();
   wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);

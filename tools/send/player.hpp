@@ -1,7 +1,7 @@
 // Sends a playlist at a given pace.
 #pragma once
 
-#include "adapters/wire/sockets/streams.hpp"
+#include "adapters/wire/sockets/client.hpp"
 #include "tools/send/playlist.hpp"
 
 #include <functional>
@@ -16,12 +16,7 @@ struct PlayConfig {
   std::uint64_t max_message_bytes = 0;  // larger ones would break the connection; 0: unknown
 };
 
-struct PlayTally {
-  std::uint64_t captured = 0;  // frames that were due: sent + refused
-  std::uint64_t sent = 0;      // accepted by the socket
-  std::uint64_t refused = 0;   // no room at the receiver, or too large
-  // Of those sent, how many left this process. One more may have: ZeroMQ releases a message with the next one.
-  std::uint64_t handed_over = 0;
+struct PlayTally : wire::SendTally {
   double seconds = 0;
 };
 

@@ -158,6 +158,16 @@ std::vector<AllowedPeer> read_public_keys(const std::filesystem::path& file) {
   return peers;
 }
 
+ClientAccess read_client_access(const std::filesystem::path& server_key, const std::filesystem::path& own_keys) {
+  ClientAccess access;
+  if (server_key.empty()) return access;
+  const auto servers = read_public_keys(server_key);
+  if (servers.size() != 1) refuse(server_key, "holds several public keys; give only the matcher's");
+  access.server_key = servers.front().public_key;
+  if (!own_keys.empty()) access.keys = read_key_pair(own_keys);
+  return access;
+}
+
 void check_access(const ServerAccess& access) {
   if (access.keys && access.allowed.empty())
     throw Error{Status::bad_config,

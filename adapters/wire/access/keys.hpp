@@ -42,6 +42,11 @@ void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys,
 /// The public keys of a file, at least one. Throws Error{bad_config} when all users may change the file.
 [[nodiscard]] std::vector<AllowedPeer> read_public_keys(const std::filesystem::path& file);
 
+/// From the files of the server's public key and of the client's own keys; an empty name: none. Throws
+/// Error{bad_config} when the first one holds several keys.
+[[nodiscard]] ClientAccess read_client_access(const std::filesystem::path& server_key,
+                                              const std::filesystem::path& own_keys = {});
+
 /// Throws Error{bad_config} for keys without an allow-list, which ZeroMQ treats as "allow all", and for the reverse.
 void check_access(const ServerAccess& access);
 

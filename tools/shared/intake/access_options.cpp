@@ -1,7 +1,5 @@
 #include "tools/shared/intake/access_options.hpp"
 
-#include <lbea/lbea.hpp>
-
 namespace lbea::tool {
 
 void ServerAccessOptions::add_to(CommandLine& app) {
@@ -28,15 +26,6 @@ void ClientAccessOptions::add_to(CommandLine& app) {
       ->needs(server);
 }
 
-wire::ClientAccess ClientAccessOptions::load() const {
-  wire::ClientAccess access;
-  if (server_key_file.empty()) return access;
-  const auto servers = wire::read_public_keys(server_key_file);
-  if (servers.size() != 1)
-    throw Error{Status::bad_config, server_key_file + ": holds several public keys; give only the matcher's"};
-  access.server_key = servers.front().public_key;
-  if (!key_file.empty()) access.keys = wire::read_key_pair(key_file);
-  return access;
-}
+wire::ClientAccess ClientAccessOptions::load() const { return wire::read_client_access(server_key_file, key_file); }
 
 }  // namespace lbea::tool
