@@ -17,27 +17,34 @@ install(FILES ${PROJECT_BINARY_DIR}/lbea-config.cmake ${PROJECT_BINARY_DIR}/lbea
 # The .pc files define the prefix relative to their own location.
 file(RELATIVE_PATH lbea_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(lbea_pc_files lbea.pc)
-if(TARGET lbea_wire)
-  list(APPEND lbea_pc_files lbea-wire.pc)
+if(LBEA_BUILD_TOOLS)
+  list(APPEND lbea_pc_files lbea-wire.pc lbea-rig.pc)
 endif()
 foreach(file ${lbea_pc_files})
   configure_file(cmake/${file}.in ${PROJECT_BINARY_DIR}/${file} @ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/${file} DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 endforeach()
 
-# The wire library (frames and results over ZeroMQ) is separate, because the runtime does not depend on ZeroMQ.
-# In the project its headers include each other by project paths; the installed headers use <lbea/wire/...>.
-if(TARGET lbea_wire)
-  install(FILES $<TARGET_FILE:lbea_wire> DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
-  foreach(path codec/codec access/keys codec/messages sockets/streams)
+# Two libraries beside the runtime, which depends neither on ZeroMQ nor on JSON: `wire`, frames and results over ZeroMQ, and
+# `rig`, the reader of sensor.json. In the project their headers include each other by project paths; the installed headers
+# use <lbea/wire/...> and <lbea/rig/...>.
+function(lbea_install_headers folder)
+  foreach(path ${ARGN})
     cmake_path(GET path FILENAME header)
-    set(source ${PROJECT_SOURCE_DIR}/adapters/wire/${path}.hpp)
+    set(source ${PROJECT_SOURCE_DIR}/${path})
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
     file(READ ${source} text)
-    string(REGEX REPLACE "#include \"adapters/wire/[a-z]+/([a-z_]+\\.hpp)\"" "#include <lbea/wire/\\1>" text "${text}")
-    file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/wire-headers/${header}.hpp CONTENT "${text}" @ONLY)
-    install(FILES ${PROJECT_BINARY_DIR}/wire-headers/${header}.hpp
-            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lbea/wire COMPONENT dev)
+    string(REGEX REPLACE "#include \"[a-z_/]+/([a-z_]+\\.hpp)\"" "#include <lbea/${folder}/\\1>" text "${text}")
+    file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/installed-headers/${folder}/${header} CONTENT "${text}" @ONLY)
+    install(FILES ${PROJECT_BINARY_DIR}/installed-headers/${folder}/${header}
+            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lbea/${folder} COMPONENT dev)
   endforeach()
+endfunction()
+if(LBEA_BUILD_TOOLS)
+  install(FILES $<TARGET_FILE:lbea_wire> $<TARGET_FILE:lbea_rig_files> $<TARGET_FILE:lbea_files>
+          DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+  lbea_install_headers(wire adapters/wire/access/keys.hpp adapters/wire/codec/codec.hpp adapters/wire/codec/messages.hpp
+    adapters/wire/sockets/client.hpp adapters/wire/sockets/streams.hpp)
+  lbea_install_headers(rig adapters/rig/sensor_json.hpp precompute/rig/stereo_sensor.hpp)
   install(DIRECTORY adapters/wire/schema DESTINATION ${CMAKE_INSTALL_DATADIR}/lbea COMPONENT dev)
 endif()

@@ -1,5 +1,6 @@
 /* match.c - find the simulation that matches a cloud, in C, without ZeroMQ.
- *   cc match.c $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea < cloud.xyz */
+ *   cc match.c $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea pose.txt < cloud.xyz
+ * pose.txt has the 12 numbers of T_reference_sensor: jq '.T_reference_sensor[:3][][]' sensor.json > pose.txt */
 #include <lbea/lbea.h>
 
 #include <stdio.h>
@@ -14,6 +15,14 @@ static size_t grab(void) { /* replace by your camera; reads lines of x y z */
   return count;
 }
 
+static int read_pose(const char* file, float pose[12]) {
+  FILE* in = fopen(file, "r");
+  int count = 0;
+  while (in != NULL && count < 12 && fscanf(in, "%f", &pose[count]) == 1) ++count;
+  if (in != NULL) fclose(in);
+  return count == 12;
+}
+
 int main(int argc, char** argv) {
   lbea_model* model;
   lbea_matcher* matcher;
@@ -21,6 +30,8 @@ int main(int argc, char** argv) {
   lbea_result result = {.struct_size = sizeof result};
   lbea_config_init(&config, sizeof config);
   config.max_points = room;
+  if (argc > 2 && !read_pose(argv[2], config.T_reference_sensor))
+    return fprintf(stderr, "%s: needs the 12 numbers of T_reference_sensor\n", argv[2]), 1;
   if (lbea_model_open(argc > 1 ? argv[1] : "rail.lbea", &model) || lbea_matcher_create(model, &config, &matcher))
     return fprintf(stderr, "%s\n", lbea_last_error()), 1;
 

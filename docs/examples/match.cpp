@@ -1,6 +1,8 @@
 // match.cpp - find the simulation that matches a cloud, in C++, without ZeroMQ.
-//   c++ -std=c++20 match.cpp $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea < cloud.xyz
+//   c++ -std=c++20 match.cpp $(pkg-config --cflags --libs lbea-rig) -o match
+//   ./match rail.lbea sensor.json < cloud.xyz
 #include <lbea/lbea.hpp>
+#include <lbea/rig/sensor_json.hpp>
 
 #include <iostream>
 #include <vector>
@@ -12,7 +14,8 @@ void grab(std::vector<lbea::Point>& points) {  // replace by your camera; reads 
 
 int main(int argc, char** argv) try {
   const lbea::Model model = lbea::Model::open(argc > 1 ? argv[1] : "rail.lbea");
-  lbea::Matcher matcher{model, {.max_matches = 3}};
+  const lbea::RigidTransform pose = argc > 2 ? lbea::io::read_pose(argv[2]) : lbea::identity_transform;
+  lbea::Matcher matcher{model, {.max_matches = 3, .T_reference_sensor = pose}};
   std::vector<lbea::Point> points;
 
   grab(points);

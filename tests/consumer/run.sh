@@ -38,25 +38,44 @@ compile() {  # compiler, example, name for pkg-config, flags
   "$compiler" -O1 -Wall -Wextra -Wpedantic -Werror "$@" "$examples/$example" $(pkg-config --cflags --libs "$package") -o "$work/$example.out"
 }
 compile "${CC:-cc}" match.c lbea -std=c11
-compile "${CXX:-c++}" match.cpp lbea -std=c++20
+compile "${CXX:-c++}" match.cpp lbea-rig -std=c++20
 compile "${CXX:-c++}" publish.cpp lbea-wire -std=c++20
+compile "${CXX:-c++}" subscribe.cpp lbea-wire -std=c++20
 
 "$work/build/consumer" "$model" --points >"$work/cloud.xyz"
-for example in "$work/match.c.out" "$work/match.cpp.out" "$work/build/match_c" "$work/build/only_c/match_only_c"; do
-  "$example" "$model" <"$work/cloud.xyz" >"$work/output" || fail "$example failed:" "$(cat "$work/output")"
-  grep -q '^ok, 100 % of the surface seen' "$work/output" || fail "$example printed:" "$(cat "$work/output")"
+# The same cloud from a sensor that is turned by 90 degrees and moved.
+echo '{"T_reference_sensor": [[0, -1, 0, 10], [1, 0, 0, 20], [0, 0, 1, 30]]}' >"$work/sensor.json"
+echo '0 -1 0 10  1 0 0 20  0 0 1 30' >"$work/pose.txt"
+awk '{ print $2 - 20, 10 - $1, $3 - 30 }' OFMT=%.9g "$work/cloud.xyz" >"$work/seen.xyz"
+for example in "$work/match.c.out" "$work/match.cpp.out" "$work/build/match_c" "$work/build/match_cpp" "$work/build/only_c/match_only_c"; do
+  pose=$work/pose.txt
+  [ "$example" = "${example/cpp/}" ] || pose=$work/sensor.json
+  for cloud in cloud seen; do
+    [ $cloud = cloud ] && arguments=("$model") || arguments=("$model" "$pose")
+    "$example" "${arguments[@]}" <"$work/$cloud.xyz" >"$work/output" || fail "$example failed:" "$(cat "$work/output")"
+    grep -q '^ok, 100 % of the surface seen' "$work/output" || fail "$example printed:" "$(cat "$work/output")"
+  done
 done
 cmp <("$work/match.c.out" "$model" <"$work/cloud.xyz" | sed -n 1,4p) <("$work/match.cpp.out" "$model" <"$work/cloud.xyz") ||
   fail "the outputs in C and C++ differ"
 
 "$prefix/bin/lbea-serve" "$model" --frames "ipc://$work/frames" --results "ipc://$work/results" >"$work/tally" 2>/dev/null &
 server=$!
-for publish in "$work/publish.cpp.out" "$work/build/publish"; do
-  [ "$("$publish" "ipc://$work/frames" <"$work/cloud.xyz")" = "sent 10, refused 0" ] || fail "$publish could not send"
+published=0
+for subscribe in "$work/subscribe.cpp.out" "$work/build/subscribe"; do
+  "$subscribe" "ipc://$work/results" >"$work/heard" 2>&1 &
+  subscriber=$!
+  while kill -0 "$subscriber" 2>/dev/null; do # it ends with the first test that it hears the end of
+    for publish in "$work/publish.cpp.out" "$work/build/publish"; do
+      [ "$("$publish" "ipc://$work/frames" <"$work/cloud.xyz")" = "sent 10, refused 0" ] || fail "$publish could not send"
+      published=$((published + 10))
+    done
+  done
+  wait "$subscriber" || fail "$subscribe lost results:" "$(cat "$work/heard")"
 done
-sleep 0.3
 kill -INT "$server"
 wait "$server" || fail "lbea-serve lost frames:" "$(cat "$work/tally")"
 server=
-grep -q 'matched 20' "$work/tally" || fail "lbea-serve did not match all:" "$(cat "$work/tally")"
+grep -q "^[0-9]* ok unknown .* s$" "$work/heard" || fail "subscribe printed:" "$(cat "$work/heard")"
+grep -q "matched $published" "$work/tally" || fail "lbea-serve did not match all:" "$(cat "$work/tally")"
 echo "installed library and examples: built and run by CMake and pkg-config, in C and C++"

@@ -37,8 +37,8 @@ needs=$(field liblbea0 Depends | tr ',' '\n' | sed 's/ *\([^ ]*\).*/\1/' | LC_AL
 dpkg-deb -I "$(package liblbea0)" shlibs | grep -q '^liblbea 0 liblbea0' || fail "liblbea0 has no shlibs file, which dependent packages need"
 
 version=$(field liblbea0 Version)
-holds liblbea-dev '/include/lbea/lbea\.h$' '/include/lbea/lbea\.hpp$' '/include/lbea/wire/streams\.hpp$' '/liblbea\.so$' '/liblbea\.a$' \
-  '/liblbea_wire\.a$' '/lbea-config\.cmake$' '/pkgconfig/lbea\.pc$' '/pkgconfig/lbea-wire\.pc$' '/schema/frame\.fbs$'
+holds liblbea-dev '/include/lbea/lbea\.h$' '/include/lbea/lbea\.hpp$' '/include/lbea/wire/client\.hpp$' '/include/lbea/rig/sensor_json\.hpp$' '/liblbea\.so$' '/liblbea\.a$' \
+  '/liblbea_wire\.a$' '/lbea-config\.cmake$' '/pkgconfig/lbea\.pc$' '/pkgconfig/lbea-wire\.pc$' '/pkgconfig/lbea-rig\.pc$' '/schema/frame\.fbs$'
 field liblbea-dev Depends | grep -qF "liblbea0 (= $version)" || fail "liblbea-dev does not depend on its own library"
 
 for program in bake serve send inspect eval; do holds lbea-tools "/usr/bin/lbea-$program$"; done
