@@ -1,16 +1,18 @@
 """The matcher from Python: test_bindings.py MODEL (of bending plates), SENSOR_MODEL (baked with views) in the environment."""
 import gc
+import json
 import os
 import sys
 import threading
 import time
 import unittest
+from pathlib import Path
 
 import numpy
 
 import lbea
 
-PLATES, DEMO = os.environ["LBEA_PLATES"], os.environ["LBEA_DEMO"]
+PLATES, DEMO, SENSOR = (os.environ[name] for name in ("LBEA_PLATES", "LBEA_DEMO", "LBEA_SENSOR"))
 
 
 class ModelTest(unittest.TestCase):
@@ -26,6 +28,7 @@ class ModelTest(unittest.TestCase):
         self.assertAlmostEqual(m.parameters(2)["final_angle [rad]"], 0.8 + 0.37 * 2)
         self.assertEqual(m.element_nodes.shape, (171, 4))
         self.assertLess(m.element_nodes.max(), m.nodes)
+        self.assertEqual((len(set(m.node_ids)), len(set(m.element_ids)), m.element_parts.shape), (200, 171, (171,)))
         self.assertTrue((numpy.diff(m.eigenvalues()) >= 0).all())
         for field in m.fields:
             self.assertIn(m.field_values(field, 23).size, (m.nodes, m.elements))
@@ -112,6 +115,14 @@ class MatcherTest(unittest.TestCase):
         self.assertEqual(matcher.match(good[50:]).points["received"], 150)
         self.assertEqual(matcher.match(numpy.full((3, 3), numpy.nan, numpy.float32)).points["invalid"], 3)
 
+    def test_what_to_do_with_other_arrays_is_said(self):
+        matcher, good = lbea.Matcher(self.model), self.model.node_positions(9)
+        for bad, found in ((good.astype(float), "float64"), (numpy.asfortranarray(good), "float32"), (good.tolist(), "list")):
+            with self.assertRaisesRegex(TypeError, rf"^points \({found}\): needs float32, n x 3, contiguous; (numpy.asarray.*)$") as refused:
+                matcher.match(bad)
+            remedy = str(refused.exception).split("; ")[1]
+            self.assertEqual(matcher.match(eval(remedy, {"numpy": numpy, "points": bad})).matches[0].sample, 9)
+
     def test_settings_are_checked(self):
         for settings, error in (({"max_points": 0}, lbea.Error), ({"method": "fit"}, lbea.Error), ({"method": "icp"}, ValueError),
                                 ({"max_poinst": 5}, TypeError), ({"T_reference_sensor": numpy.eye(3)}, ValueError),
@@ -128,6 +139,26 @@ class MatcherTest(unittest.TestCase):
         self.assertEqual(result.candidates[0].distance, result.residual)
         self.assertAlmostEqual(sum(share.weight for share in result.estimate), 1, places=4)
         self.assertGreater(result.elapsed_ns["fit"], 0)
+
+
+class SensorTest(unittest.TestCase):
+    def test_reads_the_pose_and_the_camera(self):
+        written = json.loads(Path(SENSOR).read_text())
+        pose, sensor = lbea.read_pose(SENSOR), lbea.read_sensor(Path(SENSOR))
+        numpy.testing.assert_allclose(pose, [*written["T_reference_sensor"], [0, 0, 0, 1]], rtol=1e-7)
+        self.assertTrue((sensor["T_reference_sensor"] == pose).all())
+        self.assertEqual((sensor["focal_px"], sensor["width_px"], sensor["height_px"], sensor["length_unit"]), (1350, 720, 300, "mm"))
+        model = lbea.Model(DEMO)
+        nodes = model.node_positions(7)
+        seen = ((nodes - pose[:3, 3]) @ pose[:3, :3]).astype(numpy.float32)
+        self.assertEqual(lbea.Matcher(model, T_reference_sensor=pose).match(seen).matches[0].sample, 7)
+
+    def test_refuses_what_is_no_pose(self):
+        for name, status in (("no/such/file", "file_not_found"), (__file__, "bad_input")):
+            for read in (lbea.read_pose, lbea.read_sensor):
+                with self.assertRaises(lbea.Error) as refused:
+                    read(name)
+                self.assertEqual(refused.exception.status, status)
 
 
 class ThreadTest(unittest.TestCase):

@@ -81,7 +81,15 @@ PyResult to_python(const MatchResult& result, const Model& model) {
   return copy;
 }
 
-std::span<const Point> points_in(const Points& array) {
+/// The array's memory. Raises TypeError for what would have to be copied, ValueError for another shape.
+std::span<const Point> points_in(const py::object& points) {
+  if (!py::isinstance<Points>(points)) {
+    const bool is_array = py::isinstance<py::array>(points);
+    const py::object found = is_array ? points.attr("dtype") : py::type::of(points).attr("__name__");
+    throw py::type_error("points (" + py::str(found).cast<std::string>() +
+                         "): needs float32, n x 3, contiguous; numpy.asarray(points, numpy.float32, order=\"C\")");
+  }
+  const auto array = py::reinterpret_borrow<Points>(points);
   if (array.ndim() != 2 || array.shape(1) != 3) throw py::value_error("points must be an n x 3 array");
   static_assert(sizeof(Point) == 3 * sizeof(float));
   return {reinterpret_cast<const Point*>(array.data()), static_cast<std::size_t>(array.shape(0))};
@@ -101,7 +109,7 @@ class Busy {
   std::atomic_flag& flag_;
 };
 
-PyResult match(PyMatcher& self, const Points& array, std::uint64_t id, std::int64_t stamp_ns) {
+PyResult match(PyMatcher& self, const py::object& array, std::uint64_t id, std::int64_t stamp_ns) {
   const std::span<const Point> points = points_in(array);
   const Busy busy(self.busy);
   MatchResult result;
@@ -224,11 +232,11 @@ void bind_matcher(py::module_& module) {
            py::arg("T_reference_sensor") = py::none(),
            "method: lbea, vtp or fit. T_reference_sensor: 3 x 4 or 4 x 4, default identity. Further keyword settings:\n"
            "max_points, max_matches, trusted_distance, min_coverage, trigger_ns. Raises lbea.Error.")
-      .def("match", &match, py::arg("points").noconvert(), py::arg("id") = 0, py::arg("stamp_ns") = 0,
+      .def("match", &match, py::arg("points"), py::arg("id") = 0, py::arg("stamp_ns") = 0,
            "points: n x 3 float32, C order, sensor coordinates. They are read in place and without the interpreter "
            "lock;\n"
            "do not modify them during the call. Other arrays are refused, not copied; convert them with\n"
-           "numpy.ascontiguousarray(points, numpy.float32).");
+           "numpy.asarray(points, numpy.float32, order='C').");
 }
 
 }  // namespace lbea::tool

@@ -103,6 +103,14 @@ py::array node_ids_of(const py::object& self) {
   return view_of(self, model_of(self).node_ids(), {size_of(model_of(self).nodes())});
 }
 
+py::array element_ids_of(const py::object& self) {
+  return view_of(self, model_of(self).element_ids(), {size_of(model_of(self).elements())});
+}
+
+py::array element_parts_of(const py::object& self) {
+  return view_of(self, model_of(self).element_parts(), {size_of(model_of(self).elements())});
+}
+
 float field_error_of(const Model& model, const std::string& name) {
   return model.field(field_named(model, name)).largest_error;
 }
@@ -133,7 +141,9 @@ void bind_arrays(py::class_<Model>& type) {
       .def("eigenvalues", &eigenvalues_of, py::arg("reference") = 0, "one per mode, ascending, 1 / length^2")
       .def_property_readonly("element_nodes", &element_nodes_of,
                              "elements x 4 node indices; a triangle repeats its last node")
-      .def_property_readonly("node_ids", &node_ids_of, "node numbers of the solver");
+      .def_property_readonly("node_ids", &node_ids_of, "node numbers of the solver")
+      .def_property_readonly("element_ids", &element_ids_of, "element numbers of the solver")
+      .def_property_readonly("element_parts", &element_parts_of, "part number of each element");
 }
 
 /// Raises lbea.Error with the attribute `status`, a name such as "corrupt_model".
@@ -187,4 +197,5 @@ PYBIND11_MODULE(lbea, module) {
   });
   lbea::tool::bind_model(module);
   lbea::tool::bind_matcher(module);
+  lbea::tool::bind_sensor(module);
 }
