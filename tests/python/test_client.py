@@ -8,6 +8,7 @@ import tempfile
 import time
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy
 
@@ -150,6 +151,29 @@ class LiveTest(unittest.TestCase):
         self.assertEqual([frame.id for frame in received], [0, 1, 2])
         for frame, points in zip(received, clouds):
             numpy.testing.assert_array_equal(frame.points, points)
+
+    def test_a_pausing_sender_stays_known_and_tells_what_it_withheld(self):
+        """The sender sent nothing in pauses, so that the matcher called it silent after 3 s, and never told what it had withheld
+        before a frame that was sent: the matcher counted these captures as lost on the way."""
+        with lbea_client.FrameReceiver(self.frames) as receiver, lbea_client.FrameSender(self.frames) as sender:
+            while self.control(receiver).kind != 1:
+                pass
+            sender.socket.poll, poll = lambda *_: 0, sender.socket.poll
+            self.assertFalse(sender.send(numpy.zeros((1, 3))))
+            sender.socket.poll = poll
+            while (report := self.control(receiver)).next_id == 0:
+                pass
+            self.assertEqual((report.session, report.kind, report.next_id, report.withheld), (sender.session, 1, 1, 1))
+            sender.close()
+            while (report := self.control(receiver)).kind != 2:
+                pass
+            self.assertEqual((report.next_id, report.withheld), (1, 0))
+
+    def control(self, receiver):
+        self.assertTrue(receiver.socket.poll(30_000))
+        found = lbea_client.messages.Control.ControlT.InitFromObj(
+            lbea_client.messages.Control.Control.GetRootAs(receiver.socket.recv()))
+        return SimpleNamespace(session=found.session, kind=found.kind, next_id=found.nextId, withheld=found.withheld)
 
     def test_keys_open_a_matcher_that_has_them(self):
         server, user, stranger = (os.path.join(self.folder.name, name) for name in ("server", "user", "stranger"))

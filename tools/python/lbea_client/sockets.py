@@ -1,9 +1,11 @@
-"""Sockets of the wire. Not thread-safe."""
+"""Sockets of the wire. Each is for one thread."""
 import fcntl
 import os
 import secrets
 import stat
+import threading
 import time
+import weakref
 
 import zmq
 
@@ -12,6 +14,7 @@ from .messages import (DamagedMessage, decode_frame, decode_inference, decode_re
                        encode_frame, is_control, most_inference_bytes, most_result_bytes)
 
 most_frame_bytes = 1 << 28
+heartbeat_s = 0.2
 
 
 def make_socket(kind, high_water_mark, most_bytes, linger_ms=0, keys=None):
@@ -105,7 +108,8 @@ class Inferences(Subscriber):
 
 
 class FrameSender(Closing):
-    """Sends clouds to a running lbea-serve. sent, refused: numbers of frames that were sent, and that could not be sent."""
+    """Sends clouds to a running lbea-serve, and reports to it: hello at the start, heartbeats in pauses, captures without room,
+    goodbye at the end. sent, refused: numbers of frames that were sent, and that could not be sent."""
 
     def __init__(self, endpoint, wait_s=5, server_key=None, key=None):
         """Waits up to wait_s seconds for the receiver; raises TimeoutError when there is none. Keys as for Results."""
@@ -115,35 +119,55 @@ class FrameSender(Closing):
         if not self.socket.poll(1000 * wait_s, zmq.POLLOUT):
             self.socket.close(linger=0)
             raise TimeoutError(f"{endpoint}: no program receives frames there; start lbea-serve")
-        self._send_control("hello")
+        self._lock, self._closing, self._last_message = threading.Lock(), threading.Event(), 0
+        self._report("hello", 1)
+        threading.Thread(target=call_repeatedly, args=(weakref.WeakMethod(self._keep_alive), self._closing), daemon=True).start()
 
     def send(self, points, stamp_ns=None, timeout_s=0):
         """Sends a frame. points: n x 3. stamp_ns: default now. Returns False when the receiver's queue is full."""
         message = encode_frame(points, time.time_ns() if stamp_ns is None else stamp_ns, self.next_id, self.session)
-        self.next_id += 1  # also for a frame that cannot be sent: the gap informs the receiver
-        return self._push(message, timeout_s)
+        with self._lock:
+            sent = (not self._withheld or self._report("heartbeat", timeout_s)) and self._push(message, timeout_s)
+            self.next_id += 1  # also for a frame that cannot be sent: the receiver counts it
+            self.sent, self.refused, self._withheld = self.sent + sent, self.refused + (not sent), self._withheld + (not sent)
+        return sent
 
     def end(self):
         """Marks the end of the test."""
-        self.socket.send(encode_end_of_stream(self.next_id, self.session))
+        with self._lock:
+            self.socket.send(encode_end_of_stream(self.next_id, self.session))
 
     def close(self):
         """Sends goodbye with the number of the last captures that could not be sent, so that the receiver counts them."""
-        if not self.socket.closed:
-            self._send_control("goodbye")
-        super().close()
+        self._closing.set()
+        with self._lock:
+            if not self.socket.closed:
+                self._report("goodbye", 1)
+            super().close()
 
-    def _send_control(self, kind):
-        if self.socket.poll(1000, zmq.POLLOUT):
-            self.socket.send(encode_control(kind, self.next_id, self._withheld, self.session))
+    def _keep_alive(self):
+        with self._lock:
+            if not self.socket.closed and time.monotonic() - self._last_message >= heartbeat_s:
+                self._report("heartbeat", 0)
+
+    def _report(self, kind, timeout_s):
+        sent = self._push(encode_control(kind, self.next_id, self._withheld, self.session), timeout_s)
+        self._withheld = 0 if sent else self._withheld
+        return sent
 
     def _push(self, message, timeout_s):
-        if self.socket.poll(1000 * timeout_s, zmq.POLLOUT):
-            self.socket.send(message, copy=False)
-            self.sent, self._withheld = self.sent + 1, 0
-            return True
-        self.refused, self._withheld = self.refused + 1, self._withheld + 1
-        return False
+        self._last_message = time.monotonic()
+        if not self.socket.poll(1000 * timeout_s, zmq.POLLOUT):
+            return False
+        self.socket.send(message, copy=False)
+        return True
+
+
+def call_repeatedly(method, stop):
+    """Until `stop` is set or the object of the weak method is gone."""
+    while not stop.wait(heartbeat_s) and (bound := method()) is not None:
+        bound()
+        del bound
 
 
 class FrameReceiver(Closing):
