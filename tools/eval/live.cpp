@@ -68,8 +68,28 @@ void find_path(LiveSummary& summary, const Model& model, Truth* truth) {
   }
 }
 
+std::vector<std::string> names_of(const Model& model) {
+  std::vector<std::string> names;
+  for (std::uint32_t i = 0; i < model.simulations(); ++i) names.emplace_back(model.simulation_name(i));
+  return names;
+}
+
 std::string number_or_dash(const std::optional<double>& value) {
   return value ? formatted("%8.3f", *value) : "       -";
+}
+
+nlohmann::ordered_json test_json(const TestAnswer& answer, const Model& model) {
+  const wire::WireTestState& test = answer.state();
+  nlohmann::ordered_json json{{"verdict", wire::to_string(test.verdict)}};
+  if (test.frames > 0) {
+    json["misfit"] = test.misfit;
+    json["simulations"] = nlohmann::json::array();
+    for (const wire::SimulationChance& chance : test.simulations)
+      json["simulations"].push_back(
+          {{"simulation", model.simulation_name(chance.simulation)}, {"probability", chance.probability}});
+  }
+  if (answer.undeformed_coverage()) json["undeformed_coverage"] = *answer.undeformed_coverage();
+  return json;
 }
 
 std::string numbered(const char* stem, std::uint64_t frame, const char* ending) {
@@ -133,7 +153,10 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
       summary.complete = true;
       continue;
     }
+    const bool was_right = summary.answer.pose_warning().empty();
+    summary.answer.add(result);
     summary.rows.push_back(row_of(std::move(result), model, truth));
+    if (was_right) summary.rows.back().warning = summary.answer.pose_warning();
     row(summary.rows.back());
   }
   find_path(summary, model, truth);
@@ -142,8 +165,8 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
 
 std::string table_header(const Model& model) {
   const std::string unit(model.length_unit());
-  return formatted("%6s  %-20s %5s %11s %9s %11s %11s %9s", "frame", "best simulation", "step", "distance", "coverage",
-                   ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms");
+  return formatted("%6s  %-20s %5s %11s %9s %11s %11s %9s  %s", "frame", "best simulation", "step", "distance",
+                   "coverage", ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms", "verdict");
 }
 
 std::string table_line(const LiveRow& row) {
@@ -151,34 +174,39 @@ std::string table_line(const LiveRow& row) {
   const auto id = static_cast<unsigned long long>(r.frame_id);
   if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(wire::to_string(r.status)).c_str());
   const wire::WireMatch& best = r.matches.front();
-  return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f", id, best.simulation_name.c_str(),
+  return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f  %s", id, best.simulation_name.c_str(),
                    best.sample.time_step, static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage),
-                   number_or_dash(row.error).c_str(), number_or_dash(row.oracle_error).c_str(), row.match_ms);
+                   number_or_dash(row.error).c_str(), number_or_dash(row.oracle_error).c_str(), row.match_ms,
+                   std::string(wire::to_string(r.verdict)).c_str());
 }
 
 std::string table_summary(const LiveSummary& summary, const Model& model) {
-  std::string text =
-      formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
-                summary.complete ? "" : ", the sender did not end the stream", summary.median_match_ms());
+  const wire::WireTestState& test = summary.answer.state();
+  std::string text = (summary.complete ? "test: " : "test so far: ") + answer_text(test, names_of(model)) + "\n";
+  if (const std::string warning = summary.answer.pose_warning(); !warning.empty()) text += "warning: " + warning + "\n";
+  text += formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
+                    summary.complete ? "" : ", the sender did not end the stream", summary.median_match_ms());
   if (const auto error = summary.mean(&LiveRow::error), best = summary.mean(&LiveRow::oracle_error); error && best)
     text += formatted("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(),
                       *best, *error / *best);
   if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += formatted("; estimate %.2f", *estimate);
   if (summary.has_path) {
     const Sample last = summary.rows.back().on_path;
-    text += formatted("\nmost likely path of the whole test: %s, ends at time step %u",
+    text += formatted("\n%s path of the whole test: %s, ends at time step %u",
+                      test.verdict == wire::WireVerdict::no_simulation_fits ? "nearest" : "most likely",
                       std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
     if (const auto path = summary.mean(&LiveRow::path_error)) text += formatted("; mean EE %.2f", *path);
   }
   return text;
 }
 
-std::string to_json(const LiveSummary& summary) {
+std::string to_json(const LiveSummary& summary, const Model& model) {
   nlohmann::ordered_json rows = nlohmann::json::array();
   for (const LiveRow& row : summary.rows) {
     nlohmann::ordered_json line{{"frame", row.result.frame_id},
                                 {"stamp_ns", row.result.stamp_ns},
                                 {"status", wire::to_string(row.result.status)},
+                                {"verdict", wire::to_string(row.result.verdict)},
                                 {"coverage", row.result.coverage}};
     if (!row.result.matches.empty()) {
       const wire::WireMatch& best = row.result.matches.front();
@@ -194,8 +222,10 @@ std::string to_json(const LiveSummary& summary) {
     line["total_ms"] = row.total_ms;
     rows.push_back(std::move(line));
   }
-  nlohmann::ordered_json all{
-      {"complete", summary.complete}, {"median_match_ms", summary.median_match_ms()}, {"frames", std::move(rows)}};
+  nlohmann::ordered_json all{{"complete", summary.complete},
+                             {"test", test_json(summary.answer, model)},
+                             {"median_match_ms", summary.median_match_ms()},
+                             {"frames", std::move(rows)}};
   const auto put_mean = [&](const char* key, std::optional<double> LiveRow::*error) {
     if (const auto mean = summary.mean(error)) all[key] = *mean;
   };

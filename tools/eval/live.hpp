@@ -4,6 +4,7 @@
 #include "adapters/wire/access/keys.hpp"
 #include "adapters/wire/codec/messages.hpp"
 #include "tools/eval/truth.hpp"
+#include "tools/shared/intake/test_answer.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -21,6 +22,7 @@ struct LiveRow {
   wire::WireResult result;
   double match_ms = 0;  // time in the matcher
   double total_ms = 0;  // from receiving the frame to publishing the result
+  std::string warning;  // that the pose is probably wrong, at the first frame that shows it
   // After the test: the sample of its most likely path at this frame.
   Sample on_path;
   std::string path_simulation;
@@ -33,6 +35,7 @@ struct LiveSummary {
   std::vector<LiveRow> rows;
   bool complete = false;  // the sender ended the stream
   bool has_path = false;
+  TestAnswer answer;
   /// Mean over the rows that have this error.
   [[nodiscard]] std::optional<double> mean(std::optional<double> LiveRow::*error) const;
   [[nodiscard]] double median_match_ms() const;
@@ -52,7 +55,7 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
 [[nodiscard]] std::string table_header(const Model& model);
 [[nodiscard]] std::string table_line(const LiveRow& row);
 [[nodiscard]] std::string table_summary(const LiveSummary& summary, const Model& model);
-[[nodiscard]] std::string to_json(const LiveSummary& summary);
+[[nodiscard]] std::string to_json(const LiveSummary& summary, const Model& model);
 
 /// One line per frame. Throws Error{write_failed}.
 void write_csv(const std::filesystem::path& file, const LiveSummary& summary);

@@ -1,0 +1,110 @@
+// The answer of a test, as text and in the report of lbea-eval live.
+#include "tests/support/refusals.hpp"
+#include "tests/support/synthetic_model.hpp"
+#include "tests/support/test_data.hpp"
+#include "tools/eval/live.hpp"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+using namespace lbea;
+using namespace lbea::tool;
+using namespace lbea::test;
+using wire::WireResult;
+using wire::WireStatus;
+using wire::WireVerdict;
+
+namespace {
+
+const std::vector<std::string> names{"plate_0", "plate_1", "plate_2", "plate_3"};
+
+/// A frame that matches alone, in a test with this verdict.
+WireResult frame(WireVerdict test_verdict, std::vector<wire::SimulationChance> chances, float coverage = 0.95f,
+                 std::uint32_t time_step = 3) {
+  WireResult result;
+  result.session = 1;
+  result.verdict = WireVerdict::matched;
+  result.coverage = coverage;
+  result.matches = {{{chances.front().simulation, time_step}, "plate", 0.003, 1.5f}};
+  result.test.frames = 20;
+  result.test.simulation = chances.front().simulation;
+  result.test.simulations = std::move(chances);
+  result.test.misfit = 2.17f;
+  result.test.verdict = test_verdict;
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("the answer names the verdict, and as many simulations as are needed to be sure") {
+  const auto text = [](WireVerdict verdict, const std::vector<wire::SimulationChance>& chances) {
+    return answer_text(frame(verdict, chances).test, names);
+  };
+  CHECK(text(WireVerdict::matched, {{2, 0.997f}, {1, 0.003f}}) == "matched: plate_2 (100 %), misfit 2.17");
+  CHECK(text(WireVerdict::ambiguous, {{2, 0.55f}, {1, 0.4f}, {0, 0.05f}}) ==
+        "ambiguous: plate_2 (55 %) or plate_1 (40 %), misfit 2.17");
+  CHECK(text(WireVerdict::matched, {{0, 0.3f}, {1, 0.3f}, {2, 0.2f}, {3, 0.2f}}) ==
+        "matched: plate_0 (30 %) or plate_1 (30 %) or plate_2 (20 %), misfit 2.17");
+  // Probabilities compare the simulations with each other; they do not say that one fits.
+  CHECK(text(WireVerdict::no_simulation_fits, {{2, 1.0f}}) == "NO SIMULATION FITS, misfit 2.17; nearest: plate_2");
+  CHECK(text(WireVerdict::unknown, {{9, 0.95f}}) == "no verdict yet; so far 9 (95 %)");
+  CHECK(answer_text({}, names) == "no verdict; only method fit judges a test");
+}
+
+TEST_CASE("the answer outlasts refused and missed frames, and ends with the next test") {
+  TestAnswer answer;
+  answer.add(frame(WireVerdict::no_simulation_fits, {{2, 1.0f}}));
+  WireResult missed;
+  missed.session = 1;
+  missed.status = WireStatus::missed;
+  CHECK(!answer.add(missed));
+  CHECK(answer.state().verdict == WireVerdict::no_simulation_fits);
+  WireResult next;
+  next.session = 2;
+  next.coverage = 0.9f;
+  answer.add(next);
+  CHECK(answer.state().frames == 0);
+}
+
+// Regression: with a wrong pose, 34 % of the undeformed component were covered, and nothing was said.
+TEST_CASE("low coverage of the undeformed component gives a warning that names lbea-register, until it is covered") {
+  TestAnswer answer;
+  CHECK(answer.pose_warning().empty());
+  CHECK(answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.34f, 2)));  // the first frame, whatever it matches
+  CHECK(contains(answer.pose_warning(), "34 % of the undeformed component"));
+  CHECK(contains(answer.pose_warning(), "lbea-register"));
+  CHECK(!answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.95f, 2)));
+  CHECK(!answer.pose_warning().empty());
+  CHECK(answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.95f, 0)));
+  CHECK(answer.pose_warning().empty());
+  // A crushed component hides parts of itself.
+  answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.34f, 9));
+  CHECK(answer.pose_warning().empty());
+}
+
+// Regression: the report ended with the most likely simulation, and never said that none fits.
+TEST_CASE("the report of lbea-eval live begins with the answer of the test, also as JSON") {
+  const TemporaryFolder folder;
+  bake_bent_plates(folder / "plates.lbea");
+  const Model model = Model::open(folder / "plates.lbea");
+  LiveSummary summary;
+  summary.complete = summary.has_path = true;
+  for (int i = 0; i < 5; ++i) {
+    LiveRow row;
+    row.result = frame(WireVerdict::no_simulation_fits, {{2, 1.0f}}, 0.34f);
+    summary.answer.add(row.result);
+    summary.rows.push_back(row);
+  }
+  const std::string text = table_summary(summary, model);
+  CAPTURE(text);
+  CHECK(text.starts_with("test: NO SIMULATION FITS, misfit 2.17; nearest: plate_2\nwarning: "));
+  CHECK(contains(text, "lbea-register"));
+  CHECK(contains(text, "nearest path of the whole test"));
+  const auto json = nlohmann::json::parse(to_json(summary, model));
+  CHECK(json["test"]["verdict"] == "no_simulation_fits");
+  CHECK(json["test"]["misfit"].get<double>() == doctest::Approx(2.17));
+  CHECK(json["test"]["simulations"][0]["simulation"] == "plate_2");
+  CHECK(json["test"]["undeformed_coverage"].get<double>() == doctest::Approx(0.34));
+  CHECK(json["frames"][4]["verdict"] == "matched");
+  CHECK(contains(table_line(summary.rows.back()), "matched"));
+}

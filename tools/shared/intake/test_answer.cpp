@@ -1,0 +1,71 @@
+#include "tools/shared/intake/test_answer.hpp"
+
+#include "tools/shared/cli/formatted.hpp"
+
+#include <algorithm>
+
+namespace lbea::tool {
+namespace {
+
+// From the right pose, a rig covers 85 to 100 % of the undeformed component; 5 mm or 3 degrees off, 30 to 70 %.
+constexpr float least_undeformed_coverage = 0.7f;
+constexpr float sure = 0.9f;  // simulations are listed until their probabilities add up to this
+constexpr std::size_t most_listed = 3;
+
+double percent(float share) { return 100.0 * static_cast<double>(share); }
+
+std::string name_of(std::uint32_t simulation, std::span<const std::string> names) {
+  return simulation < names.size() ? names[simulation] : std::to_string(simulation);
+}
+
+}  // namespace
+
+bool TestAnswer::add(const wire::WireResult& result) {
+  if (wire::fate_of(result.status) != wire::Fate::matched) return false;
+  const bool is_first = session_ != result.session;
+  if (is_first) *this = {};
+  session_ = result.session;
+  if (result.test.frames > 0) state_ = result.test;
+  const bool is_undeformed = is_first || (!result.matches.empty() && result.matches.front().sample.time_step == 0);
+  if (is_undeformed) undeformed_coverage_ = result.coverage;
+  return is_undeformed;
+}
+
+std::string TestAnswer::pose_warning() const {
+  if (!undeformed_coverage_ || *undeformed_coverage_ >= least_undeformed_coverage) return {};
+  return formatted(
+      "the frames cover only %.0f %% of the undeformed component: the pose or the model is wrong, or something hides "
+      "it; check --pose, and refine it with lbea-register",
+      percent(*undeformed_coverage_));
+}
+
+std::string likely_simulations(const wire::WireTestState& state, std::span<const std::string> names) {
+  if (state.verdict == wire::WireVerdict::no_simulation_fits) return "nearest: " + name_of(state.simulation, names);
+  std::string text;
+  float sum = 0;
+  for (std::size_t i = 0; i < std::min(most_listed, state.simulations.size()) && sum < sure; ++i) {
+    const wire::SimulationChance& chance = state.simulations[i];
+    text += (i == 0 ? "" : " or ") + name_of(chance.simulation, names) +
+            formatted(" (%.0f %%)", percent(chance.probability));
+    sum += chance.probability;
+  }
+  return text;
+}
+
+std::string answer_text(const wire::WireTestState& state, std::span<const std::string> names) {
+  if (state.frames == 0) return "no verdict; only method fit judges a test";
+  const std::string likely = likely_simulations(state, names);
+  const std::string misfit = formatted("misfit %.2f", static_cast<double>(state.misfit));
+  switch (state.verdict) {
+    case wire::WireVerdict::matched:
+      return "matched: " + likely + ", " + misfit;
+    case wire::WireVerdict::ambiguous:
+      return "ambiguous: " + likely + ", " + misfit;
+    case wire::WireVerdict::no_simulation_fits:
+      return "NO SIMULATION FITS, " + misfit + "; " + likely;
+    default:
+      return "no verdict yet; so far " + likely;
+  }
+}
+
+}  // namespace lbea::tool
