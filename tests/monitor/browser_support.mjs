@@ -32,12 +32,13 @@ export function launchBrowser() {
   return require("playwright-core").chromium.launch({ executablePath, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"] });
 }
 
-/// Starts a program; `ready()` waits until its stderr says that it is ready.
+/// Starts a program; `ready()` waits until its stderr says that it is ready. `said` is its stderr, `printed` its stdout.
 export function start(program, ...parameters) {
-  const child = spawn(join(build, "tools", program.slice(5), program), parameters, { stdio: ["ignore", "ignore", "pipe"] });
+  const child = spawn(join(build, "tools", program.slice(5), program), parameters, { stdio: ["ignore", "pipe", "pipe"] });
   running.add(child);
   child.ended = new Promise((done) => child.on("exit", (code) => (running.delete(child), done(code))));
-  child.said = "";
+  child.said = child.printed = "";
+  child.stdout.on("data", (text) => (child.printed += text));
   child.stderr.on("data", (text) => (child.said += text));
   child.ready = () => until(() => /ready/.test(child.said), () => `${program} is not ready: ${child.said}`);
   return child;
@@ -51,9 +52,11 @@ export async function until(holds, complaint, patience = 30_000) {
   }
 }
 
-export const serve = async (...more) => {
+export const serve = (...more) => serveFrom(sensor, ...more);
+/// A matcher with another pose than that of the frames.
+export const serveFrom = async (pose, ...more) => {
   const server = start("lbea-serve", model, "--frames", endpoint("frames"), "--results", endpoint("results"), "--preview", endpoint("preview"),
-    "--pose", sensor, ...more);
+    "--pose", pose, ...more);
   await server.ready();
   return server;
 };

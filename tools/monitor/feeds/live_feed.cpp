@@ -146,11 +146,7 @@ Snapshot LiveFeed::build() {
     head["version"] = version_;
     head["result"] = to_json(latest_);
     head["health"] = health_.report();
-    head["test"] = {{"epoch", log_.epoch()},
-                    {"results", log_.results()},
-                    {"complete", log_.is_complete()},
-                    {"seconds", log_.seconds(latest_.stamp_ns)},
-                    {"session", std::to_string(log_.session())}};
+    head["test"] = to_json(log_, latest_.stamp_ns, exports_.simulation_names());
     head["model_differs"] = model_differs_;
     head["has_preview"] = previews_.has_value();
   }

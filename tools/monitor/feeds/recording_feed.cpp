@@ -115,12 +115,8 @@ std::string RecordingFeed::frame_packet(const Entry& entry) {
                       {"health", health.report(time_)},
                       {"has_preview", true},
                       {"model_differs", moment.result.model_checksum != model_.checksum()},
-                      {"test",
-                       {{"epoch", log.epoch()},
-                        {"results", log.results()},
-                        {"complete", false},
-                        {"session", std::to_string(entry.session)},
-                        {"seconds", log.seconds(moment.result.stamp_ns)}}}};
+                      {"test", to_json(log, moment.result.stamp_ns, exports_.simulation_names())}};
+  head["test"]["session"] = std::to_string(entry.session);
   head["health"]["recording"] = audit_;
   return scenes_.build(moment, std::move(head));
 }

@@ -62,6 +62,7 @@ void TestLog::add(const wire::WireResult& result) {
   const bool has_sender = fate == wire::Fate::matched || result.status == wire::WireStatus::end_of_stream;
   if (has_sender && (!started_ || result.session != session_)) begin(result);
   if (result.status == wire::WireStatus::end_of_stream) complete_ = true;
+  answer_.add(result);
   if (!started_ || fate == wire::Fate::not_a_capture) return;
   if (results_++ % every_ != 0) return;
   if (rows_.size() >= capacity_) thin();
@@ -109,6 +110,22 @@ std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most) {
                             {"row_values", TestLog::row_values}};
   cursor.row += count;
   return packet.finish(head);
+}
+
+nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns, std::span<const std::string> simulation_names) {
+  const wire::WireTestState& state = log.answer().state();
+  nlohmann::json answer;
+  if (state.frames > 0)
+    answer = {{"verdict", wire::to_string(state.verdict)},
+              {"simulations", likely_simulations(state, simulation_names)},
+              {"misfit", state.misfit}};
+  return {{"epoch", log.epoch()},
+          {"results", log.results()},
+          {"complete", log.is_complete()},
+          {"seconds", log.seconds(stamp_ns)},
+          {"session", std::to_string(log.session())},
+          {"answer", std::move(answer)},
+          {"pose_warning", log.answer().pose_warning()}};
 }
 
 std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names) {

@@ -1,7 +1,9 @@
 // The curves of one test, for browsers that connect later: bounded, and thinned when they grow too long.
 #pragma once
 
-#include "adapters/wire/codec/messages.hpp"
+#include "tools/shared/intake/test_answer.hpp"
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <array>
 #include <cstdint>
@@ -57,6 +59,7 @@ class TestLog {
   [[nodiscard]] bool is_complete() const noexcept { return complete_; }
   [[nodiscard]] std::uint64_t results() const noexcept { return results_; }
   [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
+  [[nodiscard]] const TestAnswer& answer() const noexcept { return answer_; }
   [[nodiscard]] double seconds(std::int64_t stamp_ns) const noexcept {
     return static_cast<double>(stamp_ns - first_stamp_ns_) * 1e-9;
   }
@@ -69,11 +72,16 @@ class TestLog {
   std::size_t every_ = 1;
   std::int64_t first_stamp_ns_ = 0;
   bool complete_ = false, started_ = false;
+  TestAnswer answer_;
   std::vector<Row> rows_;
 };
 
 /// A packet with at most `most` rows after the cursor, which moves; empty when there are none.
 [[nodiscard]] std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most);
+
+/// The test as the page reads it; `stamp_ns`: of the shown frame. "answer" is null before the test has a state.
+[[nodiscard]] nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns,
+                                     std::span<const std::string> simulation_names);
 
 /// With one header line, and the names of simulations instead of their numbers.
 [[nodiscard]] std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names);

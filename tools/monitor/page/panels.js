@@ -8,14 +8,26 @@ const put = (id, text) => {
 };
 
 const verdicts = {
-  matched: ["\u2713", "Matched", "One shape explains the frame."],
-  ambiguous: ["?", "Ambiguous", "Simulations with clearly different shapes explain the frame equally well."],
-  no_simulation_fits: ["\u2715", "No simulation fits", "No simulation of the ensemble explains the frame."],
-  low_coverage: ["\u25D0", "Low coverage", "The frame covers too little of the surface for a reliable match."],
-  refused: ["\u2715", "Frame refused", "The frame could not be read or used."],
-  unknown: ["\u2013", "No verdict", "The result has no verdict."],
+  matched: ["\u2713", "Matched"],
+  doubtful: ["?", "Matched, pose in doubt"],
+  ambiguous: ["?", "Ambiguous"],
+  no_simulation_fits: ["\u2715", "No simulation fits"],
+  low_coverage: ["\u25D0", "Low coverage"],
+  refused: ["\u2715", "Frame refused"],
+  unknown: ["\u2013", "No verdict"],
 };
+const ofTest = {
+  matched: "These simulations explain the test.",
+  ambiguous: "Clearly different simulations explain the test equally well.",
+  no_simulation_fits: "The measured shapes differ from all simulations.",
+};
+const ofFrame = {
+  low_coverage: "The frame covers too little of the surface for a reliable match.",
+  refused: "The frame could not be read or used.",
+};
+const number = (value) => (value === null || value === undefined ? "-" : value.toFixed(2));
 
+/// The headline is the answer of the whole test; the latest or chosen frame is described below it.
 export class VerdictPanel {
   constructor(model) {
     this.model = model;
@@ -23,29 +35,35 @@ export class VerdictPanel {
     this.announceAfter = 0;
   }
   update(result, test) {
-    const matches = result.matches ?? [], best = matches[0];
-    const known = test.results > 0 ? verdicts[result.verdict] ?? verdicts.unknown : ["\u2013", "No frames yet", "Waiting for the first frame."];
-    byId("verdict-panel").dataset.verdict = test.results > 0 ? result.verdict : "none";
-    put("verdict-sign", known[0]);
-    put("verdict-word", known[1]);
-    put("verdict-why", this.why(result, known[2]));
-    put("best-name", best ? best.name : "-");
-    put("best-step", best ? `step ${best.time_step}, ${(best.time_s * 1000).toFixed(2)} ms` : "");
-    put("test-so-far", this.soFar(result.test, test.complete));
-    this.announce(`${known[1]}${best ? `: ${best.name}` : ""}`);
+    const { verdict, word, best, why } = this.headline(result, test);
+    const shown = verdict === "matched" && test.pose_warning ? "doubtful" : verdict, [sign, name] = verdicts[shown] ?? verdicts.unknown;
+    byId("verdict-panel").dataset.verdict = shown;
+    put("verdict-sign", sign);
+    put("verdict-word", word ?? name);
+    put("best", best || "-");
+    put("verdict-why", why);
+    put("frame-verdict", test.results > 0 ? this.frame(result) : "");
+    const warning = test.pose_warning;
+    put("pose-warning", warning && `${warning[0].toUpperCase()}${warning.slice(1)}.`);
+    byId("pose-warning").hidden = !warning;
+    this.announce(`${word ?? name}${best ? `: ${best}` : ""}`);
   }
-  /// The result of all frames together, which may differ from that of the last frame.
-  soFar(test, complete) {
-    if (!test || !test.simulations.length) return complete ? "The test is complete." : "";
-    const [simulation, probability] = test.simulations[0];
-    return `${complete ? "The test is complete" : "Whole test so far"}: ${this.model.simulations[simulation]?.name ?? simulation} (${(probability * 100).toFixed(0)} %)`;
+  headline({ verdict, fit, matches }, { results, complete, answer }) {
+    if (results === 0) return { verdict: "none", word: "No frames yet", why: "Waiting for the first frame." };
+    if (answer && answer.verdict in ofTest)
+      return { verdict: answer.verdict, best: answer.simulations,
+        why: `${ofTest[answer.verdict]} Misfit ${number(answer.misfit)}. ${complete ? "The test is complete." : "The test so far."}` };
+    if (answer) return { verdict: "none", word: "No verdict yet", best: answer.simulations, why: "The test's verdict needs four frames." };
+    if (verdict !== "matched") return { verdict, best: matches?.[0]?.name, why: ofFrame[verdict] ?? "" };
+    return { verdict: "none", word: "Nearest sample", best: matches?.[0]?.name, why: "Only method fit detects that no simulation fits." };
   }
-  why(result, sentence) {
-    if (result.status !== "ok" && result.verdict === "refused") return `${sentence} Reason: ${result.status.replaceAll("_", " ")}.`;
-    if (!result.fit) return result.verdict === "matched" ? "The nearest sample. Only method fit detects that no simulation fits." : sentence;
-    const { misfit, spread } = result.fit;
-    const number = (value) => (value === null || value === undefined ? "-" : value.toFixed(2));
-    return `${sentence} Misfit ${number(misfit)}, spread ${number(spread)} ${this.model.unit}.`;
+  frame(result) {
+    const { frame, verdict, status, fit, coverage } = result, best = result.matches?.[0];
+    const said = verdict === "refused" && status !== "ok" ? status : verdict;
+    const parts = [`Frame ${frame}: ${said.replaceAll("_", " ")}`];
+    if (best) parts.push(`${best.name}, step ${best.time_step}, ${(best.time_s * 1000).toFixed(2)} ms`, `coverage ${(coverage * 100).toFixed(0)} %`);
+    if (fit) parts.push(`misfit ${number(fit.misfit)}, spread ${number(fit.spread)} ${this.model.unit}`);
+    return parts.join("; ");
   }
   /// Limits announcements to one in three seconds, so that a screen reader can finish each.
   announce(text) {

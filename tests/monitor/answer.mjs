@@ -1,0 +1,92 @@
+// The answer of a test in the monitor's headline, in lbea-eval live and in the log. The page's panel runs without a browser.
+//   node --experimental-websocket answer.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { endpoint, model, monitor, run, send, sensor, serveFrom, sockets, start, stop, until } from "./browser_support.mjs";
+
+const elements = new Map();
+globalThis.document = { getElementById: (id) => elements.get(id) ?? elements.set(id, { textContent: "", hidden: false, dataset: {} }).get(id) };
+const page = "../../tools/monitor/page";
+const { VerdictPanel } = await import(`${page}/panels.js`), { readPacket } = await import(`${page}/connection.js`);
+
+/// What the panel shows.
+const shown = () => {
+  const text = (id) => elements.get(id).textContent;
+  return { verdict: elements.get("verdict-panel").dataset.verdict, word: text("verdict-word"), best: text("best"), why: text("verdict-why"), frame: text("frame-verdict"),
+    warning: elements.get("pose-warning").hidden ? "" : text("pose-warning") };
+};
+
+function sensorMovedBy(axis, mm) {
+  const moved = JSON.parse(readFileSync(sensor, "utf8")), file = join(sockets, `moved_${axis}_${mm}.json`);
+  for (const pose of [moved.T_reference_sensor, moved.sensor.T_reference_right]) pose[axis][3] += mm;
+  writeFileSync(file, JSON.stringify(moved));
+  return file;
+}
+
+/// Plays the demo's test to a matcher with this pose. Returns what the panel showed for each message of the monitor.
+async function play(pose, ...more) {
+  const server = await serveFrom(pose, ...more);
+  const watcher = await monitor();
+  const evaluation = start("lbea-eval", "live", model, "--results", endpoint("results"));
+  const panel = new VerdictPanel({ unit: "mm" }), seen = [];
+  const socket = new WebSocket(`${watcher.url.replace("http", "ws")}live`);
+  socket.binaryType = "arraybuffer";
+  socket.onmessage = ({ data }) => {
+    const { head } = readPacket(data);
+    if (head.type !== "snapshot") return;
+    panel.update(head.result, head.test);
+    seen.push({ ...shown(), complete: head.test.complete });
+  };
+  await until(() => seen.length > 0 && /ready/.test(evaluation.said), "the monitor and lbea-eval do not receive anything");
+  const sender = send("--rate", "100");
+  assert.equal(await sender.ended, 0, sender.said);
+  assert.equal(await evaluation.ended, 0, evaluation.said);
+  await until(() => seen.at(-1).complete, "the end of the test is not shown");
+  socket.close();
+  for (const program of [watcher, server]) await stop(program);
+  return { seen, last: seen.at(-1), log: server.said, report: evaluation.printed, warnings: evaluation.said };
+}
+
+// Regression: the panel showed the verdict of the last frame, and eval the most likely simulation.
+async function checkWrongPose() {
+  const { seen, last, report, warnings } = await play(sensorMovedBy(2, 5), "--method", "fit");
+  assert.deepEqual([last.verdict, last.word], ["no_simulation_fits", "No simulation fits"]);
+  assert.match(last.best, /^nearest: run_\d+$/);
+  assert.match(last.why, /Misfit \d\.\d\d\. The test is complete\./);
+  assert.match(last.frame, /^Frame 20: matched; run_\d+, step \d+/, "a frame may match alone");
+  assert.ok(seen.every(({ verdict }) => verdict !== "matched"), "no frame of this test is shown as matched");
+  assert.match(report, /\ntest: NO SIMULATION FITS, misfit \d\.\d\d; nearest: run_\d+\n/);
+  for (const text of [last.warning, report, warnings]) assert.match(text, /cover only \d\d % of the undeformed component.*lbea-register/);
+}
+
+async function checkDoubtfulPose() {
+  const { last, report } = await play(sensorMovedBy(1, 5), "--method", "fit");
+  assert.deepEqual([last.verdict, last.word], ["doubtful", "Matched, pose in doubt"]);
+  assert.match(last.warning, /lbea-register/);
+  assert.match(report, /\ntest: matched: .*\nwarning: .*lbea-register/);
+}
+
+async function checkRightPose() {
+  const { seen, last, report, warnings } = await play(sensor, "--method", "fit");
+  assert.deepEqual([last.verdict, last.word, last.warning], ["matched", "Matched", ""]);
+  assert.match(last.best, /^run_\d+ \(\d+ %\)/);
+  assert.match(last.why, /complete/);
+  assert.match(report, /\ntest: matched: run_\d+ \(\d+ %\)/);
+  assert.doesNotMatch(report + warnings, /lbea-register/);
+  assert.equal(seen[0].word, "No frames yet");
+}
+
+async function checkOtherMethod() {
+  const { last, report } = await play(sensor, "--method", "lbea");
+  assert.deepEqual([last.verdict, last.word], ["none", "Nearest sample"]);
+  assert.match(report, /\ntest: no verdict; only method fit judges a test\n/);
+}
+
+run(async () => {
+  await checkRightPose();
+  await checkWrongPose();
+  if (process.env.LBEA_LONG_TESTS !== "1") return;
+  await checkDoubtfulPose();
+  await checkOtherMethod();
+});
