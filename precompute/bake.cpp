@@ -5,7 +5,6 @@
 #include "precompute/model_file/write_model.hpp"
 #include "precompute/samples/sample_projection.hpp"
 #include "precompute/survey/survey_runs.hpp"
-#include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea::bake {
 
@@ -26,9 +25,9 @@ BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& desc
   // Then the depth image of each sample from the sensor's pose, and the envelope of all surfaces.
   plan_samples(plan, options);
   check_space(work, plan);
-  Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   make_samples(work, plan, surveyed_runs(plan), options);
-  const double samples_seconds = watch.lap_s();
+  const double samples_seconds = seconds_since(begin);
 
   // The model file: all samples, and what they determine together: the axes of highest variance (step 8), deformation
   // branches, the residuals that an unseen run leaves in the depth images.

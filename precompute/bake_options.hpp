@@ -4,6 +4,7 @@
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/survey/common_mesh.hpp"
 
+#include <chrono>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -84,5 +85,9 @@ struct BakeSummary {
     double reading = 0, bases = 0, samples = 0, writing = 0;  // of the stages that this process did; writing: the merge
   } seconds;
 };
+
+[[nodiscard]] inline double seconds_since(std::chrono::steady_clock::time_point begin) noexcept {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
 
 }  // namespace lbea::bake

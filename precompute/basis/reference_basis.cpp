@@ -2,7 +2,6 @@
 
 #include "precompute/parallel.hpp"
 #include "precompute/work/bake_plan.hpp"
-#include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea::bake {
 namespace {
@@ -56,7 +55,7 @@ ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const flo
 }
 
 void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& reference, const BakeOptions& options) {
-  Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   const std::uint32_t modes = plan.description.modes;
   const CommonMesh& mesh = plan.survey.mesh;
   plan.bases.resize(reference.states.size());
@@ -71,7 +70,7 @@ void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& refere
       stage.step();
     }
   });
-  plan.bases_seconds = watch.lap_s();
+  plan.bases_seconds = seconds_since(begin);
 }
 
 }  // namespace lbea::bake

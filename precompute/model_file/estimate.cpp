@@ -3,7 +3,6 @@
 #include "precompute/model_file/model_sections.hpp"
 #include "precompute/samples/sample_projection.hpp"
 #include "precompute/work/archive.hpp"
-#include "runtime/src/match/stopwatch.hpp"
 
 #include <algorithm>
 
@@ -28,9 +27,9 @@ double seconds_of(const WorkFolder& work, const BakePlan& probe, const BakeOptio
   BakeOptions quietly = options;
   quietly.progress = {};
   quietly.leaves_out_broken = false;
-  Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   (void)make_samples(work, probe, {0}, quietly);
-  const double seconds = watch.lap_s();
+  const double seconds = seconds_since(begin);
   std::error_code none;
   std::filesystem::remove(work.file(probe.runs.front().record_name()), none);
   std::filesystem::remove(work.file(probe.runs.front().grid_and_images_name()), none);

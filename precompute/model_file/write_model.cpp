@@ -4,7 +4,6 @@
 #include "precompute/model_file/model_sections.hpp"
 #include "precompute/model_file/sample_sections.hpp"
 #include "precompute/samples/sample_record.hpp"
-#include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea::bake {
 namespace {
@@ -182,7 +181,7 @@ CollectedRuns collect_runs(const WorkFolder& work, const BakePlan& plan) {
 
 BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const std::filesystem::path& output,
                         const BakeOptions& options) {
-  Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   const BakePlan& plan = runs.plan;
   const std::vector<ReferenceBasis> bases = read_bases(work, plan);
   const std::vector<std::string> left_out = names_of(runs.left_out);
@@ -210,7 +209,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   summary.file_size = writer.file_size();
   summary.left_out = runs.left_out;
   if (plan.description.compact_fields) summary.rounded_fields = rounded_fields(plan.survey, appender.field_errors());
-  summary.seconds = {plan.reading_seconds, plan.bases_seconds, 0, watch.lap_s()};
+  summary.seconds = {plan.reading_seconds, plan.bases_seconds, 0, seconds_since(begin)};
   return summary;
 }
 

@@ -2,7 +2,6 @@
 
 #include "precompute/parallel.hpp"
 #include "precompute/survey/envelope.hpp"
-#include "runtime/src/match/stopwatch.hpp"
 
 #include <numeric>
 #include <set>
@@ -119,7 +118,7 @@ BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const Ens
                      const BakeOptions& options) {
   check(ensemble, description);
   work.create();
-  Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   BakePlan plan;
   plan.description = description;
   plan.ensemble = ensemble;
@@ -130,7 +129,7 @@ BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const Ens
   collect(work, plan, *reference, options);
   check_rounded(ensemble, plan.survey);
   (void)EnvelopeBuilder(plan.survey.min, plan.survey.max, description.envelope_margin);  // throws if the margin is bad
-  plan.reading_seconds = watch.lap_s();
+  plan.reading_seconds = seconds_since(begin);
   return plan;
 }
 

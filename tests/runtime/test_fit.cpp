@@ -1,6 +1,6 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
 #include "precompute/depth_images/residuals.hpp"
-#include "runtime/src/depth/depth_comparison.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
 #include <doctest/doctest.h>

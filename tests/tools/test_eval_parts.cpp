@@ -1,5 +1,5 @@
 // Parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
-#include "runtime/src/track/evidence.hpp"
+#include "runtime/src/track/inference.hpp"
 #include "tests/support/synthetic_model.hpp"
 #include "tools/eval/evaluation_report.hpp"
 #include "tools/eval/experiments.hpp"

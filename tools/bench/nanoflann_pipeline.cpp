@@ -1,6 +1,5 @@
 #include "runtime/src/match/cloud_index.hpp"
-#include "runtime/src/match/matcher_state.hpp"
-#include "runtime/src/match/stopwatch.hpp"
+#include "runtime/src/match/matcher.hpp"
 #include "tools/bench/pipeline.hpp"
 
 #include <Eigen/Core>

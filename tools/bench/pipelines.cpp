@@ -2,8 +2,7 @@
 
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
-#include "runtime/src/match/matcher_state.hpp"
-#include "runtime/src/match/stopwatch.hpp"
+#include "runtime/src/match/matcher.hpp"
 
 #include <algorithm>
 #include <utility>

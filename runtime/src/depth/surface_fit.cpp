@@ -1,7 +1,5 @@
 #include "runtime/src/depth/surface_fit.hpp"
 
-#include "runtime/src/match/sample_surface.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -203,7 +201,7 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
 
 void SurfaceFitter::copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {
   if (!model_.landmark_positions.empty()) {
-    std::ranges::copy(mesh_landmarks(model_, sample), into.begin());
+    std::ranges::copy(model_.landmarks(sample).last(into.size()), into.begin());
     return;
   }
   const float* positions = model_.node_positions.data() + std::size_t{3} * model_.info.nodes * sample;

@@ -2,7 +2,6 @@
 // the best of them is fitted to the frame.
 #pragma once
 
-#include "runtime/src/depth/depth_comparison.hpp"
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/match/sample_search.hpp"
 #include "runtime/src/model/model_view.hpp"

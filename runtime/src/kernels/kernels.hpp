@@ -131,16 +131,11 @@ struct Kernels {
 }  // namespace lbea
 
 #ifdef LBEA_KERNELS
-// Members of the table that have source files of their own, in the namespace of the instruction set being compiled.
+// Members of the table from kernel_search.cpp, in the namespace of the instruction set being compiled.
 namespace lbea::LBEA_KERNELS {
 
 NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound);
 void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
-void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster, CellTally* tallies);
-CellSums compare_depths(const float* observed, const std::uint16_t* sample, std::size_t cells,
-                        const CellPrices& prices);
-void subtract_depths(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,
-                     float* residual);
 
 }  // namespace lbea::LBEA_KERNELS
 #endif

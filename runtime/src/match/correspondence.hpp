@@ -1,8 +1,9 @@
-// Method step 3: for every vertex of the reference mesh, the nearest point of the cloud.
+// Method step 3: for every vertex of the reference mesh, the nearest point of the cloud. And the coverage: the share of
+// a sample's surface with a point nearby.
 #pragma once
 
 #include "runtime/src/match/cloud_index.hpp"
-#include "runtime/src/model/model_format.hpp"
+#include "runtime/src/model/model_view.hpp"
 
 namespace lbea {
 
@@ -30,6 +31,24 @@ struct Positions {
 /// empty, receives the points' places in the frame. The index must hold at least one point.
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points = {}) noexcept;
+
+/// The observed surface of a sample, for the coverage: all its vertices, or landmarks where the model has them.
+class SampleSurface {
+ public:
+  /// Allocates all memory.
+  explicit SampleSurface(const ModelView& model);
+
+  /// Copies the sample's positions. reference: one of the model's. Does not allocate.
+  void take(std::uint32_t sample, const ReferenceView& reference) noexcept;
+  [[nodiscard]] std::span<const std::array<float, 3>> positions() const noexcept { return positions_; }
+  /// The mass that each position represents.
+  [[nodiscard]] std::span<const double> mass(const ReferenceView& reference) const noexcept;
+
+ private:
+  const ModelView& model_;
+  std::vector<std::array<float, 3>> positions_;
+  std::vector<std::vector<double>> landmark_mass_;  // per reference; none without landmarks
+};
 
 /// The share of the surface that the frame shows: the mass of the vertices (placed at `positions`) with a point
 /// within `trusted_distance`, over the mass of all.

@@ -1,4 +1,5 @@
 #include "runtime/src/model/model_view.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 
 #include "runtime/src/model/section_reader.hpp"
 

@@ -1,7 +1,6 @@
 // The sections of a model file as spans, checked when the file is opened.
 #pragma once
 
-#include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/model/field_codes.hpp"
 #include "runtime/src/model/model_format.hpp"
 #include "runtime/src/model/vertex_tree.hpp"
@@ -72,6 +71,12 @@ struct ModelView {
   std::vector<std::span<const std::byte>>
       cold;                           // parts of the image that match() by lbea and fit does not read, ascending
   std::shared_ptr<const void> owner;  // the mapping, when the model owns one
+
+  /// The sample's landmarks: first those on the observed surface, then those on the whole component.
+  [[nodiscard]] std::span<const float> landmarks(std::uint32_t sample) const noexcept {
+    const std::size_t floats = landmark_positions.size() / info.samples;
+    return landmark_positions.subspan(sample * floats, floats);
+  }
 };
 
 /// Checks `image` by the rules of FORMAT.md. `name` is the model's name in errors. release: see SectionReader.

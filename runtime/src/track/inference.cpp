@@ -1,4 +1,6 @@
-#include "runtime/src/track/evidence.hpp"
+#include "runtime/src/track/inference.hpp"
+
+#include "runtime/src/track/tracker.hpp"
 
 #include <lbea/inference.hpp>
 

@@ -1,4 +1,4 @@
-#include "runtime/src/track/evidence.hpp"
+#include "runtime/src/track/tracker.hpp"
 
 #include <cmath>
 

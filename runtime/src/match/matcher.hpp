@@ -5,13 +5,13 @@
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 #include "runtime/src/match/sample_search.hpp"
-#include "runtime/src/match/sample_surface.hpp"
-#include "runtime/src/match/stopwatch.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
 
+#include <chrono>
 #include <optional>
+#include <utility>
 
 namespace lbea {
 
@@ -23,6 +23,18 @@ namespace lbea {
   constexpr double seconds_per_nanosecond = 1e-9;
   return (static_cast<double>(end_ns) - static_cast<double>(begin_ns)) * seconds_per_nanosecond;
 }
+
+/// Time since the last lap or the construction. On Linux the steady clock is read in user space: no system call.
+class Stopwatch {
+ public:
+  std::uint32_t lap_ns() noexcept {
+    const auto now = std::chrono::steady_clock::now();
+    return static_cast<std::uint32_t>((now - std::exchange(last_, now)) / std::chrono::nanoseconds(1));
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
 
 /// The stages of match(), in their order. Each one adds its part to `result`, with the time that it took.
 struct Matcher::State {
