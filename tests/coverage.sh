@@ -15,7 +15,7 @@ tests=(model wire_codec wire_ring wire_access wire_sockets mcap d3plot simulatio
 fuzzers=(frame result control model mcap d3plot mesh_files ply xyz cloud tables description http)
 parsers=(
   runtime/src/'(model/section_reader|model/model_view|model/mapped_file|depth/depth_images)'
-  adapters/wire/'(codec/(frame_codec|result_codec|codec|flatbuffer)|access/keys|sockets/endpoint)'
+  adapters/wire/'(codec/(result_codec|codec|flatbuffer)|access/keys|sockets/endpoint)'
   adapters/mcap/'(bytes|records|reader|salvage|compression|file_check|recovery)'
   adapters/simulation/
   adapters/clouds/'(formats|pcd|ply|stamps|stl|xyz)'
