@@ -1,7 +1,6 @@
 // lbea-record: records frames without a matcher, or between a rig and its matcher.
 #include "tools/record/frame_recorder.hpp"
 #include "tools/shared/cli/distinct_endpoints.hpp"
-#include "tools/shared/cli/wall_clock.hpp"
 #include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/recording/recording_options.hpp"
 
@@ -70,7 +69,7 @@ RunSettings settings_of(const Options& options) {
   settings.program = "lbea-record " LBEA_VERSION_STRING;
   settings.matcher.trigger_ns = options.recording.trigger_ns.value_or(0);
   settings.matcher.max_points = options.max_points;
-  settings.start_ns = wall_clock_ns();
+  settings.start_ns = wire::wall_clock_ns();
   return settings;
 }
 

@@ -1,7 +1,6 @@
 #include "tools/send/player.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/cli/wall_clock.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -23,7 +22,7 @@ std::shared_ptr<const std::vector<std::byte>> relabelled(const EncodedCloud& clo
   } else {
     std::atomic_thread_fence(std::memory_order_acquire);  // after the socket's last read
   }
-  wire::relabel_frame(*message, id, cloud.stamp_ns.value_or(wall_clock_ns()));
+  wire::relabel_frame(*message, id, cloud.stamp_ns.value_or(wire::wall_clock_ns()));
   return message;
 }
 

@@ -7,7 +7,6 @@
 #include "tools/shared/cli/distinct_endpoints.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/service_notify.hpp"
-#include "tools/shared/cli/wall_clock.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
@@ -47,7 +46,7 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
                        options.matcher,
                        options.sensor_json,
                        0};
-  settings.start_ns = wall_clock_ns();
+  settings.start_ns = wire::wall_clock_ns();
   return settings;
 }
 
@@ -159,9 +158,9 @@ int serve(ServeOptions options) {
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-serve"));
   lbea::tool::ServeOptions options;
-  lbea::tool::Tool tool("lbea-serve", lbea::tool::description,
-                        "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose "
-                        "sensor.json");
+  lbea::tool::Tool tool(
+      "lbea-serve", lbea::tool::description,
+      "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose sensor.json");
   lbea::tool::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::serve(options); });
 }

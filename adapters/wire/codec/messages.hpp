@@ -4,6 +4,7 @@
 #include <lbea/lbea.hpp>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -13,6 +14,11 @@
 #include <vector>
 
 namespace lbea::wire {
+
+/// The clock of all stamps and recordings: ns since 1970.
+[[nodiscard]] inline std::int64_t wall_clock_ns() noexcept {
+  return std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
 
 /// The status of a message; names and numbers are those of schema/counters.fbs.
 enum class WireStatus : std::uint8_t {

@@ -1,7 +1,6 @@
 #include "tools/monitor/feeds/live_feed.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/cli/wall_clock.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -79,7 +78,7 @@ void LiveFeed::receive_clouds() {
     const wire::FrameHeader& header = decoder.header();
     std::vector<Point> points(header.points);
     decoder.read_points(points);
-    audience_.relay(ViewerChannel::frames, wall_clock_ns(), header.cloud);
+    audience_.relay(ViewerChannel::frames, wire::wall_clock_ns(), header.cloud);
     const std::lock_guard lock(mutex_);
     ++version_;
     add({header.session, header.id, std::make_shared<const std::vector<Point>>(std::move(points))});

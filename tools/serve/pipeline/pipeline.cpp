@@ -1,7 +1,5 @@
 #include "tools/serve/pipeline/pipeline.hpp"
 
-#include "tools/shared/cli/wall_clock.hpp"
-
 #include <utility>
 
 namespace lbea::tool {
@@ -9,7 +7,7 @@ namespace {
 
 /// Completes the description with the pipeline's own settings.
 PipelineConfig described(PipelineConfig config) {
-  config.description.start_ns = wall_clock_ns();
+  config.description.start_ns = wire::wall_clock_ns();
   config.description.max_points = config.limits.max_points;
   config.description.max_message_bytes = config.limits.max_message_bytes();
   config.description.queue_slots = config.queue_slots;

@@ -2,7 +2,6 @@
 // Every capture ends in exactly one status: matched, rejected or dropped (by reason), and in one result.
 #pragma once
 
-#include "tools/serve/pipeline/frame_enqueuer.hpp"
 #include "tools/serve/pipeline/frame_matcher.hpp"
 #include "tools/serve/pipeline/result_publisher.hpp"
 

@@ -1,7 +1,5 @@
 #include "tools/serve/pipeline/result_publisher.hpp"
 
-#include "tools/shared/cli/wall_clock.hpp"
-
 #include <algorithm>
 #include <utility>
 
@@ -84,7 +82,7 @@ void ResultPublisher::send_result() noexcept {
   result_.counters = counters();
   result_.model_checksum = config_.description.model.checksum;
   result_.sequence = sequence_++;
-  result_.publish_ns = wall_clock_ns();
+  result_.publish_ns = wire::wall_clock_ns();
   result_.elapsed_ns.total = short_ns(result_.publish_ns - result_.receive_ns);
   if (wire::fate_of(result_.status) == wire::Fate::matched) add_times(result_.elapsed_ns);
   const wire::Message message = encoder_.result(result_);
@@ -102,7 +100,7 @@ void ResultPublisher::add_times(const wire::WireTimes& times) noexcept {
 
 void ResultPublisher::publish_state() noexcept {
   state_.sequence = sequence_++;
-  state_.publish_ns = wall_clock_ns();
+  state_.publish_ns = wire::wall_clock_ns();
   state_.queue_used = static_cast<std::uint32_t>(queues_.frames.used());
   state_.senders = queues_.account.senders.load();
   state_.counters = counters();  // after the senders, so that an ended sender's frames are included

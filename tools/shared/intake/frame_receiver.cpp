@@ -1,7 +1,5 @@
 #include "tools/shared/intake/frame_receiver.hpp"
 
-#include "tools/shared/cli/wall_clock.hpp"
-
 #include <algorithm>
 #include <utility>
 
@@ -67,7 +65,7 @@ bool FrameReceiver::receive_next(std::chrono::milliseconds timeout, bool is_drai
 }
 
 void FrameReceiver::receive(wire::Message message, bool is_draining) noexcept {
-  const std::int64_t receive_ns = wall_clock_ns();
+  const std::int64_t receive_ns = wire::wall_clock_ns();
   if (wire::message_kind(message) == wire::MessageKind::control && receive_control(message, receive_ns)) return;
   const auto begin = Clock::now();
   const wire::WireStatus message_status = decoder_.open(message);

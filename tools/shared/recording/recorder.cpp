@@ -1,7 +1,5 @@
 #include "tools/shared/recording/recorder.hpp"
 
-#include "tools/shared/cli/wall_clock.hpp"
-
 #include <limits>
 #include <new>
 
@@ -93,7 +91,7 @@ void Recorder::tick(bool last) {
 }
 
 void Recorder::discard_old() {
-  const std::int64_t oldest_ns = wall_clock_ns() - config_.window->before.count();
+  const std::int64_t oldest_ns = wire::wall_clock_ns() - config_.window->before.count();
   for (RecordQueue* queue : {&notes_, &frames_}) queue->discard_before(oldest_ns);
 }
 
@@ -103,7 +101,7 @@ void Recorder::begin_window() {
 }
 
 void Recorder::record(bool last) {
-  const std::int64_t now_ns = wall_clock_ns();  // before the rings are read: older messages are then in the file
+  const std::int64_t now_ns = wire::wall_clock_ns();  // before the rings are read: older messages are then in the file
   const auto now = Clock::now();
   const std::size_t waiting = waiting_bytes();
   if (waiting == 0 && !file_.report_is_due(now)) return void(waiting_since_ = {});

@@ -1,7 +1,5 @@
 #include "tools/shared/recording/recording_file.hpp"
 
-#include "tools/shared/cli/wall_clock.hpp"
-
 #include <lbea/lbea.hpp>
 
 #include <cerrno>
@@ -90,7 +88,7 @@ void LossReports::append_when_due(mcap::Buffer& out, const RecorderStatus& statu
 void LossReports::append_when_changed(mcap::Buffer& out, const RecorderStatus& status) {
   std::string report = loss_report_json(status);
   if (report == last_) return;
-  const auto time = static_cast<std::uint64_t>(wall_clock_ns());
+  const auto time = static_cast<std::uint64_t>(wire::wall_clock_ns());
   mcap::append(out, mcap::Message{channel_, sequence_, time, time, std::as_bytes(std::span(report))});
   appended_ = std::move(report);
 }

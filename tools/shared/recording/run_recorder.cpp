@@ -1,7 +1,6 @@
 #include "tools/shared/recording/run_recorder.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/cli/wall_clock.hpp"
 
 #include <algorithm>
 #include <array>
@@ -122,6 +121,6 @@ void RunRecorder::update_free_space() noexcept {
   free_bytes_ = error ? wire::WireRecording::unknown : space.available;
 }
 
-void RunRecorder::trigger_now() noexcept { recorder_.trigger(wall_clock_ns()); }
+void RunRecorder::trigger_now() noexcept { recorder_.trigger(wire::wall_clock_ns()); }
 
 }  // namespace lbea::tool

@@ -1,4 +1,4 @@
-#include "tools/serve/pipeline/frame_enqueuer.hpp"
+#include "tools/serve/pipeline/pipeline_queues.hpp"
 
 #include <algorithm>
 
