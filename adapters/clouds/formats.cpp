@@ -39,9 +39,9 @@ PointCloud parse_point_cloud(std::span<const std::byte> bytes, const std::string
   const std::string_view start = as_text(bytes).substr(0, start_bytes);
   for (const CloudFormat& format : formats)
     if (format.is_format(start, bytes.size())) return format.parse(bytes, name);
-  throw Error(Status::unsupported_input, name +
-                                             " is a binary file of unknown kind; expected PLY, PCD, STL or text with "
-                                             "columns x y z: convert it to PLY");
+  throw Error(
+      Status::unsupported_input,
+      name + " is a binary file of unknown kind; expected PLY, PCD, STL or text with columns x y z: convert it to PLY");
 }
 
 PointCloud read_point_cloud(const std::filesystem::path& path) {

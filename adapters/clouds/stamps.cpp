@@ -161,9 +161,10 @@ std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file,
   for (const std::string& name : {file.filename().string(), file.stem().string()})
     if (const auto found = table_.find(name); found != table_.end()) return found->second;
   if (!table_.empty())
-    throw Error{Status::bad_input, file.string() +
-                                       ": is not in the table of stamps; clouds of one test need one clock, so add its "
-                                       "line or remove the table"};
+    throw Error{
+        Status::bad_input,
+        file.string() +
+            ": is not in the table of stamps; clouds of one test need one clock, so add its line or remove the table"};
   return in_file ? in_file : stamp_in_name(file.stem().string());
 }
 

@@ -93,8 +93,8 @@ class VtuWriter {
   /// The XML before the appended data. It lists the blocks in the order in which write() appends them.
   std::string description() {
     std::string xml =
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-        "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n";
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
+        "header_type=\"UInt64\">\n<UnstructuredGrid>\n";
     if (grid_.time_s)
       xml += "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">" +
              xml_number(*grid_.time_s) + "</DataArray>\n</FieldData>\n";

@@ -76,10 +76,9 @@ bool is_text(std::string_view start) noexcept {
 std::vector<float> corners(std::string_view bytes, const std::string& name) {
   if (is_binary(bytes, bytes.size())) return binary_corners(bytes);
   if (is_text(bytes)) return text_corners(bytes, name);
-  throw Error{Status::bad_input,
-              name +
-                  ", byte 80: is neither binary STL (its number of triangles does not match its size) "
-                  "nor text; the file is damaged or cut short"};
+  throw Error{Status::bad_input, name +
+                                     ", byte 80: is neither binary STL (its number of triangles does not match its "
+                                     "size) nor text; the file is damaged or cut short"};
 }
 
 }  // namespace lbea::io::stl

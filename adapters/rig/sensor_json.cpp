@@ -110,8 +110,8 @@ RigidTransform JsonTable::pose(const char* key) const {
     }
   if (!is_rotation(rotation))
     fail(key,
-         "does not begin with a rotation (rows orthonormal within 1e-4, determinant 1); check the calibration, "
-         "its order of rows and columns, and that the length unit is not scaled into it");
+         "does not begin with a rotation (rows orthonormal within 1e-4, determinant 1); check the calibration, its "
+         "order of rows and columns, and that the length unit is not scaled into it");
   return transform;
 }
 

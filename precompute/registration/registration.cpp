@@ -217,8 +217,7 @@ std::string Registrar::doubt(const std::vector<Candidate>& refined, const LeastC
   if (least.deviation > settings_.tolerance)
     return format(
         "the clouds hardly tell a shift along (%.2f, %.2f, %.2f) with a turn about (%.4f, %.4f, %.4f) rad per unit: it "
-        "changes the distances by a "
-        "share of %.3f only, and stays uncertain by %.2g",
+        "changes the distances by a share of %.3f only, and stays uncertain by %.2g",
         least.shift[0], least.shift[1], least.shift[2], least.turn[0], least.turn[1], least.turn[2], least.sensitivity,
         least.deviation);
   const Candidate& best = refined.front();

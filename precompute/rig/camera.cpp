@@ -51,8 +51,8 @@ Pose to_pose(const RigidTransform& t, const char* what) {
   const Pose pose{{t[0], t[1], t[2], t[4], t[5], t[6], t[8], t[9], t[10]}, {t[3], t[7], t[11]}};
   if (!is_rotation(pose))
     throw Error{Status::bad_config, std::string(what) +
-                                        " does not begin with a rotation (orthonormal rows, "
-                                        "determinant 1); check the calibration's order of rows and columns"};
+                                        " does not begin with a rotation (orthonormal rows, determinant 1); check the "
+                                        "calibration's order of rows and columns"};
   return pose;
 }
 

@@ -108,8 +108,8 @@ CommonMesh CommonMeshBuilder::finish() const {
   }
   if (common.elements.empty())
     throw Error(Status::bad_input,
-                "no element is common to all used states of all runs; do they show the same component "
-                "with the same numbering? Leave out runs or late time steps");
+                "no element is common to all used states of all runs; do they show the same component with the same "
+                "numbering? Leave out runs or late time steps");
   return common;
 }
 

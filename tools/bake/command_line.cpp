@@ -71,10 +71,9 @@ void declare_content(Tool& tool, BakeCommand& command) {
                   with_default("points farther than this from all samples are background", defaults.envelope_margin));
   tool.add_option("--correspondence", command.correspondence,
                   "store the data that VtP matching needs: true or false (default: true)");
-  tool.add_option(
-      "--landmarks", command.landmarks,
-      "store the positions that matching needs in a section of their own, for models larger than memory: true or false "
-      "(default: when positions take more than 1 GiB)");
+  tool.add_option("--landmarks", command.landmarks,
+                  "store the positions that matching needs in a section of their own, for models larger than memory: "
+                  "true or false (default: when positions take more than 1 GiB)");
   tool.add_option(
       "--views", command.views,
       "sensor.json: render depth images of every sample as this rig sees it, for matching by fit (default: --sensor)");
@@ -127,9 +126,9 @@ void declare(Tool& tool, BakeCommand& command) {
   tool.add_option("--modes", command.modes, with_default("modes of the basis", defaults.modes));
   tool.add_option("--impact-step", command.impact_step,
                   with_default("the reference run's state at impact", defaults.impact_step));
-  tool.add_option("--steps", command.steps,
-                  "states that become samples: all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,... (default: "
-                  "from impact on)")
+  tool.add_option(
+          "--steps", command.steps,
+          "states that become samples: all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,... (default: from impact on)")
       ->check(Check(check_steps, "STEPS"));
   declare_region(tool, command);
   declare_content(tool, command);

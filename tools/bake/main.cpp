@@ -55,10 +55,10 @@ int plan(int argc, char** argv) {
 }
 
 int survey(int argc, char** argv) {
-  Tool tool("lbea-bake survey",
-            "Optional step before the plan, for ensembles that take one machine long to read: surveys a shard of the "
-            "runs.",
-            "lbea-bake survey ensemble.toml --work work --index 3 --of 100");
+  Tool tool(
+      "lbea-bake survey",
+      "Optional step before the plan, for ensembles that take one machine long to read: surveys a shard of the runs.",
+      "lbea-bake survey ensemble.toml --work work --index 3 --of 100");
   StepCommand command;
   declare(tool, command.bake);
   declare_work(tool, command);

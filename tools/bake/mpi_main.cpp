@@ -68,8 +68,7 @@ int bake_with(const Ranks& ranks, const BakeCommand& command, const bake::WorkFo
 int main(int argc, char** argv) {
   const Ranks ranks(argc, argv);
   Tool tool("lbea-bake-mpi",
-            "Bakes an ensemble of simulations into one model file, as one MPI job. Broken runs are left out and "
-            "named.",
+            "Bakes an ensemble of simulations into one model file, as one MPI job. Broken runs are left out and named.",
             "mpirun -n 64 lbea-bake-mpi ensemble.toml --work work -o rail.lbea");
   BakeCommand command;
   std::filesystem::path work;

@@ -31,10 +31,9 @@ const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp",
 
 /// The other options are declared before.
 void add_server_options(Tool& tool, Options& options) {
-  auto* through = tool.add_option(
-      "--through", options.endpoints,
-      "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; measure the time from sending a frame "
-      "to its result, one frame at a time");
+  auto* through = tool.add_option("--through", options.endpoints,
+                                  "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; measure the time "
+                                  "from sending a frame to its result, one frame at a time");
   for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth"})
     through->excludes(tool.get_option(other));
   tool.add_option("--rate", options.rate,
@@ -59,10 +58,9 @@ void add_options(Tool& tool, Options& options) {
   tool.add_choice("--method", options.matcher.method, method_names,
                   "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
   tool.add_option("--trigger-ns", options.matcher.trigger_ns, "time of impact in the clock of the clouds, ns");
-  tool.add_option(
-          "--baseline", options.baselines,
-          "pipelines to compare with: nanoflann (a tree per frame, simple loops), portable (the product with loops "
-          "that every x86-64 processor runs)")
+  tool.add_option("--baseline", options.baselines,
+                  "pipelines to compare with: nanoflann (a tree per frame, simple loops), portable (the product with "
+                  "loops that every x86-64 processor runs)")
       ->delimiter(',')
       ->check(one_of({"nanoflann", "portable"}));
   tool.add_option("--kernels", options.kernels_name,

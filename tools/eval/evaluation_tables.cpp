@@ -112,8 +112,7 @@ std::string verdict_table(const Evaluation& evaluation) {
   std::string text =
       "### Verdicts, shares of the frames\n\n| experiments | frames | matched | ambiguous | no simulation fits | "
       "unknown | after divergence | test: matched | test: ambiguous | test: no simulation fits | test: after "
-      "divergence "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "divergence |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Round& round : evaluation.rounds) {
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode) continue;
     const Summary s = summarize(round.tests);
@@ -138,8 +137,7 @@ std::string verdict_table(const Evaluation& evaluation) {
   }
   return text +
          "\nTest: the verdict on the test so far, from its fourth frame on. After divergence: share of *no simulation "
-         "fits* "
-         "among the frames whose oracle error without the branch is more than twice that with it.\n\n";
+         "fits* among the frames whose oracle error without the branch is more than twice that with it.\n\n";
 }
 
 std::string field_table(const Evaluation& evaluation) {

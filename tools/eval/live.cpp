@@ -39,9 +39,9 @@ LiveRow row_of(wire::WireResult result, const Model& model, Truth* truth) {
   if (real != nullptr && !result.matches.empty()) {
     const std::uint32_t sample = model.sample_index(result.matches.front().sample);
     if (sample == model.samples())
-      throw Error(Status::bad_input, "frame " + std::to_string(result.frame_id) +
-                                         ": the result has a sample that this model does not have; "
-                                         "give the model that the matcher uses");
+      throw Error(Status::bad_input,
+                  "frame " + std::to_string(result.frame_id) +
+                      ": the result has a sample that this model does not have; give the model that the matcher uses");
     const auto& positions = truth->positions(*real);
     row.error = experiment_error(positions, model.node_positions(sample));
     row.oracle_error = oracle(model, positions).error;
@@ -146,9 +146,9 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
       throw Error(Status::bad_input,
                   options.results_endpoint + ": a result cannot be read: " + std::string(wire::explain(status)));
     if (result.model_checksum != model.checksum())
-      throw Error(Status::bad_input, options.results_endpoint +
-                                         ": these results are from another model; give the model that "
-                                         "the matcher uses");
+      throw Error(
+          Status::bad_input,
+          options.results_endpoint + ": these results are from another model; give the model that the matcher uses");
     if (result.status == wire::WireStatus::end_of_stream) {
       summary.complete = true;
       continue;

@@ -71,8 +71,7 @@ void warn_of_gaps(const ComparisonTally& tally, const std::string& file) {
   if (tally.edge_frames + tally.edge_results > 0)
     spdlog::warn(
         "{} starts or ends between frames and their results: {} frames without a result and {} results without a frame "
-        "are "
-        "not compared",
+        "are not compared",
         file, tally.edge_frames, tally.edge_results);
   if (tally.without_history > 0)
     spdlog::warn("{}: the test began before the recording; {} results are compared without what the test sums up", file,

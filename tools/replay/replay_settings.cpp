@@ -68,8 +68,7 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
   } else if (settings.program.starts_with("lbea-record") && settings.sensor_json.empty()) {
     report_unknown(
         "the sensor's pose, because lbea-record does not know it; give it with --pose sensor.json, or give --no-pose "
-        "if "
-        "lbea-serve had none",
+        "if lbea-serve had none",
         options);
   }
 }

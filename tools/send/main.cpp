@@ -55,11 +55,11 @@ void wait_for_receiver(wire::FrameSink& sink, const Options& options) {
   const auto deadline = std::chrono::steady_clock::now() + max_wait;
   while (stop_requested == 0 && !sink.wait_ready(std::chrono::milliseconds(50))) {
     if (options.wait_ready || std::chrono::steady_clock::now() < deadline) continue;
-    throw Error{Status::endpoint_unavailable,
-                "endpoint \"" + options.endpoint +
-                    "\": nobody listens there, or nobody who knows this program's key; start lbea-serve with "
-                    "--frames " +
-                    options.endpoint + ", or use --wait-ready"};
+    throw Error{
+        Status::endpoint_unavailable,
+        "endpoint \"" + options.endpoint +
+            "\": nobody listens there, or nobody who knows this program's key; start lbea-serve with --frames " +
+            options.endpoint + ", or use --wait-ready"};
   }
 }
 

@@ -42,8 +42,8 @@ std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, cons
     const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, frame_id);
     if (message.empty())
       throw Error{Status::bad_input, file.string() +
-                                         ": its stamp is before 1970 or after 2106, or it is larger than the "
-                                         "2 GB of a message; it cannot be sent"};
+                                         ": its stamp is before 1970 or after 2106, or it is larger than the 2 GB of a "
+                                         "message; it cannot be sent"};
     clouds.push_back({file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
     progress(clouds.size());
   }
@@ -59,8 +59,8 @@ std::vector<std::int64_t> schedule_by_stamps(const std::vector<EncodedCloud>& cl
     due.push_back(*cloud.stamp_ns - *clouds.front().stamp_ns);
     if (due.size() > 1 && due.back() < due[due.size() - 2])
       throw Error{Status::bad_input, cloud.file.string() +
-                                         ": its stamp is before that of the cloud sent before it; give the "
-                                         "files in the order of their stamps, or use --rate"};
+                                         ": its stamp is before that of the cloud sent before it; give the files in "
+                                         "the order of their stamps, or use --rate"};
   }
   const auto intervals = static_cast<std::int64_t>(due.size()) - 1;
   due.push_back(intervals > 0 ? due.back() + due.back() / intervals : 0);

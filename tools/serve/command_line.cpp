@@ -15,8 +15,7 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
                   "test; lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
   tool.add_option("--pose", options.pose_file,
                   "sensor.json with T_reference_sensor; without it frames must be in reference coordinates. With fit, "
-                  "the whole "
-                  "rig: when the model was not baked for this pose, its samples are rendered at the start")
+                  "the whole rig: when the model was not baked for this pose, its samples are rendered at the start")
       ->check(existing_file());
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
   tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");

@@ -43,8 +43,7 @@ Privilege become_realtime(int priority) {
   if (error == 0) return {"realtime", true, "the matching thread has " + which};
   return {"realtime", false,
           which + " was denied (" + std::strerror(error) +
-              "); allow it with LimitRTPRIO= in the unit, "
-              "rtprio in limits.conf, or CAP_SYS_NICE"};
+              "); allow it with LimitRTPRIO= in the unit, rtprio in limits.conf, or CAP_SYS_NICE"};
 }
 
 // Existing memory is locked when it is first used; locking it at once would read the whole model. Memory allocated
@@ -68,8 +67,7 @@ Privilege lock_memory(const Model* model, Method method) {
   return {"lock-memory", false,
           std::string("memory could not be locked (") + std::strerror(error) + "; the limit is " +
               std::to_string(limit.rlim_cur >> 20) +
-              " MB); allow it with LimitMEMLOCK=infinity "
-              "in the unit or memlock in limits.conf"};
+              " MB); allow it with LimitMEMLOCK=infinity in the unit or memlock in limits.conf"};
 }
 
 std::string first_line(const char* file) {

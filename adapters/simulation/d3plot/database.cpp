@@ -28,9 +28,9 @@ void refuse_adaptive(const fs::path& first_file) {
   std::error_code none;
   const fs::path remeshed = first_file.string() + "aa";
   if (fs::exists(remeshed, none))
-    throw Error{Status::unsupported_input, remeshed.string() +
-                                               ", byte 0: the family is adaptive, its mesh changes; "
-                                               "run without *CONTROL_ADAPTIVE"};
+    throw Error{
+        Status::unsupported_input,
+        remeshed.string() + ", byte 0: the family is adaptive, its mesh changes; run without *CONTROL_ADAPTIVE"};
 }
 
 enum class End {
@@ -101,8 +101,8 @@ void refuse_unfit(const WordFile& file, const Walk& found, bool is_last, std::ui
   if (found.end == End::overrun)
     file.refuse(Status::bad_input, found.word,
                 state +
-                    " should be here, but the states end inside it; the control words do not match the "
-                    "states, copy or compute the files again");
+                    " should be here, but the states end inside it; the control words do not match the states, copy or "
+                    "compute the files again");
   if (found.end == End::cut && !is_last)
     file.refuse(Status::bad_input, found.word,
                 "the file ends at byte " + std::to_string(file.bytes()) + " in the middle of " + state +
@@ -169,8 +169,8 @@ Database open_database(const std::filesystem::path& first_file) {
   database.word_bytes = file.word_bytes();
   if (database.header.shells == 0 && database.header.solids == 0)
     file.refuse(Status::unsupported_input, 31,
-                "the model has neither shells nor solids, so no surface (beams and thick shells are not "
-                "read); give a run with a surface");
+                "the model has neither shells nor solids, so no surface (beams and thick shells are not read); give a "
+                "run with a surface");
   database.geometry = read_geometry(file, database.header);
   database.layout = lay_out_state(file, database.header, database.geometry);
   database.states =

@@ -63,9 +63,9 @@ void Reader::build_mesh() {
   shell_elements_ = mesh_.elements.size();
   add_elements(outer_faces(geometry.solids.nodes), geometry.solids.ids, geometry.solids.parts);
   if (mesh_.elements.empty())
-    throw Error{Status::bad_input, database_.family.front().string() +
-                                       ", byte 0: every shell and solid is degenerate, there is no surface; check "
-                                       "the model"};
+    throw Error{Status::bad_input,
+                database_.family.front().string() +
+                    ", byte 0: every shell and solid is degenerate, there is no surface; check the model"};
   keep_used_nodes();
 }
 

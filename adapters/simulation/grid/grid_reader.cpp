@@ -123,10 +123,11 @@ const GridReader::Place& GridReader::place(std::uint32_t state) const {
 
 void GridReader::check_same_mesh(const Grid& grid, const std::string& file) const {
   if (grid.cells != cells_ || grid.points() != points_ || all_ids(grid) != ids_)
-    throw Error{Status::bad_input, file + ": its mesh (" + counts(grid.cells, grid.points()) + ") is not that of " +
-                                       files_.front().string() + " (" + counts(cells_, points_) +
-                                       ", the same numbers in the same order); files of one run share their mesh, keep "
-                                       "others in another folder"};
+    throw Error{
+        Status::bad_input,
+        file + ": its mesh (" + counts(grid.cells, grid.points()) + ") is not that of " + files_.front().string() +
+            " (" + counts(cells_, points_) +
+            ", the same numbers in the same order); files of one run share their mesh, keep others in another folder"};
   for (std::uint32_t p = 0; p < welded_.size(); ++p)
     if (key_of(std::span(grid.positions).subspan(3 * std::size_t{p}, 3)) !=
         key_of(std::span(grid.positions).subspan(3 * std::size_t{welded_[p]}, 3)))

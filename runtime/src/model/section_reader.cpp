@@ -97,9 +97,9 @@ void SectionReader::check_header() {
   format::Header header;
   if (image_.size() < format::magic.size() ||
       std::memcmp(image_.data(), format::magic.data(), format::magic.size()) != 0)
-    throw Error(Status::not_a_model, name_ +
-                                         ": byte 0: not an lbea model (the first eight bytes are another format's); "
-                                         "make one with lbea-bake");
+    throw Error(
+        Status::not_a_model,
+        name_ + ": byte 0: not an lbea model (the first eight bytes are another format's); make one with lbea-bake");
   const auto corrupt = [&](const std::string& what) -> Error {
     return {Status::corrupt_model, name_ + ": header, " + what + bake_again};
   };

@@ -45,8 +45,7 @@ std::string_view explain(Access access) noexcept {
       return "This page is read-only: use GET or HEAD.";
     case Access::wrong_host:
       return "This page is not served under that host name. Use the address that lbea-monitor printed, or start it "
-             "with "
-             "--allow-host.";
+             "with --allow-host.";
     case Access::wrong_origin:
       return "Pages of other sites may not read this page.";
     case Access::wrong_token:

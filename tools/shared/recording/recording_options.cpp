@@ -74,8 +74,7 @@ void add_recording_options(Tool& tool, RecordingOptions& options) {
                   "none: as fast as the disk; lz4, zstd: smaller files, but slower");
   tool.add_option("--record-window", options.window,
                   "BEFORE:AFTER in seconds: record only what happens around a trigger, which is SIGUSR1 or the first "
-                  "frame captured "
-                  "at --trigger-ns or later");
+                  "frame captured at --trigger-ns or later");
 }
 
 Check recording_name() {
@@ -85,8 +84,8 @@ Check recording_name() {
     std::string named = name_at(name, start);
     if (named.empty())
       return "\"" + name +
-             "\" is not a valid file name in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for "
-             "a percent sign";
+             "\" is not a valid file name in strftime's notation; write e.g. %Y-%m-%d_%H-%M-%S.mcap, and %% for a "
+             "percent sign";
     name = std::move(named);
     return {};
   };
@@ -141,8 +140,7 @@ void RecordingLog::log_changes(const RecorderStatus& status) {
   if ((lost != lost_ || status.failed_syncs != failed_syncs_) && now - last_loss_ >= log_interval) {
     spdlog::error(
         "recording: LOST so far: {} frames and {} results and states because memory was full, {} and {} because a "
-        "write "
-        "failed{}",
+        "write failed{}",
         status.frames.no_room, status.notes.no_room, status.frames.write_failed, status.notes.write_failed,
         reason(status.last_error));
     last_loss_ = now;
