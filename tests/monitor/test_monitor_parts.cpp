@@ -272,8 +272,11 @@ TEST_CASE("scenes of a model: meshes blend, distances are those from the surface
     CHECK(std::abs(lo + static_cast<float>(points[k]) / 65535 * (hi - lo) - surface[k]) < (hi - lo) / 65000);
   }
   CHECK(points[3] == 0);
+  // Regression: distances were measured from the estimate of the previous frame.
   result.model_checksum += 1;
-  CHECK(!read(scenes.build({result, nullptr}, {})).head["sections"].contains("match"));
+  const auto other = read(scenes.build({result, std::make_shared<const std::vector<Point>>(cloud)}, {}));
+  CHECK(!other.head["sections"].contains("match"));
+  CHECK(other.section<std::uint16_t>("cloud")[3] == 65535);
 }
 
 TEST_CASE("thinning keeps the cloud's extent, leaves out what is not finite, and moves it") {

@@ -174,15 +174,20 @@ SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges) : model_(mode
   }
 }
 
-nlohmann::json SceneBuilder::add_meshes(const wire::WireResult& result, Packet& packet) {
+nlohmann::json SceneBuilder::add_meshes(const wire::WireResult& result, Packet& packet,
+                                        std::optional<bake::SurfaceTree>& surface) const {
   const Leaders leaders = leaders_of(result);
   nlohmann::json shown = nlohmann::json::object();
   const auto add = [&](const char* name, const Shape& shape) {
-    if (!is_shape_of(model_, shape)) return;
-    packet.add(name, positions_of(model_, shape));
+    std::vector<float> positions;
+    if (!is_shape_of(model_, shape)) return positions;
+    positions = positions_of(model_, shape);
+    packet.add(name, positions);
     shown[name] = {{"shape", to_json(shape)}, {"time_s", time_of(model_, shape)}};
+    return positions;
   };
-  add("estimate", leaders.estimate);
+  if (const auto positions = add("estimate", leaders.estimate); !positions.empty())
+    surface.emplace(positions, elements_);
   add("match", leaders.match);
   add("ghost", leaders.ghost);
   const std::uint32_t fields = std::min(most_fields, model_.fields());
@@ -191,12 +196,11 @@ nlohmann::json SceneBuilder::add_meshes(const wire::WireResult& result, Packet& 
     if (is_shape_of(model_, leaders.estimate)) packet.add("field" + number, field_of(model_, leaders.estimate, field));
     if (is_shape_of(model_, leaders.match)) packet.add("match_field" + number, field_of(model_, leaders.match, field));
   }
-  surface_.reset();
-  if (is_shape_of(model_, leaders.estimate)) surface_.emplace(positions_of(model_, leaders.estimate), elements_);
   return shown;
 }
 
-nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet& packet) const {
+nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points,
+                                       const std::optional<bake::SurfaceTree>& surface, Packet& packet) const {
   std::vector<std::uint16_t> values;
   values.reserve(points.size() * 4);
   for (const Point& point : points) {
@@ -206,9 +210,8 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet&
     if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
     // nearest() gives infinity beyond the limit.
     const double distance =
-        surface_
-            ? surface_->nearest({double{point.x}, double{point.y}, double{point.z}}, double{distance_limit}).distance
-            : infinity;
+        surface ? surface->nearest({double{point.x}, double{point.y}, double{point.z}}, double{distance_limit}).distance
+                : infinity;
     values.insert(values.end(), {quantized(share[0]), quantized(share[1]), quantized(share[2]),
                                  quantized(static_cast<float>(distance) / distance_limit)});
   }
@@ -217,13 +220,14 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points, Packet&
   return {{"points", shown}, {"elsewhere", points.size() - shown}};
 }
 
-std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) {
+std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) const {
   Packet packet;
   nlohmann::json scene{
       {"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit}};
   const bool of_this_model = moment.result.model_checksum == model_.checksum();
-  scene["meshes"] = of_this_model ? add_meshes(moment.result, packet) : nlohmann::json::object();
-  if (moment.cloud != nullptr) scene["cloud"] = add_cloud(*moment.cloud, packet);
+  std::optional<bake::SurfaceTree> surface;  // of the estimate; not set: no mesh
+  scene["meshes"] = of_this_model ? add_meshes(moment.result, packet, surface) : nlohmann::json::object();
+  if (moment.cloud != nullptr) scene["cloud"] = add_cloud(*moment.cloud, surface, packet);
   head["scene"] = std::move(scene);
   return packet.finish(std::move(head));
 }

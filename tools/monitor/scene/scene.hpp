@@ -34,16 +34,18 @@ class SceneBuilder {
   /// Adds "scene" to `head` and finishes the packet. Sections: "estimate", "match", "ghost" (the best sample of another
   /// simulation): nodes x 3; "field0", ...: of the estimate; "match_field0", ...: of the match; "cloud": points x 4,
   /// u16: position in the box of the scene, and distance from the estimate as a share of its limit.
-  [[nodiscard]] std::string build(const Moment& moment, nlohmann::json head);
+  [[nodiscard]] std::string build(const Moment& moment, nlohmann::json head) const;
 
  private:
-  [[nodiscard]] nlohmann::json add_meshes(const wire::WireResult& result, class Packet& packet);
-  [[nodiscard]] nlohmann::json add_cloud(const std::vector<Point>& points, class Packet& packet) const;
+  /// Sets `surface` to that of the estimate.
+  [[nodiscard]] nlohmann::json add_meshes(const wire::WireResult& result, class Packet& packet,
+                                          std::optional<bake::SurfaceTree>& surface) const;
+  [[nodiscard]] nlohmann::json add_cloud(const std::vector<Point>& points,
+                                         const std::optional<bake::SurfaceTree>& surface, class Packet& packet) const;
 
   const Model& model_;
   ModelRanges ranges_;
   std::vector<std::array<std::uint32_t, 4>> elements_;
-  std::optional<bake::SurfaceTree> surface_;  // of the estimate; not set: no mesh
 };
 
 /// Larger distances are shown as this one, length unit.
