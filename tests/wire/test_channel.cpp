@@ -65,7 +65,8 @@ TEST_CASE("two threads: everything arrives once, whole and in order") {
     std::uint64_t number = 0, doubled = 0;
   };
   constexpr std::uint64_t items = 300'000;  // each rings the bell
-  Channel<Item> channel(7);
+  Doorbell bell;
+  Channel<Item> channel(7, &bell);
   std::thread producer([&] {
     for (std::uint64_t i = 0; i < items; ++i) {
       channel.wait_and_claim() = {i, 2 * i};
@@ -80,7 +81,7 @@ TEST_CASE("two threads: everything arrives once, whole and in order") {
       channel.release();
       ++i;
     } else {
-      channel.wait_for(std::chrono::milliseconds(10));
+      bell.wait_for(std::chrono::milliseconds(10));
     }
   }
   producer.join();
@@ -102,7 +103,7 @@ TEST_CASE("push reports a full channel; close wakes the consumer, also through a
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     two.close();
   });
-  one.wait_for(std::chrono::seconds(20));
+  bell.wait_for(std::chrono::seconds(20));
   CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(10));
   producer.join();
   CHECK(two.closed());

@@ -15,7 +15,7 @@ void FrameMatcher::run() noexcept {
     } else if (is_closed) {
       break;
     } else {
-      queues_.frames.wait_for(max_idle);
+      queues_.matcher_bell.wait_for(max_idle);
     }
   }
   queues_.outcomes.close();

@@ -35,7 +35,7 @@ struct FrameSlot {
 struct PipelineQueues {
   /// Allocates all slots.
   explicit PipelineQueues(const PipelineConfig& config)
-      : frames(config.queue_slots), outcomes(64, &publisher_bell), rejections(4096, &publisher_bell) {
+      : frames(config.queue_slots, &matcher_bell), outcomes(64, &publisher_bell), rejections(4096, &publisher_bell) {
     for (FrameSlot& slot : frames.slots()) slot.points.resize(config.limits.max_points);
     for (Outcome& outcome : outcomes.slots()) reserve(outcome, config.max_matches);
   }
@@ -44,7 +44,7 @@ struct PipelineQueues {
     publisher_bell.ring();
   }
 
-  Doorbell publisher_bell;
+  Doorbell matcher_bell, publisher_bell;
   Channel<FrameSlot> frames;             // receiver to matcher
   Channel<Outcome> outcomes;             // matcher to publisher
   Channel<wire::WireResult> rejections;  // receiver to publisher: rejected and dropped frames

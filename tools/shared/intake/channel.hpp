@@ -41,9 +41,8 @@ class Doorbell {
 template <class T>
 class Channel {
  public:
-  /// `bell`: rung by publish() and close(); null: one of its own.
-  explicit Channel(std::size_t slots, Doorbell* bell = nullptr)
-      : slots_(slots), bell_(bell != nullptr ? *bell : own_bell_) {}
+  /// `bell`: rung by publish() and close(); null: the consumer does not wait.
+  explicit Channel(std::size_t slots, Doorbell* bell = nullptr) : slots_(slots), bell_(bell) {}
   Channel(const Channel&) = delete;
   Channel& operator=(const Channel&) = delete;
 
@@ -71,7 +70,7 @@ class Channel {
   }
   void publish() noexcept {
     published_.fetch_add(1, std::memory_order_release);
-    bell_.ring();
+    ring();
   }
   /// Producer: whether there was a free slot for `value`.
   bool push(const T& value) noexcept {
@@ -84,7 +83,7 @@ class Channel {
   /// Producer: everything is published. Whoever reads closed() before it finds the queue empty has seen all slots.
   void close() noexcept {
     closed_ = true;
-    bell_.ring();
+    ring();
   }
   [[nodiscard]] bool closed() const noexcept { return closed_; }
 
@@ -95,14 +94,15 @@ class Channel {
     return &slots_[next % slots_.size()];
   }
   void release() noexcept { released_.fetch_add(1, std::memory_order_release); }
-  /// Consumer: waits until something is published, the channel is closed, or `timeout` has passed.
-  void wait_for(std::chrono::nanoseconds timeout) noexcept { bell_.wait_for(timeout); }
 
  private:
+  void ring() noexcept {
+    if (bell_ != nullptr) bell_->ring();
+  }
+
   static constexpr std::size_t cache_line = 64;  // the two threads write to different cache lines
   std::vector<T> slots_;
-  Doorbell own_bell_;
-  Doorbell& bell_;
+  Doorbell* bell_;  // may be null
   std::atomic<bool> closed_{false};
   alignas(cache_line) std::atomic<std::size_t> published_{0};
   alignas(cache_line) std::atomic<std::size_t> released_{0};
