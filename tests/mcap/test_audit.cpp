@@ -83,6 +83,28 @@ TEST_CASE("captures that never arrived or found no room at the sender are missin
   CHECK(contains(text.out, "the file is sound and contains everything that was received"));
 }
 
+// Regression: the recording was called complete, because the sender was still connected.
+TEST_CASE("a recording that is stopped in mid-test is not complete when its sender has said hello and no goodbye") {
+  for (const bool alone : {false, true}) {
+    CAPTURE(alone);
+    Bench bench;
+    const auto program = alone ? bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", bench.frames(),
+                                              "--record-memory", "16", "--json"},
+                                             "record", "ready: frames on")
+                               : bench.serve({"--record", bench.file("run.mcap")});
+    WireContext context;
+    Camera camera(context, bench.frames());
+    camera.send_bytes(camera.encoder().control({1, ControlKind::hello, 0, 0}));
+    send_frames(camera, 1, 0, 5);
+    CHECK(stop(*program) == 1);
+    const Json report = bench.inspect("run.mcap", 1);
+    CHECK(report["frames"] == 5);
+    CHECK(report["complete"] == false);
+    CHECK(report["holds_all_that_came"] == true);
+    CHECK(contains(flaws_of(report), "1 senders did not say goodbye"));
+  }
+}
+
 // Regression: a window without a trigger was a success, and a file without frames "complete".
 TEST_CASE("a missing trigger is a failure, reported in the log and in the file; time 0 is a valid trigger") {
   for (const bool comes : {false, true}) {

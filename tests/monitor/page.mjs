@@ -235,7 +235,7 @@ async function main() {
     const framesSeen = await page.evaluate(() => framesShown);
     assert.ok(framesSeen.every((frame, i) => i === 0 || frame > framesSeen[i - 1]), `frames go back: ${framesSeen}`);
     assert.equal(await count(page, "Matched"), 21);
-    assert.equal(await cell(page, "Recording"), "complete");
+    assert.equal(await cell(page, "Recording"), "all 21 frames", "the file is complete when lbea-serve has closed it");
     assert.match(await cell(page, "Disk"), /^[\d.]+ [MGT]B/);
     assert.equal(await words(page, "verdict-word"), "Matched");
     assert.match(await words(page, "best"), /^run_\d+ \(\d+ %\)/);

@@ -309,26 +309,32 @@ TEST_CASE("a sender that stops without goodbye is silent and makes the run incom
   CHECK(is_complete(pipeline.counters()));
 }
 
-// Regression: a run that was stopped within the sender timeout after its sender was killed reported itself complete.
-TEST_CASE("at the end a disconnected sender without goodbye is silent at once") {
-  const test::TemporaryFolder folder;
-  FakeEngine engine;
-  WireContext context;
-  FrameSource source(context, "ipc://" + (folder / "frames").string(), {.max_points = 100});
-  ResultSink results(context, "ipc://" + (folder / "results").string());
-  auto sink = std::make_unique<FrameSink>(context, source.endpoint());
-  PipelineConfig config;
-  config.limits.max_points = 100;
-  Pipeline pipeline(config, engine, std::move(source), std::move(results));
-  Encoder encoder;
-  REQUIRE(sink->tell(encoder.control({5, ControlKind::hello, 0, 0}), 30s));
-  REQUIRE(eventually([&] { return !pipeline.senders().empty() && pipeline.frame_peers().admitted == 1; }));
-  CHECK(pipeline.counters().silent == 0);
-  sink.reset();
-  REQUIRE(eventually([&] { return pipeline.frame_peers().peers == 0; }));
-  pipeline.stop();
-  CHECK(pipeline.counters().silent == 1);
-  CHECK_FALSE(is_complete(pipeline.counters()));
+// Regression: a run reported itself complete when it was stopped within the sender timeout after its sender was killed,
+// or while a sender was connected that had not said goodbye.
+TEST_CASE("at the end a sender without goodbye is silent at once, disconnected or not") {
+  for (const bool leaves : {true, false}) {
+    CAPTURE(leaves);
+    const test::TemporaryFolder folder;
+    FakeEngine engine;
+    WireContext context;
+    FrameSource source(context, "ipc://" + (folder / "frames").string(), {.max_points = 100});
+    ResultSink results(context, "ipc://" + (folder / "results").string());
+    auto sink = std::make_unique<FrameSink>(context, source.endpoint());
+    PipelineConfig config;
+    config.limits.max_points = 100;
+    Pipeline pipeline(config, engine, std::move(source), std::move(results));
+    Encoder encoder;
+    REQUIRE(sink->tell(encoder.control({5, ControlKind::hello, 0, 0}), 30s));
+    REQUIRE(eventually([&] { return !pipeline.senders().empty() && pipeline.frame_peers().admitted == 1; }));
+    CHECK(pipeline.counters().silent == 0);
+    if (leaves) {
+      sink.reset();
+      REQUIRE(eventually([&] { return pipeline.frame_peers().peers == 0; }));
+    }
+    pipeline.stop();
+    CHECK(pipeline.counters().silent == 1);
+    CHECK_FALSE(is_complete(pipeline.counters()));
+  }
 }
 
 TEST_CASE("an impossible id or control message is rejected and does not change the account") {

@@ -164,8 +164,9 @@ export class HealthBar {
     if (!recording) return ["off", false];
     if (recording.phase === "failed") return ["failed !", true];
     if (recording.phase === "armed") return ["armed", false];
-    if (recording.phase === "finished" || (test.complete && recorded >= received)) return ["complete", false];
-    return [`${recorded.toLocaleString("en")} frames`, false];
+    if (recording.phase === "finished") return ["complete", false];
+    const isWhole = test.complete && recorded >= received;  // the file is still open
+    return [`${isWhole ? "all " : ""}${recorded.toLocaleString("en")} frames`, false];
   }
   /// Free space where lbea-serve records, and the remaining time at the current rate.
   disk(recording) {

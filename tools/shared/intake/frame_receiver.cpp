@@ -46,9 +46,7 @@ FrameReceiver::FrameReceiver(wire::FrameSource source, wire::WireLimits limits,
 void FrameReceiver::run() noexcept {
   while (!stopping_) receive_next(receive_timeout, false);
   for (const auto stopped = Clock::now(); Clock::now() - stopped < max_drain && receive_next(drain_timeout, true);) {}
-  const wire::PeerCounts peers = source_.peers();
-  const bool all_left = peers.admitted > 0 && peers.peers == 0;  // then no goodbye can follow
-  publish_senders(Clock::now(), all_left ? Clock::duration(-1) : sender_timeout_);
+  publish_senders(Clock::now(), Clock::duration(-1));  // no goodbye can follow: who has said none is silent
 }
 
 /// Whether a message arrived.

@@ -63,7 +63,7 @@ std::vector<std::string> RunAudit::flaws() const {
   add(lost > 0, std::to_string(lost) + " messages were lost while recording, as the recorder reports");
   if (missing() > 0) flaws.push_back(missing_text(*this));
   add(silent() > 0,
-      std::to_string(silent()) + " senders stopped without goodbye: how many captures they still held is unknown");
+      std::to_string(silent()) + " senders did not say goodbye: how many captures followed or were held is unknown");
   add(unanswered > 0, std::to_string(unanswered) + " frames have no result");
   add(answers_alone > 0, std::to_string(answers_alone) + " results have no frame");
   add(undecodable > 0, std::to_string(undecodable) + " messages cannot be decoded");
