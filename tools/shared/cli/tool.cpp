@@ -9,6 +9,7 @@
 #include <new>
 #include <system_error>
 
+#include <poll.h>
 #include <unistd.h>
 
 namespace lbea::tool {
@@ -51,9 +52,14 @@ std::string sentence_of(const std::system_error& error) {
   return "the system grants no further thread or process; end others, or raise the limit (ulimit -u, TasksMax=)";
 }
 
-/// Buffered output may still fail to be written.
+bool has_reader_left() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&out, 1, 0) > 0 && (out.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+/// Buffered output may still fail to be written. A reader that wants no more of it (head) is not a failure.
 int flushed(int exit_code, const std::string& name) {
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  if ((std::fflush(stdout) == 0 && std::ferror(stdout) == 0) || has_reader_left()) return exit_code;
   std::fprintf(stderr, "%s: error: cannot write to standard output: %s\n", name.c_str(), std::strerror(errno));
   return exit_failed;
 }
@@ -70,9 +76,10 @@ void Tool::list_formats_by(const std::string& formats) {
 }
 
 int Tool::run(int argc, char** argv, const std::function<int()>& body) {
-  if (const auto parsed = parse(argc, argv)) return *parsed == 0 ? exit_ok : exit_usage;
-  // A write beyond the file-size limit then fails with an error instead of a signal.
+  // A write beyond the file-size limit, or to a pipe without a reader, then fails with an error instead of a signal.
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+  if (const auto parsed = parse(argc, argv)) return *parsed == 0 ? exit_ok : exit_usage;
   try {
     for (const auto& check : usage_checks_) check();
     return flushed(body(), program());
