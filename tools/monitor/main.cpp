@@ -4,8 +4,8 @@
 #include "tools/monitor/feeds/recording_feed.hpp"
 #include "tools/monitor/web/web_server.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/log.hpp"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <sched.h>
@@ -116,6 +116,7 @@ int watch_test(const Options& options) {
 }
 
 int watch(Options options) {
+  const Log log("lbea-monitor");
   catch_stop_signals();
   if (options.recording_file.empty() == options.results_endpoint.empty())
     throw Error(Status::bad_config, "give --results for a running test, or the file of a recording");
@@ -131,7 +132,6 @@ int watch(Options options) {
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-monitor"));
   lbea::tool::Options options;
   lbea::tool::Tool tool(
       "lbea-monitor", lbea::tool::description,

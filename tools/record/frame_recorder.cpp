@@ -1,7 +1,5 @@
 #include "tools/record/frame_recorder.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 
 namespace lbea::tool {
@@ -63,19 +61,16 @@ void FrameRecorder::on_frame(const ReceivedFrame& frame) noexcept {
   const wire::FrameHeader& header = frame.decoder.header();
   const IdRange id{header.id, 1};
   if (frame.status == wire::WireStatus::end_of_stream) {
-    events_.push({false, frame.status, header.session, id});
+    log_.note(frame.status, header.session, id);
     if (forward_) forward_->send_control({{header.session, wire::ControlKind::goodbye, header.id, 0}, true});
     return;
   }
   const bool is_refused = forward_ && !forward_->send(frame.message);
   record(frame);
-  const std::uint64_t sessions = account_.counters.sessions();
-  if (frame.status != wire::WireStatus::ok || sessions != known_sessions_)
-    events_.push({false, frame.status, header.session, id});
-  known_sessions_ = sessions;
+  log_.note(frame.status, header.session, id);
   if (!forward_) return;
   ++(is_refused ? refused_ : forwarded_);
-  if (is_refused) events_.push({true, frame.status, header.session, id});
+  if (is_refused) log_.note_refusal(header.session, id);
 }
 
 /// Records every frame with a point cloud, whatever its status.
@@ -87,7 +82,7 @@ void FrameRecorder::record(const ReceivedFrame& frame) noexcept {
 }
 
 void FrameRecorder::on_absent(wire::WireStatus status, std::uint64_t session, IdRange ids, std::int64_t) noexcept {
-  events_.push({false, status, session, ids});
+  log_.note(status, session, ids);
 }
 
 void FrameRecorder::on_control(const wire::Control& control) noexcept {
@@ -99,17 +94,8 @@ void FrameRecorder::on_idle() noexcept {
 }
 
 void FrameRecorder::write_log() {
-  for (; const Event* event = events_.front(); events_.release()) {
-    if (!event->is_refusal) {
-      log_.log(event->status, event->session, event->ids);
-    } else if (refusal_line_.is_due(event->ids.count)) {
-      spdlog::warn(
-          "{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has "
-          "no room{}",
-          frames_text(event->ids), refusal_line_.suppressed_text());
-    }
-  }
-  log_.log(senders());
+  log_.write();
+  log_.write(senders());
 }
 
 void FrameRecorder::receive_results() noexcept {

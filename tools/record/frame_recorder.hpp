@@ -2,7 +2,6 @@
 #pragma once
 
 #include "tools/record/forwarder.hpp"
-#include "tools/shared/intake/channel.hpp"
 #include "tools/shared/intake/frame_log.hpp"
 #include "tools/shared/intake/frame_receiver.hpp"
 #include "tools/shared/recording/run_recorder.hpp"
@@ -42,18 +41,10 @@ class FrameRecorder final : private IntakeSink {
   [[nodiscard]] RecordTally tally() const noexcept;
   /// The senders; at most 100 ms old, and final after stop().
   [[nodiscard]] std::vector<wire::WireSender> senders() const { return account_.senders.load(); }
-  /// Logs what has happened since the last call. One thread, which may block on the terminal.
+  /// Logs what has happened since the last call. One thread.
   void write_log();
 
  private:
-  /// Something to log about some captures.
-  struct Event {
-    bool is_refusal = false;  // the matcher had no room for a frame
-    wire::WireStatus status = wire::WireStatus::ok;
-    std::uint64_t session = 0;
-    IdRange ids;
-  };
-
   void on_frame(const ReceivedFrame& frame) noexcept override;
   void on_absent(wire::WireStatus status, std::uint64_t session, IdRange ids,
                  std::int64_t receive_ns) noexcept override;
@@ -69,14 +60,11 @@ class FrameRecorder final : private IntakeSink {
   RunRecorder& recorder_;
   SharedAccount account_;
   FrameReceiver receiver_;
-  Channel<Event> events_{1024};  // events beyond it appear in the tally only
-  std::uint64_t known_sessions_ = 0;
   std::uint64_t next_sequence_ = 0;  // 0: none received yet
   std::atomic<std::uint64_t> damaged_{0}, too_many_points_{0}, forwarded_{0}, refused_{0}, lost_results_{0},
       unforwarded_controls_{0};
   std::atomic<bool> stopping_{false};
-  FrameLog log_;          // write_log()'s
-  LogLine refusal_line_;  // write_log()'s
+  FrameLog log_;
   std::thread frames_thread_, results_thread_;
 };
 

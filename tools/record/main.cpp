@@ -1,14 +1,13 @@
 // lbea-record: records frames without a matcher, or between a rig and its matcher.
 #include "tools/record/frame_recorder.hpp"
 #include "tools/shared/cli/distinct_endpoints.hpp"
+#include "tools/shared/cli/outlet.hpp"
 #include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/recording/recording_options.hpp"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
-
-#include <cstdio>
 
 namespace lbea::tool {
 namespace {
@@ -87,7 +86,8 @@ void print(const RecordTally& tally, const RunObserver::Counts& counts, bool as_
                                     {"lost_results", tally.lost_results}};
   std::string line;
   for (const auto& [key, value] : json.items()) line += (line.empty() ? "" : ", ") + key + " " + value.dump();
-  std::printf("%s\n", (as_json ? json.dump() : line).c_str());
+  wait_for_log();
+  print_last_line(as_json ? json.dump() : line);
 }
 
 /// Logs what is missing from the recording, and what the matcher did not get.
@@ -109,6 +109,7 @@ void warn_of_losses(const std::string& file, const RecordTally& tally) {
 }
 
 int record(const Options& options) {
+  const Log log("lbea-record");
   catch_stop_signals();
   catch_trigger_signal();
   require_distinct_endpoints({{"--frames", options.frames_endpoint},
@@ -149,7 +150,6 @@ int record(const Options& options) {
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-record"));
   lbea::tool::Options options;
   lbea::tool::Tool tool("lbea-record", lbea::tool::description,
                         "lbea-record test.mcap --frames ipc:///tmp/rig.ipc --forward ipc:///tmp/frames.ipc");

@@ -4,8 +4,8 @@
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/intake/log.hpp"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
@@ -121,6 +121,7 @@ int send(Options options, RecordedRun& run) {
 }
 
 int replay(Options options) {
+  const Log log("lbea-replay");
   catch_stop_signals();
   ModelReplayOptions& model = options.model;
   if (options.endpoint.empty() && model.settings.model_file.empty())
@@ -143,7 +144,6 @@ int replay(Options options) {
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-replay"));
   lbea::tool::Options options;
   lbea::tool::Tool tool(
       "lbea-replay", lbea::tool::description,

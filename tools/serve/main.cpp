@@ -6,15 +6,14 @@
 #include "tools/serve/supervision.hpp"
 #include "tools/shared/cli/distinct_endpoints.hpp"
 #include "tools/shared/cli/method_names.hpp"
+#include "tools/shared/cli/outlet.hpp"
 #include "tools/shared/cli/service_notify.hpp"
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-
-#include <cstdio>
 
 #include <unistd.h>
 
@@ -75,6 +74,7 @@ void supervise(Pipeline& pipeline, RecordingLog& recording, const ServiceNotify&
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     recording.poll();
+    pipeline.write_log();
     const auto now = std::chrono::steady_clock::now();
     if (watchdog.poll(now)) service.alive();
     peers.poll(now);
@@ -129,14 +129,17 @@ int serve_model(const ServeOptions& options, const Model& model) {
   supervise(pipeline, recording, service);
   service.stopping();
   pipeline.stop();
+  pipeline.write_log();
   warn_of_unfinished(pipeline.senders());
   const bool all_recorded = recording.finish();
   const wire::Counters counters = pipeline.counters();
-  std::printf("%s\n", (options.json ? tally_json(counters) : tally_line(counters)).c_str());
+  wait_for_log();
+  print_last_line(options.json ? tally_json(counters) : tally_line(counters));
   return is_complete(counters) && all_recorded ? exit_ok : exit_failed;
 }
 
 int serve(ServeOptions options) {
+  const Log log("lbea-serve");
   catch_stop_signals();
   catch_trigger_signal();
   raise_descriptor_limit();
@@ -156,7 +159,6 @@ int serve(ServeOptions options) {
 }  // namespace lbea::tool
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("lbea-serve"));
   lbea::tool::ServeOptions options;
   lbea::tool::Tool tool(
       "lbea-serve", lbea::tool::description,

@@ -1,6 +1,7 @@
 #include "tools/serve/reports.hpp"
 
 #include "adapters/http/metrics.hpp"
+#include "tools/shared/intake/log.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -105,6 +106,8 @@ void write_process(http::MetricsText& page) {
   for (auto entry = std::filesystem::directory_iterator("/proc/self/fd", ignored);
        entry != std::filesystem::directory_iterator(); entry.increment(ignored))
     ++descriptors;
+  page.metric("lbea_log_lines_lost_total", "counter", "Lines of the log that nobody read or that could not be written")
+      .value(lost_log_lines());
   page.metric("process_resident_memory_bytes", "gauge", "Memory in use")
       .value(resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)))
       .metric("process_open_fds", "gauge", "Open descriptors")

@@ -16,6 +16,8 @@ class Pipeline {
   ~Pipeline();
   /// Stops receiving, takes in what has already arrived, matches all of it and publishes the last results.
   void stop();
+  /// Logs what has happened since the last call. One thread.
+  void write_log() { publisher_.write_log(); }
   // Any thread:
   [[nodiscard]] wire::Counters counters() const noexcept { return publisher_.counters(); }
   [[nodiscard]] wire::PeerCounts frame_peers() const noexcept { return receiver_.peers(); }

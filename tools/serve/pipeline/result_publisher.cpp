@@ -47,6 +47,11 @@ void ResultPublisher::run() noexcept {
   publish_state();
 }
 
+void ResultPublisher::write_log() {
+  log_.write();
+  log_.write(queues_.account.senders.load());
+}
+
 wire::Counters ResultPublisher::counters() const noexcept {
   wire::Counters counters = queues_.account.counters.load();
   if (config_.observer == nullptr) return counters;
@@ -88,7 +93,7 @@ void ResultPublisher::send_result() noexcept {
   const wire::Message message = encoder_.result(result_);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->result(message, result_);
-  log_.log(result_);
+  log_.note(result_.status, result_.session, {result_.frame_id, 1});
 }
 
 void ResultPublisher::add_times(const wire::WireTimes& times) noexcept {
@@ -108,7 +113,6 @@ void ResultPublisher::publish_state() noexcept {
   const wire::Message message = encoder_.state(state_);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->state(message, state_);
-  log_.log(state_.senders);
 }
 
 }  // namespace lbea::tool

@@ -35,6 +35,8 @@ class ResultPublisher {
                   PipelineQueues& queues);
   /// Runs until the queue of outcomes is closed and everything is published.
   void run() noexcept;
+  /// Logs what has happened since the last call. One other thread.
+  void write_log();
   // Any thread:
   /// The counters as a result published now would carry them.
   [[nodiscard]] wire::Counters counters() const noexcept;

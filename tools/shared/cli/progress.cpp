@@ -1,7 +1,8 @@
 #include "tools/shared/cli/progress.hpp"
 
+#include "tools/shared/cli/formatted.hpp"
+
 #include <algorithm>
-#include <cstdio>
 
 #include <unistd.h>
 
@@ -20,7 +21,7 @@ Progress::Progress(std::string label, std::uint64_t total)
       last_(begin_) {}
 
 Progress::~Progress() {
-  if (on_terminal_ && drawn_ > 0) std::fputc('\n', stderr);
+  if (on_terminal_ && drawn_ > 0) show("\n");
 }
 
 void Progress::advance_to(std::uint64_t done) {
@@ -36,22 +37,19 @@ void Progress::advance_to(std::uint64_t done) {
 void Progress::draw(std::uint64_t done) {
   drawn_ = std::max<std::uint64_t>(done, 1);
   const double seconds = std::chrono::duration<double>(last_ - begin_).count();
-  if (total_ == 0) {
-    std::fprintf(stderr, on_terminal_ ? "\r%s: %llu  %.0f s" : "%s: %llu (%.0f s)\n", label_.c_str(),
-                 static_cast<unsigned long long>(done), seconds);
-    std::fflush(stderr);
-    return;
-  }
+  const auto count = static_cast<unsigned long long>(done), total = static_cast<unsigned long long>(total_);
+  if (total_ == 0)
+    return show(formatted(on_terminal_ ? "\r%s: %llu  %.0f s" : "%s: %llu (%.0f s)\n", label_.c_str(), count, seconds));
+  if (!on_terminal_) return show(formatted("%s: %llu of %llu (%.0f s)\n", label_.c_str(), count, total, seconds));
   const double share = static_cast<double>(done) / static_cast<double>(total_);
-  if (!on_terminal_) {
-    std::fprintf(stderr, "%s: %llu of %llu (%.0f s)\n", label_.c_str(), static_cast<unsigned long long>(done),
-                 static_cast<unsigned long long>(total_), seconds);
-    return;
-  }
   const int filled = static_cast<int>(share * bar_width);
-  std::fprintf(stderr, "\r%s [%.*s%*s] %3.0f %%  %.0f s", label_.c_str(), filled, "##############################",
-               bar_width - filled, "", 100 * share, seconds);
-  std::fflush(stderr);
+  show(formatted("\r%s [%.*s%*s] %3.0f %%  %.0f s", label_.c_str(), filled, "##############################",
+                 bar_width - filled, "", 100 * share, seconds));
+}
+
+/// A terminal that nobody reads must not stop the work.
+void Progress::show(const std::string& text) const {
+  outlet_.write(text, [] { return true; });
 }
 
 }  // namespace lbea::tool

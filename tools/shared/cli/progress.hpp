@@ -1,11 +1,15 @@
 // A progress line on stderr: a moving bar on a terminal, a plain line now and then elsewhere.
 #pragma once
 
+#include "tools/shared/cli/outlet.hpp"
+
 #include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+
+#include <unistd.h>
 
 namespace lbea::tool {
 
@@ -20,6 +24,9 @@ class Progress {
 
  private:
   void draw(std::uint64_t done);
+  void show(const std::string& text) const;
+
+  Outlet outlet_{STDERR_FILENO};
   std::string label_;
   std::uint64_t total_;
   std::uint64_t drawn_ = 0;

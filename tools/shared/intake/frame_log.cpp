@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace lbea::tool {
 namespace {
@@ -20,31 +21,56 @@ std::string frames_text(IdRange ids) {
   return "frames " + std::to_string(ids.first) + " to " + std::to_string(ids.first + (ids.count - 1));
 }
 
-void FrameLog::log(const wire::WireResult& result) { log(result.status, result.session, {result.frame_id, 1}); }
+void FrameLog::note(wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept {
+  if (is_identified(status) && std::exchange(noted_session_, session) != session)
+    push({Event::Kind::new_session, status, session, ids});
+  if (status != wire::WireStatus::ok) push({Event::Kind::status, status, session, ids});
+}
 
-void FrameLog::log(wire::WireStatus status, std::uint64_t session, IdRange ids) {
-  log_session(status, session, ids.first);
-  if (status == wire::WireStatus::end_of_stream) {
-    spdlog::info("end of stream before frame {} of session {:016x}", ids.first, session);
-  } else if (status != wire::WireStatus::ok) {
-    log_problem(status, ids);
+void FrameLog::note_refusal(std::uint64_t session, IdRange ids) noexcept {
+  push({Event::Kind::refusal, wire::WireStatus::ok, session, ids});
+}
+
+void FrameLog::push(const Event& event) noexcept {
+  if (!events_.push(event)) ++without_room_;
+}
+
+void FrameLog::write() {
+  for (; const Event* event = events_.front(); events_.release()) write(*event);
+  const std::uint64_t lost = without_room_.exchange(0);
+  if (lost > 0 && without_room_line_.is_due(lost))
+    spdlog::warn("{} further events came too fast for the log; the counters include them{}", lost,
+                 without_room_line_.suppressed_text());
+}
+
+void FrameLog::write(const Event& event) {
+  if (event.kind == Event::Kind::refusal) {
+    write_refusal(event.ids);
+  } else if (event.kind == Event::Kind::new_session) {
+    if (new_sessions_.is_due()) spdlog::info("frame {}: from session {:016x}", event.ids.first, event.session);
+  } else if (event.status == wire::WireStatus::end_of_stream) {
+    spdlog::info("end of stream before frame {} of session {:016x}", event.ids.first, event.session);
+  } else {
+    write_problem(event.status, event.ids);
   }
 }
 
-void FrameLog::log_problem(wire::WireStatus status, IdRange ids) {
+void FrameLog::write_refusal(IdRange ids) {
+  if (!refusals_.is_due(ids.count)) return;
+  spdlog::warn(
+      "{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has no "
+      "room{}",
+      frames_text(ids), refusals_.suppressed_text());
+}
+
+void FrameLog::write_problem(wire::WireStatus status, IdRange ids) {
   LogLine& line = by_status_[static_cast<std::size_t>(status)];
   if (!line.is_due(ids.count)) return;
   const std::string what = is_identified(status) ? frames_text(ids) : "a message";
   spdlog::warn("{}: {}: {}{}", what, wire::to_string(status), wire::explain(status), line.suppressed_text());
 }
 
-void FrameLog::log_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id) {
-  if (!is_identified(status) || session == session_) return;
-  session_ = session;
-  if (new_sessions_.is_due()) spdlog::info("frame {}: from session {:016x}", id, session);
-}
-
-void FrameLog::log(const std::vector<wire::WireSender>& senders) {
+void FrameLog::write(const std::vector<wire::WireSender>& senders) {
   for (const wire::WireSender& sender : senders) {
     const auto known = std::ranges::find(known_, sender.session, &wire::WireSender::session);
     const auto before = known == known_.end() ? wire::SenderCondition::active : known->condition;

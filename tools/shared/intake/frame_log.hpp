@@ -3,6 +3,7 @@
 
 #include "adapters/wire/codec/messages.hpp"
 #include "tools/shared/cli/log_line.hpp"
+#include "tools/shared/intake/channel.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 
 namespace lbea::tool {
@@ -12,20 +13,36 @@ namespace lbea::tool {
 
 class FrameLog {
  public:
-  /// A published result.
-  void log(const wire::WireResult& result);
+  // The thread that receives or publishes. Neither function blocks or allocates; what finds no room is counted.
   /// The status of these captures.
-  void log(wire::WireStatus status, std::uint64_t session, IdRange ids);
+  void note(wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept;
+  /// The matcher had no room for these frames.
+  void note_refusal(std::uint64_t session, IdRange ids) noexcept;
+
+  // Another thread.
+  /// Logs what was noted since the last call.
+  void write();
   /// The latest list of senders.
-  void log(const std::vector<wire::WireSender>& senders);
+  void write(const std::vector<wire::WireSender>& senders);
 
  private:
-  void log_problem(wire::WireStatus status, IdRange ids);
-  void log_session(wire::WireStatus status, std::uint64_t session, std::uint64_t id);
+  struct Event {
+    enum class Kind : std::uint8_t { new_session, status, refusal };
+    Kind kind = Kind::status;
+    wire::WireStatus status = wire::WireStatus::ok;
+    std::uint64_t session = 0;
+    IdRange ids;
+  };
+  void push(const Event& event) noexcept;
+  void write(const Event& event);
+  void write_refusal(IdRange ids);
+  void write_problem(wire::WireStatus status, IdRange ids);
 
-  std::array<LogLine, wire::wire_status_count> by_status_{};
-  LogLine new_sessions_;
-  std::uint64_t session_ = 0;
+  Channel<Event> events_{1024};
+  std::atomic<std::uint64_t> without_room_{0};
+  std::uint64_t noted_session_ = 0;
+  std::array<LogLine, wire::wire_status_count> by_status_{};  // from here on: the writing thread's
+  LogLine new_sessions_, refusals_, without_room_line_;
   std::vector<wire::WireSender> known_;
 };
 
