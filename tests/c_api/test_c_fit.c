@@ -50,7 +50,9 @@ void depth_images_decide(const char* model_file, const char* sensor_json) {
   CHECK(lbea_matcher_match(matcher, &frame, &result) == LBEA_OK);
   CHECK(result.candidate_count > 1 && result.estimate_count > 0 && result.match_count > 0);
   CHECK(result.candidates[0].distance == result.residual && result.residual <= result.candidates[1].distance);
-  CHECK(isfinite(result.misfit) && isfinite(result.spread) && isfinite(result.estimate_residual));
+#define IS_FINITE(name) CHECK(isfinite(result.name));
+  LBEA_FRAME_NUMBERS(IS_FINITE)
+  LBEA_FIT_NUMBERS(IS_FINITE)
   CHECK(result.fit_ns > 0);
   float sum = 0;
   for (uint32_t i = 0; i < result.estimate_count; ++i) sum += result.estimate[i].weight;

@@ -1,5 +1,7 @@
 #include "adapters/wire/codec/codec.hpp"
 
+#include "result_generated.h"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -12,6 +14,11 @@ using namespace lbea::wire;
 
 namespace {
 
+template <class Numbers>
+bool have_equal_bits(const Numbers& a, const Numbers& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
 WireResult some_result() {
   WireResult result;
   result.sequence = 11;
@@ -21,11 +28,14 @@ WireResult some_result() {
   result.status = WireStatus::low_coverage;
   result.verdict = WireVerdict::low_coverage;
   result.reference = 15;
-  result.coverage = 0.25f;
+  float different = 0.25f;
+  for (const auto& number : frame_numbers) result.*number.value = different++;
   result.points = {100, 1, 20, 79};
   result.matches = {{{3, 4}, "run_003", 0.0125, 1.5f}, {{0, 7}, "", -1, 2.5f}, {{5, 6}, "run_003", 0, 3.5f}};
   result.leading_coordinates = {1.5f, -2.5f, 3.5f};
-  result.fit = {1, 0.5f, 0.75f, 2, {{{1, 2}, 1}, {{3, 4}, 1.5f}}, {{{1, 2}, 0.25f}, {{3, 4}, 0.75f}}};
+  for (const auto& number : fit_numbers) result.fit.*number.value = different++;
+  result.fit.candidates = {{{1, 2}, 1}, {{3, 4}, 1.5f}};
+  result.fit.estimate = {{{1, 2}, 0.25f}, {{3, 4}, 0.75f}};
   result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}, 1.25f, WireVerdict::ambiguous};
   result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
   result.counters.received = 1000;
@@ -50,7 +60,7 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.status == b.status);
   CHECK(a.verdict == b.verdict);
   CHECK(a.reference == b.reference);
-  CHECK(a.coverage == b.coverage);
+  CHECK(have_equal_bits<FrameNumbers>(a, b));
   CHECK(std::memcmp(&a.points, &b.points, sizeof a.points) == 0);
   CHECK(std::memcmp(&a.elapsed_ns, &b.elapsed_ns, sizeof a.elapsed_ns) == 0);
   CHECK(a.counters == b.counters);
@@ -58,8 +68,7 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.publish_ns == b.publish_ns);
   CHECK(a.model_checksum == b.model_checksum);
   CHECK(a.leading_coordinates == b.leading_coordinates);
-  CHECK(std::pair(a.fit.residual, a.fit.estimate_residual) == std::pair(b.fit.residual, b.fit.estimate_residual));
-  CHECK(std::pair(a.fit.misfit, a.fit.spread) == std::pair(b.fit.misfit, b.fit.spread));
+  CHECK(have_equal_bits<FitNumbers>(a.fit, b.fit));
   CHECK(std::ranges::equal(a.fit.candidates, b.fit.candidates, [](const Match& p, const Match& q) {
     return p.sample == q.sample && p.distance == q.distance;
   }));
@@ -102,6 +111,16 @@ TEST_CASE("a result is decoded unchanged, from any address") {
       check_equal(read, result);
     }
   }
+}
+
+TEST_CASE("the schema has every number of a result") {
+  const auto has = [](const flatbuffers::TypeTable* table, std::string_view name) {
+    const std::span names(table->names, table->num_elems);
+    const auto found = std::ranges::find(names, name);
+    return found != names.end() && table->type_codes[found - names.begin()].base_type == flatbuffers::ET_FLOAT;
+  };
+  for (const auto& number : frame_numbers) CHECK_MESSAGE(has(schema::ResultTypeTable(), number.name), number.name);
+  for (const auto& number : fit_numbers) CHECK_MESSAGE(has(schema::FitTypeTable(), number.name), number.name);
 }
 
 TEST_CASE("a result may have a thousand matches") {

@@ -94,22 +94,27 @@ class Table {
 };
 
 std::string frames_csv(const Evaluation& evaluation) {
-  Table table(
-      "experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict,coverage,oracle");
+  Table table("experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict");
+  for (const auto& number : frame_numbers) table.add(number.name);
+  table.add("oracle");
   for (const auto name : evaluated_method_names) table.add(name);
-  table.add("fit_is_own", "residual", "estimate_residual", "misfit", "spread", "tracked_probability",
-            "branch_probability", "field_true", "field_matched", "field_inferred", "x1", "x2", "x3");
+  table.add("fit_is_own");
+  for (const auto& number : fit_numbers) table.add(number.name);
+  table.add("tracked_probability", "branch_probability", "field_true", "field_matched", "field_inferred", "x1", "x2",
+            "x3");
   table.end_row();
   for (const Round& round : evaluation.rounds)
     for (const TestTrial& test : round.tests)
       for (const FrameTrial& frame : test.frames) {
         table.add(round.title, mode_name(round.mode), round.disturbance.name, test.experiment, test.branch, frame.step,
                   frame.time_s, frame.points, to_string(frame.status), to_string(frame.verdict),
-                  to_string(frame.test_verdict), frame.coverage, frame.best.error);
+                  to_string(frame.test_verdict));
+        for (const auto& number : frame_numbers) table.add(frame.*number.value);
+        table.add(frame.best.error);
         for (const double error : frame.errors) table.add(error);
-        table.add(test.contained && frame.samples[static_cast<std::size_t>(EvaluatedMethod::fit)] == frame.own ? 1 : 0,
-                  frame.fit.residual, frame.fit.estimate_residual, frame.fit.misfit, frame.fit.spread,
-                  frame.simulation_probability, frame.branch_probability, frame.field.true_mean, frame.field.matched,
+        table.add(test.contained && frame.samples[static_cast<std::size_t>(EvaluatedMethod::fit)] == frame.own ? 1 : 0);
+        for (const auto& number : fit_numbers) table.add(frame.fit.*number.value);
+        table.add(frame.simulation_probability, frame.branch_probability, frame.field.true_mean, frame.field.matched,
                   frame.field.inferred);
         for (const float x : frame.leading_coordinates) table.add(x);
         table.end_row();

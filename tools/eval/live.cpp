@@ -206,14 +206,16 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
     nlohmann::ordered_json line{{"frame", row.result.frame_id},
                                 {"stamp_ns", row.result.stamp_ns},
                                 {"status", wire::to_string(row.result.status)},
-                                {"verdict", wire::to_string(row.result.verdict)},
-                                {"coverage", row.result.coverage}};
+                                {"verdict", wire::to_string(row.result.verdict)}};
+    for (const auto& number : frame_numbers) line[number.name] = row.result.*number.value;
     if (!row.result.matches.empty()) {
       const wire::WireMatch& best = row.result.matches.front();
       line["simulation"] = best.simulation_name;
       line["time_step"] = best.sample.time_step;
       line["distance"] = best.distance;
     }
+    for (const auto& number : fit_numbers)
+      if (!row.result.fit.candidates.empty()) line["fit"][number.name] = row.result.fit.*number.value;
     if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
     if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
     if (summary.has_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path.time_step}};
@@ -238,8 +240,11 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
 
 void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
   std::ostringstream out;
-  out << "frame,stamp_ns,status,simulation,time_step,distance,coverage,EE,oracle_EE,match_ms,total_ms,verdict,test_"
-         "verdict,estimate_EE,path_simulation,path_time_step,path_EE\n";
+  out << "frame,stamp_ns,status,simulation,time_step,distance,";
+  for (const auto& number : frame_numbers) out << number.name << ',';
+  out << "EE,oracle_EE,match_ms,total_ms,verdict,test_verdict,estimate_EE,path_simulation,path_time_step,path_EE";
+  for (const auto& number : fit_numbers) out << ',' << number.name;
+  out << '\n';
   for (const LiveRow& row : summary.rows) {
     const wire::WireResult& r = row.result;
     out << r.frame_id << ',' << r.stamp_ns << ',' << wire::to_string(r.status) << ',';
@@ -248,7 +253,7 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
     else
       out << r.matches.front().simulation_name << ',' << r.matches.front().sample.time_step << ','
           << r.matches.front().distance << ',';
-    out << r.coverage << ',';
+    for (const auto& number : frame_numbers) out << r.*number.value << ',';
     if (row.error)
       out << *row.error << ',' << *row.oracle_error;
     else
@@ -263,6 +268,10 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
       out << ',';
     out << ',';
     if (row.path_error) out << *row.path_error;
+    for (const auto& number : fit_numbers) {
+      out << ',';
+      if (!r.fit.candidates.empty()) out << r.fit.*number.value;
+    }
     out << '\n';
   }
   io::write_file(file, out.str());

@@ -192,7 +192,7 @@ void Test::score_fit(FrameTrial& row, const MatchResult& result) {
   row.fit = result.fit;
   row.fit.candidates = {};
   row.fit.estimate = {};
-  row.coverage = result.coverage;
+  static_cast<FrameNumbers&>(row) = result;
   row.fit_ns = result.elapsed_ns;
 }
 

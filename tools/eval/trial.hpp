@@ -39,7 +39,7 @@ struct FieldError {
   double within_spread = not_measured;  // share of elements within two spreads of the truth
 };
 
-struct FrameTrial {
+struct FrameTrial : FrameNumbers {
   std::uint32_t step = 0;
   double time_s = 0;  // since impact
   std::size_t points = 0;
@@ -51,8 +51,7 @@ struct FrameTrial {
   Verdict verdict = Verdict::unknown;                      // of this frame
   Verdict test_verdict = Verdict::unknown;                 // of the test so far
   SurfaceFit fit;                                          // its numbers; the spans are empty
-  float coverage = 0;
-  std::uint32_t simulation = 0;  // the most likely of the test so far
+  std::uint32_t simulation = 0;                            // the most likely of the test so far
   float simulation_probability = 0, branch_probability = 0;
   std::array<float, 3> leading_coordinates{};
   StageTimes vtp_ns, lbea_ns, fit_ns;

@@ -33,13 +33,13 @@ struct PyResult {
   std::uint64_t frame_id = 0;
   std::int64_t stamp_ns = 0;
   std::uint32_t reference = 0;
-  float coverage = 0;
+  FrameNumbers frame_numbers;
+  FitNumbers fit_numbers;
   PointTally points;
   std::vector<float> coefficients;
   std::array<float, 3> leading_coordinates{};
   std::vector<PyMatch> matches{}, candidates{};
   std::vector<PyShare> estimate{};
-  float residual = 0, estimate_residual = 0, misfit = 0, spread = 0;
   StageTimes elapsed_ns;
 };
 
@@ -65,14 +65,11 @@ PyResult to_python(const MatchResult& result, const Model& model) {
                 .frame_id = result.frame_id,
                 .stamp_ns = result.stamp_ns,
                 .reference = result.reference,
-                .coverage = result.coverage,
+                .frame_numbers = result,
+                .fit_numbers = result.fit,
                 .points = result.points,
                 .coefficients = {result.coefficients.begin(), result.coefficients.end()},
                 .leading_coordinates = result.leading_coordinates,
-                .residual = result.fit.residual,
-                .estimate_residual = result.fit.estimate_residual,
-                .misfit = result.fit.misfit,
-                .spread = result.fit.spread,
                 .elapsed_ns = result.elapsed_ns};
   for (const Match& match : result.matches) copy.matches.push_back(to_python(match, model));
   for (const Match& candidate : result.fit.candidates) copy.candidates.push_back(to_python(candidate, model));
@@ -195,22 +192,22 @@ void bind_match(py::module_& module) {
 }
 
 void bind_result(py::module_& module) {
-  py::class_<PyResult>(module, "Result", "The result of one frame.")
-      .def_readonly("status", &PyResult::status)
+  py::class_<PyResult> type(module, "Result", "The result of one frame.");
+  for (const auto& number : frame_numbers)
+    type.def_property_readonly(
+        number.name, [value = number.value](const PyResult& r) { return r.frame_numbers.*value; }, number.meaning);
+  for (const auto& number : fit_numbers)
+    type.def_property_readonly(
+        number.name, [value = number.value](const PyResult& r) { return r.fit_numbers.*value; }, number.meaning);
+  type.def_readonly("status", &PyResult::status)
       .def_readonly("verdict", &PyResult::verdict)
       .def_readonly("frame_id", &PyResult::frame_id)
       .def_readonly("stamp_ns", &PyResult::stamp_ns)
       .def_readonly("reference", &PyResult::reference)
-      .def_readonly("coverage", &PyResult::coverage,
-                    "share of the best sample's observed surface that the frame covers")
       .def_readonly("matches", &PyResult::matches, "nearest first")
       .def_readonly("candidates", &PyResult::candidates, "fit: the samples most similar to the frame")
       .def_readonly("estimate", &PyResult::estimate, "fit: the weighted mean of samples that fits the frame best")
       .def_readonly("leading_coordinates", &PyResult::leading_coordinates)
-      .def_readonly("residual", &PyResult::residual)
-      .def_readonly("estimate_residual", &PyResult::estimate_residual)
-      .def_readonly("misfit", &PyResult::misfit)
-      .def_readonly("spread", &PyResult::spread)
       .def_property_readonly("coefficients", &coefficients_of, "modes x 3: coefficients of the frame in the basis")
       .def_property_readonly(
           "points", [](const PyResult& r) { return to_dict(r.points); }, "received = used + invalid + culled")

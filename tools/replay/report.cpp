@@ -50,14 +50,16 @@ std::string result_json(const wire::WireResult& result) {
                        {"time_step", match.sample.time_step},
                        {"time_s", match.time_s},
                        {"distance", match.distance}});
-  return Json{{"session", result.session},
-              {"frame", result.frame_id},
-              {"stamp_ns", result.stamp_ns},
-              {"status", wire::to_string(result.status)},
-              {"verdict", wire::to_string(result.verdict)},
-              {"coverage", result.coverage},
-              {"matches", std::move(matches)}}
-      .dump(-1, ' ', false, Json::error_handler_t::replace);  // names may not be UTF-8
+  Json json{{"session", result.session},
+            {"frame", result.frame_id},
+            {"stamp_ns", result.stamp_ns},
+            {"status", wire::to_string(result.status)},
+            {"verdict", wire::to_string(result.verdict)}};
+  for (const auto& number : frame_numbers) json[number.name] = result.*number.value;
+  json["matches"] = std::move(matches);
+  for (const auto& number : fit_numbers)
+    if (!result.fit.candidates.empty()) json["fit"][number.name] = result.fit.*number.value;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // names may not be UTF-8
 }
 
 std::string comparison_line(const ComparisonTally& tally) {

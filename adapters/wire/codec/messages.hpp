@@ -143,8 +143,7 @@ struct WireTimes {
 };
 
 /// See SurfaceFit. Without candidates: another method than fit.
-struct WireFit {
-  float residual = 0, estimate_residual = 0, misfit = 0, spread = 0;
+struct WireFit : FitNumbers {
   std::vector<Match> candidates;         // best first; distance: residual
   std::vector<WeightedSample> estimate;  // weights add up to 1
 };
@@ -166,7 +165,7 @@ struct WireTestState {
   WireVerdict verdict = WireVerdict::unknown;
 };
 
-struct WireResult {
+struct WireResult : FrameNumbers {
   std::uint64_t sequence = 0;  // rises by one per message on the results socket
   std::uint64_t session = 0;
   std::uint64_t frame_id = 0;
@@ -174,7 +173,6 @@ struct WireResult {
   WireStatus status = WireStatus::ok;
   WireVerdict verdict = WireVerdict::unknown;
   std::uint32_t reference = 0;
-  float coverage = 0;
   PointTally points;
   std::vector<WireMatch> matches;  // nearest first
   std::array<float, 3> leading_coordinates{};

@@ -16,6 +16,35 @@ using flatbuffers::Offset;
 constexpr std::size_t max_result_bytes = 16 << 20;
 constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
 
+/// The places of a table's numbers in a message, by their names in the schema.
+template <class Numbers, std::size_t count>
+std::array<flatbuffers::voffset_t, count> slots_of(const std::array<NumberInfo<Numbers>, count>& numbers,
+                                                   const flatbuffers::TypeTable* table) {
+  std::array<flatbuffers::voffset_t, count> slots;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::span names(table->names, table->num_elems);
+    const auto found = std::ranges::find(names, std::string_view(numbers[i].name));
+    slots[i] = flatbuffers::FieldIndexToOffset(static_cast<flatbuffers::voffset_t>(found - names.begin()));
+  }
+  return slots;
+}
+const auto frame_slots = slots_of(frame_numbers, schema::ResultTypeTable());
+const auto fit_slots = slots_of(fit_numbers, schema::FitTypeTable());
+
+/// Adds the numbers to the table that is being built.
+template <class Numbers, std::size_t count>
+void add(FlatBufferBuilder& builder, const Numbers& from, const std::array<NumberInfo<Numbers>, count>& numbers,
+         const std::array<flatbuffers::voffset_t, count>& slots) {
+  for (std::size_t i = count; i-- > 0;) builder.AddElement<float>(slots[i], from.*numbers[i].value, 0.0f);
+}
+
+template <class Table, class Numbers, std::size_t count>
+void read(const Table* table, Numbers& into, const std::array<NumberInfo<Numbers>, count>& numbers,
+          const std::array<flatbuffers::voffset_t, count>& slots) {
+  const auto* from = reinterpret_cast<const flatbuffers::Table*>(table);
+  for (std::size_t i = 0; i < count; ++i) into.*numbers[i].value = from->GetField<float>(slots[i], 0.0f);
+}
+
 Offset<schema::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
   const auto by_status = builder.CreateVector(counters.by_status.data(), counters.by_status.size());
   return schema::CreateCounters(builder, counters.received, counters.sum(Fate::matched), counters.sum(Fate::rejected),
@@ -86,14 +115,17 @@ Offset<schema::Fit> build(FlatBufferBuilder& builder, const WireFit& fit) {
   for (const WeightedSample& s : fit.estimate) estimate.emplace_back(s.sample.simulation, s.sample.time_step, s.weight);
   const auto candidate_vector = builder.CreateVectorOfStructs(candidates);
   const auto share_vector = builder.CreateVectorOfStructs(estimate);
-  return schema::CreateFit(builder, fit.residual, fit.estimate_residual, fit.misfit, fit.spread, candidate_vector,
-                           share_vector);
+  schema::FitBuilder table(builder);
+  table.add_estimate(share_vector);
+  table.add_candidates(candidate_vector);
+  add<FitNumbers>(builder, fit, fit_numbers, fit_slots);
+  return table.Finish();
 }
 
 WireFit read(const schema::Fit* from) {
   WireFit fit;
   if (from == nullptr) return fit;
-  fit = {from->residual(), from->estimate_residual(), from->misfit(), from->spread(), {}, {}};
+  read<schema::Fit, FitNumbers>(from, fit, fit_numbers, fit_slots);
   if (from->candidates() != nullptr)
     for (const auto* c : *from->candidates())
       fit.candidates.push_back({{c->simulation(), c->time_step()}, c->residual()});
@@ -204,12 +236,26 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   const schema::PointTally points(result.points.received, result.points.invalid, result.points.culled,
                                   result.points.used);
   const schema::StageTimes times = build(result.elapsed_ns);
-  schema::FinishResultBuffer(
-      builder,
-      schema::CreateResult(builder, result.sequence, result.session, result.frame_id, result.stamp_ns,
-                           static_cast<schema::WireStatus>(result.status), static_cast<schema::Verdict>(result.verdict),
-                           result.reference, result.coverage, &points, match_vector, &times, counters,
-                           result.receive_ns, result.publish_ns, result.model_checksum, coordinates, fit, test));
+  schema::ResultBuilder table(builder);
+  table.add_model_checksum(result.model_checksum);
+  table.add_publish_ns(result.publish_ns);
+  table.add_receive_ns(result.receive_ns);
+  table.add_stamp_ns(result.stamp_ns);
+  table.add_frame_id(result.frame_id);
+  table.add_session(result.session);
+  table.add_sequence(result.sequence);
+  table.add_test(test);
+  table.add_fit(fit);
+  table.add_leading_coordinates(coordinates);
+  table.add_counters(counters);
+  table.add_elapsed_ns(&times);
+  table.add_matches(match_vector);
+  table.add_points(&points);
+  add<FrameNumbers>(builder, result, frame_numbers, frame_slots);
+  table.add_reference(result.reference);
+  table.add_verdict(static_cast<schema::Verdict>(result.verdict));
+  table.add_status(static_cast<schema::WireStatus>(result.status));
+  schema::FinishResultBuffer(builder, table.Finish());
   return detail::finished(builder);
 }
 
@@ -226,7 +272,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.status = static_cast<WireStatus>(from->status());
   into.verdict = static_cast<WireVerdict>(from->verdict());
   into.reference = from->reference();
-  into.coverage = from->coverage();
+  read<schema::Result, FrameNumbers>(from, into, frame_numbers, frame_slots);
   into.points = read(from->points());
   if (from->matches() != nullptr) {
     for (const auto* match : *from->matches()) into.matches.push_back(read(*match));

@@ -130,6 +130,10 @@ typedef struct lbea_result {
   uint32_t index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns, fit_ns; /**< wall time of each stage */
 } lbea_result;
 
+/* The members of lbea_result with the names of FrameNumbers and FitNumbers in C++: X(name). New ones go to its end. */
+#define LBEA_FRAME_NUMBERS(X) X(coverage)
+#define LBEA_FIT_NUMBERS(X) X(residual) X(estimate_residual) X(misfit) X(spread)
+
 /** The result for the whole test so far. Pointers are valid until the next lbea_tracker_update. */
 typedef struct lbea_test_state {
   uint32_t struct_size;

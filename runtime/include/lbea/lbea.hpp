@@ -261,28 +261,51 @@ struct StageTimes {
   std::uint32_t fit = 0;  // depth image, comparison with the samples', estimate
 };
 
+/// The name and the meaning of a number of a result. Messages, tables and Python take the numbers from the lists of
+/// these.
+template <class Numbers>
+struct NumberInfo {
+  const char* name;
+  float Numbers::*value;
+  const char* meaning;
+};
+
+/// Numbers of a frame, by all methods.
+struct FrameNumbers {
+  float coverage = 0;
+};
+inline constexpr std::array frame_numbers{NumberInfo<FrameNumbers>{
+    "coverage", &FrameNumbers::coverage, "share of the best sample's observed surface that the frame shows"}};
+
+/// Numbers of a frame, by Method::fit; NaN with the other methods.
+struct FitNumbers {
+  float residual = std::numeric_limits<float>::quiet_NaN();
+  float estimate_residual = std::numeric_limits<float>::quiet_NaN();
+  float misfit = std::numeric_limits<float>::quiet_NaN();
+  float spread = std::numeric_limits<float>::quiet_NaN();
+};
+inline constexpr std::array fit_numbers{
+    NumberInfo<FitNumbers>{"residual", &FitNumbers::residual,
+                           "of the best candidate: root mean square of the depth differences, capped; length unit"},
+    NumberInfo<FitNumbers>{"estimate_residual", &FitNumbers::estimate_residual, "the same for the estimate"},
+    NumberInfo<FitNumbers>{"misfit", &FitNumbers::misfit,
+                           "residual over the expected residual of a run that is not in the ensemble"},
+    NumberInfo<FitNumbers>{"spread", &FitNumbers::spread,
+                           "mean distance of the plausible samples from the estimate, length unit"}};
+
 /// Result of Method::fit. Empty and NaN with the other methods.
-struct SurfaceFit {
+struct SurfaceFit : FitNumbers {
   std::span<const Match> candidates{};         // the samples most similar to the frame; distance: their residual
   std::span<const WeightedSample> estimate{};  // the convex combination of samples that explains the frame best
-  /// Of the best candidate: root mean square of the depth differences, cell by cell, capped; length unit.
-  float residual = std::numeric_limits<float>::quiet_NaN();
-  /// The same for the estimate.
-  float estimate_residual = std::numeric_limits<float>::quiet_NaN();
-  /// Residual over the expected residual of a run that is not in the ensemble.
-  float misfit = std::numeric_limits<float>::quiet_NaN();
-  /// Mean distance of the plausible samples from the estimate, length unit.
-  float spread = std::numeric_limits<float>::quiet_NaN();
 };
 
 /// Spans are valid until the next match() on the same Matcher.
-struct MatchResult {
+struct MatchResult : FrameNumbers {
   Status status = Status::ok;
   std::uint64_t frame_id = 0;
   std::int64_t stamp_ns = 0;
   std::uint32_t reference = 0;  // the reference mesh that was used
   PointTally points{};
-  float coverage = 0;                          // share of the best sample's observed surface that the frame shows
   std::span<const float> coefficients{};       // the frame's positions in the basis, modes() x 3, mode-major
   std::span<const Match> matches{};            // best first; with fit by distance from the estimate and residual
   std::array<float, 3> leading_coordinates{};  // the coefficients of Model::leading_axes()

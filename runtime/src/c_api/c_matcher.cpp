@@ -10,6 +10,18 @@ static_assert(sizeof(lbea_point) == sizeof(Point) && alignof(lbea_point) == alig
 static_assert(LBEA_METHOD_LBEA == static_cast<int>(Method::lbea) && LBEA_METHOD_VTP == static_cast<int>(Method::vtp) &&
               LBEA_METHOD_FIT == static_cast<int>(Method::fit));
 
+#define LBEA_NAME(name) std::string_view(#name),
+constexpr std::array c_frame_numbers{LBEA_FRAME_NUMBERS(LBEA_NAME)};
+constexpr std::array c_fit_numbers{LBEA_FIT_NUMBERS(LBEA_NAME)};
+#undef LBEA_NAME
+template <class Info>
+constexpr std::string_view name_of(const Info& info) noexcept {
+  return info.name;
+}
+static_assert(std::ranges::equal(c_frame_numbers, frame_numbers, {}, {}, name_of<NumberInfo<FrameNumbers>>) &&
+                  std::ranges::equal(c_fit_numbers, fit_numbers, {}, {}, name_of<NumberInfo<FitNumbers>>),
+              "lbea.h lists the numbers of lbea.hpp");
+
 // Sizes of the structs in the first version that had them: every caller knows at least these fields.
 constexpr std::size_t least_config = offsetof(lbea_config, T_reference_sensor) + sizeof(RigidTransform);
 constexpr std::size_t least_frame = offsetof(lbea_frame, point_count) + sizeof(std::size_t);
@@ -59,14 +71,15 @@ lbea_result to_c(const MatchResult& result) noexcept {
   c.frame_id = result.frame_id;
   c.stamp_ns = result.stamp_ns;
   c.reference = result.reference;
-  c.coverage = result.coverage;
   c.coefficients = result.coefficients.data();
   c.coefficient_count = static_cast<std::uint32_t>(result.coefficients.size());
   std::ranges::copy(result.leading_coordinates, c.leading_coordinates);
-  c.residual = result.fit.residual;
-  c.estimate_residual = result.fit.estimate_residual;
-  c.misfit = result.fit.misfit;
-  c.spread = result.fit.spread;
+#define LBEA_COPY(name) c.name = result.name;
+  LBEA_FRAME_NUMBERS(LBEA_COPY)
+#undef LBEA_COPY
+#define LBEA_COPY(name) c.name = result.fit.name;
+  LBEA_FIT_NUMBERS(LBEA_COPY)
+#undef LBEA_COPY
   c.points_received = result.points.received;
   c.points_invalid = result.points.invalid;
   c.points_culled = result.points.culled;

@@ -8,7 +8,9 @@ namespace lbea {
 
 MatchResult Matcher::match(const Frame& frame) noexcept {
   State& s = *state_;
-  MatchResult result{.frame_id = frame.id, .stamp_ns = frame.stamp_ns};
+  MatchResult result;
+  result.frame_id = frame.id;
+  result.stamp_ns = frame.stamp_ns;
   if (!s.index_points(frame, result)) return result;  // steps 1, 2: rigid transform, reference mesh, region
   s.correspond(result);                               // step 3: e_i, the point nearest to vertex i
   s.project(result);                                  // step 5: alpha = Psi' M e

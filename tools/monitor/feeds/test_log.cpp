@@ -23,7 +23,8 @@ TestLog::Row row_of(const wire::WireResult& result, double time_s) {
   row[TestLog::status] = static_cast<float>(result.status);
   row[TestLog::latency_ms] = static_cast<float>(result.elapsed_ns.total) * 1e-6f;
   if (wire::fate_of(result.status) != wire::Fate::matched) return row;
-  row[TestLog::coverage] = result.coverage;
+  for (std::size_t i = 0; i < frame_numbers.size(); ++i)
+    row[TestLog::first_frame_number + i] = result.*frame_numbers[i].value;
   for (std::size_t k = 0; k < 3; ++k) row[TestLog::x + k] = result.leading_coordinates[k];
   if (!result.matches.empty()) {
     const wire::WireMatch& best = result.matches.front();
@@ -31,12 +32,8 @@ TestLog::Row row_of(const wire::WireResult& result, double time_s) {
     row[TestLog::time_step] = static_cast<float>(best.sample.time_step);
     row[TestLog::distance] = best.distance;
   }
-  if (!result.fit.candidates.empty()) {
-    row[TestLog::residual] = result.fit.residual;
-    row[TestLog::estimate_residual] = result.fit.estimate_residual;
-    row[TestLog::misfit] = result.fit.misfit;
-    row[TestLog::spread] = result.fit.spread;
-  }
+  for (std::size_t i = 0; i < fit_numbers.size() && !result.fit.candidates.empty(); ++i)
+    row[TestLog::first_fit_number + i] = result.fit.*fit_numbers[i].value;
   for (std::size_t k = 0; k < std::min(TestLog::chances, result.test.simulations.size()); ++k) {
     row[TestLog::column_count + 2 * k] = static_cast<float>(result.test.simulations[k].simulation);
     row[TestLog::column_count + 2 * k + 1] = result.test.simulations[k].probability;
@@ -92,6 +89,14 @@ void TestLog::thin() {
   ++epoch_;
 }
 
+std::vector<std::string> column_names() {
+  std::vector<std::string> names{"time_s", "frame", "verdict", "status", "simulation", "time_step", "distance"};
+  for (const auto& number : fit_numbers) names.emplace_back(number.name);
+  for (const auto& number : frame_numbers) names.emplace_back(number.name);
+  for (const char* name : {"x", "y", "z", "latency_ms"}) names.emplace_back(name);
+  return names;
+}
+
 std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most) {
   const bool is_new = cursor.epoch != log.epoch();
   if (is_new) cursor = {log.epoch(), 0};
@@ -103,11 +108,8 @@ std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most) {
     values.insert(values.end(), row.begin(), row.end());
   Packet packet;
   packet.add("rows", std::move(values));
-  const nlohmann::json head{{"type", "rows"},
-                            {"epoch", log.epoch()},
-                            {"first", cursor.row},
-                            {"every", log.every()},
-                            {"row_values", TestLog::row_values}};
+  const nlohmann::json head{{"type", "rows"},       {"epoch", log.epoch()},      {"first", cursor.row},
+                            {"every", log.every()}, {"columns", column_names()}, {"row_values", TestLog::row_values}};
   cursor.row += count;
   return packet.finish(head);
 }
@@ -129,9 +131,7 @@ nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns, std::span<cons
 }
 
 std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names) {
-  std::string csv =
-      "time_s,frame,verdict,status,simulation,time_step,distance,residual,estimate_residual,misfit,spread,coverage,x,y,"
-      "z,latency_ms";
+  std::string csv = fmt::format("{}", fmt::join(column_names(), ","));
   for (std::size_t k = 1; k <= TestLog::chances; ++k) csv += fmt::format(",simulation_{0},probability_{0}", k);
   csv += '\n';
   for (const TestLog::Row& row : log.rows()) {

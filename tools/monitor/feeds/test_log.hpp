@@ -31,12 +31,9 @@ class TestLog {
     simulation,
     time_step,
     distance,
-    residual,
-    estimate_residual,
-    misfit,
-    spread,
-    coverage,
-    x,
+    first_fit_number,
+    first_frame_number = first_fit_number + fit_numbers.size(),
+    x = first_frame_number + frame_numbers.size(),
     y,
     z,
     latency_ms,
@@ -75,6 +72,9 @@ class TestLog {
   TestAnswer answer_;
   std::vector<Row> rows_;
 };
+
+/// The names of the columns before the chances.
+[[nodiscard]] std::vector<std::string> column_names();
 
 /// A packet with at most `most` rows after the cursor, which moves; empty when there are none.
 [[nodiscard]] std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most);

@@ -60,10 +60,7 @@ export class ProbabilityChart extends Chart {
   leaders(rows) {
     const weight = new Map(), step = Math.max(1, Math.floor(rows.count / 512));
     for (let r = rows.count - 1; r >= 0; r -= step)
-      for (let k = 0; k < 8; ++k) {
-        const at = r * rows.width + 16 + 2 * k, simulation = rows.values[at];
-        if (!Number.isNaN(simulation)) weight.set(simulation, (weight.get(simulation) ?? 0) + rows.values[at + 1]);
-      }
+      for (const [simulation, probability] of rows.chances(r)) weight.set(simulation, (weight.get(simulation) ?? 0) + probability);
     return [...weight].sort((a, b) => b[1] - a[1]).slice(0, shownSimulations).map(([simulation]) => simulation).sort((a, b) => a - b);
   }
   update(rows, now) {

@@ -1,13 +1,9 @@
 // The rows of the curves, as the server keeps them. When it thins them, it sends all rows again with a new epoch.
-const base = ["time_s", "frame", "verdict", "status", "simulation", "time_step", "distance", "residual", "estimate_residual", "misfit", "spread",
-  "coverage", "x", "y", "z", "latency_ms"];
-export const column = Object.fromEntries(base.map((name, i) => [name, i]));
-export const firstChance = base.length, chances = 8;
-
 export class Rows {
   epoch = -1;
   count = 0;
-  width = firstChance + 2 * chances;
+  width = 0;  // values of a row: named columns, then pairs of a simulation and its probability
+  columns = [];
   values = new Float32Array(0);
 
   add({ head, arrays }) {
@@ -17,6 +13,7 @@ export class Rows {
     }
     if (head.first !== this.count) return;
     this.width = head.row_values;
+    this.columns = head.columns;
     const end = this.count * this.width + arrays.rows.length;
     if (end > this.values.length) {
       const grown = new Float32Array(Math.max(end, 2 * this.values.length, 4096));
@@ -27,15 +24,19 @@ export class Rows {
     this.count = end / this.width;
   }
   at(row, name) {
-    return this.values[row * this.width + column[name]];
+    return this.values[row * this.width + this.columns.indexOf(name)];
   }
   /// The probability of a simulation; null when it is not among the most probable ones of the row.
   chance(row, simulation) {
-    const begin = row * this.width + firstChance;
-    for (let k = 0; k < chances; ++k) if (this.values[begin + 2 * k] === simulation) return this.values[begin + 2 * k + 1];
+    for (const [likely, probability] of this.chances(row)) if (likely === simulation) return probability;
     return null;
   }
+  /// The most probable simulations of the row, with their probabilities.
+  *chances(row) {
+    for (let at = row * this.width + this.columns.length; at < (row + 1) * this.width && !Number.isNaN(this.values[at]); at += 2)
+      yield [this.values[at], this.values[at + 1]];
+  }
   hasChances(row) {
-    return !Number.isNaN(this.values[row * this.width + firstChance]);
+    return !this.chances(row).next().done;
   }
 }

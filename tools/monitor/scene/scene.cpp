@@ -46,9 +46,9 @@ nlohmann::json to_json(const wire::WireFit& fit) {
   nlohmann::json candidates = nlohmann::json::array();
   for (const Match& candidate : fit.candidates)
     candidates.push_back({candidate.sample.simulation, candidate.sample.time_step, candidate.distance});
-  return {{"residual", fit.residual}, {"estimate_residual", fit.estimate_residual},
-          {"misfit", fit.misfit},     {"spread", fit.spread},
-          {"candidates", candidates}, {"estimate", to_json(fit.estimate)}};
+  nlohmann::json json{{"candidates", candidates}, {"estimate", to_json(fit.estimate)}};
+  for (const auto& number : fit_numbers) json[number.name] = fit.*number.value;
+  return json;
 }
 
 constexpr std::size_t most_samples = 256;
@@ -151,12 +151,12 @@ nlohmann::json to_json(const wire::WireResult& result) {
                       {"stamp_ns", std::to_string(result.stamp_ns)},
                       {"status", wire::to_string(result.status)},
                       {"verdict", wire::to_string(result.verdict)},
-                      {"coverage", result.coverage},
                       {"points", result.points.received},
                       {"used", result.points.used},
                       {"matches", matches},
                       {"reference", result.reference},
                       {"xyz", result.leading_coordinates}};
+  for (const auto& number : frame_numbers) json[number.name] = result.*number.value;
   if (!result.fit.candidates.empty()) json["fit"] = to_json(result.fit);
   if (result.test.frames > 0) json["test"] = to_json(result.test);
   return json;

@@ -58,10 +58,7 @@ void rank(std::span<const float> probabilities, std::vector<wire::SimulationChan
 
 void fill(wire::WireFit& fit, const SurfaceFit& from) noexcept {
   if (from.candidates.empty()) return;
-  fit.residual = from.residual;
-  fit.estimate_residual = from.estimate_residual;
-  fit.misfit = from.misfit;
-  fit.spread = from.spread;
+  static_cast<FitNumbers&>(fit) = from;
   fit.candidates.assign(from.candidates.begin(), from.candidates.end());
   fit.estimate.assign(from.estimate.begin(), from.estimate.end());
 }
@@ -129,7 +126,7 @@ void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* t
   wire::WireResult& result = outcome.result;
   result.status = to_wire(match.status);
   result.reference = match.reference;
-  result.coverage = match.coverage;
+  static_cast<FrameNumbers&>(result) = match;
   result.points = match.points;
   result.elapsed_ns.match = match.elapsed_ns;
   result.leading_coordinates = match.leading_coordinates;
