@@ -3,8 +3,8 @@
 //   LBEA_FAULT_NTH    from 1; 0 or nothing: all succeed
 //   LBEA_FAULT_PATH   only calls on files whose path begins so (not for thread and allocate)
 //   LBEA_FAULT_COUNT  a file that is told at the program's end how often the call was made
-//   LBEA_FAULT_ASKERS a file that is told, when a thread or an allocation fails, which libraries asked for it, a line
-//   each
+//   LBEA_FAULT_ASKERS a file that is told, when a thread or an allocation fails, which libraries asked for it: in each
+//   line a name and an offset
 // What happens before main() does not count: no program can answer for that.
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -101,7 +101,12 @@ static void tell_askers(void) {
   for (int i = 0; i < depth; ++i) {
     Dl_info about;
     if (dladdr(calls[i], &about) == 0 || about.dli_fname == NULL) continue;
-    if (write(descriptor, about.dli_fname, strlen(about.dli_fname)) < 0 || write(descriptor, "\n", 1) < 0) abort();
+    char offset[32];
+    const int length =
+        snprintf(offset, sizeof(offset), " %#lx\n", (unsigned long)((char*)calls[i] - (char*)about.dli_fbase));
+    if (write(descriptor, about.dli_fname, strlen(about.dli_fname)) < 0 ||
+        write(descriptor, offset, (size_t)length) < 0)
+      abort();
   }
   close(descriptor);
 }

@@ -44,6 +44,16 @@ inline bool was_asked_by(const std::string& library, const std::filesystem::path
   return std::filesystem::exists(askers) && contains(text_of(askers), library);
 }
 
+/// libzmq is a part of the program, or the system's library.
+inline bool was_asked_by_zeromq(const std::string& program, const std::filesystem::path& count) {
+  const std::string askers = count.string() + ".askers";
+  if (!std::filesystem::exists(askers)) return false;
+  const std::string functions =
+      "sed -n 's|^" + program + " ||p' '" + askers + "' | xargs -r addr2line -f -e " + program;
+  return was_asked_by("libzmq", count) ||
+         contains(run_program("sh -c \"" + functions + "\"", count.parent_path()).out, "_ZN3zmq");
+}
+
 inline constexpr unsigned long all = ~0ul;
 
 /// Numbers from 1 to `count`, including both: at most `most`, or `most_of_long` in a long run.

@@ -75,7 +75,7 @@ void check(const std::vector<std::string>& program, const std::string& call, uns
     CAPTURE(outcome.exit_code);
     CAPTURE(outcome.err);
     CAPTURE(outcome.out);
-    if (was_asked_by("libzmq", elsewhere / "count")) {
+    if (was_asked_by_zeromq(program[0], elsewhere / "count")) {
       ++by_zeromq;
       check_left_by_zeromq(outcome, frames_left(folder));
     } else {

@@ -42,7 +42,8 @@ holds liblbea-dev '/include/lbea/lbea\.h$' '/include/lbea/lbea\.hpp$' '/include/
 field liblbea-dev Depends | grep -qF "liblbea0 (= $version)" || fail "liblbea-dev does not depend on its own library"
 
 for program in bake serve send inspect eval; do holds lbea-tools "/usr/bin/lbea-$program$"; done
-field lbea-tools Depends | grep -q libzmq5 || fail "lbea-tools does not depend on libzmq5"
+field lbea-tools Depends | grep -q libsodium || fail "lbea-tools does not depend on libsodium"
+field lbea-tools Depends | grep -q libzmq && fail "lbea-tools uses the system's libzmq"
 if command -v help2man >/dev/null; then
   for program in $(contents lbea-tools | sed -n 's|^./usr/bin/\(lbea-[a-z]*\)$|\1|p'); do holds lbea-tools "/man1/$program\.1\.gz$"; done
 else

@@ -23,6 +23,7 @@ namespace {
 
 using Level = Finding::Level;
 constexpr std::uint64_t mb = 1'000'000;
+constexpr rlim_t max_descriptors = 16'384;  // an unknown connection takes memory for two seconds
 
 Privilege pin(unsigned processor) {
   cpu_set_t set;
@@ -146,7 +147,7 @@ std::vector<Privilege> request_for_process(const PrivilegeRequest& request, cons
 void raise_descriptor_limit() noexcept {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-  limit.rlim_cur = limit.rlim_max;
+  limit.rlim_cur = std::min(limit.rlim_max, max_descriptors);
   ::setrlimit(RLIMIT_NOFILE, &limit);
 }
 

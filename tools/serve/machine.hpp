@@ -29,8 +29,8 @@ struct Privilege {
 /// For the process, after it has opened its model (if any) and before it allocates much.
 [[nodiscard]] std::vector<Privilege> request_for_process(const PrivilegeRequest& request, const Model* model,
                                                          Method method);
-/// Raises the process's limit of open descriptors to the maximum, so that unknown connections do not use up those that
-/// peers need.
+/// Raises the process's limit of open descriptors to its maximum or 16,384, so that unknown connections use up neither
+/// those that peers need nor memory.
 void raise_descriptor_limit() noexcept;
 
 /// The result of one check.
