@@ -3,7 +3,7 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/test_data.hpp"
-#include "tests/wire/wire_support.hpp"
+#include "tests/wire/serve_bench.hpp"
 
 #include <doctest/doctest.h>
 
@@ -23,47 +23,12 @@ using namespace std::chrono_literals;
 using lbea::test::contains;
 using lbea::test::eventually;
 using lbea::test::Process;
+using lbea::test::ServeBench;
 using lbea::test::text_of;
 
 namespace {
 
 bool is_long_run() { return std::getenv("LBEA_LONG_TESTS") != nullptr; }
-
-class Bench {
- public:
-  Bench() { std::ofstream(file("cloud.xyz")) << "1 2 3\n4 5 6\n"; }
-  std::unique_ptr<Process> start(const std::string& program, std::vector<std::string> arguments,
-                                 const std::string& name) {
-    arguments.insert(arguments.begin(), program);
-    return std::make_unique<Process>(arguments, file(name + ".out"), file(name + ".err"));
-  }
-  std::unique_ptr<Process> serve(std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{LBEA_MODEL, "--frames", frames, "--results", results, "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    auto process = start(LBEA_SERVE, arguments, "serve");
-    REQUIRE(eventually([&] { return contains(said(), "ready: frames on "); }));
-    return process;
-  }
-  int send(std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{file("cloud.xyz"), "--to", word_after("frames on "), "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return start(LBEA_SEND, arguments, "send")->wait();
-  }
-  void make_key(const std::string& name) { REQUIRE(start(LBEA_KEYGEN, {file(name)}, "keygen")->wait() == 0); }
-  [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
-  [[nodiscard]] std::string said() const { return text_of(file("serve.err")); }
-  /// The server's log after `words`, up to a blank or comma.
-  [[nodiscard]] std::string word_after(const std::string& words) const {
-    const std::string text = said();
-    const auto at = text.find(words);
-    REQUIRE(at != std::string::npos);
-    const auto begin = at + words.size();
-    return text.substr(begin, text.find_first_of(", \n", begin) - begin);
-  }
-
-  test::TemporaryFolder folder;
-  std::string frames = "ipc://" + file("frames"), results = "ipc://" + file("results");
-};
 
 int connected_to(const std::string& address) {
   const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -148,7 +113,7 @@ class ServiceManager {
 }  // namespace
 
 TEST_CASE("with keys, only allowed peers are served, end to end") {
-  Bench bench;
+  ServeBench bench;
   for (const std::string name : {"matcher", "camera", "stranger"}) bench.make_key(name);
   bench.frames = bench.results = "tcp://127.0.0.1:*";
   const auto server = bench.serve({"--key", bench.file("matcher.key"), "--allow", bench.file("camera.pub")});
@@ -173,7 +138,7 @@ TEST_CASE("with keys, only allowed peers are served, end to end") {
 }
 
 TEST_CASE("unsafe settings are rejected at the start") {
-  Bench bench;
+  ServeBench bench;
   for (const std::string name : {"matcher", "camera"}) bench.make_key(name);
   const auto refused = [&](std::vector<std::string> more, const std::string& sentence) {
     std::vector<std::string> arguments{LBEA_MODEL, "--results", bench.results};
@@ -195,7 +160,7 @@ TEST_CASE("unsafe settings are rejected at the start") {
 }
 
 TEST_CASE("a lost frame shows in the result stream, the log, the metrics and the exit code") {
-  Bench bench;
+  ServeBench bench;
   const auto server = bench.serve({"--metrics", "127.0.0.1:0"});
   std::string metrics;
   REQUIRE(eventually([&] { return contains(bench.said(), "metrics on http://"); }));
@@ -233,7 +198,7 @@ TEST_CASE("a lost frame shows in the result stream, the log, the metrics and the
 }
 
 TEST_CASE("metrics: read only, local host names only, and unaffected by a crowd of connections") {
-  Bench bench;
+  ServeBench bench;
   const auto server = bench.serve({"--metrics", "127.0.0.1:0"});
   REQUIRE(eventually([&] { return contains(bench.said(), "metrics on http://"); }));
   std::string metrics = bench.word_after("metrics on http://");
@@ -256,7 +221,7 @@ TEST_CASE("metrics: read only, local host names only, and unaffected by a crowd 
 }
 
 TEST_CASE("systemd is notified of ready, alive and stopping, and of nothing while the process is suspended") {
-  Bench bench;
+  ServeBench bench;
   ServiceManager manager(bench.file("notify"));
   ::setenv("NOTIFY_SOCKET", bench.file("notify").c_str(), 1);
   ::setenv("WATCHDOG_USEC", "2000000", 1);
@@ -278,7 +243,7 @@ TEST_CASE("systemd is notified of ready, alive and stopping, and of nothing whil
 }
 
 TEST_CASE("--check finds problems, changes nothing, and prints JSON") {
-  Bench bench;
+  ServeBench bench;
   const auto check = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments{LBEA_MODEL, "--check", "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -355,7 +320,7 @@ TEST_CASE("--check finds problems, changes nothing, and prints JSON") {
 }
 
 TEST_CASE("privileges that are not granted are logged and not fatal") {
-  Bench bench;
+  ServeBench bench;
   const auto server = bench.serve({"--pin", "100000"});
   CHECK(eventually([&] { return contains(bench.said(), "--pin: processor 100000 is not available"); }));
   CHECK(bench.send() == 0);
@@ -364,7 +329,7 @@ TEST_CASE("privileges that are not granted are logged and not fatal") {
 }
 
 TEST_CASE("killed and restarted repeatedly, it always starts quickly and serves") {
-  Bench bench;
+  ServeBench bench;
   const int cycles = is_long_run() ? 1000 : 50;
   std::mt19937 random(11);
   std::vector<double> seconds;
@@ -386,7 +351,7 @@ TEST_CASE("killed and restarted repeatedly, it always starts quickly and serves"
 // 1,000 unauthorized connections must not reduce an admitted sender's rate. Windows with and without them alternate, so
 // that other load on the machine affects both.
 TEST_CASE("a crowd of unauthorized connections does not slow an admitted sender") {
-  Bench bench;
+  ServeBench bench;
   for (const std::string name : {"matcher", "camera"}) bench.make_key(name);
   bench.frames = bench.results = "tcp://127.0.0.1:*";
   const auto server = bench.serve({"--key", bench.file("matcher.key"), "--allow", bench.file("camera.pub")});

@@ -129,6 +129,7 @@ int record(const Options& options) {
   const auto recorder = begin_recording(options.recording, settings_of(options));
   RecordingLog watch(recorder.get(), options.recording.file);
   spdlog::info("ready: frames on {}", frames.endpoint());
+  warn_of_unbounded_peers();
   FrameRecorder frame_recorder(std::move(frames), std::move(forward), std::move(results), *recorder, limits);
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

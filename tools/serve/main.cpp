@@ -9,6 +9,7 @@
 #include "tools/shared/cli/outlet.hpp"
 #include "tools/shared/cli/service_notify.hpp"
 #include "tools/shared/intake/log.hpp"
+#include "tools/shared/intake/peer_log.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
@@ -69,7 +70,7 @@ void report(const std::vector<Privilege>& privileges) {
 /// Runs until a stop signal; reports to systemd as long as all threads advance.
 void supervise(Pipeline& pipeline, RecordingLog& recording, const ServiceNotify& service) {
   Watchdog watchdog(pipeline);
-  PeerLog peers(pipeline);
+  PeerLog frame_peers("frames"), result_peers("results");
   auto next_status = std::chrono::steady_clock::now();
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -77,7 +78,10 @@ void supervise(Pipeline& pipeline, RecordingLog& recording, const ServiceNotify&
     pipeline.write_log();
     const auto now = std::chrono::steady_clock::now();
     if (watchdog.poll(now)) service.alive();
-    peers.poll(now);
+    frame_peers.poll(
+        now, [&] { return pipeline.frame_visits(); }, [&] { return pipeline.frame_peers(); });
+    result_peers.poll(
+        now, [&] { return pipeline.result_visits(); }, [&] { return pipeline.result_peers(); });
     if (now < next_status) continue;
     service.status(tally_line(pipeline.counters()));
     next_status = now + std::chrono::seconds(1);
@@ -124,6 +128,7 @@ int serve_model(const ServeOptions& options, const Model& model) {
   if (!options.metrics_address.empty())
     metrics.emplace(options.metrics_address, [&] { return metrics_page(pipeline); });
   spdlog::info(ready);
+  warn_of_unbounded_peers();
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
   supervise(pipeline, recording, service);

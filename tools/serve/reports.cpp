@@ -75,6 +75,9 @@ void write_peers(http::MetricsText& page, const Pipeline& pipeline) {
   both(&wire::PeerCounts::unknown, "," + http::MetricsText::label("reason", "unknown"));
   both(&wire::PeerCounts::excess, "," + http::MetricsText::label("reason", "excess"));
   both(&wire::PeerCounts::malformed, "," + http::MetricsText::label("reason", "malformed"));
+  both(&wire::PeerCounts::crowded, "," + http::MetricsText::label("reason", "crowded"));
+  page.metric("lbea_peers_cut_off_total", "counter", "Admitted connections that were ended: their peers broke a limit");
+  both(&wire::PeerCounts::offending);
 }
 
 void write_pipeline(http::MetricsText& page, const Pipeline& pipeline) {

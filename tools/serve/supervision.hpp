@@ -1,4 +1,4 @@
-// What the main thread watches while the pipeline runs: its threads and its peers. Both classes write log lines.
+// What the main thread watches while the pipeline runs.
 #pragma once
 
 #include "tools/serve/pipeline/pipeline.hpp"
@@ -19,22 +19,6 @@ class Watchdog {
   Pipeline::Rounds seen_;
   Clock::time_point since_;
   bool has_warned_ = false;
-};
-
-/// Logs admitted peers and, at most once a second, the number of refused connections.
-class PeerLog {
- public:
-  explicit PeerLog(Pipeline& pipeline) : pipeline_(pipeline) {}
-  /// Call often.
-  void poll(std::chrono::steady_clock::time_point now);
-
- private:
-  static void log(const char* endpoint, const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts,
-                  wire::PeerCounts& logged);
-
-  Pipeline& pipeline_;
-  std::chrono::steady_clock::time_point next_{};
-  wire::PeerCounts frames_logged_, results_logged_;
 };
 
 }  // namespace lbea::tool

@@ -1,7 +1,5 @@
 #include "adapters/wire/access/zap_server.hpp"
 
-#include "adapters/wire/sockets/socket_monitor.hpp"
-
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -15,6 +13,7 @@ using namespace std::chrono_literals;
 
 constexpr auto retry_delay = 10ms;  // after a failed allocation or a failed poll
 constexpr std::size_t max_visits = 64;
+constexpr std::size_t max_owners = 1024;
 constexpr auto max_handshake = 3s;  // ZeroMQ ends a connection that takes longer (see socket.cpp)
 constexpr int all_failures =
     ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
@@ -22,6 +21,19 @@ constexpr int all_failures =
 // RFC 27: a peer with status 400 does not try again; one with status 300 does, after ZeroMQ has disconnected it.
 constexpr const char* accepted = "200";
 constexpr const char* retry_later = "300";
+
+const char* offense_of(int error) noexcept {
+  switch (error) {
+    case EMSGSIZE:
+      return "a message above the size limit";
+    case EBADMSG:
+      return "a message of several parts";
+    case EDQUOT:
+      return "too many subscriptions";
+    default:
+      return "something that is not ZeroMQ's protocol";
+  }
+}
 
 std::string decoded(const std::string& key) {
   std::string bytes(32, '\0');
@@ -38,7 +50,8 @@ PeerAdmission::PeerAdmission(const ServerAccess& access)
 
 PeerCounts PeerAdmission::counts() const noexcept {
   const auto of = [](const Count& count) { return count.load(std::memory_order_relaxed); };
-  return {of(open_), of(peers_), of(admitted_), of(unknown_), of(excess_), of(malformed_)};
+  return {of(open_),   of(peers_),     of(admitted_), of(unknown_),
+          of(excess_), of(malformed_), of(crowded_),  of(offending_)};
 }
 
 const char* PeerAdmission::admit(std::string_view mechanism, std::string_view key, std::string_view address) noexcept {
@@ -61,35 +74,48 @@ const char* PeerAdmission::admit(std::string_view mechanism, std::string_view ke
 }
 
 /// Without memory the visit is counted but not listed.
-void PeerAdmission::add_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address) noexcept {
+void PeerAdmission::add_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address,
+                              const char* offense) noexcept try {
+  if (answer == PeerVisit::Answer::admitted && !name.empty()) {
+    if (owners_.size() == max_owners) owners_.clear();
+    owners_.insert_or_assign(std::string(address), std::string(name));
+  }
   const std::lock_guard lock(visits_mutex_);
-  if (visits_.size() == max_visits) return;
-  try {
-    visits_.push_back({answer, std::string(name), std::string(address)});
-  } catch (const std::bad_alloc&) {}
-}
+  if (visits_.size() < max_visits) visits_.push_back({answer, std::string(name), std::string(address), offense});
+} catch (const std::bad_alloc&) {}
 
 std::vector<PeerVisit> PeerAdmission::visits() {
   const std::lock_guard lock(visits_mutex_);
   return std::exchange(visits_, {});
 }
 
-void PeerAdmission::on_event(std::uint16_t event, std::int32_t value) {
-  if (event == ZMQ_EVENT_ACCEPTED) {
-    connections_[value] = Clock::now();
-  } else if (event == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) {
+void PeerAdmission::on_event(const SocketEvent& event) {
+  if (event.kind == ZMQ_EVENT_ACCEPTED) {
+    connections_[event.value] = Clock::now();
+  } else if (event.kind == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) {
     ++peers_;
     ++admitted_;
-  } else if (event == ZMQ_EVENT_DISCONNECTED) {
-    on_disconnect(value);
+  } else if (event.kind == ZMQ_EVENT_DISCONNECTED) {
+    on_disconnect(event.value);
+  } else if (event.kind == peer_dropped) {
+    on_offense(event.value, event.address.to_string_view());
+  } else if (event.kind == ZMQ_EVENT_ACCEPT_FAILED && event.value == EMFILE) {
+    ++crowded_;
   }
-  if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && deferred_ > 0) {
+  if (event.kind == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && deferred_ > 0) {
     --deferred_;  // or an unknown peer disconnected meanwhile: it is counted once either way
-  } else if (event == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL || event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
+  } else if (event.kind == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL || event.kind == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
     ++malformed_;
   }
-  failed_last_ = (event & all_failures) != 0;
+  last_event_ = event.kind;
   open_ = connections_.size();
+}
+
+void PeerAdmission::on_offense(int error, std::string_view address) noexcept {
+  ++offending_;
+  const auto owner = owners_.find(address);
+  add_visit(PeerVisit::Answer::offending, owner == owners_.end() ? std::string_view() : owner->second, address,
+            offense_of(error));
 }
 
 // ZeroMQ does not report which connection succeeded. A connection with a failed handshake is disconnected right after
@@ -101,8 +127,9 @@ void PeerAdmission::on_disconnect(std::int32_t descriptor) {
   const bool is_young = Clock::now() - found->second < max_handshake;
   const bool has_strangers = connections_.size() > peers_;
   connections_.erase(found);
-  if (!failed_last_ && is_young && has_strangers) ++malformed_;
-  const bool was_peer = !failed_last_ && !(is_young && has_strangers);
+  const bool has_failed = (last_event_ & all_failures) != 0;
+  const bool was_peer = last_event_ == peer_dropped || (!has_failed && !(is_young && has_strangers));
+  if (!has_failed && !was_peer) ++malformed_;
   if (was_peer && peers_ > 0) --peers_;
   if (peers_ > connections_.size()) peers_ = connections_.size();
 }
@@ -181,7 +208,7 @@ bool ZapServer::read_events(Watch& watch) {
     const EventRead read = read_event(watch.monitor, event);
     if (read != EventRead::done) return read == EventRead::none;
     if (event.kind == ZMQ_EVENT_MONITOR_STOPPED) return false;
-    watch.admission->on_event(event.kind, event.value);
+    watch.admission->on_event(event);
   }
 }
 

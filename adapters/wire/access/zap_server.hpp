@@ -3,6 +3,7 @@
 #pragma once
 
 #include "adapters/wire/access/keys.hpp"
+#include "adapters/wire/sockets/socket_monitor.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 
 #include <atomic>
@@ -20,11 +21,12 @@ namespace lbea::wire::detail {
 /// thread may read them.
 class PeerAdmission {
  public:
+  static constexpr int peer_dropped = 0x8000;  // see third_party/zmq/4-dropped-peers.patch
   /// The events of a socket's monitor that on_event() needs.
   static constexpr int watched_events = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED |
                                         ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
                                         ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_DISCONNECTED |
-                                        ZMQ_EVENT_MONITOR_STOPPED;
+                                        ZMQ_EVENT_ACCEPT_FAILED | ZMQ_EVENT_MONITOR_STOPPED | peer_dropped;
   static constexpr const char* refused = "400";  // such a peer does not try again
 
   explicit PeerAdmission(const ServerAccess& access);
@@ -34,23 +36,26 @@ class PeerAdmission {
   /// ZapServer's thread. Returns the status code of RFC 27. `key`: 32 bytes, or none.
   [[nodiscard]] const char* admit(std::string_view mechanism, std::string_view key, std::string_view address) noexcept;
   /// ZapServer's thread. An event of the socket's monitor.
-  void on_event(std::uint16_t event, std::int32_t value);
+  void on_event(const SocketEvent& event);
 
  private:
   using Clock = std::chrono::steady_clock;
   using Count = std::atomic<std::uint64_t>;
   void on_disconnect(std::int32_t descriptor);
-  void add_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address) noexcept;
+  void on_offense(int error, std::string_view address) noexcept;
+  void add_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address,
+                 const char* offense = "") noexcept;
 
   bool needs_keys_;
   std::map<std::string, std::string, std::less<>> names_;  // by public key, 32 bytes each
   std::uint64_t max_peers_;
   std::map<std::int32_t, Clock::time_point> connections_;  // by descriptor: time of accept
   std::uint64_t deferred_ = 0;                             // told to retry later, still connected
-  bool failed_last_ = false;  // the previous event was a failed handshake; its disconnect follows at once
+  std::uint16_t last_event_ = 0;  // a disconnect follows a failed handshake or a dropped peer at once
+  std::map<std::string, std::string, std::less<>> owners_;  // by address: the last admitted key's
   std::mutex visits_mutex_;
   std::vector<PeerVisit> visits_;  // the first ones since the last call of visits()
-  Count open_{0}, peers_{0}, admitted_{0}, unknown_{0}, excess_{0}, malformed_{0};
+  Count open_{0}, peers_{0}, admitted_{0}, unknown_{0}, excess_{0}, malformed_{0}, crowded_{0}, offending_{0};
 };
 
 /// Answers ZeroMQ's question for every new connection to a bound socket, in its own thread, and follows the connections

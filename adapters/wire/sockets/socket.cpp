@@ -27,6 +27,8 @@ zmq::context_t started_context() {
 
 }  // namespace
 
+bool has_peer_bounds() noexcept { return zmq_has("peer-bounds") != 0; }
+
 WireContext::WireContext() : state_(std::make_unique<State>(started_context())) {}
 WireContext::~WireContext() {
   [[maybe_unused]] static zmq::context_t* leaked = nullptr;

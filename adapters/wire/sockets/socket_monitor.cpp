@@ -33,10 +33,10 @@ zmq::socket_t monitor(zmq::context_t& context, zmq::socket_t& socket, const std:
 // Two parts: kind and value, then the address.
 EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept {
   event = {};
-  zmq::message_t content, address;
+  zmq::message_t content;
   if (zmq_msg_recv(content.handle(), monitor.handle(), ZMQ_DONTWAIT) < 0)
     return zmq_errno() == EAGAIN ? EventRead::none : EventRead::closed;
-  zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
+  zmq_msg_recv(event.address.handle(), monitor.handle(), ZMQ_DONTWAIT);
   if (content.size() < sizeof event.kind + sizeof event.value) return EventRead::done;
   std::memcpy(&event.kind, content.data(), sizeof event.kind);
   std::memcpy(&event.value, static_cast<const char*>(content.data()) + sizeof event.kind, sizeof event.value);

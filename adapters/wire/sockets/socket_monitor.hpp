@@ -12,6 +12,7 @@ namespace lbea::wire::detail {
 struct SocketEvent {
   std::uint16_t kind = 0;  // ZMQ_EVENT_...
   std::int32_t value = 0;  // depends on the kind: a file descriptor, an error number, ...
+  zmq::message_t address;  // of the socket, or of the peer
 };
 
 enum class EventRead { done, none, closed };

@@ -41,15 +41,21 @@ struct PeerCounts {
   std::uint64_t unknown = 0;    // refused: no key, or one that is not allowed
   std::uint64_t excess = 0;     // refused: the maximum number of peers is connected
   std::uint64_t malformed = 0;  // ended before authentication: handshake timeout, or not ZeroMQ's protocol
+  std::uint64_t crowded = 0;    // refused: the process has few descriptors left
+  std::uint64_t offending = 0;  // disconnected after admission: broke the protocol or a limit
 };
 
-/// A peer that connected to a bound socket and identified itself.
+/// A peer that connected to a bound socket and identified itself, or that was disconnected.
 struct PeerVisit {
-  enum class Answer : std::uint8_t { admitted, unknown, excess };  // as in PeerCounts
+  enum class Answer : std::uint8_t { admitted, unknown, excess, offending };  // as in PeerCounts
   Answer answer = Answer::unknown;
-  std::string name;     // of the key's owner; empty without keys and for keys that are not allowed
-  std::string address;  // from ZeroMQ: an IP address, over ipc localhost:USER:GROUP:PROCESS in numbers
+  std::string name;          // of the key's owner; empty without keys and for keys that are not allowed
+  std::string address;       // from ZeroMQ: an IP address, over ipc localhost:USER:GROUP:PROCESS in numbers
+  const char* offense = "";  // offending: what the peer sent
 };
+
+/// Whether bound sockets survive every peer: libzmq has the patches of third_party/zmq.
+[[nodiscard]] bool has_peer_bounds() noexcept;
 
 /// Receives frames, in the matcher: binds.
 class FrameSource {

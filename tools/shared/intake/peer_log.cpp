@@ -1,0 +1,40 @@
+#include "tools/shared/intake/peer_log.hpp"
+
+#include <spdlog/spdlog.h>
+
+namespace lbea::tool {
+namespace {
+
+std::string from(const std::string& address) { return address.empty() ? "" : " from " + address; }
+
+}  // namespace
+
+void PeerLog::log(const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts) {
+  using enum wire::PeerVisit::Answer;
+  std::string stranger, offender;
+  for (const wire::PeerVisit& visit : visits) {
+    if (visit.answer == admitted && !visit.name.empty())
+      spdlog::info("{}: {} connected{}", endpoint_, visit.name, from(visit.address));
+    if (visit.answer == unknown) stranger = ", one of them" + from(visit.address);
+    if (visit.answer == offending)
+      offender = "; the last one, " + (visit.name.empty() ? "unnamed" : visit.name) + from(visit.address) + ", sent " +
+                 visit.offense;
+  }
+  const auto warn = [&](std::uint64_t wire::PeerCounts::*count, const char* action, const std::string& which) {
+    if (counts.*count > logged_.*count)
+      spdlog::warn("{}: {} {} connections {}", endpoint_, action, counts.*count - logged_.*count, which);
+  };
+  warn(&wire::PeerCounts::unknown, "refused", "without an allowed key (--allow)" + stranger);
+  warn(&wire::PeerCounts::excess, "refused", "beyond --max-peers");
+  warn(&wire::PeerCounts::crowded, "refused", "because few descriptors are left (ulimit -n)");
+  warn(&wire::PeerCounts::malformed, "ended", "that did not speak ZeroMQ's protocol");
+  warn(&wire::PeerCounts::offending, "cut off", "whose peers broke a limit" + offender);
+  logged_ = counts;
+}
+
+void warn_of_unbounded_peers() {
+  if (!wire::has_peer_bounds())
+    spdlog::warn("built with the system's libzmq: one peer can end this program or use up its memory");
+}
+
+}  // namespace lbea::tool
