@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <random>
 
@@ -298,6 +299,27 @@ TEST_CASE("at most max_peers connect, and another one after a disconnect") {
     CHECK(eventually([&] { return source.peers().peers < 2; }));
     CHECK(delivers(third, source, 30s));
   }
+}
+
+TEST_CASE("the sender of too large a message is counted and named by the owner of its key (it was neither)") {
+  if (!has_peer_bounds()) return;  // the system's libzmq
+  const Parties parties;
+  WireContext context;
+  WireLimits limits;
+  limits.max_points = 10;
+  FrameSource source(context, "tcp://127.0.0.1:*", limits, parties.access());
+  FrameSink camera(context, source.endpoint(), 16, parties.as(parties.camera));
+  REQUIRE(camera.send(std::make_shared<const std::vector<std::byte>>(limits.max_message_bytes() + 1), 30s));
+  CHECK(eventually([&] { return source.peers().offending == 1; }));
+  const std::vector<PeerVisit> visits = source.visits();
+  const auto offense = std::find_if(visits.begin(), visits.end(), [](const PeerVisit& visit) {
+    return visit.answer == PeerVisit::Answer::offending;
+  });
+  REQUIRE(offense != visits.end());
+  CHECK(offense->name == "camera");
+  CHECK(offense->address == "127.0.0.1");
+  CHECK(offense->offense == std::string("a message above the size limit"));
+  CHECK(eventually([&] { return camera.send(some_bytes) && source.receive(10ms).has_value(); }));  // connected again
 }
 
 TEST_CASE("failed connections of all kinds are counted by cause and leave no state") {
