@@ -1,6 +1,7 @@
 // lbea-bench: checks the answers for a set of clouds, then measures the time per frame.
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/bench/growth.hpp"
+#include "tools/bench/hostile_clouds.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/bench/round_trip.hpp"
 #include "tools/shared/cli/progress.hpp"
@@ -18,7 +19,7 @@ struct Options {
   std::optional<double> rate;
   MatcherConfig matcher;
   Schedule schedule;
-  bool json = false, markdown = false;
+  bool json = false, markdown = false, adversarial = false;
 };
 
 constexpr auto description =
@@ -34,7 +35,7 @@ void add_server_options(Tool& tool, Options& options) {
   auto* through = tool.add_option("--through", options.endpoints,
                                   "instead: FRAMES,RESULTS, the endpoints of a running lbea-serve; measure the time "
                                   "from sending a frame to its result, one frame at a time");
-  for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth"})
+  for (const char* other : {"--csv", "--kernels", "--method", "--baseline", "--markdown", "--growth", "--adversarial"})
     through->excludes(tool.get_option(other));
   tool.add_option("--rate", options.rate,
                   "with --through: send this number of frames per second without waiting for results; measure the time "
@@ -71,6 +72,10 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option(
       "--growth", options.growth_folder,
       "instead: measure times by number of points and by number of samples, and write the tables into this folder");
+  tool.add_flag("--adversarial", options.adversarial,
+                "instead: clouds made to be slow (equal points, tiny balls, spheres, denormal numbers), each compared "
+                "with the first cloud")
+      ->excludes("--growth");
   add_server_options(tool, options);
 }
 
@@ -139,6 +144,35 @@ int grow(const Options& options, const Model& model, std::span<const BenchCloud>
   return exit_ok;
 }
 
+// In reference coordinates, because a transformation would round denormal numbers and equal distances away.
+std::vector<BenchCloud> with_hostile(const BenchCloud& first, const RigidTransform& T) {
+  std::vector<Point> points;
+  for (const Point& p : first.points)
+    points.push_back({T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
+                      T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]});
+  std::vector<BenchCloud> clouds = hostile_clouds(points);
+  clouds.insert(clouds.begin(), {first.name, first.stamp_ns, std::move(points)});
+  return clouds;
+}
+
+int compare_hostile(Options options, const Model& model, const BenchCloud& first) {
+  const std::vector<BenchCloud> clouds = with_hostile(first, options.matcher.T_reference_sensor);
+  options.matcher.T_reference_sensor = identity_transform;
+  options.matcher.max_points = most_points(clouds);
+  const auto pipelines = make_pipelines(options, model, options.matcher);
+  const MatchTask task{model.view(), options.matcher.method, identity_transform, options.matcher.max_matches};
+  if (!answers_agree(pipelines, task, clouds)) return exit_failed;
+  double usual_us = 0;
+  for (const BenchCloud& cloud : clouds) {
+    const Schedule schedule{.frames = std::min(options.schedule.frames, 50u), .warm_up = 1};
+    const double us =
+        measure(pipelines, {&cloud, 1}, schedule, [](std::uint64_t) {}).front().stage_us(processor_stage).p50;
+    if (usual_us == 0) usual_us = us;
+    std::printf("%-44s %8.3f ms %6.2f x\n", cloud.name.c_str(), us * 1e-3, us / usual_us);
+  }
+  return exit_ok;
+}
+
 int send_at_rate(const Options& options, std::span<const BenchCloud> clouds) {
   Progress progress("sending", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
   const OpenLoop run = open_loop(parse_endpoints(options.endpoints), clouds, options.schedule, *options.rate,
@@ -183,6 +217,7 @@ int bench(Options options) {
   std::vector<BenchCloud> clouds = load_clouds(options.cloud_paths, options.points);
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);
+  if (options.adversarial) return compare_hostile(options, model, clouds.front());
   if (!options.growth_folder.empty()) return grow(options, model, clouds);
   if (!options.endpoints.empty())
     return options.rate ? send_at_rate(options, clouds) : send_one_by_one(options, clouds);

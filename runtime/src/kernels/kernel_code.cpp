@@ -26,8 +26,8 @@ Ints fine_cell_along(Floats position, const GridView& grid, std::size_t axis, In
       minimum(maximum(cell * halves, Floats{}), all(cells * halves - 1)));  // clamped to what an int can represent
 }
 
-void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
-           std::uint32_t* rank) {
+__attribute__((noinline)) void place_all(const float* points, std::size_t count, const float* T, const GridView& grid,
+                                         PlacedPoint* placed, std::uint32_t* rank) {
   const auto halvings = static_cast<std::int32_t>(grid.halvings);
   constexpr std::int32_t counted[lanes] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   const Ints first_numbers = loaded<Ints>(counted);
@@ -50,6 +50,12 @@ void place(const float* points, std::size_t count, const float* T, const GridVie
                  placed + begin);
     for (std::size_t i = 0; i < lanes; ++i) rank[begin + i] = grid.rank[cell[i]] | octant[i];
   }
+}
+
+void place(const float* points, std::size_t count, const float* T, const GridView& grid, PlacedPoint* placed,
+           std::uint32_t* rank) {
+  [[maybe_unused]] const DenormalsAreZero mode;
+  place_all(points, count, T, grid, placed, rank);
 }
 
 std::size_t find_runs(const std::uint32_t* rank, std::size_t count, std::uint32_t* begins) {

@@ -55,6 +55,7 @@ void search_group(const CloudTree& tree, std::size_t level, std::size_t group, c
 // first and then tested in one loop without branches.
 struct Search {
   static constexpr std::size_t enough = 24;  // listed pairs after which testing them pays off: it lowers the bounds
+  static constexpr std::uint32_t many_ties = 512;  // the cloud is not an ordinary one
 
   const CloudTree& tree;
   const float* const* planes;
@@ -62,6 +63,9 @@ struct Search {
   float low[3], high[3];      // their common box
   std::uint64_t best[lanes];  // bits of the squared distance, then the leaf: a nearer candidate is a smaller number
   bool is_first = true;       // no leaf but those of the hints has been tested
+  std::uint32_t ties = 0;     // resolved so far
+  std::uint64_t placed[lanes] = {};  // the value of `best` for which `place` holds the place in the frame
+  std::uint32_t place[lanes];
   std::size_t count = 0;
   std::uint32_t listed[enough + lanes * lanes + lanes];  // leaf * 16 + query
 
@@ -112,15 +116,28 @@ std::size_t lane_at(const Leaf& leaf, const float* const planes[3], std::size_t 
   return lowest;
 }
 
+std::uint32_t place_in(const Search& search, std::uint32_t leaf, std::size_t query, float squared) {
+  const Leaf& points = search.tree.leaves[leaf];
+  return points.point[lane_at(points, search.planes, query, squared)];
+}
+
+std::uint32_t place_of_best(Search& search, std::size_t query) {
+  const std::uint64_t best = search.best[query];
+  if (leaf_of(best) == NearestPoint::none) return NearestPoint::none;
+  if (search.placed[query] != best) {
+    search.placed[query] = best;
+    search.place[query] = place_in(search, leaf_of(best), query, squared_of(best));
+  }
+  return search.place[query];
+}
+
 // Two leaves have a point at the same distance, or one has a point exactly at the bound.
 __attribute__((noinline)) void resolve_tie(Search& search, std::uint32_t rival, std::size_t query) {
+  ++search.ties;
+  const std::uint32_t place = place_of_best(search, query);
+  if (search.tree.is_crowded && search.tree.first[0][rival] >= place) return;
   const float squared = squared_of(search.best[query]);
-  const auto place = [&](std::uint32_t number) {
-    const Leaf& leaf = search.tree.leaves[number];
-    return leaf.point[lane_at(leaf, search.planes, query, squared)];
-  };
-  const std::uint32_t holder = leaf_of(search.best[query]);
-  if (holder == NearestPoint::none || place(rival) < place(holder)) search.best[query] = candidate(squared, rival);
+  if (place_in(search, rival, query, squared) < place) search.best[query] = candidate(squared, rival);
 }
 
 void test_leaf(Search& search, std::uint32_t leaf, std::size_t query) {
@@ -136,15 +153,20 @@ void test_listed(Search& search) {
   search.count = 0;
 }
 
-// Bit i: the box may hold a nearer point for query i.
-std::uint32_t queries_for(const BoxGroup& group, std::size_t i, const Search& search, const Floats& bounds) {
+// Squared distances of the queries from a box.
+Floats squared_distances(const BoxGroup& group, std::size_t i, const Search& search) {
   Floats squared{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Floats& position = axis == 0 ? search.x : axis == 1 ? search.y : search.z;
     const Floats outward = maximum(maximum(group.low[axis][i] - position, position - group.high[axis][i]), Floats{});
     squared += outward * outward;
   }
-  return at_most(squared, bounds);
+  return squared;
+}
+
+// Bit i: the box may hold a nearer point for query i.
+std::uint32_t queries_for(const BoxGroup& group, std::size_t i, const Search& search, const Floats& bounds) {
+  return at_most(squared_distances(group, i, search), bounds);
 }
 
 void list(Search& search, std::size_t group, std::uint32_t open) {
@@ -168,6 +190,64 @@ Floats squared_gaps(const BoxGroup& group, const Search& search) {
   return squared;
 }
 
+// The search of a crowded cloud: boxes nearest first, among equally near ones that with the first point of the frame.
+// A query then takes no second box that is as near as its best point, however many there are.
+
+std::uint32_t latest_place(Search& search) {
+  std::uint32_t latest = 0;
+  for (std::size_t query = 0; query < lanes; ++query) {
+    const std::uint32_t place = place_of_best(search, query);
+    latest = place > latest ? place : latest;
+  }
+  return latest;
+}
+
+// The queries for which the box may hold a nearer point, or an equally near one that comes before in the frame.
+std::uint32_t queries_improved_by(Search& search, std::size_t level, std::size_t group, std::size_t i,
+                                  std::uint32_t latest) {
+  const Floats bounds = bounds_of(search), squared = squared_distances(search.tree.groups[level][group], i, search);
+  const std::uint32_t queries = at_most(squared, bounds), first = search.tree.first[level][group * lanes + i];
+  std::uint32_t ties = queries & at_most(bounds, squared), late = 0;
+  if (first >= latest) return queries & ~ties;
+  for (; ties != 0; ties &= ties - 1) {
+    const auto query = static_cast<std::size_t>(__builtin_ctz(ties));
+    if (place_of_best(search, query) <= first) late |= 1u << query;
+  }
+  return queries & ~late;
+}
+
+std::size_t next_box(const float* gaps, const std::uint32_t* first, std::uint32_t open) {
+  auto next = static_cast<std::size_t>(__builtin_ctz(open));
+  for (open &= open - 1; open != 0; open &= open - 1) {
+    const auto i = static_cast<std::size_t>(__builtin_ctz(open));
+    if (gaps[i] < gaps[next] || (gaps[i] == gaps[next] && first[i] < first[next])) next = i;
+  }
+  return next;
+}
+
+void search_crowded_group(Search& search, std::size_t level, std::size_t group) {
+  float gaps[lanes];
+  const Floats squared = squared_gaps(search.tree.groups[level][group], search);
+  store(gaps, squared);
+  std::uint32_t open = at_most(squared, all(greatest(bounds_of(search)))) & at_most(squared, all(largest_finite));
+  std::uint32_t latest = latest_place(search);
+  while (open != 0) {
+    const std::size_t i = next_box(gaps, search.tree.first[level] + group * lanes, open), box = group * lanes + i;
+    open &= ~(1u << i);
+    const std::uint32_t queries = queries_improved_by(search, level, group, i, latest);
+    if (queries == 0) continue;
+    if (level > 0) {
+      search_crowded_group(search, level - 1, box);
+    } else {
+      search.count += append_lanes(search.listed + search.count, static_cast<std::uint32_t>(box * lanes), queries);
+      test_listed(search);
+    }
+    latest = latest_place(search);
+  }
+}
+
+bool is_flooded(const Search& search) { return search.ties >= Search::many_ties && search.tree.is_crowded; }
+
 // The nearest box first, then the others in their order.
 void search_group_16(Search& search, std::size_t level, std::size_t group) {
   const BoxGroup& boxes = search.tree.groups[level][group];
@@ -189,6 +269,7 @@ void search_group_16(Search& search, std::size_t level, std::size_t group) {
     for (; now != 0; now &= now - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(now));
       if (queries_for(boxes, i, search, bounds_of(search)) != 0) search_group_16(search, level - 1, group * lanes + i);
+      if (is_flooded(search)) return search_crowded_group(search, level, group);
     }
 }
 

@@ -40,6 +40,10 @@ struct CloudTree {
   const Leaf* leaves;
   const BoxGroup* groups[most_levels];
   std::size_t top;  // the level that consists of one group
+  // Some cells hold so many points that many boxes may be equally near; then searches also use `first`: per box, the
+  // lowest place in the frame of a point in it.
+  bool is_crowded;
+  const std::uint32_t* first[most_levels];
 };
 
 /// A point of the cloud and its distance from a query.

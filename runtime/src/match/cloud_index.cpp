@@ -9,6 +9,9 @@ namespace lbea {
 namespace {
 
 constexpr std::size_t most_octants = 1 << 20;  // an index needs eight bytes for each
+// Relative to a cell. From a vertex farther away than a few cells, points nearer to each other are equally distant in
+// floats.
+constexpr float resolution_per_cell = 0x1p-22f;
 
 // Spreads the 16 bits of a cell coordinate to every third bit, for a Morton key.
 std::uint64_t spread(std::uint64_t bits) noexcept {
@@ -93,11 +96,17 @@ CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& c
       run_shift_(max_points),
       cells_(grid_.ranks),
       occupied_((grid_.ranks + 63) / 64),
-      leaves_(groups_of(max_points)) {
-  for (std::size_t boxes = leaves_.size(); levels_.empty() || boxes > 1; boxes = groups_of(boxes))
+      leaves_(groups_of(max_points)),
+      crowded_(max_points) {
+  for (std::size_t boxes = leaves_.size(); levels_.empty() || boxes > 1; boxes = groups_of(boxes)) {
     levels_.emplace_back(groups_of(boxes));
+    first_.emplace_back(groups_of(boxes) * fanout);
+  }
   tree_.leaves = leaves_.data();
-  for (std::size_t level = 0; level < levels_.size(); ++level) tree_.groups[level] = levels_[level].data();
+  for (std::size_t level = 0; level < levels_.size(); ++level) {
+    tree_.groups[level] = levels_[level].data();
+    tree_.first[level] = first_[level].data();
+  }
 }
 
 PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform& T) noexcept {
@@ -111,8 +120,9 @@ PointTally CloudIndex::build(std::span<const Point> points, const RigidTransform
   kernels_.place(coordinates, points.size(), T.data(), grid, placed_.data(), rank_.data());
   run_count_ = kernels_.find_runs(rank_.data(), points.size(), run_begin_.data());
   count_runs(points, tally);
-  assign_places();
+  assign_places(points.size());
   move_points(points.size());
+  order_crowded_cells();
   enclose();
   tally.used = size_;
   return tally;
@@ -135,12 +145,15 @@ void CloudIndex::count_runs(std::span<const Point> points, PointTally& tally) no
 }
 
 // Replaces the number of points of each cell by the place of its first point, along the curve.
-void CloudIndex::assign_places() noexcept {
+void CloudIndex::assign_places(std::size_t received) noexcept {
+  const std::uint32_t limit = CrowdedCells::limit(received);
+  crowded_.clear();
   size_ = 0;
   for (std::size_t word = 0; word < occupied_.size(); ++word)
     for (std::uint64_t bits = occupied_[word]; bits != 0; bits &= bits - 1) {
       Cell& cell = cells_[word * 64 + static_cast<std::size_t>(std::countr_zero(bits))];
       cell.next = size_;
+      if (cell.points > limit) crowded_.add(size_, cell.points);
       size_ += std::exchange(cell.points, 0u);
     }
 }
@@ -166,6 +179,12 @@ void CloudIndex::move_points(std::size_t count) noexcept {
   }
 }
 
+// The points before sorting, and their ranks, are not needed any more.
+void CloudIndex::order_crowded_cells() noexcept {
+  const auto sorted = std::as_writable_bytes(std::span(leaves_)).first(size_ * sizeof(PlacedPoint));
+  crowded_.sort(sorted, placed_.data(), rank_.data(), resolution_per_cell / grid_.cells_per_length);
+}
+
 // The last point of the position's cell or, when that is empty, of one of the 64 cells around it on the curve.
 std::uint32_t CloudIndex::hint(const std::array<float, 3>& position) const noexcept {
   const std::uint32_t rank = grid_.rank_of(position);
@@ -180,6 +199,19 @@ void CloudIndex::enclose() noexcept {
   std::size_t boxes = groups_of(size_);
   for (tree_.top = 0; boxes > fanout; ++tree_.top, boxes = groups_of(boxes))
     kernels_.enclose(levels_[tree_.top].data(), boxes, levels_[tree_.top + 1].data());
+  tree_.is_crowded = !crowded_.empty();
+  if (tree_.is_crowded) find_first_places();
+}
+
+void CloudIndex::find_first_places() noexcept {
+  const std::size_t leaves = groups_of(size_);
+  std::ranges::fill(first_[0], NearestPoint::none);
+  for (std::size_t leaf = 0; leaf < leaves; ++leaf) first_[0][leaf] = std::ranges::min(leaves_[leaf].point);
+  for (std::size_t level = 1; level <= tree_.top; ++level)
+    for (std::size_t box = 0; box < first_[level].size(); ++box)
+      first_[level][box] = box * fanout < first_[level - 1].size()
+                               ? std::ranges::min(std::span(first_[level - 1]).subspan(box * fanout, fanout))
+                               : NearestPoint::none;
 }
 
 }  // namespace lbea

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "runtime/src/kernels/kernels.hpp"
+#include "runtime/src/match/crowded_cells.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
@@ -84,9 +85,11 @@ class CloudIndex {
     std::uint32_t next;    // of an occupied cell: where its next point goes; after sorting, the end of its points
   };
   void count_runs(std::span<const Point> points, PointTally& tally) noexcept;
-  void assign_places() noexcept;
+  void assign_places(std::size_t received) noexcept;
   void move_points(std::size_t count) noexcept;
+  void order_crowded_cells() noexcept;
   void enclose() noexcept;
+  void find_first_places() noexcept;
 
   const Kernels& kernels_;
   CellGrid grid_;
@@ -95,12 +98,14 @@ class CloudIndex {
   std::vector<std::uint32_t> rank_;  // per point: rank of its cell
   // Runs: consecutive points of the frame in one cell.
   std::size_t run_count_ = 0;
-  std::vector<std::uint32_t> run_begin_;       // place in the frame; a run ends where the next one begins
-  std::vector<std::uint32_t> run_shift_;       // place after sorting minus place in the frame, modulo 2^32
-  std::vector<Cell> cells_;                    // per rank
-  std::vector<std::uint64_t> occupied_;        // bit per rank
-  std::vector<Leaf> leaves_;                   // while they are filled: the bytes of 16 sorted points each
-  std::vector<std::vector<BoxGroup>> levels_;  // [0]: the leaves' boxes
+  std::vector<std::uint32_t> run_begin_;           // place in the frame; a run ends where the next one begins
+  std::vector<std::uint32_t> run_shift_;           // place after sorting minus place in the frame, modulo 2^32
+  std::vector<Cell> cells_;                        // per rank
+  std::vector<std::uint64_t> occupied_;            // bit per rank
+  std::vector<Leaf> leaves_;                       // while they are filled: the bytes of 16 sorted points each
+  std::vector<std::vector<BoxGroup>> levels_;      // [0]: the leaves' boxes
+  std::vector<std::vector<std::uint32_t>> first_;  // per box of a crowded cloud
+  CrowdedCells crowded_;
   CloudTree tree_{};
 };
 
