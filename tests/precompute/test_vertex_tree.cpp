@@ -1,6 +1,6 @@
 #include "precompute/basis/vertex_tree.hpp"
 
-#include "runtime/src/model/vertex_tree.hpp"
+#include "tests/support/nearest_vertex.hpp"
 
 #include <doctest/doctest.h>
 
@@ -89,7 +89,7 @@ TEST_CASE("equal coordinates are split by index") {
   CHECK(std::ranges::is_sorted(tree.order));
 }
 
-TEST_CASE("the runtime finds the nearest vertex in the tree") {
+TEST_CASE("a search of the tree finds the nearest vertex") {
   const std::vector<float> positions = random_positions(700, 30, 4);
   const BakedTree tree = build_vertex_tree(positions);
   const auto vertices = in_order(positions, tree);
@@ -102,6 +102,6 @@ TEST_CASE("the runtime finds the nearest vertex in the tree") {
       return (v[0] - at[0]) * (v[0] - at[0]) + (v[1] - at[1]) * (v[1] - at[1]) + (v[2] - at[2]) * (v[2] - at[2]);
     };
     const auto nearest = std::ranges::min_element(vertices, {}, squared);
-    CHECK(nearest_vertex(view, at).vertex == static_cast<std::uint32_t>(nearest - vertices.begin()));
+    CHECK(lbea::test::nearest_vertex(view, at).vertex == static_cast<std::uint32_t>(nearest - vertices.begin()));
   }
 }

@@ -1,6 +1,7 @@
 #include "precompute/basis/vertex_tree.hpp"
 #include "runtime/src/model/vertex_tree.hpp"
 #include "tests/runtime/brute_force.hpp"
+#include "tests/support/nearest_vertex.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,6 +9,8 @@
 
 using namespace lbea;
 using namespace lbea::bake;
+using lbea::test::nearest_vertex;
+using lbea::test::NearestVertex;
 using lbea::test::Position;
 
 namespace {

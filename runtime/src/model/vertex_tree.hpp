@@ -1,9 +1,8 @@
-// The baked KD-tree over a reference mesh: finds the vertex nearest to a point.
+// The baked KD-tree over the vertices of a reference mesh.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 
 namespace lbea {
@@ -21,14 +20,5 @@ struct VertexTree {
 
 inline constexpr std::uint32_t vertex_tree_leaf = 16;
 inline constexpr std::uint32_t vertex_tree_max_depth = 64;
-
-struct NearestVertex {
-  std::uint32_t vertex = std::numeric_limits<std::uint32_t>::max();
-  float distance = std::numeric_limits<float>::infinity();
-};
-
-/// The exact nearest vertex; ties go to the lower index. The default NearestVertex when none is within `max_distance`.
-[[nodiscard]] NearestVertex nearest_vertex(const VertexTree& tree, std::array<float, 3> point,
-                                           float max_distance = std::numeric_limits<float>::infinity()) noexcept;
 
 }  // namespace lbea
