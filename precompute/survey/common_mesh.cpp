@@ -78,11 +78,6 @@ CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string
   (void)index_nodes(reference_.node_ids, run);
 }
 
-void CommonMeshBuilder::keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive,
-                                    const std::string& run) {
-  keep(common_elements(reference_, mesh, alive, run));
-}
-
 void CommonMeshBuilder::keep(std::span<const std::uint8_t> common) {
   for (std::size_t e = 0; e < kept_.size(); ++e) kept_[e] = kept_[e] && common[e];
 }

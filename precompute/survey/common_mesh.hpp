@@ -32,8 +32,6 @@ class CommonMeshBuilder {
  public:
   /// Throws Error{bad_input} when node ids repeat.
   CommonMeshBuilder(SimulationMesh reference, const std::string& run);
-  /// `alive`: the run's elements, 0 when eroded in any used state.
-  void keep_common(const SimulationMesh& mesh, std::span<const std::uint8_t> alive, const std::string& run);
   /// common: as common_elements() returns it.
   void keep(std::span<const std::uint8_t> common);
   /// Throws Error{bad_input} when nothing is common. Nodes without a common element are left out.

@@ -52,12 +52,17 @@ void remove_element(SimulationMesh& mesh, std::size_t element) {
   mesh.element_parts.erase(mesh.element_parts.begin() + at);
 }
 
+void keep_common(CommonMeshBuilder& builder, const SimulationMesh& mesh, const std::vector<std::uint8_t>& alive,
+                 const std::string& run) {
+  builder.keep(common_elements(builder.reference(), mesh, alive, run));
+}
+
 }  // namespace
 
 TEST_CASE("runs with the same mesh keep it") {
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
-  builder.keep_common(mesh, all_alive(mesh), "a");
+  keep_common(builder, mesh, all_alive(mesh), "a");
   const CommonMesh common = builder.finish();
   CHECK(common.node_ids == mesh.node_ids);
   CHECK(common.elements == mesh.elements);
@@ -70,7 +75,7 @@ TEST_CASE("an element eroded in any run is dropped, with the nodes that only it 
   CommonMeshBuilder builder(mesh, "a");
   auto alive = all_alive(mesh);
   alive[0] = 0;  // the corner at the origin: its node 0 belongs to nothing else
-  builder.keep_common(mesh, alive, "b");
+  keep_common(builder, mesh, alive, "b");
   const CommonMesh common = builder.finish();
   CHECK(common.elements.size() == 11);
   CHECK(std::ranges::find(common.element_ids, 501u) == common.element_ids.end());
@@ -87,7 +92,7 @@ TEST_CASE("meshes with another order of nodes and elements are matched by ids") 
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
     const SimulationMesh other = shuffled(mesh, seed);
     CommonMeshBuilder builder(mesh, "a");
-    builder.keep_common(other, all_alive(other), "b");
+    keep_common(builder, other, all_alive(other), "b");
     const CommonMesh common = builder.finish();
     CHECK(common.node_ids == mesh.node_ids);
     CHECK(common.elements == mesh.elements);
@@ -104,7 +109,7 @@ TEST_CASE("an element eroded in a run of another order is found by its id") {
   CommonMeshBuilder builder(mesh, "a");
   auto alive = all_alive(other);
   alive[4] = 0;
-  builder.keep_common(other, alive, "b");
+  keep_common(builder, other, alive, "b");
   const CommonMesh common = builder.finish();
   CHECK(common.elements.size() == 11);
   CHECK(std::ranges::find(common.element_ids, other.element_ids[4]) == common.element_ids.end());
@@ -117,10 +122,10 @@ TEST_CASE("elements that a run lacks or connects differently are not common; the
   rewired.elements[0][0] = rewired.elements[1][0];  // same id, other nodes
   const std::uint32_t rewired_id = rewired.element_ids[0];
   CommonMeshBuilder forward(mesh, "a"), backward(mesh, "a");
-  forward.keep_common(lacking, all_alive(lacking), "b");
-  forward.keep_common(rewired, all_alive(rewired), "c");
-  backward.keep_common(rewired, all_alive(rewired), "c");
-  backward.keep_common(lacking, all_alive(lacking), "b");
+  keep_common(forward, lacking, all_alive(lacking), "b");
+  keep_common(forward, rewired, all_alive(rewired), "c");
+  keep_common(backward, rewired, all_alive(rewired), "c");
+  keep_common(backward, lacking, all_alive(lacking), "b");
   const CommonMesh common = forward.finish();
   CHECK(common.element_ids == backward.finish().element_ids);
   CHECK(common.elements.size() == (rewired_id == mesh.element_ids[11] ? 11 : 10));
@@ -134,7 +139,7 @@ TEST_CASE("the faces of one solid share an id and stay separate elements") {
   SimulationMesh other = mesh;
   remove_element(other, 3);
   CommonMeshBuilder builder(mesh, "a");
-  builder.keep_common(other, all_alive(other), "b");
+  keep_common(builder, other, all_alive(other), "b");
   const CommonMesh common = builder.finish();
   CHECK(common.elements.size() == 11);
   const MeshMapping mapping = map_common(common, mesh, "a");
@@ -150,8 +155,8 @@ TEST_CASE("errors name the run and the id") {
   CHECK_THROWS_WITH_AS(CommonMeshBuilder(beyond, "x"), doctest::Contains("names node index 20"), Error);
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
-  CHECK_THROWS_WITH_AS(builder.keep_common(mesh, {}, "b"), doctest::Contains("deletion flags for 0 elements"), Error);
-  builder.keep_common(mesh, std::vector<std::uint8_t>(12, 0), "b");
+  CHECK_THROWS_WITH_AS(keep_common(builder, mesh, {}, "b"), doctest::Contains("deletion flags for 0 elements"), Error);
+  keep_common(builder, mesh, std::vector<std::uint8_t>(12, 0), "b");
   CHECK_THROWS_WITH_AS((void)builder.finish(), doctest::Contains("no element is common"), Error);
 }
 

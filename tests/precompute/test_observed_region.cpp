@@ -113,7 +113,7 @@ TEST_CASE("a listed node that is eroded in some state is accepted") {
   CommonMeshBuilder builder(plate.simulation, "a");
   std::vector<std::uint8_t> alive(15, 1);
   alive[0] = 0;
-  builder.keep_common(plate.simulation, alive, "b");
+  builder.keep(common_elements(builder.reference(), plate.simulation, alive, "b"));
   const CommonMesh eroded = builder.finish();
   std::vector<float> positions(3 * eroded.node_ids.size(), 0);
   const RegionCriteria criteria{{}, {}, plate.simulation.node_ids, {}};
