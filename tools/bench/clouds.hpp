@@ -20,10 +20,9 @@ struct BenchCloud {
   [[nodiscard]] Frame frame(std::uint64_t id = 0) const { return {id, stamp_ns, points}; }
 };
 
-/// Reads cloud files, and folders of clouds in the order of their names. With `points`, each cloud is thinned to this
-/// number.
-/// Throws Error{file_not_found} for a missing path or a folder without clouds, Error{bad_input} for a cloud without
-/// points or with fewer than `points`, and what read_point_cloud throws.
+/// Reads the clouds that find_clouds() lists. With `points`, each cloud is thinned to this number. Throws
+/// Error{bad_input} for a cloud without points or with fewer than `points`, and what find_clouds() and
+/// read_point_cloud() throw.
 [[nodiscard]] std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths,
                                                   std::optional<std::uint32_t> points);
 
