@@ -1,9 +1,11 @@
 // Parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
 #include "runtime/src/track/inference.hpp"
+#include "tests/support/files.hpp"
 #include "tests/support/synthetic_model.hpp"
 #include "tools/eval/evaluation_report.hpp"
 #include "tools/eval/experiments.hpp"
 #include "tools/eval/icp_baseline.hpp"
+#include "tools/eval/live.hpp"
 #include "tools/eval/truth.hpp"
 
 #include <lbea/inference.hpp>
@@ -252,6 +254,22 @@ TEST_CASE("plausibilities sum to 1, decrease with the residual and ignore differ
   CHECK(weighted[0].weight + weighted[1].weight + weighted[2].weight == doctest::Approx(1));
   CHECK(weighted[2].sample == Sample{2, 3});
   CHECK(plausible_samples({}).empty());
+}
+
+// Regression: a comma in the name of a run shifted the columns.
+TEST_CASE("results.csv quotes names with commas and leaves cells without a value empty") {
+  LiveRow row;
+  row.result.frame_id = 7;
+  row.result.matches.push_back({{0, 3}, "2.1 mm, steel", 0.003, 1.5f});
+  row.error = 0.25;
+  row.oracle_error = 0.125;
+  LiveSummary summary;
+  summary.rows.push_back(row);
+  const TemporaryFolder folder;
+  write_csv(folder / "results.csv", summary);
+  const std::string text = text_of(folder / "results.csv");
+  CAPTURE(text);
+  CHECK(text.ends_with("\n7,0,ok,\"2.1 mm, steel\",3,1.5,0,0.25,0.125,0,0,unknown,unknown,,,,,,,,\n"));
 }
 
 TEST_CASE("nodes of a run with the model's node numbers are found by number, those of a finer mesh by position") {

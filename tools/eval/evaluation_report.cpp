@@ -1,14 +1,11 @@
 #include "tools/eval/evaluation_report.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "tools/shared/cli/csv_table.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <sstream>
-#include <string_view>
-#include <type_traits>
-#include <utility>
 
 namespace lbea::tool {
 namespace {
@@ -55,46 +52,8 @@ Json to_json(const Round& round) {
   return json;
 }
 
-std::string quoted(std::string_view text) {
-  if (text.find_first_of(",\"\n") == std::string_view::npos) return std::string(text);
-  std::string result = "\"";
-  for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return result + '"';
-}
-
-/// A CSV table. Numbers that are not finite become empty cells.
-class Table {
- public:
-  explicit Table(std::string_view header) { out_ << header; }
-  template <class... Values>
-  void add(const Values&... values) {
-    (add_cell(values), ...);
-  }
-  void end_row() {
-    out_ << '\n';
-    is_row_empty_ = true;
-  }
-  [[nodiscard]] std::string text() const { return out_.str(); }
-
- private:
-  template <class Value>
-  void add_cell(const Value& value) {
-    if (!std::exchange(is_row_empty_, false)) out_ << ',';
-    if constexpr (std::is_convertible_v<Value, std::string_view>) {
-      out_ << quoted(value);
-    } else if constexpr (std::is_floating_point_v<Value>) {
-      if (std::isfinite(value)) out_ << value;
-    } else {
-      out_ << value;
-    }
-  }
-
-  std::ostringstream out_;
-  bool is_row_empty_ = false;  // the header has no line end yet
-};
-
 std::string frames_csv(const Evaluation& evaluation) {
-  Table table("experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict");
+  CsvTable table("experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict");
   for (const auto& number : frame_numbers) table.add(number.name);
   table.add("oracle");
   for (const auto name : evaluated_method_names) table.add(name);
@@ -123,7 +82,7 @@ std::string frames_csv(const Evaluation& evaluation) {
 }
 
 std::string view_csv(const Evaluation& evaluation) {
-  Table table("kind,name,branch,step,time_s,x1,x2,x3");
+  CsvTable table("kind,name,branch,step,time_s,x1,x2,x3");
   for (const std::string& name : evaluation.parameter_names) table.add(name);
   table.end_row();
   for (const SampleCoordinates& sample : evaluation.coordinates) {

@@ -6,6 +6,7 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tools/eval/mesh_series.hpp"
+#include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
 #include <lbea/inference.hpp>
@@ -14,7 +15,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <sstream>
 
 namespace lbea::tool {
 namespace {
@@ -239,42 +239,31 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
 }
 
 void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
-  std::ostringstream out;
-  out << "frame,stamp_ns,status,simulation,time_step,distance,";
-  for (const auto& number : frame_numbers) out << number.name << ',';
-  out << "EE,oracle_EE,match_ms,total_ms,verdict,test_verdict,estimate_EE,path_simulation,path_time_step,path_EE";
-  for (const auto& number : fit_numbers) out << ',' << number.name;
-  out << '\n';
+  CsvTable table("frame,stamp_ns,status,simulation,time_step,distance");
+  for (const auto& number : frame_numbers) table.add(number.name);
+  table.add("EE", "oracle_EE", "match_ms", "total_ms", "verdict", "test_verdict", "estimate_EE", "path_simulation",
+            "path_time_step", "path_EE");
+  for (const auto& number : fit_numbers) table.add(number.name);
+  table.end_row();
   for (const LiveRow& row : summary.rows) {
     const wire::WireResult& r = row.result;
-    out << r.frame_id << ',' << r.stamp_ns << ',' << wire::to_string(r.status) << ',';
+    table.add(r.frame_id, r.stamp_ns, wire::to_string(r.status));
     if (r.matches.empty())
-      out << ",,,";
+      table.add("", "", "");
     else
-      out << r.matches.front().simulation_name << ',' << r.matches.front().sample.time_step << ','
-          << r.matches.front().distance << ',';
-    for (const auto& number : frame_numbers) out << r.*number.value << ',';
-    if (row.error)
-      out << *row.error << ',' << *row.oracle_error;
-    else
-      out << ',';
-    out << ',' << row.match_ms << ',' << row.total_ms << ',' << wire::to_string(r.verdict) << ','
-        << wire::to_string(r.test.verdict) << ',';
-    if (row.estimate_error) out << *row.estimate_error;
-    out << ',';
+      table.add(r.matches.front().simulation_name, r.matches.front().sample.time_step, r.matches.front().distance);
+    for (const auto& number : frame_numbers) table.add(r.*number.value);
+    table.add(row.error, row.oracle_error, row.match_ms, row.total_ms, wire::to_string(r.verdict),
+              wire::to_string(r.test.verdict), row.estimate_error);
     if (summary.has_path)
-      out << row.path_simulation << ',' << row.on_path.time_step;
+      table.add(row.path_simulation, row.on_path.time_step);
     else
-      out << ',';
-    out << ',';
-    if (row.path_error) out << *row.path_error;
-    for (const auto& number : fit_numbers) {
-      out << ',';
-      if (!r.fit.candidates.empty()) out << r.fit.*number.value;
-    }
-    out << '\n';
+      table.add("", "");
+    table.add(row.path_error);
+    for (const auto& number : fit_numbers) table.add(r.fit.*number.value);
+    table.end_row();
   }
-  io::write_file(file, out.str());
+  io::write_file(file, table.text());
 }
 
 void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,

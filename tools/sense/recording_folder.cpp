@@ -2,6 +2,8 @@
 
 #include "adapters/clouds/point_cloud.hpp"
 #include "adapters/files/atomic_file.hpp"
+#include "tools/shared/cli/csv_table.hpp"
+#include "tools/shared/cli/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -9,29 +11,19 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <system_error>
 
 namespace lbea::tool {
 namespace {
 
 std::string file_name(std::uint64_t frame) {
-  std::array<char, 40> name{};
-  std::snprintf(name.data(), name.size(), "frame_%05llu.ply", static_cast<unsigned long long>(frame));
-  return name.data();
+  return formatted("frame_%05llu.ply", static_cast<unsigned long long>(frame));
 }
 
 /// The shortest text that reads back as the same number.
 std::string shortest(double value) {
   std::array<char, 40> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
-
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
 }
 
 bool belongs_to_recording(const std::filesystem::path& file) {
