@@ -1,20 +1,17 @@
 // Values as text for tables.
 #pragma once
 
+#include "tools/shared/cli/formatted.hpp"
+
 #include <nlohmann/json.hpp>
 
-#include <array>
 #include <cstdint>
-#include <cstdio>
-#include <string>
 
 namespace lbea::tool {
 
 /// For checksums and sessions.
 inline std::string hexadecimal(std::uint64_t number) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
+  return formatted("%016llx", static_cast<unsigned long long>(number));
 }
 
 /// Strings without quotes.

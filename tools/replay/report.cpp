@@ -1,12 +1,11 @@
 #include "tools/replay/report.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 #include <system_error>
 
 namespace lbea::tool {
@@ -15,32 +14,24 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
 
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
-  std::array<char, 512> text{};
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
-}
-
 unsigned long long number(std::uint64_t value) { return value; }
 
 }  // namespace
 
 std::string result_header() {
-  return format("%10s  %-16s %5s %14s %8s  %s", "frame", "best simulation", "step", "distance", "coverage", "verdict");
+  return formatted("%10s  %-16s %5s %14s %8s  %s", "frame", "best simulation", "step", "distance", "coverage",
+                   "verdict");
 }
 
 std::string result_line(const wire::WireResult& result) {
   const std::string verdict(wire::fate_of(result.status) == wire::Fate::matched ? wire::to_string(result.verdict)
                                                                                 : wire::to_string(result.status));
   if (result.matches.empty())
-    return format("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
+    return formatted("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
   const wire::WireMatch& best = result.matches[0];
-  return format("%10llu  %-16s %5u %14.6g %8.3f  %s", number(result.frame_id), best.simulation_name.c_str(),
-                best.sample.time_step, static_cast<double>(best.distance), static_cast<double>(result.coverage),
-                verdict.c_str());
+  return formatted("%10llu  %-16s %5u %14.6g %8.3f  %s", number(result.frame_id), best.simulation_name.c_str(),
+                   best.sample.time_step, static_cast<double>(best.distance), static_cast<double>(result.coverage),
+                   verdict.c_str());
 }
 
 std::string result_json(const wire::WireResult& result) {
@@ -63,7 +54,7 @@ std::string result_json(const wire::WireResult& result) {
 }
 
 std::string comparison_line(const ComparisonTally& tally) {
-  return format(
+  return formatted(
       "%llu results the same, %llu different (%llu with another match, %llu with another status or verdict); %llu "
       "without a recorded result, %llu recorded ones without a new one; largest relative difference of a best distance "
       "%.3g",
@@ -86,9 +77,9 @@ std::string comparison_json(const ComparisonTally& tally) {
 }
 
 std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms) {
-  return format("frames %llu = sent %llu + refused %llu; %llu not delivered; %.3f s, largest delay %.3f ms",
-                number(tally.frames), number(tally.sent), number(tally.refused), number(tally.left), tally.seconds,
-                worst_lateness_ms) +
+  return formatted("frames %llu = sent %llu + refused %llu; %llu not delivered; %.3f s, largest delay %.3f ms",
+                   number(tally.frames), number(tally.sent), number(tally.refused), number(tally.left), tally.seconds,
+                   worst_lateness_ms) +
          (tally.receipt ? receipt_text(*tally.receipt) : "");
 }
 

@@ -1,10 +1,10 @@
 #include "tools/serve/machine.hpp"
 
+#include "tools/shared/cli/formatted.hpp"
+
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <thread>
@@ -78,11 +78,7 @@ std::string first_line(const char* file) {
   return line;
 }
 
-std::string fixed(double value, int digits) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return text.data();
-}
+std::string fixed(double value, int digits) { return formatted("%.*f", digits, value); }
 
 std::uint64_t available_memory() {
   std::ifstream in("/proc/meminfo");
