@@ -13,20 +13,6 @@
 namespace lbea::tool {
 namespace {
 
-std::string_view name_of(wire::Fate fate) {
-  switch (fate) {
-    case wire::Fate::matched:
-      return "matched";
-    case wire::Fate::rejected:
-      return "rejected";
-    case wire::Fate::dropped:
-      return "dropped";
-    case wire::Fate::not_a_capture:
-      break;
-  }
-  return "not_a_capture";
-}
-
 void write_frames(http::MetricsText& page, const wire::Counters& counters) {
   page.metric("lbea_frames_captured_total", "counter", "Captures, by the senders' ids and control messages")
       .value(counters.captured())
@@ -36,7 +22,7 @@ void write_frames(http::MetricsText& page, const wire::Counters& counters) {
   for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
     const auto status = static_cast<wire::WireStatus>(i);
     if (wire::fate_of(status) == wire::Fate::not_a_capture) continue;
-    page.value(counters.of(status), http::MetricsText::label("fate", name_of(wire::fate_of(status))) + "," +
+    page.value(counters.of(status), http::MetricsText::label("fate", wire::to_string(wire::fate_of(status))) + "," +
                                         http::MetricsText::label("status", wire::to_string(status)));
   }
   page.metric("lbea_frames_on_the_way", "gauge", "Frames received and without a status yet")

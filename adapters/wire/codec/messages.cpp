@@ -40,6 +40,13 @@ const StatusText& text_of(WireStatus status) noexcept {
   return index < status_texts.size() ? status_texts[index] : unknown_text;
 }
 
+/// names: in the order of the enumerators.
+template <class Enum>
+std::string_view name_of(Enum value, std::initializer_list<std::string_view> names, std::string_view unknown) noexcept {
+  const auto index = static_cast<std::size_t>(value);
+  return index < names.size() ? names.begin()[index] : unknown;
+}
+
 }  // namespace
 
 std::string_view to_string(WireStatus status) noexcept { return text_of(status).name; }
@@ -47,35 +54,16 @@ std::string_view explain(WireStatus status) noexcept { return text_of(status).se
 Fate fate_of(WireStatus status) noexcept { return text_of(status).fate; }
 
 std::string_view to_string(WireVerdict verdict) noexcept {
-  switch (verdict) {
-    case WireVerdict::unknown:
-      return "unknown";
-    case WireVerdict::matched:
-      return "matched";
-    case WireVerdict::low_coverage:
-      return "low_coverage";
-    case WireVerdict::refused:
-      return "refused";
-    case WireVerdict::ambiguous:
-      return "ambiguous";
-    case WireVerdict::no_simulation_fits:
-      return "no_simulation_fits";
-  }
-  return "unknown_verdict";
+  return name_of(verdict, {"unknown", "matched", "low_coverage", "refused", "ambiguous", "no_simulation_fits"},
+                 "unknown_verdict");
 }
 
 std::string_view to_string(RecordingPhase phase) noexcept {
-  switch (phase) {
-    case RecordingPhase::armed:
-      return "armed";
-    case RecordingPhase::recording:
-      return "recording";
-    case RecordingPhase::finished:
-      return "finished";
-    case RecordingPhase::failed:
-      return "failed";
-  }
-  return "unknown_phase";
+  return name_of(phase, {"armed", "recording", "finished", "failed"}, "unknown_phase");
+}
+
+std::string_view to_string(Fate fate) noexcept {
+  return name_of(fate, {"matched", "rejected", "dropped", "not_a_capture"}, "unknown_fate");
 }
 
 std::uint64_t Counters::sum(Fate fate) const noexcept {

@@ -53,6 +53,7 @@ inline constexpr std::size_t wire_status_count = 17;
 
 enum class Fate : std::uint8_t { matched, rejected, dropped, not_a_capture };
 [[nodiscard]] Fate fate_of(WireStatus status) noexcept;
+[[nodiscard]] std::string_view to_string(Fate fate) noexcept;
 
 enum class WireVerdict : std::uint8_t { unknown = 0, matched, low_coverage, refused, ambiguous, no_simulation_fits };
 [[nodiscard]] std::string_view to_string(WireVerdict verdict) noexcept;
