@@ -1,6 +1,5 @@
 // lbea-record: records frames without a matcher, or between a rig and its matcher.
 #include "tools/record/frame_recorder.hpp"
-#include "tools/shared/cli/distinct_endpoints.hpp"
 #include "tools/shared/cli/outlet.hpp"
 #include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/intake/log.hpp"

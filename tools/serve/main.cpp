@@ -4,7 +4,6 @@
 #include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/reports.hpp"
 #include "tools/serve/supervision.hpp"
-#include "tools/shared/cli/distinct_endpoints.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/outlet.hpp"
 #include "tools/shared/cli/service_notify.hpp"

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <map>
 #include <new>
 #include <system_error>
 
@@ -92,6 +93,17 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
     std::fprintf(stderr, "%s: error: %s\n", program().c_str(), sentence_of(error).c_str());
   } catch (const std::exception& error) { std::fprintf(stderr, "%s: error: %s\n", program().c_str(), error.what()); }
   return exit_failed;
+}
+
+void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options) {
+  std::map<std::string, const char*> owners;
+  for (const auto& [name, address] : options) {
+    if (address.empty() || address.ends_with(":*")) continue;
+    const auto [owner, is_new] = owners.emplace(address, name);
+    if (!is_new)
+      throw WrongUsage(std::string(owner->second) + " and " + name + " are both \"" + address +
+                       "\"; give each an endpoint of its own");
+  }
 }
 
 void catch_stop_signals() {

@@ -5,8 +5,10 @@
 
 #include <csignal>
 #include <functional>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace lbea::tool {
 
@@ -33,6 +35,10 @@ class Tool : public CommandLine {
  private:
   std::vector<std::function<void()>> usage_checks_;
 };
+
+/// Refuses two options with the same endpoint, before the second bind fails with a less clear error. Options by name
+/// with their addresses, empty when not given; "any free port" is never the same. Throws WrongUsage.
+void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options);
 
 /// Set by SIGINT, SIGTERM and SIGHUP (the terminal has closed) after catch_stop_signals(): loops check it and end
 /// cleanly.
