@@ -1,5 +1,7 @@
 #include "tools/monitor/web/access.hpp"
 
+#include "adapters/files/text_line.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
@@ -30,12 +32,7 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) n
   return {};
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::ranges::transform(result, result.begin(),
-                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return result;
-}
+using io::text::lower;
 
 }  // namespace
 

@@ -23,11 +23,9 @@ class InferencePublisher final : public RunObserver {
                      Model model, std::uint32_t field);
   ~InferencePublisher() override;
 
-  void frame(wire::Message, const wire::FrameHeader&, std::int64_t) noexcept override {}
   /// Copies the estimate and the candidates. Frames without an estimate are skipped. When the thread is too slow, the
   /// oldest waiting frame is dropped, which shows as a gap in the sequence.
   void result(wire::Message message, const wire::WireResult& result) noexcept override;
-  void state(wire::Message, const wire::WireState&) noexcept override {}
   [[nodiscard]] const std::string& endpoint() const noexcept { return sink_.endpoint(); }
 
  private:

@@ -13,11 +13,11 @@ class RunObserver {
     std::uint64_t unrecorded = 0;  // frames and results that are missing from the file
   };
   virtual ~RunObserver() = default;
-  /// Receiving thread. Every message as received, whatever its status; `message` is valid during the call.
-  virtual void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept = 0;
+  /// Receiving thread. Every message as received, whatever its status; it is valid during the call.
+  virtual void frame(wire::Message, const wire::FrameHeader&, std::int64_t /*receive_ns*/) noexcept {}
   /// Publishing thread. A published message, encoded and decoded.
-  virtual void result(wire::Message message, const wire::WireResult& result) noexcept = 0;
-  virtual void state(wire::Message message, const wire::WireState& state) noexcept = 0;
+  virtual void result(wire::Message, const wire::WireResult&) noexcept {}
+  virtual void state(wire::Message, const wire::WireState&) noexcept {}
   /// Any thread.
   [[nodiscard]] virtual Counts counts() const noexcept { return {}; }
   /// Any thread. The state of the recording, if this observer records.

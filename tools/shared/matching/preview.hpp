@@ -27,8 +27,6 @@ class Preview final : public RunObserver {
 
   /// Copies at most one message per interval, and none while the previous copy is being published.
   void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override;
-  void result(wire::Message, const wire::WireResult&) noexcept override {}
-  void state(wire::Message, const wire::WireState&) noexcept override {}
   [[nodiscard]] const std::string& endpoint() const noexcept { return sink_.endpoint(); }
 
  private:
