@@ -39,10 +39,12 @@ class LeftOutImages {
         count_((samples.size() + every_ - 1) / every_),
         observed_(count_ * stride_) {
     std::vector<std::uint16_t> image(stride_);
+    Surroundings surroundings(camera);
     for (std::size_t q = 0; q < count_; ++q) {
       read(q * every_, image);
       for (std::size_t c = 0; c < stride_; ++c)
-        observed_[q * stride_ + c] = image[c] == empty_cell ? -1e9f : static_cast<float>(image[c]);
+        observed_[q * stride_ + c] = image[c] == empty_cell ? nothing_seen : static_cast<float>(image[c]);
+      surroundings.limit(std::span(observed_).subspan(q * stride_, stride_));
     }
   }
 

@@ -134,6 +134,20 @@ TEST_CASE("a hidden third of the surface changes neither the match nor the verdi
   CHECK(part.fit.misfit < 1.1f * misfit);
 }
 
+TEST_CASE("an empty cell counts against the samples that fill it only within two cells of a filled one") {
+  DepthCamera camera;
+  camera.columns = 9;
+  camera.rows = 7;
+  std::vector<float> observed(padded_cells(camera), nothing_seen);
+  observed[3 * 9 + 4] = 100;
+  Surroundings(camera).limit(observed);
+  for (std::size_t row = 0; row < 7; ++row)
+    for (std::size_t column = 0; column < 9; ++column) {
+      const bool is_near = row >= 1 && row <= 5 && column >= 2 && column <= 6;
+      CHECK(observed[row * 9 + column] == (row == 3 && column == 4 ? 100 : is_near ? nothing_seen : not_observed));
+    }
+}
+
 TEST_CASE(
     "cells that all of the best fill and the sensor does not count for nothing; those that some leave empty count") {
   constexpr std::size_t cells = 32;

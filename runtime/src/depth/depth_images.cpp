@@ -23,6 +23,17 @@ DepthCamera camera_from(const format::DepthCameraWords& words, std::span<const s
   return camera;
 }
 
+CellPrices prices_of(const DepthMetric& metric, const DepthCamera& camera) noexcept {
+  return {metric.cap / camera.depth_step, metric.one_sided / camera.depth_step};
+}
+
+// Over the cells that either image fills, in squared depth steps.
+float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
+                  const CellPrices& prices) noexcept {
+  const CellSums sums = code.compare_depths(observed.data(), sample, observed.size(), prices);
+  return sums.squares / std::max(sums.filled, 1.0f);
+}
+
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -99,13 +110,35 @@ float SensorViews::expected_residual(std::uint32_t sample) const noexcept {
 float SensorViews::misfit_limit() const noexcept { return data_ ? data_->misfit_limit : 0; }
 float SensorViews::test_misfit_limit() const noexcept { return data_ ? data_->test_misfit_limit : 0; }
 
+Surroundings::Surroundings(const DepthCamera& camera)
+    : columns_(camera.columns), rows_(camera.rows), along_row_(camera.cells()) {}
+
+void Surroundings::limit(std::span<float> observed) noexcept {
+  const auto begin = [](std::size_t i) { return i - std::min(i, reach); };
+  for (std::size_t row = 0; row < rows_; ++row)
+    for (std::size_t column = 0; column < columns_; ++column) {
+      bool is_near = false;
+      for (std::size_t i = begin(column); i < std::min(column + reach + 1, columns_); ++i)
+        is_near |= observed[row * columns_ + i] >= 0;
+      along_row_[row * columns_ + column] = is_near;
+    }
+  for (std::size_t row = 0; row < rows_; ++row)
+    for (std::size_t column = 0; column < columns_; ++column) {
+      bool is_near = false;
+      for (std::size_t i = begin(row); i < std::min(row + reach + 1, rows_); ++i)
+        is_near |= along_row_[i * columns_ + column] != 0;
+      if (!is_near) observed[row * columns_ + column] = not_observed;
+    }
+}
+
 FrameDepthImage::FrameDepthImage(const DepthCamera& camera)
     : raster_{camera.focal,          camera.center_column, camera.center_row, camera.depth_origin,
               1 / camera.depth_step, camera.columns,       camera.rows},
       T_sensor_reference_(inverse(camera.T_reference_sensor)),
       tallies_(camera.cells() + 1),
       points_(camera.cells()),
-      cells_(padded_cells(camera), nothing_seen) {}
+      cells_(padded_cells(camera), nothing_seen),
+      surroundings_(camera) {}
 
 void FrameDepthImage::build(const CloudIndex& index) noexcept {
   std::ranges::fill(tallies_, CellTally{});
@@ -121,11 +154,34 @@ void FrameDepthImage::build(const CloudIndex& index) noexcept {
   const float fewest = share_of_mean * points / std::max(filled, 1.0f);
   for (std::size_t c = 0; c < cells; ++c)
     cells_[c] = points_[c] > 0 && points_[c] >= fewest ? total(tallies_[c].depth) / points_[c] : nothing_seen;
+  surroundings_.limit(cells_);
+}
+
+ThinnedImages::ThinnedImages(const DepthImages& images, const DepthMetric& metric)
+    : code_(kernels()), prices_(prices_of(metric, images.camera)) {
+  const DepthCamera& camera = images.camera;
+  for (std::uint32_t row = every / 2; row < camera.rows; row += every)
+    for (std::uint32_t column = every / 2; column < camera.columns; column += every)
+      cells_.push_back(row * camera.columns + column);
+  const std::size_t stride = padded_cells(cells_.size()), samples = images.expected.size();
+  if (cells_.empty() || samples * stride * sizeof(std::uint16_t) > most_bytes) return;
+  observed_.assign(stride, not_observed);
+  depths_.assign(samples * stride, empty_cell);
+  for (std::size_t s = 0; s < samples; ++s)
+    std::ranges::transform(cells_, &depths_[s * stride], [image = images.of_sample(s)](auto c) { return image[c]; });
+}
+
+void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) noexcept {
+  const std::size_t stride = observed_.size();
+  std::ranges::transform(cells_, observed_.begin(), [&](std::uint32_t c) { return observed[c]; });
+  best.clear();
+  for (std::size_t s = 0; s < depths_.size() / stride; ++s)
+    best.offer(static_cast<std::uint32_t>(s), mean_square(code_, observed_, &depths_[s * stride], prices_));
 }
 
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric)
     : code_(kernels()),
-      prices_{metric.cap / camera.depth_step, metric.one_sided / camera.depth_step},
+      prices_(prices_of(metric, camera)),
       best_(capacity),
       chosen_(capacity),
       common_(padded_cells(camera)) {}
@@ -142,11 +198,8 @@ void DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_t
 void DepthRanking::compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
                            std::span<const RankedSample> proposed) noexcept {
   best_.clear();
-  for (const RankedSample& proposal : proposed) {
-    const CellSums sums =
-        code_.compare_depths(observed.data(), &depths[proposal.sample * observed.size()], observed.size(), prices_);
-    best_.offer(proposal.sample, sums.squares / std::max(sums.filled, 1.0f));
-  }
+  for (const RankedSample& proposal : proposed)
+    best_.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * observed.size()], prices_));
 }
 
 void DepthRanking::mark_occluded(std::span<float> observed, std::span<const std::uint16_t> depths) noexcept {

@@ -26,9 +26,10 @@ struct DepthCamera {
   [[nodiscard]] std::size_t cells() const noexcept { return std::size_t{columns} * rows; }
 };
 
-/// Each image in `depths` is padded with empty cells to whole 64-byte lines.
+/// Each image is padded with empty cells to whole 64-byte lines.
+[[nodiscard]] constexpr std::size_t padded_cells(std::size_t cells) noexcept { return (cells + 31) / 32 * 32; }
 [[nodiscard]] inline std::size_t padded_cells(const DepthCamera& camera) noexcept {
-  return (camera.cells() + 31) / 32 * 32;
+  return padded_cells(camera.cells());
 }
 inline constexpr std::uint16_t empty_cell = 0;
 
@@ -58,6 +59,22 @@ struct DepthMetric {
   float mesh_noise = 1;  // residual between a frame and its own sample, from sampling a curved surface by cells
 };
 
+/// Removes the evidence of what a frame does not show: an empty cell is evidence against a sample that fills it only
+/// near filled cells, at the silhouette. Farther away something may hide the component.
+class Surroundings {
+ public:
+  /// Allocates all memory.
+  explicit Surroundings(const DepthCamera& camera);
+  /// observed: padded_cells() values. Empty cells with no filled cell within `reach` rows and columns become
+  /// not_observed. Does not allocate.
+  void limit(std::span<float> observed) noexcept;
+
+ private:
+  static constexpr std::size_t reach = 2;  // cells
+  std::size_t columns_, rows_;
+  std::vector<std::uint8_t> along_row_;  // per cell: 1 where a cell of the row within reach is filled
+};
+
 /// The frame as the camera of the samples' depth images would have taken it.
 class FrameDepthImage {
  public:
@@ -66,7 +83,7 @@ class FrameDepthImage {
 
   /// Sets every cell to the mean depth of the indexed points in it, in depth steps. A cell with less than a quarter of
   /// the points that a filled cell holds on average becomes nothing_seen: a single outlier at an edge is no surface.
-  /// Does not allocate.
+  /// Far from filled cells it becomes not_observed. Does not allocate.
   void build(const CloudIndex& index) noexcept;
   /// padded_cells() values.
   [[nodiscard]] std::span<float> cells() noexcept { return cells_; }
@@ -76,6 +93,25 @@ class FrameDepthImage {
   RigidTransform T_sensor_reference_;
   std::vector<CellTally> tallies_;  // one more than there are cells, for points outside
   std::vector<float> points_, cells_;
+  Surroundings surroundings_;
+};
+
+/// Proposes samples by every fourth cell of their images, along rows and columns.
+class ThinnedImages {
+ public:
+  /// Copies the cells of all samples, unless that needs more than `most_bytes`; allocates all memory.
+  ThinnedImages(const DepthImages& images, const DepthMetric& metric);
+  [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
+  /// Offers all samples. observed: padded_cells() depths in steps. Does not allocate.
+  void propose(std::span<const float> observed, BestSamples& best) noexcept;
+
+ private:
+  static constexpr std::size_t every = 4, most_bytes = std::size_t{256} << 20;
+  const Kernels& code_;
+  CellPrices prices_;                  // in depth steps
+  std::vector<std::uint32_t> cells_;   // the chosen ones
+  std::vector<std::uint16_t> depths_;  // samples x padded chosen cells
+  std::vector<float> observed_;        // padded chosen cells
 };
 
 /// Ranks samples by how well their depth images explain that of a frame.

@@ -80,6 +80,8 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       settings_(settings),
       code_(kernels()),
       frame_(views_.data()->camera),
+      thinned_(*views_.data(), settings.metric),
+      proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
       best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings.metric),
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
@@ -111,6 +113,10 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
 
 void SurfaceFitter::choose_candidates(std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
+  if (proposes()) {
+    thinned_.propose(frame_.cells(), proposed_);
+    proposed = proposed_.ranked();
+  }
   best_.rank(frame_.cells(), images.depths, proposed);
   const float step = images.camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {

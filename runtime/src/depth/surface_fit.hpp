@@ -1,5 +1,5 @@
-// Method::fit: the samples that LBEA proposes are compared with the frame as depth images, and a convex combination of
-// the best of them is fitted to the frame.
+// Method::fit: samples are compared with the frame as depth images, and a convex combination of the best of them is
+// fitted to the frame.
 #pragma once
 
 #include "runtime/src/depth/depth_images.hpp"
@@ -25,7 +25,7 @@ class SimplexProblem {
 };
 
 struct FitSettings {
-  std::uint32_t proposals = 256;  // samples by eq. 3 whose depth images are compared
+  std::uint32_t proposals = 256;  // samples whose depth images are compared
   std::uint32_t candidates = 24;  // the best of them, which the estimate combines
   DepthMetric metric;
   // Cost of a sample's share in the estimate, added to the squared residual of the combination:
@@ -42,8 +42,10 @@ class SurfaceFitter {
   /// Allocates all memory.
   SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings = {});
 
-  /// `proposed`: samples to compare, in any order. The index must hold at least one point. Does not allocate.
-  /// The spans of the result and of matches() are valid until the next call.
+  /// Whether fit() chooses the samples to compare; not when the ensemble is too large to offer all samples.
+  [[nodiscard]] bool proposes() const noexcept { return !thinned_.empty(); }
+  /// `proposed`: samples to compare, in any order; ignored when proposes(). The index must hold at least one point.
+  /// Does not allocate. The spans of the result and of matches() are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
@@ -70,6 +72,8 @@ class SurfaceFitter {
   FitSettings settings_;
   const Kernels& code_;
   FrameDepthImage frame_;
+  ThinnedImages thinned_;
+  BestSamples proposed_;
   DepthRanking best_;    // by residual
   BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
   std::vector<RankedSample> matched_;
