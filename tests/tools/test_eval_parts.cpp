@@ -194,6 +194,33 @@ TEST_CASE("points are hidden in patches until the share is removed; the others a
                            [](const Point& a, const Point& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }));
 }
 
+TEST_CASE("a connected patch hides the points that are nearest to its place") {
+  const auto points = random_points(5000);
+  const auto rest = hide_nearest(points, 0.3, {10, 20, 30});
+  CHECK(rest.size() == 3500);
+  const auto distance = [](const Point& p) { return std::hypot(p.x - 10, p.y - 20, p.z - 30); };
+  const float nearest = distance(*std::ranges::min_element(rest, {}, distance));
+  CHECK(std::ranges::count_if(points, [&](const Point& p) { return distance(p) < nearest; }) == 1500);
+  const Disturbance connected{.connected = 0.3};
+  CHECK(disturbed(points, connected, 7, Point{10, 20, 30}).size() == 3500);
+  CHECK(disturbed(points, connected, 7).size() == 3500);
+  CHECK(disturbed({}, connected, 7).empty());
+}
+
+TEST_CASE("in folds every run is an experiment once") {
+  const auto splits = folds(7, 3, 5);
+  REQUIRE(splits.size() == 3);
+  std::vector<std::size_t> experiments;
+  for (const Split& split : splits) {
+    CHECK(split.simulations.size() + split.experiments.size() == 7);
+    experiments.insert(experiments.end(), split.experiments.begin(), split.experiments.end());
+  }
+  std::ranges::sort(experiments);
+  CHECK(experiments == std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6});
+  CHECK_THROWS_AS((void)folds(7, 8, 5), Error);
+  CHECK_THROWS_AS((void)folds(7, 1, 5), Error);
+}
+
 TEST_CASE("thinning keeps a random share") {
   const auto points = random_points(9000);
   // Binomial with p = 1/3: standard deviation 45.

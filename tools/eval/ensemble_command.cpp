@@ -18,15 +18,19 @@ namespace {
 
 // Each disturbance alone, then all of them.
 std::vector<Disturbance> robustness_rows() {
-  std::vector<Disturbance> rows(6);
-  rows[0] = {.name = "30 % of the surface hidden", .hidden = 0.3};
-  rows[1] = {.name = "2 % outliers", .outliers = 0.02f};
-  rows[2] = {.name = "0.5 noise", .noise = 0.5f};
-  rows[3] = {.name = "a third of the points", .kept = 1.0 / 3};
-  rows[4] = {.name = "3 degrees of pose error", .pose_error_deg = 3};
-  rows[5] = {
-      .name = "all of these", .noise = 0.5f, .outliers = 0.02f, .hidden = 0.3, .kept = 1.0 / 3, .pose_error_deg = 3};
-  return rows;
+  return {{.name = "30 % of the surface hidden in patches", .hidden = 0.3},
+          {.name = "30 % hidden by one patch, another one per frame", .connected = 0.3},
+          {.name = "30 % hidden by one patch, the same place for the test", .connected = 0.3, .same_place = true},
+          {.name = "2 % outliers", .outliers = 0.02f},
+          {.name = "0.5 noise", .noise = 0.5f},
+          {.name = "a third of the points", .kept = 1.0 / 3},
+          {.name = "3 degrees of pose error", .pose_error_deg = 3},
+          {.name = "patches, outliers, noise, fewer points and pose error",
+           .noise = 0.5f,
+           .outliers = 0.02f,
+           .hidden = 0.3,
+           .kept = 1.0 / 3,
+           .pose_error_deg = 3}};
 }
 
 std::vector<Disturbance> chosen_disturbances(const EnsembleArguments& arguments) {
@@ -34,11 +38,14 @@ std::vector<Disturbance> chosen_disturbances(const EnsembleArguments& arguments)
   if (arguments.robustness) rows = robustness_rows();
   Disturbance own{.name = "as requested",
                   .hidden = arguments.hidden,
+                  .connected = arguments.connected,
+                  .same_place = arguments.same_place,
                   .kept = arguments.thinned,
                   .pose_error_deg = arguments.pose_error_deg};
   if (arguments.noise >= 0) own.noise = static_cast<float>(arguments.noise);
   if (arguments.outliers >= 0) own.outliers = static_cast<float>(arguments.outliers);
-  if (own.hidden > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers) rows.push_back(own);
+  if (own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers)
+    rows.push_back(own);
   return rows;
 }
 
@@ -46,6 +53,10 @@ void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan
   const auto& runs = plan.ensemble.runs;
   if (arguments.leave_one_out) {
     plan.splits = leave_one_out(runs.size());
+    return;
+  }
+  if (arguments.folds > 0) {
+    plan.splits = folds(runs.size(), arguments.folds, arguments.seed);
     return;
   }
   if (arguments.experiments.empty()) {
@@ -106,6 +117,13 @@ void declare_disturbance(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")
       ->check(between(0, 1))
       ->group(row);
+  auto* connected = app.add_option("--hide-connected", arguments.connected,
+                                   "share of the points that one patch hides, at another place in every frame")
+                        ->check(between(0, 1))
+                        ->group(row);
+  app.add_flag("--same-place", arguments.same_place, "the connected patch stays at one place for the whole test")
+      ->needs(connected)
+      ->group(row);
   app.add_option("--thin", arguments.thinned, "share of the points that remain")->check(between(0, 1))->group(row);
   app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")
       ->check(between(0, 180))
@@ -139,6 +157,11 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
                "every run once as the experiment, with all others as simulations")
       ->excludes(share)
       ->excludes(named);
+  app.add_option("--folds", arguments.folds, "every run once as an experiment, in this number of splits")
+      ->check(positive_number())
+      ->excludes(share)
+      ->excludes(named)
+      ->default_text("");
   app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
       ->check(one_of({"impact", "over-time", "both"}));
   app.add_option("--first-step", arguments.first_step, "first state of an experiment that is sensed");

@@ -203,7 +203,6 @@ std::string time_table(const Evaluation& evaluation) {
   row("projection", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.projection; }));
   row("search, VtP", 1e-6 * stage([](const FrameTrial& f) { return f.vtp_ns.matching; }));
   row("search, LBEA", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.matching; }));
-  row("search of fit's proposals", 1e-6 * stage([](const FrameTrial& f) { return f.fit_ns.matching; }));
   row("fit: depth images and estimate", 1e-6 * stage([](const FrameTrial& f) { return f.fit_ns.fit; }));
   row("coverage", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.coverage; }));
   row("ICP, total", 1e3 * stage([](const FrameTrial& f) { return f.icp_s; }));

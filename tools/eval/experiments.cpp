@@ -29,6 +29,14 @@ Split without(std::size_t runs, std::vector<std::size_t> experiments) {
   return split;
 }
 
+std::vector<std::size_t> random_order(std::size_t runs, std::uint64_t seed) {
+  std::vector<std::size_t> order(runs);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (std::size_t i = runs - 1; i > 0; --i)
+    std::swap(order[i], order[bake::splitmix(bake::splitmix(seed) ^ i) % (i + 1)]);
+  return order;
+}
+
 constexpr double patch_radius = 0.07;  // share of the diagonal of the box
 
 /// Random numbers in [0, 1).
@@ -166,10 +174,7 @@ Split random_split(std::size_t runs, double share, std::uint64_t seed) {
   if (!(share > 0 && share < 1))
     throw Error(Status::bad_config,
                 "the share of experiments must lie between 0 and 1, it is " + std::to_string(share));
-  std::vector<std::size_t> order(runs);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  for (std::size_t i = runs - 1; i > 0; --i)
-    std::swap(order[i], order[bake::splitmix(bake::splitmix(seed) ^ i) % (i + 1)]);
+  std::vector<std::size_t> order = random_order(runs, seed);
   const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(runs)));
   order.resize(std::clamp<std::size_t>(wanted, 1, runs - 1));
   return without(runs, std::move(order));
@@ -194,6 +199,19 @@ std::vector<Split> leave_one_out(std::size_t runs) {
   need_two(runs);
   std::vector<Split> splits;
   for (std::size_t run = 0; run < runs; ++run) splits.push_back(without(runs, {run}));
+  return splits;
+}
+
+std::vector<Split> folds(std::size_t runs, std::size_t count, std::uint64_t seed) {
+  need_two(runs);
+  if (count < 2 || count > runs)
+    throw Error(Status::bad_config, std::to_string(count) + " folds of " + std::to_string(runs) +
+                                        " runs; give a number from 2 to the number of runs");
+  const std::vector<std::size_t> order = random_order(runs, seed);
+  std::vector<Split> splits;
+  for (std::size_t i = 0; i < count; ++i)
+    splits.push_back(without(runs, {order.begin() + static_cast<std::ptrdiff_t>(i * runs / count),
+                                    order.begin() + static_cast<std::ptrdiff_t>((i + 1) * runs / count)}));
   return splits;
 }
 
@@ -231,6 +249,24 @@ std::vector<Point> hide_patches(std::vector<Point> points, double share, double 
   return points;
 }
 
+std::vector<Point> hide_nearest(std::vector<Point> points, double share, const Point& place) {
+  const auto hidden =
+      static_cast<std::ptrdiff_t>(std::lround(static_cast<double>(points.size()) * std::clamp(share, 0.0, 1.0)));
+  if (hidden == 0) return points;
+  std::vector<double> distances;
+  for (const Point& p : points) distances.push_back(squared_distance(p, place));
+  auto sorted = distances;
+  std::ranges::nth_element(sorted, sorted.begin() + hidden - 1);
+  const double limit = sorted[static_cast<std::size_t>(hidden - 1)];
+  std::size_t at = 0;
+  std::erase_if(points, [&](const Point&) { return distances[at++] <= limit; });
+  return points;
+}
+
+Point any_of_them(std::span<const Point> points, std::uint64_t seed) {
+  return points[static_cast<std::size_t>(Sequence(seed).next() * static_cast<double>(points.size()))];
+}
+
 std::vector<Point> thin(std::vector<Point> points, double share, std::uint64_t seed) {
   Sequence random(seed);
   std::erase_if(points, [&](const Point&) { return random.next() >= share; });
@@ -262,10 +298,15 @@ RigidTransform turned(const RigidTransform& T, double degrees, const Point& cent
   return result;
 }
 
-std::vector<Point> disturbed(std::vector<Point> points, const Disturbance& disturbance, std::uint64_t seed) {
+std::vector<Point> disturbed(std::vector<Point> points, const Disturbance& disturbance, std::uint64_t seed,
+                             const std::optional<Point>& place) {
   if (disturbance.hidden > 0) {
     const double radius = patch_radius * diagonal(points);
     points = hide_patches(std::move(points), disturbance.hidden, radius, bake::splitmix(seed ^ 1));
+  }
+  if (disturbance.connected > 0 && !points.empty()) {
+    const Point middle = place ? *place : any_of_them(points, bake::splitmix(seed ^ 3));
+    points = hide_nearest(std::move(points), disturbance.connected, middle);
   }
   if (disturbance.kept < 1) points = thin(std::move(points), disturbance.kept, bake::splitmix(seed ^ 2));
   return points;

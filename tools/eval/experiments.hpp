@@ -38,6 +38,10 @@ struct Split {
 /// One split per run, with this run as the only experiment. Throws Error{bad_config} for fewer than two runs.
 [[nodiscard]] std::vector<Split> leave_one_out(std::size_t runs);
 
+/// `count` splits, in which every run is an experiment once: the runs in random order, divided evenly. Throws
+/// Error{bad_config} for a count that is not from 2 to the number of runs.
+[[nodiscard]] std::vector<Split> folds(std::size_t runs, std::size_t count, std::uint64_t seed);
+
 /// An ensemble of the chosen runs. Its reference run is the same, or the first chosen run when that is not chosen.
 [[nodiscard]] bake::Ensemble subset(const bake::Ensemble& ensemble, std::span<const std::size_t> runs);
 
@@ -47,8 +51,10 @@ struct Disturbance {
   std::optional<float> noise{};     // length unit; default: the sensor's
   std::optional<float> outliers{};  // share; default: the sensor's
   double hidden = 0;                // share of the points that patches hide
-  double kept = 1;                  // share of the points, chosen at random
-  double pose_error_deg = 0;        // remaining after registration
+  double connected = 0;       // share of the points that one connected patch hides, at another place in every frame
+  bool same_place = false;    // the connected patch stays at one place for the whole test
+  double kept = 1;            // share of the points, chosen at random
+  double pose_error_deg = 0;  // remaining after registration
 };
 
 [[nodiscard]] bake::SensingNoise disturbed(bake::SensingNoise noise, const Disturbance& disturbance);
@@ -58,6 +64,9 @@ struct Disturbance {
 [[nodiscard]] std::vector<Point> hide_patches(std::vector<Point> points, double share, double radius,
                                               std::uint64_t seed);
 
+/// Removes the `share` of the points that is nearest to `place`.
+[[nodiscard]] std::vector<Point> hide_nearest(std::vector<Point> points, double share, const Point& place);
+
 /// Keeps every point with probability `share`.
 [[nodiscard]] std::vector<Point> thin(std::vector<Point> points, double share, std::uint64_t seed);
 
@@ -65,9 +74,13 @@ struct Disturbance {
 [[nodiscard]] RigidTransform turned(const RigidTransform& T_reference_sensor, double degrees, const Point& centre,
                                     std::uint64_t seed);
 
-/// Hides patches with a radius of 7 % of the diagonal of the cloud's box, then thins.
+/// Hides patches with a radius of 7 % of the diagonal of the cloud's box, then the surroundings of `place` (of a random
+/// point when there is none), then thins.
 [[nodiscard]] std::vector<Point> disturbed(std::vector<Point> points, const Disturbance& disturbance,
-                                           std::uint64_t seed);
+                                           std::uint64_t seed, const std::optional<Point>& place = {});
+
+/// A point at random. `points`: at least one.
+[[nodiscard]] Point any_of_them(std::span<const Point> points, std::uint64_t seed);
 
 /// Components that no simulation of the ensemble should fit: a round tube, a box with another cross section, a
 /// corrugated plate and a ball, in the bounding box of the model's first sample. Each is compressed to 0.6 of its

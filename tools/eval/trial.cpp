@@ -109,6 +109,7 @@ class Test {
   bool has_field_ = false;
   bake::SimulationState state_;
   std::vector<float> truth_;
+  std::optional<Point> hidden_place_;
   std::vector<std::vector<Match>> evidence_;  // per frame
   Inferred inferred_;
   std::filesystem::path folder_;  // of the meshes
@@ -131,8 +132,10 @@ TestTrial Test::run(const FrameDone& done) {
     reader_->read(step, state_);
     mesh_.positions(state_.positions, truth_);
     const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
-    const auto points =
-        disturbed(sensor_.sense({state_.positions, state_.alive}, noise_, seed), settings_.disturbance, seed);
+    auto sensed = sensor_.sense({state_.positions, state_.alive}, noise_, seed);
+    if (settings_.disturbance.same_place && !hidden_place_ && !sensed.empty())
+      hidden_place_ = any_of_them(sensed, seed);
+    const auto points = disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_);
     trial.frames.push_back(frame(step, points, matchers, tracker));
     if (done()) break;
   }
