@@ -18,7 +18,7 @@ parsers=(
   adapters/wire/'(codec/(result_codec|codec|flatbuffer)|access/keys|sockets/endpoint)'
   adapters/mcap/'(bytes|records|reader|salvage|compression|file_check|recovery)'
   adapters/simulation/
-  adapters/clouds/'(formats|pcd|ply|stamps|stl|xyz)'
+  adapters/clouds/
   adapters/files/'(binary_numbers|ply_header|stl_corners|text_line)'
   adapters/'(ensemble|rig)'/
   tools/monitor/'(access|http_address|foxglove|web_session)'

@@ -26,6 +26,12 @@ struct PointCloud {
 /// The same for bytes in memory; messages call them `name`.
 [[nodiscard]] PointCloud parse_point_cloud(std::span<const std::byte> bytes, const std::string& name);
 
+/// What a file's name says. Text may also be a table about the clouds beside it.
+enum class CloudName : std::uint8_t { none, text, cloud };
+[[nodiscard]] CloudName cloud_name(const std::filesystem::path& file);
+/// The extensions of all formats, separated by blanks.
+[[nodiscard]] std::string cloud_extensions();
+
 /// The reader of one format; see the table in formats.cpp. Throws Error{bad_input | unsupported_input}.
 using ParseCloud = PointCloud(std::span<const std::byte> bytes, const std::string& name);
 

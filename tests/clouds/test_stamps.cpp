@@ -1,3 +1,4 @@
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/clouds/stamps.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
@@ -69,4 +70,12 @@ TEST_CASE("a table that says too little is refused with the line") {
     refused(std::string("file,stamp_s\na,") + none + "\n", {"line 2", "not a time"});
   refused("file,stamp_ns\na,9223372036854775808\n", {"line 2", "not a time"});
   CHECK(error_of([&] { CloudStamps{folder / "none.csv"}; }).status == Status::file_not_found);
+}
+
+TEST_CASE("a file's name tells whether it is a cloud, or text that may also be a table about clouds") {
+  for (const char* name : {"a.ply", "folder.d/b.pcd", "c.stl"}) CHECK(cloud_name(name) == CloudName::cloud);
+  for (const char* name : {"a.xyz", "b.txt", "c.csv", "d.asc"}) CHECK(cloud_name(name) == CloudName::text);
+  for (const char* name : {"ply", "a.plyx", "a.pl", "a.ply.bak", ".ply", "a.", "a"})
+    CHECK(cloud_name(name) == CloudName::none);
+  CHECK(cloud_extensions() == ".ply .pcd .stl .xyz .txt .csv .asc");
 }

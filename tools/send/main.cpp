@@ -24,7 +24,8 @@ struct Options {
 };
 
 constexpr auto description =
-    "Sends point clouds (PLY, PCD, STL, XYZ) as frames. All clouds are read and encoded before the first one is sent.\n"
+    "Sends point clouds from files (--list-formats) as frames. All clouds are read and encoded before the first one is "
+    "sent.\n"
     "With --rate or --realtime a frame without room at the receiver is refused and counted, because a camera cannot\n"
     "wait; otherwise sending waits. With --results sending starts after the matcher has registered this session, and\n"
     "at the end the matcher reports what arrived. The exit code is 1 when a frame was refused, did not leave this\n"

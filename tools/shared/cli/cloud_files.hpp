@@ -7,7 +7,7 @@
 
 namespace lbea::tool {
 
-/// Files as given; a folder means the clouds in it (.ply .pcd .stl .xyz .txt .csv .asc), sorted by name.
+/// Files as given; a folder means the clouds in it by their extensions, sorted by name.
 /// Throws Error{file_not_found} for a missing path and for a folder without clouds.
 [[nodiscard]] std::vector<std::filesystem::path> find_clouds(const std::vector<std::string>& paths);
 
