@@ -75,14 +75,14 @@ TEST_CASE("more connections than descriptors do not end the matcher, and leave i
 
 TEST_CASE("a message of endless parts is cut off (it was stored without a bound: 4 GB in 20 s)") {
   if (!is_promised()) return;
-  for (const bool is_sender : {true, false}) {
-    CAPTURE(is_sender);
+  for (const std::string endpoint : {"frames", "results", "preview"}) {
+    CAPTURE(endpoint);
     ServeBench bench;
-    const auto server = bench.serve();
-    RawPeer peer(is_sender ? bench.frames : bench.results);
-    peer.become(is_sender ? "PUSH" : "SUB");
+    const auto server = bench.serve({"--preview", "ipc://" + bench.file("preview")});
+    RawPeer peer("ipc://" + bench.file(endpoint));
+    peer.become(endpoint == "frames" ? "PUSH" : "SUB");
     CHECK(peer.is_cut_off(RawPeer::part("\x01" + std::string(200, 'x'), RawPeer::more), 20 * megabyte));
-    CHECK(is_named(bench, is_sender ? "frames" : "results", "a message of several parts"));
+    CHECK(is_named(bench, endpoint, "a message of several parts"));
     check_serves(bench, *server);
   }
 }

@@ -96,8 +96,7 @@ void FrameRecorder::on_idle() noexcept {
 void FrameRecorder::write_log() {
   log_.write();
   log_.write(senders());
-  peers_.poll(
-      PeerLog::Clock::now(), [&] { return receiver_.visits(); }, [&] { return receiver_.peers(); });
+  peers_.poll(PeerLog::Clock::now());
 }
 
 void FrameRecorder::receive_results() noexcept {

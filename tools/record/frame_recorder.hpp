@@ -66,7 +66,7 @@ class FrameRecorder final : private IntakeSink {
       unforwarded_controls_{0};
   std::atomic<bool> stopping_{false};
   FrameLog log_;
-  PeerLog peers_{"frames"};
+  PeerLog peers_{"frames", [this] { return receiver_.visits(); }, [this] { return receiver_.peers(); }};
   std::thread frames_thread_, results_thread_;
 };
 

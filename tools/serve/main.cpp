@@ -67,9 +67,9 @@ void report(const std::vector<Privilege>& privileges) {
 }
 
 /// Runs until a stop signal; reports to systemd as long as all threads advance.
-void supervise(Pipeline& pipeline, RecordingLog& recording, const ServiceNotify& service) {
+void supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog& recording,
+               const ServiceNotify& service) {
   Watchdog watchdog(pipeline);
-  PeerLog frame_peers("frames"), result_peers("results");
   auto next_status = std::chrono::steady_clock::now();
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -77,10 +77,7 @@ void supervise(Pipeline& pipeline, RecordingLog& recording, const ServiceNotify&
     pipeline.write_log();
     const auto now = std::chrono::steady_clock::now();
     if (watchdog.poll(now)) service.alive();
-    frame_peers.poll(
-        now, [&] { return pipeline.frame_visits(); }, [&] { return pipeline.frame_peers(); });
-    result_peers.poll(
-        now, [&] { return pipeline.result_visits(); }, [&] { return pipeline.result_peers(); });
+    for (PeerLog& peers : peer_logs) peers.poll(now);
     if (now < next_status) continue;
     service.status(tally_line(pipeline.counters()));
     next_status = now + std::chrono::seconds(1);
@@ -103,6 +100,21 @@ struct Publishers {
           &inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
   }
 };
+
+std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
+  std::vector<PeerLog> logs;
+  logs.emplace_back(
+      "frames", [&] { return pipeline.frame_visits(); }, [&] { return pipeline.frame_peers(); });
+  logs.emplace_back(
+      "results", [&] { return pipeline.result_visits(); }, [&] { return pipeline.result_peers(); });
+  const auto add = [&](const char* endpoint, wire::ResultSink& sink) {
+    logs.emplace_back(
+        endpoint, [&sink] { return sink.visits(); }, [&sink] { return sink.peers(); });
+  };
+  if (publishers.preview) add("preview", publishers.preview->sink());
+  if (publishers.inference) add("inference", publishers.inference->sink());
+  return logs;
+}
 
 int serve_model(const ServeOptions& options, const Model& model) {
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
@@ -130,7 +142,7 @@ int serve_model(const ServeOptions& options, const Model& model) {
   warn_of_unbounded_peers();
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
-  supervise(pipeline, recording, service);
+  supervise(pipeline, peer_logs(pipeline, publishers), recording, service);
   service.stopping();
   pipeline.stop();
   pipeline.write_log();

@@ -27,6 +27,7 @@ class InferencePublisher final : public RunObserver {
   /// oldest waiting frame is dropped, which shows as a gap in the sequence.
   void result(wire::Message message, const wire::WireResult& result) noexcept override;
   [[nodiscard]] const std::string& endpoint() const noexcept { return sink_.endpoint(); }
+  [[nodiscard]] wire::ResultSink& sink() noexcept { return sink_; }  // for its peers
 
  private:
   struct Request {

@@ -5,14 +5,18 @@
 namespace lbea::tool {
 namespace {
 
+constexpr auto log_interval = std::chrono::seconds(1);
+
 std::string from(const std::string& address) { return address.empty() ? "" : " from " + address; }
 
 }  // namespace
 
-void PeerLog::log(const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts) {
+void PeerLog::poll(Clock::time_point now) {
   using enum wire::PeerVisit::Answer;
+  if (now < next_) return;
+  next_ = now + log_interval;
   std::string stranger, offender;
-  for (const wire::PeerVisit& visit : visits) {
+  for (const wire::PeerVisit& visit : visits_()) {
     if (visit.answer == admitted && !visit.name.empty())
       spdlog::info("{}: {} connected{}", endpoint_, visit.name, from(visit.address));
     if (visit.answer == unknown) stranger = ", one of them" + from(visit.address);
@@ -20,6 +24,7 @@ void PeerLog::log(const std::vector<wire::PeerVisit>& visits, const wire::PeerCo
       offender = "; the last one, " + (visit.name.empty() ? "unnamed" : visit.name) + from(visit.address) + ", sent " +
                  visit.offense;
   }
+  const wire::PeerCounts counts = counts_();
   const auto warn = [&](std::uint64_t wire::PeerCounts::*count, const char* action, const std::string& which) {
     if (counts.*count > logged_.*count)
       spdlog::warn("{}: {} {} connections {}", endpoint_, action, counts.*count - logged_.*count, which);

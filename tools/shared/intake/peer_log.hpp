@@ -4,6 +4,9 @@
 #include "adapters/wire/sockets/streams.hpp"
 
 #include <chrono>
+#include <functional>
+#include <utility>
+#include <vector>
 
 namespace lbea::tool {
 
@@ -11,20 +14,17 @@ namespace lbea::tool {
 class PeerLog {
  public:
   using Clock = std::chrono::steady_clock;
-  /// `endpoint`: its name in the log.
-  explicit PeerLog(const char* endpoint) : endpoint_(endpoint) {}
-  /// Call often. `visits` and `counts` are those of the socket.
-  template <class Visits, class Counts>
-  void poll(Clock::time_point now, const Visits& visits, const Counts& counts) {
-    if (now < next_) return;
-    next_ = now + std::chrono::seconds(1);
-    log(visits(), counts());
-  }
+  /// `endpoint`: its name in the log. `visits` and `counts`: the socket's functions visits() and peers().
+  PeerLog(const char* endpoint, std::function<std::vector<wire::PeerVisit>()> visits,
+          std::function<wire::PeerCounts()> counts)
+      : endpoint_(endpoint), visits_(std::move(visits)), counts_(std::move(counts)) {}
+  /// Call often.
+  void poll(Clock::time_point now);
 
  private:
-  void log(const std::vector<wire::PeerVisit>& visits, const wire::PeerCounts& counts);
-
   const char* endpoint_;
+  std::function<std::vector<wire::PeerVisit>()> visits_;
+  std::function<wire::PeerCounts()> counts_;
   Clock::time_point next_{};
   wire::PeerCounts logged_;
 };

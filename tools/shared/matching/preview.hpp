@@ -28,6 +28,7 @@ class Preview final : public RunObserver {
   /// Copies at most one message per interval, and none while the previous copy is being published.
   void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override;
   [[nodiscard]] const std::string& endpoint() const noexcept { return sink_.endpoint(); }
+  [[nodiscard]] wire::ResultSink& sink() noexcept { return sink_; }  // for its peers
 
  private:
   using Clock = std::chrono::steady_clock;
