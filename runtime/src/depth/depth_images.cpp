@@ -179,6 +179,16 @@ void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) 
     best.offer(static_cast<std::uint32_t>(s), mean_square(code_, observed_, &depths_[s * stride], prices_));
 }
 
+float ThinnedImages::hidden_share(std::uint32_t sample) const noexcept {
+  const auto image = std::span(depths_).subspan(sample * observed_.size(), observed_.size());
+  float filled = 0, hidden = 0;
+  for (std::size_t c = 0; c < image.size(); ++c) {
+    filled += image[c] != empty_cell ? 1.0f : 0.0f;
+    hidden += image[c] != empty_cell && observed_[c] < 0 ? 1.0f : 0.0f;
+  }
+  return hidden / std::max(filled, 1.0f);
+}
+
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric)
     : code_(kernels()),
       prices_(prices_of(metric, camera)),

@@ -104,6 +104,8 @@ class ThinnedImages {
   [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
   /// Offers all samples. observed: padded_cells() depths in steps. Does not allocate.
   void propose(std::span<const float> observed, BestSamples& best) noexcept;
+  /// The share of a sample's filled cells that the frame of the last propose() leaves empty.
+  [[nodiscard]] float hidden_share(std::uint32_t sample) const noexcept;
 
  private:
   static constexpr std::size_t every = 4, most_bytes = std::size_t{256} << 20;

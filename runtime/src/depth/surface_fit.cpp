@@ -113,9 +113,9 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
 
 void SurfaceFitter::choose_candidates(std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
-  if (proposes()) {
+  if (!thinned_.empty()) {
     thinned_.propose(frame_.cells(), proposed_);
-    proposed = proposed_.ranked();
+    if (thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden) proposed = proposed_.ranked();
   }
   best_.rank(frame_.cells(), images.depths, proposed);
   const float step = images.camera.depth_step;

@@ -27,6 +27,8 @@ class SimplexProblem {
 struct FitSettings {
   std::uint32_t proposals = 256;  // samples whose depth images are compared
   std::uint32_t candidates = 24;  // the best of them, which the estimate combines
+  // Share of the surface above which something hides a part of it, and nearest points propose wrong samples
+  float hidden = 0.1f;
   DepthMetric metric;
   // Cost of a sample's share in the estimate, added to the squared residual of the combination:
   float residual_price = 0.2f;   // times the sample's squared residual
@@ -42,10 +44,8 @@ class SurfaceFitter {
   /// Allocates all memory.
   SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings = {});
 
-  /// Whether fit() chooses the samples to compare; not when the ensemble is too large to offer all samples.
-  [[nodiscard]] bool proposes() const noexcept { return !thinned_.empty(); }
-  /// `proposed`: samples to compare, in any order; ignored when proposes(). The index must hold at least one point.
-  /// Does not allocate. The spans of the result and of matches() are valid until the next call.
+  /// `proposed`: samples by eq. 3, in any order. The index must hold at least one point. Does not allocate. The spans
+  /// of the result and of matches() are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {

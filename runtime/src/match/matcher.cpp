@@ -56,7 +56,6 @@ void Matcher::State::project(MatchResult& result) noexcept {
 }
 
 void Matcher::State::search(MatchResult& result) noexcept {
-  if (fitter && fitter->proposes()) return;
   if (config.method == Method::vtp)
     search_vtp(view, *reference, corresponding, best);
   else if (!trees.empty())
@@ -157,8 +156,7 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
       matches(std::min(config.max_matches, view.info.samples)),
       surface(view) {
   if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
-  const bool searches = config.method != Method::vtp && !(fitter && fitter->proposes());
-  if (searches && is_worth_a_tree(view.info.samples, best.capacity()))
+  if (config.method != Method::vtp && is_worth_a_tree(view.info.samples, best.capacity()))
     for (const ReferenceView& r : view.references) trees.emplace_back(r.coefficients, view.info.modes);
 }
 
