@@ -10,6 +10,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -103,6 +104,12 @@ void PartialFile::start_write_back() noexcept {
   static_cast<void>(::sync_file_range(descriptor_, static_cast<off_t>(started_), static_cast<off_t>(size_ - started_),
                                       SYNC_FILE_RANGE_WRITE));
   started_ = size_;
+}
+
+std::uint64_t PartialFile::free_bytes() const noexcept {
+  struct statvfs space {};
+  if (::fstatvfs(descriptor_, &space) != 0) return Sink::free_bytes();
+  return std::uint64_t{space.f_bavail} * space.f_frsize;
 }
 
 int PartialFile::sync() noexcept { return ::fdatasync(descriptor_) == 0 ? 0 : errno; }

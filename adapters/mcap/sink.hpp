@@ -3,6 +3,8 @@
 
 #include "adapters/mcap/bytes.hpp"
 
+#include <limits>
+
 namespace lbea::mcap {
 
 /// Functions return 0 or the system's error number. One thread at a time, except sync().
@@ -15,6 +17,8 @@ class Sink {
   [[nodiscard]] virtual int sync() noexcept = 0;
   /// Forces everything to the disk and gives the file its final name.
   [[nodiscard]] virtual int commit() noexcept = 0;
+  /// Bytes that may still be appended, as far as is known.
+  [[nodiscard]] virtual std::uint64_t free_bytes() const noexcept { return std::numeric_limits<std::uint64_t>::max(); }
   /// Whether the destructor keeps the appended bytes without a successful commit(). The default is no.
   virtual void keep(bool wanted) noexcept { static_cast<void>(wanted); }
 };
@@ -36,6 +40,7 @@ class PartialFile final : public Sink {
   [[nodiscard]] int append(std::span<const Bytes> pieces) noexcept override;
   [[nodiscard]] int sync() noexcept override;
   [[nodiscard]] int commit() noexcept override;
+  [[nodiscard]] std::uint64_t free_bytes() const noexcept override;
   void keep(bool wanted) noexcept override { kept_ = wanted; }
 
  private:

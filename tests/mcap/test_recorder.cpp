@@ -33,6 +33,7 @@ class SharedSink final : public mcap::Sink {
     std::mutex mutex;
     MemorySink memory;
     std::atomic<std::chrono::milliseconds> stall{std::chrono::milliseconds(0)};
+    std::uint64_t capacity = std::numeric_limits<std::uint64_t>::max();
     mcap::Buffer snapshot() {
       const std::lock_guard lock(mutex);
       return memory.bytes;
@@ -42,7 +43,13 @@ class SharedSink final : public mcap::Sink {
   int append(std::span<const mcap::Bytes> pieces) noexcept override {
     std::this_thread::sleep_for(state_->stall.load());
     const std::lock_guard lock(state_->mutex);
-    return state_->memory.append(pieces);
+    std::uint64_t bytes = 0;
+    for (const mcap::Bytes piece : pieces) bytes += piece.size();
+    return bytes > state_->capacity - state_->memory.bytes.size() ? ENOSPC : state_->memory.append(pieces);
+  }
+  [[nodiscard]] std::uint64_t free_bytes() const noexcept override {
+    const std::lock_guard lock(state_->mutex);
+    return state_->capacity - state_->memory.bytes.size();
   }
   int sync() noexcept override { return 0; }  // called by another thread, so not numbered
   int commit() noexcept override {
@@ -206,6 +213,30 @@ TEST_CASE("a slow disk and a full ring: every loss is counted, everything else i
   const auto reports = on_channel(heard.messages, status_channel);
   REQUIRE_FALSE(reports.empty());
   CHECK(reports.back().data.find("\"lost_frames\":{\"no_room\":" + std::to_string(lost) + ",") != std::string::npos);
+}
+
+TEST_CASE("on a full disk frames are lost, but results and states are recorded and the file is closed") {
+  const auto disk = std::make_shared<SharedSink::State>();
+  disk->capacity = 1'000'000;
+  RecorderConfig config = small_config();
+  config.frame_ring_bytes = 8 << 20;
+  Recorder recorder(std::make_unique<SharedSink>(disk), config, a_start());
+  std::vector<Said> notes;
+  for (std::uint32_t i = 0; i < 200; ++i) {  // 4 MB of frames, 20 kB of notes
+    CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, i, 20'000))));
+    notes.push_back(numbered(2, i, 100));
+    CHECK(recorder.put(Recorder::Queue::notes, to_message(notes.back())));
+    if (i % 10 == 0) std::this_thread::sleep_for(10ms);
+  }
+  const RecorderStatus status = recorder.finish();
+  CHECK(status.phase == RecordingPhase::finished);
+  CHECK(status.frames.recorded > 20);
+  CHECK(status.frames.write_failed == 200 - status.frames.recorded);
+  CHECK(status.notes.lost() == 0);
+  CHECK(status.last_error == ENOSPC);
+  const Heard heard = hear(disk->memory.bytes);
+  check_sound(heard.audit);
+  CHECK(on_channel(heard.messages, 2) == notes);
 }
 
 TEST_CASE("a message larger than the ring is lost and counted") {

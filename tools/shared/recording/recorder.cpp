@@ -1,5 +1,7 @@
 #include "tools/shared/recording/recorder.hpp"
 
+#include <algorithm>
+#include <cerrno>
 #include <limits>
 #include <new>
 
@@ -13,11 +15,16 @@ constexpr auto poll_interval = 2ms;  // of the rings; a crash may lose what is y
 constexpr std::chrono::nanoseconds grace = 200ms;  // messages of the window may arrive this late
 constexpr std::int64_t no_trigger = std::numeric_limits<std::int64_t>::min();
 
+RecorderConfig with_reserve(RecorderConfig config, const mcap::Sink& sink) {
+  config.disk_reserve_bytes = std::min(config.disk_reserve_bytes, sink.free_bytes() / 8);
+  return config;
+}
+
 }  // namespace
 
 Recorder::Recorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& config, const RecordingStart& start)
     : sink_(std::move(sink)),
-      config_(config),
+      config_(with_reserve(config, *sink_)),
       definitions_(start, config.definitions_interval),
       frames_(config.frame_ring_bytes, definitions_),
       notes_(config.note_ring_bytes, definitions_),
@@ -117,10 +124,22 @@ void Recorder::record(bool last) {
 bool Recorder::write_chunk() {
   const RecordQueue::Batch notes = notes_.front(config_.chunk_bytes, window_end_ns());
   const RecordQueue::Batch frames = frames_.front(config_.chunk_bytes, window_end_ns());
-  const bool written = file_.write(notes.records, frames.records, status());
-  notes_.release(notes, written);
-  frames_.release(frames, written);
+  const bool has_both = write_both(notes, frames);
+  // Results and states are smaller: alone, they may find room on a full disk.
+  const bool has_notes =
+      has_both || (!notes.records.empty() && !frames.records.empty() && file_.write(notes.records, {}, status()));
+  notes_.release(notes, has_notes);
+  frames_.release(frames, has_both);
   return !notes.records.empty() || !frames.records.empty();
+}
+
+/// Writes both as one chunk; false when there is no room for the frames besides the reserve, or the sink failed.
+bool Recorder::write_both(const RecordQueue::Batch& notes, const RecordQueue::Batch& frames) {
+  if (!frames.records.empty() && sink_->free_bytes() < config_.disk_reserve_bytes + frames.records.size()) {
+    disk_.last_error = ENOSPC;
+    return false;
+  }
+  return file_.write(notes.records, frames.records, status());
 }
 
 std::int64_t Recorder::window_begin_ns() const noexcept { return trigger_ns_ - config_.window->before.count(); }

@@ -43,6 +43,7 @@ class Recorder {
   void begin_window();
   void record(bool last);
   bool write_chunk();
+  bool write_both(const RecordQueue::Batch& notes, const RecordQueue::Batch& frames);
   void end_file() noexcept;
   void discard_rest();
   [[nodiscard]] std::size_t waiting_bytes() const noexcept { return frames_.used() + notes_.used(); }

@@ -20,6 +20,8 @@ struct RecorderConfig {
   std::chrono::milliseconds longest_wait{5};              // ... or when its first message has waited this long
   std::chrono::milliseconds sync_interval{1000};          // between two syncs to the disk; 0: only at the end
   std::chrono::milliseconds definitions_interval{1000};   // between repetitions of schemas and channels
+  // Frames leave this much of the disk, at most an eighth of what is free at the start, to results and states.
+  std::uint64_t disk_reserve_bytes = std::uint64_t{64} << 20;
   mcap::Compression compression = mcap::Compression::none;
   std::optional<RecordWindow> window;  // none: everything is recorded
 };
