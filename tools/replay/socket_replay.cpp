@@ -22,6 +22,7 @@ constexpr auto stop_interval = 50ms;  // longest delay of a stop
 constexpr auto ready_interval = 50ms;
 constexpr auto longest_flush = 2000ms;
 constexpr auto longest_silence = 5000ms;
+constexpr std::int64_t longest_disorder_ns = 1'000'000'000, long_pause_ns = 10'000'000'000;
 
 std::optional<wire::WireState> first_state(wire::ResultSource& results, const std::function<bool()>& stop) {
   wire::WireState state;
@@ -83,11 +84,16 @@ class Sender {
 bool Pace::wait_for(std::int64_t log_time_ns) {
   if (config_.steps) return wait_for_line();
   if (config_.speed == 0) return !stop_();
-  if (!begun_) {
+  // Older recordings may contain a step of the clock: backwards, the pace starts anew.
+  if (!begun_ || log_time_ns < last_ns_ - longest_disorder_ns) {
     begun_ = true;
     begin_ = Clock::now();
     first_ns_ = log_time_ns;
+  } else if (log_time_ns > last_ns_ + long_pause_ns) {
+    spdlog::info("no frame for {:.0f} s of the recording; --fast does not wait",
+                 1e-9 * static_cast<double>(log_time_ns - last_ns_));
   }
+  last_ns_ = log_time_ns;
   const double offset_ns = static_cast<double>(log_time_ns - first_ns_) / config_.speed;
   const auto due = begin_ + std::chrono::nanoseconds(static_cast<std::int64_t>(offset_ns));
   while (!stop_() && Clock::now() < due) std::this_thread::sleep_until(std::min(due, Clock::now() + stop_interval));

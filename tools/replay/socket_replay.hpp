@@ -34,7 +34,7 @@ class Pace {
   std::function<bool()> stop_;
   bool begun_ = false;
   Clock::time_point begin_{};
-  std::int64_t first_ns_ = 0;
+  std::int64_t first_ns_ = 0, last_ns_ = 0;
   std::chrono::nanoseconds worst_{0};
 };
 

@@ -15,9 +15,19 @@
 
 namespace lbea::wire {
 
-/// The clock of all stamps and recordings: ns since 1970.
-[[nodiscard]] inline std::int64_t wall_clock_ns() noexcept {
+/// The system's clock: ns since 1970.
+[[nodiscard]] inline std::int64_t system_clock_ns() noexcept {
   return std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+/// The clock of all stamps and recordings: ns since 1970 by the steady clock. A step of the system's clock while the
+/// program runs does not change it.
+[[nodiscard]] inline std::int64_t wall_clock_ns() noexcept {
+  const auto steady_ns = [] {
+    return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+  };
+  static const std::int64_t offset_ns = system_clock_ns() - steady_ns();
+  return steady_ns() + offset_ns;
 }
 
 /// The status of a message; names and numbers are those of schema/counters.fbs.

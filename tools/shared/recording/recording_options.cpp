@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <system_error>
 
@@ -17,6 +18,7 @@ constexpr auto log_interval = std::chrono::seconds(1);
 constexpr auto disk_interval = std::chrono::milliseconds(500);
 constexpr std::size_t megabyte = std::size_t{1} << 20;
 constexpr double most_window_s = 86'400;
+constexpr std::int64_t least_clock_step_ns = 100'000'000;
 
 volatile std::sig_atomic_t trigger_requested = 0;
 
@@ -124,8 +126,19 @@ void RecordingLog::forward_trigger() {
     spdlog::warn("SIGUSR1: there is no --record-window to trigger; the signal is ignored");
 }
 
+void RecordingLog::log_clock_step() {
+  const std::int64_t step_ns = wire::system_clock_ns() - wire::wall_clock_ns();
+  if (std::abs(step_ns - clock_step_ns_) < least_clock_step_ns) return;
+  spdlog::warn(
+      "the system's clock stepped by {:.1f} s; the times of results and recordings go on without the step until this "
+      "program is restarted",
+      1e-9 * static_cast<double>(step_ns - clock_step_ns_));
+  clock_step_ns_ = step_ns;
+}
+
 void RecordingLog::poll() {
   forward_trigger();
+  log_clock_step();
   if (recorder_ == nullptr) return;
   log_changes(recorder_->status());
   if (const auto now = Clock::now(); now - last_disk_check_ >= disk_interval) {

@@ -36,7 +36,7 @@ class RecordingLog {
  public:
   /// `recorder` may be null; then a trigger only causes a warning.
   RecordingLog(RunRecorder* recorder, std::string file) : recorder_(recorder), file_(std::move(file)) {}
-  /// Call periodically: forwards a trigger and logs changes.
+  /// Call periodically: forwards a trigger, logs changes, and steps of the system's clock.
   void poll();
   /// Ends the file and logs its state; false when anything is missing in it.
   bool finish();
@@ -44,6 +44,7 @@ class RecordingLog {
  private:
   using Clock = std::chrono::steady_clock;
   void forward_trigger();
+  void log_clock_step();
   void log_changes(const RecorderStatus& status);
   void log_end(const RecorderStatus& status);
   [[nodiscard]] std::uint64_t lost() const;
@@ -51,6 +52,7 @@ class RecordingLog {
   std::string file_;
   wire::RecordingPhase phase_ = wire::RecordingPhase::recording;
   std::uint64_t lost_ = 0, failed_syncs_ = 0;
+  std::int64_t clock_step_ns_ = 0;  // since the start
   Clock::time_point last_loss_{}, last_warning_{}, last_disk_check_{};
 };
 
