@@ -66,8 +66,8 @@ void report(const std::vector<Privilege>& privileges) {
                 privilege.detail);
 }
 
-/// Runs until a stop signal; reports to systemd as long as all threads advance.
-void supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog& recording,
+/// Runs until a stop signal; reports to systemd as long as all threads advance. False when the model was overwritten.
+bool supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog& recording, ModelWatch& model,
                const ServiceNotify& service) {
   Watchdog watchdog(pipeline);
   auto next_status = std::chrono::steady_clock::now();
@@ -75,6 +75,7 @@ void supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog&
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     recording.poll();
     pipeline.write_log();
+    if (!model.poll()) return false;
     const auto now = std::chrono::steady_clock::now();
     if (watchdog.poll(now)) service.alive();
     for (PeerLog& peers : peer_logs) peers.poll(now);
@@ -82,6 +83,7 @@ void supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog&
     service.status(tally_line(pipeline.counters()));
     next_status = now + std::chrono::seconds(1);
   }
+  return true;
 }
 
 /// The observers that publish on sockets of their own.
@@ -116,7 +118,7 @@ std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
   return logs;
 }
 
-int serve_model(const ServeOptions& options, const Model& model) {
+int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
   wire::WireContext context;
   const ServiceNotify service;
@@ -142,7 +144,8 @@ int serve_model(const ServeOptions& options, const Model& model) {
   warn_of_unbounded_peers();
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
-  supervise(pipeline, peer_logs(pipeline, publishers), recording, service);
+  ModelWatch model_watch(model, options.model_file, !is_held);
+  const bool has_model = supervise(pipeline, peer_logs(pipeline, publishers), recording, model_watch, service);
   service.stopping();
   pipeline.stop();
   pipeline.write_log();
@@ -151,7 +154,7 @@ int serve_model(const ServeOptions& options, const Model& model) {
   const wire::Counters counters = pipeline.counters();
   wait_for_log();
   print_last_line(options.json ? tally_json(counters) : tally_line(counters));
-  return is_complete(counters) && all_recorded ? exit_ok : exit_failed;
+  return has_model && is_complete(counters) && all_recorded ? exit_ok : exit_failed;
 }
 
 int serve(ServeOptions options) {
@@ -166,9 +169,10 @@ int serve(ServeOptions options) {
   if (options.check) return check(options);
   read_pose_file(options);
   const Model model = Model::open(options.model_file);
+  const bool is_held = model.hold(options.matcher.method);
   report(request_for_process(options.privileges, &model, options.matcher.method));
   require_memory(options);
-  return serve_model(options, model);
+  return serve_model(options, model, is_held);
 }
 
 }  // namespace

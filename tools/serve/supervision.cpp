@@ -29,4 +29,20 @@ bool Watchdog::poll(Clock::time_point now) {
   return all_advanced;
 }
 
+bool ModelWatch::poll() {
+  if (has_warned_ || !model_.file_was_written()) return !(has_warned_ && needs_file_);
+  has_warned_ = true;
+  if (needs_file_)
+    spdlog::error(
+        "{} was written to while frames are matched with it: the program ends, because they would be matched wrongly; "
+        "replace a model by renaming another file (mv), then restart",
+        file_);
+  else
+    spdlog::warn(
+        "{} was written to: frames are still matched with the former model, but no field is inferred any more; restart "
+        "to use the new model",
+        file_);
+  return !needs_file_;
+}
+
 }  // namespace lbea::tool

@@ -21,4 +21,20 @@ class Watchdog {
   bool has_warned_ = false;
 };
 
+/// Notices that the model's file is written to while it is used.
+class ModelWatch {
+ public:
+  /// `needs_file`: frames are matched with what is in the file, not with a copy.
+  ModelWatch(const Model& model, std::string file, bool needs_file)
+      : model_(model), file_(std::move(file)), needs_file_(needs_file) {}
+  /// Call often. False when matches would be wrong from now on. Logs once what has happened.
+  bool poll();
+
+ private:
+  const Model& model_;
+  std::string file_;
+  bool needs_file_;
+  bool has_warned_ = false;
+};
+
 }  // namespace lbea::tool

@@ -136,6 +136,14 @@ class LBEA_API Model {
   [[nodiscard]] std::uint64_t bytes() const noexcept;
   /// Size of the part that matching by `method` may read in any frame; for vtp that is the whole file.
   [[nodiscard]] std::uint64_t hot_bytes(Method method = Method::lbea) const noexcept;
+  /// Replaces exactly that part by a copy, which writing to the file does not change. False when the copy does not fit
+  /// into three quarters of the machine's memory. Call it before the model is used. Throws
+  /// Error{bad_config | corrupt_model} when the system grants no memory, or the file was written to since it was
+  /// opened.
+  bool hold(Method method = Method::lbea) const;
+  /// Whether the file was written to since it was opened. Then what is read from it may be wrong, and reading ends the
+  /// process (SIGBUS) if the file became shorter. Replacing the file by renaming another one is safe.
+  [[nodiscard]] bool file_was_written() const noexcept;
   /// Locks exactly that part in RAM as long as the model is open, even when the process has locked all its memory
   /// before. False when the system refuses, with the reason in errno. For a model in the caller's memory, unlocking the
   /// other parts is left to the caller.

@@ -13,20 +13,6 @@
 namespace lbea {
 namespace {
 
-class Descriptor {
- public:
-  explicit Descriptor(const char* path) : value_(::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
-  ~Descriptor() {
-    if (value_ >= 0) ::close(value_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int value() const noexcept { return value_; }
-
- private:
-  int value_;
-};
-
 /// The whole pages that hold `bytes`.
 std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
   static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
@@ -43,15 +29,21 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
 
 }  // namespace
 
-MappedFile::MappedFile(const std::filesystem::path& file) {
-  const Descriptor descriptor(file.c_str());
-  if (descriptor.value() < 0) fail(file, "cannot open the model");
+Descriptor::Descriptor(const char* path) noexcept : value_(::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+
+Descriptor::~Descriptor() {
+  if (value_ >= 0) ::close(value_);
+}
+
+MappedFile::MappedFile(const std::filesystem::path& file) : file_(file), descriptor_(file.c_str()) {
+  if (descriptor_.value() < 0) fail(file, "cannot open the model");
   struct stat info {};
-  if (::fstat(descriptor.value(), &info) != 0) fail(file, "cannot read the size of the model");
+  if (::fstat(descriptor_.value(), &info) != 0) fail(file, "cannot read the size of the model");
   if (!S_ISREG(info.st_mode)) throw Error(Status::not_a_model, file.string() + ": not a regular file");
+  opened_ = version();
   if (info.st_size == 0) return;
   const auto size = static_cast<std::size_t>(info.st_size);
-  void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, descriptor.value(), 0);
+  void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, descriptor_.value(), 0);
   if (address == MAP_FAILED) fail(file, "cannot map the model");
   bytes_ = {static_cast<const std::byte*>(address), size};
 }
@@ -65,6 +57,31 @@ void MappedFile::expect_sequential(bool is_sequential) const noexcept {
   if (!bytes_.empty())
     ::madvise(const_cast<std::byte*>(bytes_.data()), bytes_.size(), is_sequential ? MADV_SEQUENTIAL : MADV_NORMAL);
 }
+
+void MappedFile::hold(std::span<const std::byte> part) const {
+  auto pages = pages_of(part);
+  const auto whole = pages;
+  constexpr int flags = MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED;
+  auto offset = static_cast<off_t>(pages.data() - bytes_.data());
+  if (::mmap(pages.data(), pages.size(), PROT_READ | PROT_WRITE, flags, -1, 0) == MAP_FAILED)
+    throw Error(Status::bad_config, file_.string() + ": no memory for a copy of the model: " + std::strerror(errno));
+  while (!pages.empty() && offset < static_cast<off_t>(bytes_.size())) {
+    const ssize_t read = ::pread(descriptor_.value(), pages.data(), pages.size(), offset);
+    if (read < 0 && errno == EINTR) continue;
+    if (read <= 0) throw Error(Status::corrupt_model, file_.string() + ": changed while it was read; start again");
+    offset += read;
+    pages = pages.subspan(static_cast<std::size_t>(read));
+  }
+  ::mprotect(whole.data(), whole.size(), PROT_READ);
+}
+
+MappedFile::Version MappedFile::version() const noexcept {
+  struct stat info {};
+  if (::fstat(descriptor_.value(), &info) != 0) return {};
+  return {info.st_size, info.st_mtim.tv_sec, info.st_mtim.tv_nsec};
+}
+
+bool MappedFile::was_written() const noexcept { return version() != opened_; }
 
 void release_pages(std::span<const std::byte> bytes) noexcept {
   const auto pages = pages_of(bytes);

@@ -2,10 +2,24 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 
 namespace lbea {
+
+/// A file descriptor, closed at the end.
+class Descriptor {
+ public:
+  explicit Descriptor(const char* path) noexcept;
+  ~Descriptor();
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  [[nodiscard]] int value() const noexcept { return value_; }
+
+ private:
+  int value_;
+};
 
 class MappedFile {
  public:
@@ -17,8 +31,23 @@ class MappedFile {
   [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
   /// Tells the system whether the file is read from front to end.
   void expect_sequential(bool is_sequential) const noexcept;
+  /// Replaces the pages of a part, in place, by a copy in memory, which changes of the file do not reach. Throws
+  /// Error{bad_config | corrupt_model} when there is no memory, or the file cannot be read again.
+  void hold(std::span<const std::byte> part) const;
+  /// Whether the file was written to or truncated since it was opened. Renaming another file to its name does not
+  /// count.
+  [[nodiscard]] bool was_written() const noexcept;
 
  private:
+  struct Version {
+    std::int64_t bytes = -1, seconds = 0, nanoseconds = 0;
+    friend bool operator==(const Version&, const Version&) = default;
+  };
+  [[nodiscard]] Version version() const noexcept;
+
+  std::filesystem::path file_;
+  Descriptor descriptor_;
+  Version opened_;
   std::span<const std::byte> bytes_;
 };
 

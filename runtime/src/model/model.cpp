@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include <unistd.h>
+
 namespace lbea {
 namespace {
 
@@ -55,6 +57,12 @@ std::uint64_t size_of(const std::vector<std::span<const std::byte>>& parts) noex
   return bytes;
 }
 
+/// Whether the machine can hold a copy. What is mapped instead may be dropped from memory and read again.
+bool fits_into_memory(std::uint64_t bytes) noexcept {
+  const auto pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
+  return bytes <= static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page) / 4 * 3;
+}
+
 }  // namespace
 
 std::string_view to_string(Status status) noexcept {
@@ -86,6 +94,16 @@ std::uint64_t Model::bytes() const noexcept { return view_->image.size(); }
 std::uint64_t Model::hot_bytes(Method method) const noexcept {
   return method == Method::vtp ? bytes() : bytes() - size_of(view_->cold);
 }
+bool Model::hold(Method method) const {
+  if (view_->owner == nullptr) return true;
+  if (!fits_into_memory(hot_bytes(method))) return false;
+  const std::vector<std::span<const std::byte>> whole{view_->image};
+  for (const auto part : method == Method::vtp ? whole : hot_parts(*view_)) view_->owner->hold(part);
+  if (file_was_written())
+    throw Error(Status::corrupt_model, "the model's file was written to while it was read; start again");
+  return true;
+}
+bool Model::file_was_written() const noexcept { return view_->owner != nullptr && view_->owner->was_written(); }
 bool Model::lock(Method method) const {
   if (method == Method::vtp) return lock_pages(view_->image, true);
   if (view_->owner != nullptr)

@@ -11,6 +11,8 @@
 
 namespace lbea {
 
+class MappedFile;
+
 /// The sections of one reference mesh. Shapes as in FORMAT.md, sections 33 to 41.
 struct ReferenceView {
   std::span<const std::uint32_t> vertex_nodes;
@@ -69,8 +71,8 @@ struct ModelView {
   std::uint64_t file_checksum = 0;  // of the directory, which covers every section: identifies this model
   std::span<const std::byte> image;
   std::vector<std::span<const std::byte>>
-      cold;                           // parts of the image that match() by lbea and fit does not read, ascending
-  std::shared_ptr<const void> owner;  // the mapping, when the model owns one
+      cold;                                 // parts of the image that match() by lbea and fit does not read, ascending
+  std::shared_ptr<const MappedFile> owner;  // null for a model in the caller's memory
 
   /// The sample's landmarks: first those on the observed surface, then those on the whole component.
   [[nodiscard]] std::span<const float> landmarks(std::uint32_t sample) const noexcept {

@@ -48,6 +48,14 @@ const std::terminate_handler default_handler = std::set_terminate(end);
   std::abort();
 }
 
+/// A mapped file has become shorter, or its disk has failed.
+[[noreturn]] void end_without_file(int) {
+  constexpr char sentence[] =
+      "error: a file became shorter while it was read, or its disk failed; replace files by renaming others (mv)\n";
+  static_cast<void>(!::write(STDERR_FILENO, sentence, sizeof(sentence) - 1));
+  ::_exit(exit_failed);
+}
+
 std::string sentence_of(const std::system_error& error) {
   if (error.code() != std::errc::resource_unavailable_try_again) return error.what();
   return "the system grants no further thread or process; end others, or raise the limit (ulimit -u, TasksMax=)";
@@ -80,6 +88,7 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   // A write beyond the file-size limit, or to a pipe without a reader, then fails with an error instead of a signal.
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGBUS, end_without_file);
   if (const auto parsed = parse(argc, argv)) return *parsed == 0 ? exit_ok : exit_usage;
   try {
     for (const auto& check : usage_checks_) check();

@@ -1,0 +1,58 @@
+// Another model is copied (cp) over the file of a running matcher.
+#include "tests/mcap/bench.hpp"
+
+using namespace lbea::test;
+
+namespace {
+
+const std::string sensor_json = (data() / "rail-demo/sensor.json").string();
+
+/// A matcher with a copy of the model that the test may overwrite.
+std::unique_ptr<Process> serve_copy(Bench& bench, const std::string& method) {
+  std::filesystem::copy_file(LBEA_MODEL, bench.file("model.lbea"));
+  return bench.start({LBEA_SERVE, bench.file("model.lbea"), "--frames", bench.frames(), "--results", bench.results(),
+                      "--method", method, "--pose", sensor_json, "--json"},
+                     "serve", "ready: frames on ");
+}
+
+void overwrite(const Bench& bench) {
+  std::filesystem::copy_file(LBEA_OTHER_MODEL, bench.file("model.lbea"),
+                             std::filesystem::copy_options::overwrite_existing);
+}
+
+/// The best match of frame 3, sent as the only one of this session.
+lbea::Match matched(Camera& camera, ResultSource& results, std::uint64_t session) {
+  camera.send(3, session);
+  camera.end(4, session);
+  WireResult result;
+  while (true) {
+    const auto message = results.receive(30s);
+    REQUIRE(message);
+    if (decode_result(*message, result) != WireStatus::ok || result.session != session) continue;
+    REQUIRE(fate_of(result.status) == Fate::matched);
+    return {result.matches.front().sample, result.matches.front().distance};
+  }
+}
+
+}  // namespace
+
+TEST_CASE("cp over the model of a running matcher: frames are matched as before, and the log says what to do") {
+  for (const std::string method : {"lbea", "fit", "vtp"}) {
+    CAPTURE(method);
+    Bench bench;
+    const auto server = serve_copy(bench, method);
+    WireContext context;
+    ResultSource results(context, bench.results());
+    REQUIRE(results.receive(30s));
+    Camera camera(context, bench.frames());
+    camera.look_from(sensor_json);
+    const lbea::Match before = matched(camera, results, 1);
+    overwrite(bench);
+    CHECK(
+        eventually([&] { return contains(text_of(bench.file("serve.err")), "still matched with the former model"); }));
+    const lbea::Match after = matched(camera, results, 2);
+    CHECK(after.sample == before.sample);
+    CHECK(after.distance == before.distance);
+    CHECK(stop(*server) == 0);
+  }
+}
