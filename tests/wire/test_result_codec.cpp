@@ -44,6 +44,7 @@ WireResult some_result() {
   result.counters.duplicates = 17;
   result.counters.sessions = 18;
   result.counters.unannounced = 19;
+  result.counters.interleaved = 22;
   result.counters.recorded = 20;
   result.counters.unrecorded = 21;
   result.receive_ns = 20;
@@ -259,9 +260,9 @@ TEST_CASE("every status has a name, a sentence and a fate") {
   CHECK(to_string(static_cast<WireStatus>(wire_status_count)) == "unknown_status");
   CHECK(counters.sum(Fate::matched) == 0b11);
   CHECK(counters.sum(Fate::rejected) == 0b1'0000'1111'1111'1100);
-  CHECK(counters.sum(Fate::dropped) == 0b1101'0000'0000'0000);
+  CHECK(counters.sum(Fate::dropped) == 0b10'1101'0000'0000'0000);
   // missed and withheld are not received
-  counters.received = 0b1'0001'1111'1111'1111;
+  counters.received = 0b11'0001'1111'1111'1111;
   CHECK(counters.adds_up());
   ++counters.received;
   CHECK_FALSE(counters.adds_up());

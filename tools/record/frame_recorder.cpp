@@ -96,6 +96,7 @@ void FrameRecorder::on_idle() noexcept {
 void FrameRecorder::write_log() {
   log_.write();
   log_.write(senders());
+  log_.write(account_.counters.load());
   peers_.poll(PeerLog::Clock::now());
 }
 

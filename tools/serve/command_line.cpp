@@ -62,6 +62,8 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_matching_options(tool, options);
   tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
       ->check(in_range(1u, 4096u));
+  tool.add_flag("--one-sender", options.pipeline.one_sender,
+                "drop the frames of a second sender until the first one says goodbye or is silent for 3 s");
   auto* record =
       tool.add_option("--record", options.recording.file,
                       "record all frames and results to this file (MCAP), which must not exist yet; its name may "

@@ -23,8 +23,8 @@ namespace {
 constexpr auto description =
     "Matches frames as they arrive and publishes a result for each.\n"
     "A frame without a free slot in the queue is dropped, counted, and published as a result.\n"
-    "The exit code is 1 when any frame was dropped, when ids are missing between those received, when something\n"
-    "could not be recorded, or when the tally does not add up.";
+    "The exit code is 1 when any frame was dropped, when ids are missing between those received, when senders\n"
+    "alternate, when something could not be recorded, or when the tally does not add up.";
 
 PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) {
   PipelineConfig config = options.pipeline;

@@ -34,6 +34,9 @@ void write_frames(http::MetricsText& page, const wire::Counters& counters) {
       .value(counters.unannounced)
       .metric("lbea_sender_sessions_total", "counter", "Sender sessions")
       .value(counters.sessions)
+      .metric("lbea_frames_interleaved_total", "counter",
+              "Returns to a sender while the test of another one was running")
+      .value(counters.interleaved)
       .metric("lbea_senders_silent", "gauge", "Senders without a message for seconds and without a goodbye")
       .value(counters.silent)
       .metric("lbea_ends_of_stream_total", "counter", "Ends of stream that senders announced")
@@ -125,6 +128,11 @@ std::string silence(const wire::Counters& counters) {
   return " (" + std::to_string(counters.silent) + " gone without goodbye: their withheld captures are unknown)";
 }
 
+std::string interleaving(const wire::Counters& counters) {
+  if (counters.interleaved == 0) return {};
+  return " WHOSE FRAMES ALTERNATE (" + std::to_string(counters.interleaved) + " returns)";
+}
+
 std::string recording_text(const wire::Counters& counters) {
   if (counters.recorded == 0 && counters.unrecorded == 0) return {};
   return "; recorded " + std::to_string(counters.recorded) + ", NOT recorded " + std::to_string(counters.unrecorded);
@@ -144,7 +152,7 @@ std::string tally_line(const wire::Counters& counters) {
          reasons(counters, wire::Fate::matched) + " + rejected " + reasons(counters, wire::Fate::rejected) +
          " + dropped " + reasons(counters, wire::Fate::dropped) + "; received " + std::to_string(counters.received) +
          ", reordered " + std::to_string(counters.reordered) + ", sessions " + std::to_string(counters.sessions) +
-         silence(counters) + recording_text(counters);
+         interleaving(counters) + silence(counters) + recording_text(counters);
 }
 
 std::string tally_json(const wire::Counters& counters) {
@@ -162,6 +170,7 @@ std::string tally_json(const wire::Counters& counters) {
   json["duplicates"] = counters.duplicates;
   json["reordered"] = counters.reordered;
   json["sessions"] = counters.sessions;
+  json["interleaved"] = counters.interleaved;
   json["silent"] = counters.silent;
   json["ends_of_stream"] = counters.of(wire::WireStatus::end_of_stream);
   json["unannounced"] = counters.unannounced;
@@ -173,7 +182,7 @@ std::string tally_json(const wire::Counters& counters) {
 
 bool is_complete(const wire::Counters& counters) {
   return counters.adds_up() && counters.sum(wire::Fate::dropped) == 0 && counters.silent == 0 &&
-         counters.unrecorded == 0;
+         counters.interleaved == 0 && counters.unrecorded == 0;
 }
 
 std::string metrics_page(const Pipeline& pipeline) {

@@ -11,8 +11,8 @@ namespace lbea::tool {
 [[nodiscard]] std::string tally_line(const wire::Counters& counters);
 /// The same as one JSON object.
 [[nodiscard]] std::string tally_json(const wire::Counters& counters);
-/// The counters add up, nothing was dropped or missed, every sender said goodbye, and the recording, if any, is
-/// complete.
+/// The counters add up, nothing was dropped or missed, every sender said goodbye, no two senders alternated, and the
+/// recording, if any, is complete.
 [[nodiscard]] bool is_complete(const wire::Counters& counters);
 
 /// The metrics of a running matcher in Prometheus's text format. Any thread.

@@ -31,6 +31,8 @@ constexpr std::array<StatusText, wire_status_count> status_texts{{
      "later ids arrived, this one did not: the connection broke, or the message was over the size limit"},
     {"withheld", Fate::dropped, "the sender captured it and had no room to send it; send fewer frames"},
     {"duplicate", Fate::rejected, "a frame with this id arrived before; give every capture its own id"},
+    {"other_sender", Fate::dropped,
+     "the test of another sender is running (--one-sender); stop one of the two, or wait for the other's goodbye"},
 }};
 
 constexpr StatusText unknown_text{"unknown_status", Fate::not_a_capture, "a status that this version does not know"};

@@ -54,8 +54,10 @@ enum class WireStatus : std::uint8_t {
   withheld,
   // rejected
   duplicate,
+  // dropped
+  other_sender,
 };
-inline constexpr std::size_t wire_status_count = 17;
+inline constexpr std::size_t wire_status_count = 18;
 /// Stable lower-case name, e.g. "bad_layout"; "unknown_status" for a value that is none of the above.
 [[nodiscard]] std::string_view to_string(WireStatus status) noexcept;
 /// What is wrong and what to do, for a log line.
@@ -94,6 +96,7 @@ struct Counters {
   std::uint64_t reordered = 0;   // frames that arrived after one with a higher id; no longer missed
   std::uint64_t sessions = 0;
   std::uint64_t silent = 0;       // senders without a message for seconds and without a goodbye
+  std::uint64_t interleaved = 0;  // returns to a sender while the test of another one was running
   std::uint64_t unannounced = 0;  // rejected or dropped frames without a published result
   std::uint64_t recorded = 0;     // frames in the recording
   std::uint64_t unrecorded = 0;   // frames and results missing from the recording

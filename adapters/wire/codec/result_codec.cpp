@@ -50,7 +50,7 @@ Offset<schema::Counters> build(FlatBufferBuilder& builder, const Counters& count
   return schema::CreateCounters(builder, counters.received, counters.sum(Fate::matched), counters.sum(Fate::rejected),
                                 counters.sum(Fate::dropped), by_status, counters.missed, counters.duplicates,
                                 counters.sessions, counters.unannounced, counters.recorded, counters.unrecorded,
-                                counters.reordered, counters.silent);
+                                counters.reordered, counters.silent, counters.interleaved);
 }
 
 Counters read(const schema::Counters* from) {
@@ -69,6 +69,7 @@ Counters read(const schema::Counters* from) {
   counters.unrecorded = from->unrecorded();
   counters.reordered = from->reordered();
   counters.silent = from->silent();
+  counters.interleaved = from->interleaved();
   return counters;
 }
 

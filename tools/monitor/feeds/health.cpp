@@ -43,6 +43,7 @@ nlohmann::json to_json(const wire::Counters& counters) {
           {"dropped", counters.sum(wire::Fate::dropped)},
           {"missed", counters.missed},
           {"duplicates", counters.duplicates},
+          {"interleaved", counters.interleaved},
           {"recorded", counters.recorded},
           {"unrecorded", counters.unrecorded},
           {"reasons", reasons}};

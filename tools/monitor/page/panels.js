@@ -141,6 +141,7 @@ export class HealthBar {
     this.count("Dropped", counters.dropped);
     this.count("Rejected", counters.rejected);
     this.count("Missed", counters.missed);
+    if (counters.interleaved) this.count("Senders alternate", counters.interleaved);
     if (health.recording) this.cell("Recording", health.recording, health.recording !== "complete");
     else this.live(health, test);
     const reasons = Object.entries(counters.reasons).map(([reason, count]) => `${reason.replaceAll("_", " ")} ${count}`).join(", ");

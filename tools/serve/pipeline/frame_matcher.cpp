@@ -32,7 +32,6 @@ void FrameMatcher::match(FrameSlot& slot) noexcept {
 
 void FrameMatcher::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   clear(outcome);
-  if (slot.header.session != std::exchange(session_, slot.header.session)) engine_.begin_test();
   wire::WireResult& result = outcome.result;
   result.session = slot.header.session;
   result.frame_id = slot.header.id;
@@ -42,6 +41,7 @@ void FrameMatcher::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   result.elapsed_ns.queue = since_ns(slot.queued);
   result.status = wire::WireStatus::end_of_stream;
   if (slot.header.end_of_stream) return;
+  if (slot.header.session != std::exchange(session_, slot.header.session)) engine_.begin_test();
   const MatchResult match = engine_.match(
       {slot.header.id, slot.header.stamp_ns, std::span<const Point>(slot.points).first(slot.header.points)});
   fill_outcome(outcome, match, engine_.track(match));

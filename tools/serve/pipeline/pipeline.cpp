@@ -23,6 +23,7 @@ Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource
       receiver_(std::move(frames), config_.limits, config_.sender_timeout, queues_.account, enqueuer_),
       matcher_(config_, engine, queues_),
       publisher_(config_, engine, std::move(results), queues_) {
+  if (config_.one_sender) receiver_.allow_one_sender();
   try {
     publishing_ = std::thread(&ResultPublisher::run, &publisher_);
     matching_ = std::thread(&FrameMatcher::run, &matcher_);

@@ -18,6 +18,7 @@ struct PipelineConfig {
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
   std::chrono::milliseconds sender_timeout = IdTracker::default_sender_timeout;
+  bool one_sender = false;                        // see FrameReceiver::allow_one_sender
   double unidentified_results_per_second = 1000;  // results for messages without a readable id
   wire::WireState description;                    // the constant part: version, method, model
   std::function<void()> on_matching_thread;       // called there once before the first frame; may be empty

@@ -50,6 +50,7 @@ void ResultPublisher::run() noexcept {
 void ResultPublisher::write_log() {
   log_.write();
   log_.write(queues_.account.senders.load());
+  log_.write(counters());
 }
 
 wire::Counters ResultPublisher::counters() const noexcept {

@@ -84,6 +84,16 @@ void FrameLog::write(const std::vector<wire::WireSender>& senders) {
   known_ = senders;
 }
 
+void FrameLog::write(const wire::Counters& counters) {
+  if (counters.interleaved == known_returns_ || !alternations_.is_due()) return;
+  known_returns_ = counters.interleaved;
+  spdlog::warn(
+      "frames of different senders alternate ({} returns to an earlier one): their tests are mixed; stop all senders "
+      "but "
+      "one, or give lbea-serve --one-sender",
+      counters.interleaved);
+}
+
 void warn_of_unfinished(const std::vector<wire::WireSender>& senders) {
   for (const wire::WireSender& sender : senders)
     if (sender.condition != wire::SenderCondition::ended && sender.next_id > sender.first_id)

@@ -24,6 +24,8 @@ class FrameLog {
   void write();
   /// The latest list of senders.
   void write(const std::vector<wire::WireSender>& senders);
+  /// Warns when the frames of senders alternate.
+  void write(const wire::Counters& counters);
 
  private:
   struct Event {
@@ -42,7 +44,8 @@ class FrameLog {
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;
   std::array<LogLine, wire::wire_status_count> by_status_{};  // from here on: the writing thread's
-  LogLine new_sessions_, refusals_, without_room_line_;
+  LogLine new_sessions_, refusals_, without_room_line_, alternations_;
+  std::uint64_t known_returns_ = 0;
   std::vector<wire::WireSender> known_;
 };
 

@@ -23,6 +23,7 @@ void SharedCounters::store(const IdTracker& ids) noexcept {
   set(duplicates_, ids.duplicates());
   set(reordered_, ids.reordered());
   set(sessions_, ids.sessions());
+  set(interleaved_, ids.interleaved());
 }
 
 wire::Counters SharedCounters::load() const noexcept {
@@ -34,6 +35,7 @@ wire::Counters SharedCounters::load() const noexcept {
   counters.duplicates = duplicates_.load(std::memory_order_relaxed);
   counters.reordered = reordered_.load(std::memory_order_relaxed);
   counters.sessions = sessions_.load(std::memory_order_relaxed);
+  counters.interleaved = interleaved_.load(std::memory_order_relaxed);
   counters.silent = silent_.load(std::memory_order_relaxed);
   counters.unannounced = unannounced_.load(std::memory_order_relaxed);
   return counters;
@@ -91,7 +93,8 @@ wire::WireStatus FrameReceiver::account_for(wire::WireStatus status, std::int64_
   const IdTracker::Observation seen = ids_.observe(header.session, header.id, Clock::now());
   account_.counters.store(ids_);
   pass_absent(wire::WireStatus::missed, header.session, seen.gap, receive_ns);
-  return status_after(seen.arrival, status);
+  status = status_after(seen.arrival, status);
+  return status == wire::WireStatus::ok && !seen.is_kept ? wire::WireStatus::other_sender : status;
 }
 
 /// False when the control message is impossible.

@@ -27,7 +27,7 @@ class SharedCounters {
   using Count = std::atomic<std::uint64_t>;
   static void add(Count& count, std::uint64_t n = 1) noexcept { count.fetch_add(n, std::memory_order_release); }
   static void set(Count& count, std::uint64_t value) noexcept { count.store(value, std::memory_order_release); }
-  Count received_{0}, duplicates_{0}, reordered_{0}, sessions_{0}, silent_{0}, unannounced_{0};
+  Count received_{0}, duplicates_{0}, reordered_{0}, sessions_{0}, silent_{0}, interleaved_{0}, unannounced_{0};
   std::array<Count, wire::wire_status_count> by_status_{};
 };
 
@@ -84,6 +84,8 @@ class FrameReceiver {
   /// A sender is silent after `sender_timeout` without a message. `account` and `sink` must outlive the receiver.
   FrameReceiver(wire::FrameSource source, wire::WireLimits limits, std::chrono::milliseconds sender_timeout,
                 SharedAccount& account, IntakeSink& sink);
+  /// Before run(): frames of a second sender get the status other_sender while the first one's test is running.
+  void allow_one_sender() { ids_.allow_one_sender(sender_timeout_); }
   /// Runs until stop(), then takes in what has already arrived.
   void run() noexcept;
   // Any thread:

@@ -17,11 +17,25 @@ IdTracker::Observation IdTracker::observe(std::uint64_t id_of_session, std::uint
   Session& session = session_of(id_of_session, id, now);
   if (known == nullptr) session.earliest = id - std::min(id, max_earlier);
   wire::WireSender& sender = session.sender;
-  if (id < sender.next_id) return observe_late(session, id);
+  const bool is_kept = enter_test(sender, now);
+  if (id < sender.next_id) {
+    const Observation late = observe_late(session, id);
+    return {late.arrival, late.gap, is_kept};
+  }
   const IdRange gap = advance(session, id);
   sender.next_id = id + 1;
   ++sender.received;
-  return {Arrival::in_order, gap};
+  return {Arrival::in_order, gap, is_kept};
+}
+
+bool IdTracker::enter_test(const wire::WireSender& sender, Clock::time_point now) {
+  if (sender.session == test_) return true;
+  const Session* const other = find(test_);
+  const bool is_running = other != nullptr && other->sender.condition != wire::SenderCondition::ended;
+  if (is_running && one_sender_timeout_ && now - other->last_message <= *one_sender_timeout_) return false;
+  if (is_running && sender.received > 0) ++interleaved_;
+  test_ = sender.session;
+  return true;
 }
 
 IdTracker::Observation IdTracker::observe_late(Session& session, std::uint64_t id) {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace lbea::tool {
@@ -25,7 +26,8 @@ class IdTracker {
   enum class Arrival : std::uint8_t { in_order, late, duplicate, impossible };
   struct Observation {
     Arrival arrival = Arrival::in_order;
-    IdRange gap;  // ids that are missed as of now
+    IdRange gap;          // ids that are missed as of now
+    bool is_kept = true;  // false: with one sender, because the test of another one is running
   };
   struct Report {
     IdRange gap, withheld;
@@ -37,6 +39,9 @@ class IdTracker {
   /// session's latest ones. The same holds for the 1,024 ids before the first one that arrived. Impossible are 2^64 -
   /// 1, which has no successor, and ids that are 2^32 or more beyond the session's highest one.
   Observation observe(std::uint64_t session, std::uint64_t id, Clock::time_point now = {});
+  /// From now on, frames are not kept while another sender has neither said goodbye nor been without a message for
+  /// `timeout`. The first frame decides whose test is running.
+  void allow_one_sender(Clock::duration timeout) { one_sender_timeout_ = timeout; }
   /// Counts a sender's own report: ids below next_id are missed unless they arrived; the last `withheld` of them are
   /// withheld.
   Report report(const wire::Control& control, Clock::time_point now = {});
@@ -46,6 +51,9 @@ class IdTracker {
   [[nodiscard]] std::uint64_t duplicates() const noexcept { return duplicates_; }
   [[nodiscard]] std::uint64_t reordered() const noexcept { return reordered_; }
   [[nodiscard]] std::uint64_t sessions() const noexcept { return sessions_; }
+  /// Frames whose sender had sent frames before, after which another one began and has not said goodbye: two tests are
+  /// mixed.
+  [[nodiscard]] std::uint64_t interleaved() const noexcept { return interleaved_; }
   /// The latest senders. A sender is silent when it has sent control messages before, has not said goodbye, and has
   /// sent nothing for longer than `timeout`.
   [[nodiscard]] std::vector<wire::WireSender> senders(Clock::time_point now, Clock::duration timeout) const;
@@ -64,6 +72,8 @@ class IdTracker {
   /// Everything from next_id to `id` is missed.
   IdRange advance(Session& session, std::uint64_t id);
   Session* find(std::uint64_t session) noexcept;
+  /// Whether a frame of this session is kept. It then belongs to the running test.
+  bool enter_test(const wire::WireSender& sender, Clock::time_point now);
   /// An id below next_id.
   Observation observe_late(Session& session, std::uint64_t id);
   /// Moves the session's begin back to `id`; the ids between are missed.
@@ -71,7 +81,9 @@ class IdTracker {
   static bool remove_missing(Session& session, std::uint64_t id);
 
   std::vector<Session> recent_;  // bounded: the least recently used one is replaced
-  std::uint64_t uses_ = 0, missed_ = 0, withheld_ = 0, duplicates_ = 0, reordered_ = 0, sessions_ = 0;
+  std::uint64_t uses_ = 0, missed_ = 0, withheld_ = 0, duplicates_ = 0, reordered_ = 0, sessions_ = 0, interleaved_ = 0;
+  std::uint64_t test_ = 0;  // the session of the running test
+  std::optional<Clock::duration> one_sender_timeout_;
 };
 
 /// The status of a frame after its id was observed: an impossible id makes it damaged, a second arrival a duplicate.

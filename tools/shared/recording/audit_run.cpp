@@ -142,7 +142,8 @@ void RunAuditor::add_result(const RecordedMessage& message) {
   Captures& captures = sessions_[capture.session];
   if (fate == wire::Fate::not_a_capture) captures.end = capture.id;
   if (fate == wire::Fate::matched) matched_.push_back(capture);
-  if (result_.status == wire::WireStatus::queue_full) dropped_.push_back(capture);
+  if (result_.status == wire::WireStatus::queue_full || result_.status == wire::WireStatus::other_sender)
+    dropped_.push_back(capture);
   if (result_.status == wire::WireStatus::missed || result_.status == wire::WireStatus::withheld)
     captures.absent.push_back(capture.id);
   if (fate != wire::Fate::rejected) return;

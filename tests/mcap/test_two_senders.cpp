@@ -1,0 +1,80 @@
+// Two senders at one matcher.
+#include "tests/mcap/bench.hpp"
+
+#include <map>
+
+using namespace lbea::test;
+
+namespace {
+
+/// The status of each frame, by session.
+using Statuses = std::map<std::uint64_t, std::vector<WireStatus>>;
+
+Statuses receive(ResultSource& results, std::size_t count) {
+  Statuses statuses;
+  WireResult result;
+  for (std::size_t received = 0; received < count;) {
+    const auto message = results.receive(30s);
+    REQUIRE(message);
+    if (decode_result(*message, result) != WireStatus::ok || result.status == WireStatus::end_of_stream) continue;
+    statuses[result.session].push_back(result.status);
+    ++received;
+  }
+  return statuses;
+}
+
+void send_alternately(Camera& camera) {
+  for (std::uint64_t id = 0; id < 5; ++id)
+    for (const std::uint64_t session : {1u, 2u}) camera.send(id, session);
+}
+
+}  // namespace
+
+TEST_CASE("two senders whose frames alternate are not one test: log, state, tally and exit code say so") {
+  Bench bench;
+  const auto server = bench.serve();
+  WireContext context;
+  ResultSource results(context, bench.results());
+  REQUIRE(results.receive(30s));
+  Camera camera(context, bench.frames());
+  send_alternately(camera);
+  const std::vector<WireStatus> ok(5, WireStatus::ok);
+  CHECK(receive(results, 10) == Statuses{{1, ok}, {2, ok}});
+  for (const std::uint64_t session : {1u, 2u}) camera.end(5, session);
+  WireState state;
+  CHECK(eventually([&] {
+    const auto message = results.receive(30s);
+    return message && decode_state(*message, state) == WireStatus::ok && state.counters.interleaved == 8;
+  }));
+  CHECK(
+      eventually([&] { return contains(text_of(bench.file("serve.err")), "frames of different senders alternate"); }));
+  CHECK(stop(*server) == 1);
+  const Json tally = Json::parse(text_of(bench.file("serve.out")));
+  CHECK(tally["interleaved"] == 8);
+  CHECK(tally["matched"] == 10);
+}
+
+TEST_CASE("with --one-sender the frames of a second one are dropped until the first one says goodbye") {
+  Bench bench;
+  const auto server = bench.serve({"--one-sender", "--record", bench.file("run.mcap")});
+  WireContext context;
+  ResultSource results(context, bench.results());
+  REQUIRE(results.receive(30s));
+  Camera camera(context, bench.frames());
+  send_alternately(camera);
+  const Statuses alternating = receive(results, 10);
+  CHECK(alternating == Statuses{{1, std::vector(5, WireStatus::ok)}, {2, std::vector(5, WireStatus::other_sender)}});
+  camera.end(5, 1);
+  camera.send(5, 2);
+  camera.end(6, 2);
+  CHECK(receive(results, 1) == Statuses{{2, {WireStatus::ok}}});
+  CHECK(eventually(
+      [&] { return contains(text_of(bench.file("serve.err")), "other_sender: the test of another sender"); }));
+  CHECK(stop(*server) == 1);
+  const Json tally = Json::parse(text_of(bench.file("serve.out")));
+  CHECK(tally["interleaved"] == 0);
+  CHECK(tally["dropped_by_reason"]["other_sender"] == 5);
+  CHECK(tally["adds_up"] == true);
+  CHECK(bench.inspect("run.mcap", 0)["unanswered"] == 0);
+  CHECK(bench.replay("run.mcap --model " LBEA_MODEL " --against").exit_code == 0);
+}
