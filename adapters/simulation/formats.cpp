@@ -35,7 +35,7 @@ struct SimulationFormat {
   std::string_view name;
   const char* text;  // for --list-formats: which files, which states
   bool (*is_format)(const fs::path& file, std::string_view start);
-  Reader (*open)(const fs::path& file);
+  Reader (*open)(const fs::path& file, bool is_alone);
 };
 
 bool is_d3plot(const fs::path& file, std::string_view) {
@@ -53,18 +53,21 @@ grid::Grid read_grid(const fs::path& file) {
 }
 
 template <grid::ParseGrid* parse, grid::ReadGrid read_time = nullptr>
-Reader open_series(const fs::path& file) {
+Reader open_series(const fs::path& file, bool is_alone) {
   std::vector<grid::GridState> states;
-  for (const fs::path& member : find_series(file)) states.push_back({member, std::nullopt});
+  for (const fs::path& member : is_alone ? std::vector{file} : find_series(file))
+    states.push_back({member, std::nullopt});
   return std::make_unique<grid::GridReader>(std::move(states), read_grid<parse>, read_time);
 }
 
-Reader open_collection(const fs::path& file) {
+Reader open_family(const fs::path& file, bool) { return open_d3plot(file); }
+
+Reader open_collection(const fs::path& file, bool) {
   return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), read_grid<grid::parse_vtk_xml>, nullptr);
 }
 
 constexpr std::array formats{
-    SimulationFormat{"LS-DYNA d3plot", "family d3plot, d3plot01, ...: all its states", is_d3plot, open_d3plot},
+    SimulationFormat{"LS-DYNA d3plot", "family d3plot, d3plot01, ...: all its states", is_d3plot, open_family},
     SimulationFormat{"VTK legacy",
                      ".vtk with an unstructured grid or polygons, text or binary: a state per numbered file",
                      by_start<grid::is_vtk_legacy>, open_series<grid::parse_vtk_legacy, grid::read_vtk_legacy_time>},
@@ -125,9 +128,9 @@ fs::path first_file(const fs::path& path) {
 
 }  // namespace
 
-Reader open_simulation(const fs::path& path) {
+Reader open_simulation(const fs::path& path, bool is_alone) {
   const fs::path file = first_file(path);
-  if (const SimulationFormat* format = format_of(file)) return format->open(file);
+  if (const SimulationFormat* format = format_of(file)) return format->open(file, is_alone && file == path);
   throw Error{Status::unsupported_input, file.string() + ", byte 0: the file has none of the supported formats (" +
                                              simulation_format_names() +
                                              "), or it is compressed; give the first file of such a run"};

@@ -14,9 +14,9 @@ namespace lbea::io {
 /// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another
 /// format. The format is recognized by content, not by name. Files whose names differ in the number before the
 /// extension are states of one run: they share one mesh, as do all states. Their times are the files' own, in their
-/// unit, else the number of the state. Throws Error{file_not_found | bad_input | unsupported_input} with a sentence
-/// that names file, byte and what to do.
-std::unique_ptr<bake::SimulationReader> open_simulation(const std::filesystem::path& path);
+/// unit, else the number of the state. is_alone: the file is a run of its own, also when its name has a number.
+/// Throws Error{file_not_found | bad_input | unsupported_input} with a sentence that names file, byte and what to do.
+std::unique_ptr<bake::SimulationReader> open_simulation(const std::filesystem::path& path, bool is_alone = false);
 
 /// The names of all formats, separated by commas; and a table of them for --list-formats, a line each.
 [[nodiscard]] std::string simulation_format_names();

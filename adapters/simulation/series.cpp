@@ -58,6 +58,13 @@ std::vector<fs::path> find_series(const fs::path& file) {
   return series;
 }
 
+std::string series_name(const fs::path& file) {
+  std::error_code error;
+  const NumberedName name = split(file);
+  if (name.digits.empty() || !fs::is_regular_file(file, error)) return "";
+  return (fs::absolute(file).lexically_normal().parent_path() / name.prefix).string() + '/' + name.extension;
+}
+
 std::vector<fs::path> first_files(const fs::path& folder) {
   std::map<std::tuple<std::string, std::string, bool>, fs::path> first;
   for (const fs::path& file : files_in(folder)) {

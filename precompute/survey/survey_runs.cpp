@@ -3,6 +3,7 @@
 #include "precompute/parallel.hpp"
 #include "precompute/survey/envelope.hpp"
 
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -27,17 +28,32 @@ void check(const Ensemble& ensemble, const EnsembleDescription& description) {
   }
 }
 
-/// Surveys the run unless its survey is already in the work folder.
+using Paths = std::vector<std::filesystem::path>;
+
+/// Surveys the run unless its survey is already in the work folder. files: set to those of the run.
 PlannedRun surveyed(const WorkFolder& work, const EnsembleRun& run, const EnsembleDescription& description,
-                    const SimulationReader& reference, std::uint64_t common_key, Stage& stage) {
+                    const SimulationReader& reference, std::uint64_t common_key, Stage& stage, Paths& files) {
   PlannedRun planned;
   const auto reader = run.open();
-  const auto files = reader->files();
+  files = reader->files();
   planned.modified = last_changes(files);
   planned.survey = survey_key(common_key, run.name, files, planned.modified);
   if (!work.has(planned.survey_name()))
     write_survey(work, planned, survey_run(*reader, run, description, reference, stage));
   return planned;
+}
+
+/// Two runs that read the same file would be the same simulation twice. files: per run.
+void refuse_shared_files(const Ensemble& ensemble, const std::vector<Paths>& files) {
+  std::map<std::filesystem::path, std::size_t> readers;
+  for (std::size_t run = 0; run < files.size(); ++run) {
+    if (!ensemble.runs[run].files.empty()) continue;  // read from a model that has several runs
+    for (const auto& file : files[run])
+      if (const auto other = readers.emplace(std::filesystem::weakly_canonical(file), run).first->second; other != run)
+        throw Error(Status::bad_config, "the runs '" + ensemble.runs[other].name + "' and '" + ensemble.runs[run].name +
+                                            "' both read " + file.string() +
+                                            "; name each run once, by its folder or its first file");
+  }
 }
 
 std::vector<PlannedRun> read_runs(const WorkFolder& work, const Ensemble& ensemble,
@@ -46,10 +62,12 @@ std::vector<PlannedRun> read_runs(const WorkFolder& work, const Ensemble& ensemb
   std::vector<PlannedRun> planned(ensemble.runs.size());
   const std::uint64_t common_key = survey_key(reference.mesh(), description);
   Stage stage(options, "reading", runs.size());
+  std::vector<Paths> files(ensemble.runs.size());
   work_in_parallel(runs.size(), options.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < runs.size(); i = next()) {
       try {
-        planned[runs[i]] = surveyed(work, ensemble.runs[runs[i]], description, reference, common_key, stage);
+        planned[runs[i]] =
+            surveyed(work, ensemble.runs[runs[i]], description, reference, common_key, stage, files[runs[i]]);
       } catch (const Error& error) {
         if (!options.leaves_out_broken || error.status == Status::write_failed) throw;
         planned[runs[i]].failure = error.what();
@@ -57,6 +75,7 @@ std::vector<PlannedRun> read_runs(const WorkFolder& work, const Ensemble& ensemb
       stage.step();
     }
   });
+  refuse_shared_files(ensemble, files);
   return planned;
 }
 

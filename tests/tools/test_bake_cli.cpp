@@ -31,7 +31,58 @@ void check_refused(const std::string& arguments, int exit_code, const std::strin
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
+/// A square plate of 6 x 6 nodes, pressed in by `depth`, as an OBJ file.
+std::string plate(double depth) {
+  std::string text;
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 6; ++x) {
+      const double dent = x * (5 - x) * y * (5 - y) / 36.0;
+      text += "v " + std::to_string(10 * x) + " " + std::to_string(10 * y) + " " + std::to_string(-depth * dent) + "\n";
+    }
+  for (int cell = 0; cell < 25; ++cell) {
+    const int corner = 1 + cell % 5 + 6 * (cell / 5);
+    for (const int node : {corner, corner + 1, corner + 7, corner + 6})
+      text += (node == corner ? "f " : " ") + std::to_string(node);
+    text += "\n";
+  }
+  return text;
+}
+
 }  // namespace
+
+TEST_CASE("five files of a numbered series, named together, were five equal runs of five states each") {
+  const TemporaryFolder folder;
+  for (int i = 1; i <= 5; ++i) put(folder / ("finals/shape" + std::to_string(i) + ".obj"), plate(i));
+  put(folder / "e.toml", "runs = ['finals/*.obj']\nfields = []\nmodes = 10\n");
+  const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
+  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+  const Model model = Model::open(folder / "m.lbea");
+  CHECK(model.simulations() == 5);
+  REQUIRE(model.samples() == 5);
+  for (std::uint32_t i = 0; i < 5; ++i)
+    CHECK(model.node_positions(i)[3 * 14 + 2] == static_cast<float>(-(i + 1.0) * 2 * 3 * 2 * 3 / 36));
+
+  CHECK(lbea_bake(folder, "plan e.toml --work work -o steps.lbea").exit_code == 0);
+  CHECK(lbea_bake(folder, "shard --work work --index 0 --of 1").exit_code == 0);
+  CHECK(lbea_bake(folder, "merge --work work").exit_code == 0);
+  CHECK(text_of(folder / "steps.lbea") == text_of(folder / "m.lbea"));
+
+  put(folder / "series.toml", "runs = ['finals/shape3.obj']\nfields = []\nmodes = 10\n");
+  CHECK(lbea_bake(folder, "series.toml -o series.lbea").exit_code == 0);
+  CHECK(Model::open(folder / "series.lbea").samples() == 5);  // named alone, a file stands for its series
+}
+
+TEST_CASE("runs that share a file are refused") {
+  const TemporaryFolder folder;
+  for (int i = 1; i <= 2; ++i) put(folder / ("run/shape" + std::to_string(i) + ".obj"), plate(i));
+  put(folder / "e.toml", "runs = ['run', 'run/shape2.obj']\nfields = []\nmodes = 10\n");
+  for (const char* command : {"e.toml -o m.lbea", "e.toml -o m.lbea --leave-out-broken", "plan e.toml --work work"}) {
+    const Outcome outcome = lbea_bake(folder, command);
+    CHECK(outcome.exit_code == 1);
+    CHECK_MESSAGE(contains(outcome.err, "the runs 'run' and 'shape2.obj' both read "), outcome.err);
+    CHECK_FALSE(std::filesystem::exists(folder / "m.lbea"));
+  }
+}
 
 TEST_CASE("the demo is baked from its TOML file; flags override it") {
   const TemporaryFolder folder;

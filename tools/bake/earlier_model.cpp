@@ -1,6 +1,6 @@
 #include "tools/bake/earlier_model.hpp"
 
-#include "adapters/simulation/open.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -191,7 +191,7 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
 }
 
 std::unique_ptr<bake::SimulationReader> open_source(const std::string& source) {
-  if (!source.starts_with(model_scheme)) return io::open_simulation(source);
+  if (!source.starts_with(model_scheme)) return open_run(source);
   std::istringstream text(source.substr(model_scheme.size()));
   std::uint32_t simulation = 0;
   double time_factor = 1;

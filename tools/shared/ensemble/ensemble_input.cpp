@@ -3,13 +3,31 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
+#include "adapters/simulation/series.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 
 #include <algorithm>
+#include <map>
 
 namespace lbea::tool {
 namespace {
+
+const std::string lone_file = "lbea-file:";  // before the path of a run that is one file of a numbered series
+
+/// Where each run is read from. Several files of one numbered series are runs of one state each; a file that is named
+/// without others of its series stands for the whole series.
+std::vector<std::string> sources_of(const std::vector<std::filesystem::path>& runs) {
+  std::map<std::string, std::size_t> named;
+  for (const auto& run : runs) ++named[io::series_name(run)];
+  std::vector<std::string> sources;
+  for (const auto& run : runs) {
+    const std::string series = io::series_name(run);
+    sources.push_back((!series.empty() && named[series] > 1 ? lone_file : "") +
+                      std::filesystem::absolute(run).string());
+  }
+  return sources;
+}
 
 std::string label(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " [" + unit + "]";
@@ -43,11 +61,19 @@ std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, c
   return *found;
 }
 
+std::unique_ptr<bake::SimulationReader> open_run(const std::string& source) {
+  const bool is_alone = source.starts_with(lone_file);
+  return io::open_simulation(is_alone ? source.substr(lone_file.size()) : source, is_alone);
+}
+
 bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
   bake::Ensemble ensemble;
-  for (const std::filesystem::path& run : description.runs)
-    ensemble.runs.push_back(
-        {run_name(run), {}, [run] { return io::open_simulation(run); }, std::filesystem::absolute(run).string()});
+  const std::vector<std::string> sources = sources_of(description.runs);
+  for (std::size_t i = 0; const std::filesystem::path& run : description.runs) {
+    const bool is_alone = sources[i].starts_with(lone_file);
+    const auto open = [run, is_alone] { return io::open_simulation(run, is_alone); };
+    ensemble.runs.push_back({run_name(run), {}, open, sources[i++]});
+  }
   if (!description.reference_run.empty()) {
     const auto found = std::ranges::find(description.runs, description.reference_run);
     ensemble.reference_run = static_cast<std::size_t>(found - description.runs.begin());

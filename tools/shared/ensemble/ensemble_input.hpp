@@ -19,6 +19,9 @@ namespace lbea::tool {
 /// Throws Error{bad_config | bad_input | file_not_found}; also for a run that is not in the parameter table.
 [[nodiscard]] bake::Ensemble open_ensemble(const bake::EnsembleDescription& description);
 
+/// Opens a run by its EnsembleRun::source.
+[[nodiscard]] std::unique_ptr<bake::SimulationReader> open_run(const std::string& source);
+
 /// Adds the ids in the node file of the region to those in `region`.
 void read_region_nodes(bake::RegionDescription& region);
 
