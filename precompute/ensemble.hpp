@@ -46,12 +46,17 @@ struct EnsembleDescription {
   bool compact_fields = false;       // store fields in 16 bits, each sample between its minimum and its maximum
   std::filesystem::path parameters;  // CSV: run name, then one column per parameter; empty: none
   std::string length_unit = "mm";
-  double time_factor = 1;              // seconds per unit of the runs' time
-  double envelope_margin = 25;         // length unit; frame points farther from every sample are discarded
-  bool correspondence = true;          // store each sample's corresponding nodes, which VtP matching needs
-  std::optional<bool> landmarks;       // store the landmark positions separately; not set: for large models only
-  std::filesystem::path depth_sensor;  // sensor description: pose of the depth images, which method `fit` needs
-  std::filesystem::path output;        // empty: the caller decides
+  double time_factor = 1;                 // seconds per unit of the runs' time
+  std::optional<double> envelope_margin;  // frame points farther from every sample are discarded; not set: 25 mm
+  bool correspondence = true;             // store each sample's corresponding nodes, which VtP matching needs
+  std::optional<bool> landmarks;          // store the landmark positions separately; not set: for large models only
+  std::filesystem::path depth_sensor;     // sensor description: pose of the depth images, which method `fit` needs
+  std::filesystem::path output;           // empty: the caller decides
+
+  [[nodiscard]] double margin() const {
+    constexpr double default_mm = 25;
+    return envelope_margin.value_or(default_mm * units_per_mm(length_unit));
+  }
 };
 
 struct InputFile {

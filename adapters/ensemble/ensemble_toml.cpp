@@ -147,8 +147,8 @@ bake::EnsembleDescription read_description(TomlTable table) {
   table.read("length_unit", description.length_unit);
   if (description.length_unit.empty()) table.fail("length_unit", "is empty");
   read_time_unit(table, description.time_factor);
-  table.read("envelope_margin", description.envelope_margin);
-  if (description.envelope_margin < 0) table.fail("envelope_margin", "must not be negative");
+  if (table.has("envelope_margin")) table.read("envelope_margin", description.envelope_margin.emplace());
+  if (description.envelope_margin.value_or(0) < 0) table.fail("envelope_margin", "must not be negative");
   table.read("correspondence", description.correspondence);
   if (table.has("landmarks")) table.read("landmarks", description.landmarks.emplace());
   table.read_path("views", description.depth_sensor);

@@ -142,24 +142,32 @@ bake::StereoSensor read_sensor(const JsonTable& file) {
   return sensor;
 }
 
-/// Length units per mm; 0 for an unknown unit.
-double units_per_mm(std::string_view unit) {
-  if (unit == "mm") return 1;
-  if (unit == "cm") return 0.1;
-  return unit == "m" ? 1e-3 : 0;
+std::string read_length_unit(const JsonTable& file) {
+  std::string name = SensorDescription{}.length_unit;
+  if (const Json* unit = file.find("length_unit")) {
+    if (!unit->is_string() || unit->get<std::string>().empty()) file.fail("length_unit", "needs text, like \"mm\"");
+    name = unit->get<std::string>();
+  }
+  if (std::ranges::find(length_units, name, &LengthUnit::name) == length_units.end())
+    file.fail("length_unit", "cannot be \"" + name + "\"; give mm, cm, m, um, in or ft");
+  return name;
+}
+
+void require_unit(const JsonTable& file, const std::string& unit, std::string_view wanted) {
+  if (unit != wanted)
+    file.fail("length_unit", "is \"" + unit + "\", but the model's lengths are in \"" + std::string(wanted) +
+                                 "\"; convert the poses, or correct the unit (without one it is mm)");
 }
 
 bake::SensingNoise read_noise(const JsonTable& file, const std::string& length_unit) {
   bake::SensingNoise noise;
+  const double scale = units_per_mm(length_unit);
+  noise.sigma = static_cast<float>(double{noise.sigma} * scale);
   const double most = double{std::numeric_limits<float>::max()};
   if (file.find("noise") != nullptr && file.find("noise_mm") != nullptr)
     file.fail("noise", "and \"noise_mm\" are both there; keep one");
   file.read("noise", noise.sigma, 0, most);
-  if (file.find("noise_mm") != nullptr) {
-    const double scale = units_per_mm(length_unit);
-    if (scale == 0) file.fail("noise_mm", "cannot be turned into \"" + length_unit + "\"; give \"noise\" in that unit");
-    noise.sigma = static_cast<float>(file.number("noise_mm", 0, most) * scale);
-  }
+  if (file.find("noise_mm") != nullptr) noise.sigma = static_cast<float>(file.number("noise_mm", 0, most) * scale);
   file.read("outliers", noise.outliers, 0, 1);
   file.read("min_cos_incidence", noise.min_cos_incidence, 0, 1);
   file.read("dropout", noise.dropout, 0, 1);
@@ -169,8 +177,11 @@ bake::SensingNoise read_noise(const JsonTable& file, const std::string& length_u
 
 }  // namespace
 
-SensorDescription read_sensor_json(const std::filesystem::path& path) {
-  return parse_sensor_json(as_text(read_file(path)), path);
+SensorDescription read_sensor_json(const std::filesystem::path& path, std::string_view length_unit) {
+  const auto bytes = read_file(path);
+  SensorDescription description = parse_sensor_json(as_text(bytes), path);
+  if (!length_unit.empty()) require_unit(JsonTable(Json::object(), path), description.length_unit, length_unit);
+  return description;
 }
 
 SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name) {
@@ -179,18 +190,17 @@ SensorDescription parse_sensor_json(std::string_view text, const std::filesystem
   file.refuse_unknown_keys({"length_unit", "T_reference_sensor", "sensor", "noise", "noise_mm", "outliers",
                             "min_cos_incidence", "dropout", "background", "comment"});
   SensorDescription description;
-  if (const Json* unit = file.find("length_unit")) {
-    if (!unit->is_string() || unit->get<std::string>().empty()) file.fail("length_unit", "needs text, like \"mm\"");
-    description.length_unit = unit->get<std::string>();
-  }
+  description.length_unit = read_length_unit(file);
   description.sensor = read_sensor(file);
   description.noise = read_noise(file, description.length_unit);
   return description;
 }
 
-RigidTransform read_pose(const std::filesystem::path& path) {
+RigidTransform read_pose(const std::filesystem::path& path, std::string_view length_unit) {
   const Json json = parse(as_text(read_file(path)), path);
-  return JsonTable(json, path).pose("T_reference_sensor");
+  const JsonTable file(json, path);
+  if (!length_unit.empty()) require_unit(file, read_length_unit(file), length_unit);
+  return file.pose("T_reference_sensor");
 }
 
 }  // namespace lbea::io

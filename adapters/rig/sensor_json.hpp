@@ -19,13 +19,13 @@ struct SensorDescription {
 /// T_reference_sensor, sensor.T_reference_right, focal_px, width_px and height_px; what is not said of noise and
 /// unit keeps its default.
 /// Throws Error{file_not_found | bad_input} that names file and key: also for unknown keys, for a rotation that is
-/// off by more than 1e-4 and for shares outside 0..1.
-[[nodiscard]] SensorDescription read_sensor_json(const std::filesystem::path& path);
+/// off by more than 1e-4, for shares outside 0..1, and, when `length_unit` is given, for another unit.
+[[nodiscard]] SensorDescription read_sensor_json(const std::filesystem::path& path, std::string_view length_unit = {});
 
 /// The same from the text of such a file; `name` stands for the file in errors.
 [[nodiscard]] SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name);
 
 /// T_reference_sensor alone; nothing else needs to be in the file.
-[[nodiscard]] RigidTransform read_pose(const std::filesystem::path& path);
+[[nodiscard]] RigidTransform read_pose(const std::filesystem::path& path, std::string_view length_unit = {});
 
 }  // namespace lbea::io

@@ -72,8 +72,8 @@ class StereoDepthRenderer final : public DepthRenderer {
                   "the sensor does not see the ensemble; check T_reference_sensor, focal length and image size");
     column_ = static_cast<std::uint32_t>(left);
     row_ = static_cast<std::uint32_t>(top);
-    constexpr double most_steps = 65'000;
-    const double step = std::max((extent.high[2] - extent.low[2]) / most_steps, 1e-6);
+    constexpr double most_steps = 65'000, least_step = 1e-9;  // the latter: a share of the depth, for flat components
+    const double step = std::max((extent.high[2] - extent.low[2]) / most_steps, least_step * extent.high[2]);
     camera_.T_reference_sensor = sensor.T_reference_sensor;
     camera_.focal = static_cast<float>(sensor.focal_px / cell_px_);
     camera_.center_column = static_cast<float>(sensor.width_px / 2.0 / cell_px_ - left);

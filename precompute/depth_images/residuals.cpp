@@ -31,8 +31,9 @@ constexpr std::size_t block = 64;  // images in memory, per thread
 /// Images of some samples, each to be compared with the samples of the other simulations.
 class LeftOutImages {
  public:
-  LeftOutImages(const DepthCamera& camera, std::span<const Sample> samples, const ImageReader& read)
-      : camera_(camera),
+  LeftOutImages(const DepthCamera& camera, std::span<const Sample> samples, const ImageReader& read,
+                const DepthMetric& metric)
+      : prices_{metric.cap / camera.depth_step, metric.one_sided / camera.depth_step},
         samples_(samples),
         stride_(padded_cells(camera)),
         every_((samples.size() + most_left_out - 1) / most_left_out),
@@ -53,18 +54,16 @@ class LeftOutImages {
 
   /// Lowers least[q], the mean squared residual in depth steps, by the samples from `first` on.
   void compare_with(std::size_t first, std::span<const std::uint16_t> images, std::vector<float>& least) const {
-    const DepthMetric metric;
-    const CellPrices prices{metric.cap / camera_.depth_step, metric.one_sided / camera_.depth_step};
     for (std::size_t q = 0; q < count_; ++q)
       for (std::size_t i = 0; i < images.size() / stride_; ++i) {
         if (samples_[first + i].simulation == sample(q).simulation) continue;
-        const CellSums sums = kernels().compare_depths(&observed_[q * stride_], &images[i * stride_], stride_, prices);
+        const CellSums sums = kernels().compare_depths(&observed_[q * stride_], &images[i * stride_], stride_, prices_);
         least[q] = std::min(least[q], sums.squares / std::max(sums.filled, 1.0f));
       }
   }
 
  private:
-  const DepthCamera& camera_;
+  CellPrices prices_;
   std::span<const Sample> samples_;
   std::size_t stride_, every_, count_;
   std::vector<float> observed_;  // count x stride
@@ -117,11 +116,11 @@ float ExpectedResiduals::at(std::uint32_t time_step) const {
   return by_step_.empty() ? 0.0f : by_step_[std::min<std::size_t>(time_step, by_step_.size() - 1)];
 }
 
-MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected) {
+MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected, float mesh_noise) {
   constexpr double frame_deviations = 3, test_deviations = 3.5;
   constexpr double least = 1.2;
   constexpr std::size_t first_frames = 3;  // a mean over fewer is not reliable
-  const double noise = double{DepthMetric{}.mesh_noise} * double{DepthMetric{}.mesh_noise};
+  const double noise = double{mesh_noise} * double{mesh_noise};
   std::vector<double> misfits, means;
   double sum = 0, weights = 0;
   std::size_t count = 0;
@@ -143,17 +142,17 @@ MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResid
 }
 
 LearnedResiduals learn_residuals(const DepthCamera& camera, std::span<const Sample> samples, const ImageReader& read,
-                                 unsigned threads) {
+                                 const DepthMetric& metric, unsigned threads) {
   LearnedResiduals learned{std::vector<float>(samples.size(), 0.0f), {}};
   if (samples.empty() || samples.front().simulation == samples.back().simulation) return learned;
-  const LeftOutImages left_out(camera, samples, read);
+  const LeftOutImages left_out(camera, samples, read, metric);
   const std::vector<float> least = least_squares(left_out, padded_cells(camera), samples.size(), read, threads);
   std::vector<LeftOut> answers;
   for (std::size_t q = 0; q < left_out.count(); ++q)
     answers.push_back({left_out.sample(q), least[q] * camera.depth_step * camera.depth_step});
   const ExpectedResiduals expected(answers);
   for (std::size_t s = 0; s < samples.size(); ++s) learned.expected[s] = expected.at(samples[s].time_step);
-  learned.limits = misfit_limits(answers, expected);
+  learned.limits = misfit_limits(answers, expected, metric.mesh_noise);
   return learned;
 }
 
@@ -177,7 +176,7 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   const auto read = [&](std::size_t first, std::span<std::uint16_t> images) {
     std::copy_n(rendered->depths.begin() + static_cast<std::ptrdiff_t>(first * stride), images.size(), images.begin());
   };
-  rendered->learned = learn_residuals(camera, samples, read, threads);
+  rendered->learned = learn_residuals(camera, samples, read, DepthMetric{}.in(model.length_unit()), threads);
   return SensorViews(std::make_shared<const DepthImages>(
       DepthImages{camera, rendered->depths, rendered->learned.expected, rendered->learned.limits.frame,
                   rendered->learned.limits.test, rendered}));

@@ -32,7 +32,8 @@ struct MisfitLimits {
 };
 
 /// Robust limits of the logarithms, median + k deviations: of the frames' misfits, and of their means over each run.
-[[nodiscard]] MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected);
+[[nodiscard]] MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected,
+                                         float mesh_noise = DepthMetric{}.mesh_noise);
 
 struct LearnedResiduals {
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
@@ -44,9 +45,9 @@ using ImageReader = std::function<void(std::size_t first, std::span<std::uint16_
 
 /// samples: ascending. Every sample (of many, every k-th) is compared with all samples of the other simulations; the
 /// least residual is what an unseen run leaves. The images are read a few at a time; memory does not grow with their
-/// number.
+/// number. metric: length unit of the samples.
 [[nodiscard]] LearnedResiduals learn_residuals(const DepthCamera& camera, std::span<const Sample> samples,
-                                               const ImageReader& read, unsigned threads);
+                                               const ImageReader& read, const DepthMetric& metric, unsigned threads);
 
 /// Renders the depth images of a finished model's samples, for another pose than the one it was baked for.
 /// progress, when given, is called with the number of samples done, from any thread.

@@ -77,7 +77,7 @@ BakeEstimate sizes(const WorkFolder& work, const BakePlan& plan) {
   }
   const BakePlan kept = without_runs(plan, is_kept);
   const std::vector<ReferenceBasis> bases = read_bases(work, plan);
-  const EnvelopeBuilder envelope(plan.survey.min, plan.survey.max, plan.description.envelope_margin);
+  const EnvelopeBuilder envelope(plan.survey.min, plan.survey.max, plan.description.margin());
   const SampleRecord sample(plan, bases);
   const std::size_t nodes = plan.survey.mesh.node_ids.size(), vertices = bases.front().vertex_nodes.size();
 

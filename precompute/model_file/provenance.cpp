@@ -83,7 +83,7 @@ std::string configuration_json(const BakePlan& plan) {
       .add("impact_step", std::to_string(description.impact_step))
       .add("region", region_json(description.region))
       .add("time_factor", json_number(description.time_factor))
-      .add("envelope_margin", json_number(description.envelope_margin))
+      .add("envelope_margin", json_number(description.margin()))
       .text();
 }
 

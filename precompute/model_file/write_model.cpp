@@ -25,7 +25,7 @@ class RunAppender {
         sample_(plan, bases),
         fields_(writer, plan.survey.fields.size(), plan.description.compact_fields),
         image_(plan.camera ? padded_cells(*plan.camera) : 0),
-        envelope_(plan.survey.min, plan.survey.max, plan.description.envelope_margin),
+        envelope_(plan.survey.min, plan.survey.max, plan.description.margin()),
         moments_(bases.size()) {
     if (has_landmarks(info, plan.description)) landmarks_.emplace(writer, info, bases.front());
   }
@@ -116,7 +116,8 @@ void learn_and_write_residuals(const BakePlan& plan, ModelWriter& writer, unsign
   const auto read = [&](std::size_t first, std::span<std::uint16_t> images) {
     writer.read<std::uint16_t>(SectionId::view_depths, 0, first * padded_cells(*plan.camera), images);
   };
-  write_residuals(writer, *plan.camera, learn_residuals(*plan.camera, samples, read, threads));
+  const DepthMetric metric = DepthMetric{}.in(plan.description.length_unit);
+  write_residuals(writer, *plan.camera, learn_residuals(*plan.camera, samples, read, metric, threads));
 }
 
 BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
@@ -185,7 +186,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   const BakePlan& plan = runs.plan;
   const std::vector<ReferenceBasis> bases = read_bases(work, plan);
   const std::vector<std::string> left_out = names_of(runs.left_out);
-  const EnvelopeBuilder layout(plan.survey.min, plan.survey.max, plan.description.envelope_margin);
+  const EnvelopeBuilder layout(plan.survey.min, plan.survey.max, plan.description.margin());
   const ModelPlan model = plan_model(plan, bases, layout.layout(), left_out);
   ModelWriter writer(output, model.sections);
   model.small.write(writer);

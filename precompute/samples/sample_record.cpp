@@ -104,7 +104,7 @@ void write_grid_and_images(const WorkFolder& work, const BakePlan& plan, std::si
                            const DepthRenderer* renderer) {
   WorkReader record = work.reader(plan.runs[run].record_name());
   WorkWriter file = work.writer(plan.runs[run].grid_and_images_name());
-  EnvelopeBuilder envelope(plan.survey.min, plan.survey.max, plan.description.envelope_margin);
+  EnvelopeBuilder envelope(plan.survey.min, plan.survey.max, plan.description.margin());
   std::vector<std::uint16_t> image(renderer != nullptr ? padded_cells(renderer->camera()) : 0, empty_cell);
   for (std::size_t sample = 0; sample < plan.survey.runs[run].steps.size(); ++sample) {
     read_sample(record, buffer);

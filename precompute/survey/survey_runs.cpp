@@ -17,6 +17,11 @@ void check(const Ensemble& ensemble, const EnsembleDescription& description) {
   if (!(description.time_factor > 0 && description.time_factor < std::numeric_limits<double>::infinity()))
     throw Error(Status::bad_config,
                 "the time factor must be positive, it is " + std::to_string(description.time_factor));
+  if (std::ranges::find(length_units, description.length_unit, &LengthUnit::name) == length_units.end()) {
+    std::string known;
+    for (const LengthUnit& unit : length_units) known += (known.empty() ? "" : ", ") + std::string(unit.name);
+    throw Error(Status::bad_config, "length_unit is \"" + description.length_unit + "\"; give one of " + known);
+  }
   std::set<std::string> names;
   for (const EnsembleRun& run : ensemble.runs) {
     if (!names.insert(run.name).second)
@@ -147,7 +152,7 @@ BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const Ens
   plan.runs = read_runs(work, ensemble, description, *reference, all, options);
   collect(work, plan, *reference, options);
   check_rounded(ensemble, plan.survey);
-  (void)EnvelopeBuilder(plan.survey.min, plan.survey.max, description.envelope_margin);  // throws if the margin is bad
+  (void)EnvelopeBuilder(plan.survey.min, plan.survey.max, description.margin());  // throws if the margin is bad
   plan.reading_seconds = seconds_since(begin);
   return plan;
 }

@@ -135,7 +135,7 @@ std::vector<std::int64_t> last_changes(const std::vector<std::filesystem::path>&
 void set_keys(BakePlan& plan) {
   const std::uint64_t common =
       key_of(work_version, plan.survey.mesh, plan.bases, plan.survey.fields, plan.description.correspondence);
-  const std::uint64_t place = key_of(plan.survey.min, plan.survey.max, plan.description.envelope_margin, plan.camera);
+  const std::uint64_t place = key_of(plan.survey.min, plan.survey.max, plan.description.margin(), plan.camera);
   for (std::size_t run = 0; run < plan.runs.size(); ++run) {
     const RunSurvey& survey = plan.survey.runs[run];
     const std::string name =

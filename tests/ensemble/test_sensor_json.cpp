@@ -92,7 +92,10 @@ TEST_CASE("noise, in the length unit or in mm") {
   CHECK(noise.background == 2);
   CHECK(read(with_pose(unit_pose, ",\"noise_mm\":500,\"length_unit\":\"m\"")).noise.sigma == 0.5f);
   CHECK(read(with_pose(unit_pose, ",\"noise\":0.5,\"length_unit\":\"in\"")).noise.sigma == 0.5f);
-  check_refused(with_pose(unit_pose, ",\"noise_mm\":1,\"length_unit\":\"in\""), "noise_mm");
+  CHECK(read(with_pose(unit_pose, ",\"noise_mm\":25.4,\"length_unit\":\"in\"")).noise.sigma == doctest::Approx(1));
+  CHECK(read(with_pose(unit_pose, ",\"length_unit\":\"m\"")).noise.sigma ==
+        doctest::Approx(1e-4));  // the default is 0.1 mm
+  check_refused(with_pose(unit_pose, ",\"length_unit\":\"furlong\""), "give mm, cm, m, um, in or ft");
   check_refused(with_pose(unit_pose, ",\"noise_mm\":1,\"noise\":1"), "both");
 }
 

@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const lbea::bake::EnsembleDescription description = lbea::io::read_ensemble_toml(file.path());
     if (description.runs.empty() || description.modes == 0 || !(description.time_factor > 0) ||
-        !(description.envelope_margin >= 0))
+        !(description.margin() >= 0))
       std::abort();
   } catch (const lbea::Error& error) {
     if (error.what()[0] == '\0') std::abort();

@@ -9,32 +9,34 @@ namespace lbea::test {
 
 using namespace lbea::bake;
 
-inline StereoSensor rig_above() {
+/// scale: units of length per mm.
+inline StereoSensor rig_above(float scale = 1) {
   StereoSensor rig;
-  rig.T_reference_sensor = {1, 0, 0, 95, 0, -1, 0, 45, 0, 0, -1, 600};
-  rig.T_reference_right = {1, 0, 0, 135, 0, -1, 0, 45, 0, 0, -1, 600};
+  rig.T_reference_sensor = {1, 0, 0, 95 * scale, 0, -1, 0, 45 * scale, 0, 0, -1, 600 * scale};
+  rig.T_reference_right = {1, 0, 0, 135 * scale, 0, -1, 0, 45 * scale, 0, 0, -1, 600 * scale};
   rig.focal_px = 800;
   rig.width_px = 360;
   rig.height_px = 180;
   return rig;
 }
 
-inline BakeOptions with_views(unsigned threads = 0) {
+inline BakeOptions with_views(unsigned threads = 0, float scale = 1) {
   BakeOptions options;
   options.threads = threads;
-  options.depth_renderer = [](const CommonMesh& mesh, const std::array<float, 3>& low,
-                              const std::array<float, 3>& high) {
-    return make_depth_renderer(rig_above(), mesh.node_ids.size(), mesh.elements, low, high);
+  options.depth_renderer = [scale](const CommonMesh& mesh, const std::array<float, 3>& low,
+                                   const std::array<float, 3>& high) {
+    return make_depth_renderer(rig_above(scale), mesh.node_ids.size(), mesh.elements, low, high);
   };
   return options;
 }
 
 /// Runs plate_0 ... bend to 0.5, 0.6, ... radians.
-inline Ensemble similar_plates(std::uint32_t runs, std::uint32_t steps) {
+inline Ensemble similar_plates(std::uint32_t runs, std::uint32_t steps, const PlateShape& shape = {}) {
   Ensemble ensemble;
   for (std::uint32_t run = 0; run < runs; ++run)
-    ensemble.runs.push_back({"plate_" + std::to_string(run), {}, [run, steps] {
-                               return std::make_unique<SyntheticSimulation>(bending_plate(0.5 + 0.1 * run, steps));
+    ensemble.runs.push_back({"plate_" + std::to_string(run), {}, [run, steps, shape] {
+                               return std::make_unique<SyntheticSimulation>(
+                                   bending_plate(0.5 + 0.1 * run, steps, shape));
                              }});
   return ensemble;
 }

@@ -3,6 +3,8 @@
 #include "runtime/src/depth/depth_images.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
+#include <lbea/tracker.hpp>
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -221,5 +223,67 @@ TEST_CASE("without depth images there is nothing to fit, and the error says what
   } catch (const Error& error) {
     CHECK(error.status == Status::bad_config);
     CHECK(std::string(error.what()).find("baked without a sensor") != std::string::npos);
+  }
+}
+
+TEST_CASE("an ensemble in m was judged with lengths in mm: full coverage, and no simulation fitted") {
+  struct Judged {
+    std::vector<Status> statuses;
+    std::vector<Verdict> verdicts;
+    std::vector<std::uint32_t> samples;
+    std::vector<float> coverages, misfits;
+    std::size_t culled = 0;
+    Verdict test = Verdict::unknown;
+  };
+  const auto judged = [](const std::string& unit) {
+    const auto scale = static_cast<float>(units_per_mm(unit));
+    EnsembleDescription description = bent_plates_description();
+    description.length_unit = unit;
+    const TemporaryFolder folder;
+    const PlateShape shape{.length = 190 * scale, .width = 90 * scale};
+    bake_model(similar_plates(6, 8, shape), description, folder / "m.lbea", with_views(0, scale));
+    const Model model = Model::open(folder / "m.lbea");
+    MatcherConfig config = fit_config();
+    config.T_reference_sensor = rig_above(scale).T_reference_sensor;
+    Matcher matcher(model, config);
+    Tracker tracker(model);
+    Judged all;
+    const auto match = [&](const std::vector<Point>& frame) {
+      std::vector<Point> points = frame;
+      for (Point& p : points) p = {scale * p.x, scale * p.y, scale * p.z};
+      const MatchResult result = matcher.match({.points = points});
+      all.statuses.push_back(result.status);
+      all.verdicts.push_back(result.verdict);
+      all.samples.push_back(result.matches.empty() ? 0 : model.sample_index(result.matches[0].sample));
+      all.coverages.push_back(result.coverage);
+      all.misfits.push_back(result.fit.misfit);
+      all.culled += result.points.culled;
+      return result;
+    };
+    for (const double angle : {0.1, 0.25, 0.4, 0.55, 0.72, 0.8})
+      all.test = tracker.update(match(seen(bent(angle), {.sigma = 0.3f}))).verdict;
+    auto folded = bent(0.6);
+    for (std::size_t i = 0; i < folded.size(); i += 3) folded[i + 2] += 12.0f * std::sin(folded[i] * 0.1f);
+    match(seen(folded));
+    std::vector<Point> part = seen(bent(0.6)), far = part;
+    std::erase_if(part, [](const Point& p) { return p.x > -70; });
+    match(part);
+    for (Point& p : far) p.z += 60;
+    match(far);
+    return all;
+  };
+  const Judged mm = judged("mm"), m = judged("m");
+  CHECK(mm.verdicts[0] == Verdict::matched);
+  CHECK(mm.verdicts[6] == Verdict::no_simulation_fits);
+  CHECK(mm.statuses[7] == Status::low_coverage);
+  CHECK(mm.test == Verdict::matched);
+  CHECK(m.statuses == mm.statuses);
+  CHECK(m.verdicts == mm.verdicts);
+  CHECK(m.samples == mm.samples);
+  CHECK(m.test == mm.test);
+  CHECK(m.culled == mm.culled);
+  for (std::size_t i = 0; i < mm.coverages.size(); ++i) {
+    CHECK(m.coverages[i] == doctest::Approx(mm.coverages[i]).epsilon(0.01));  // two of 200 vertices, by rounding
+    if (mm.misfits[i] > 0) CHECK(m.misfits[i] == doctest::Approx(mm.misfits[i]).epsilon(0.01));
   }
 }

@@ -220,7 +220,7 @@ TEST_CASE("configurations that make no sense are refused in words") {
   };
   refuses({.max_points = 0}, "max_points");
   refuses({.max_matches = 0}, "max_matches");
-  refuses({.trusted_distance = 0}, "trusted_distance");
+  refuses({.trusted_distance = -1}, "trusted_distance");
   refuses({.trusted_distance = std::numeric_limits<float>::infinity()}, "trusted_distance");
   refuses({.min_coverage = 1.5f}, "min_coverage");
   refuses({.min_coverage = std::nanf("")}, "min_coverage");

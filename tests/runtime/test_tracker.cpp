@@ -125,7 +125,7 @@ TEST_CASE("nonsense in the configuration is refused by name") {
 TEST_CASE("the path after the test is the best of all paths: as brute force finds it, over a model small enough") {
   const AlignedBytes bytes = bent_plates_model(ReferenceMode::impact, {.runs = 2, .steps = 3});
   const Model model = Model::view(bytes.span());
-  const TrackerConfig config{.sharpness = 0.5f, .change = 0.1f};
+  const TrackerConfig config{.sharpness = 0.5f, .noise = 0.5f, .change = 0.1f};
   std::mt19937 random(3);
   std::uniform_real_distribution<float> residual(0.5f, 3);
   for (int trial = 0; trial < 20; ++trial) {

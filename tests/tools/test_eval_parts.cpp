@@ -274,13 +274,15 @@ TEST_CASE("weighted mean and spread by their formulas") {
 }
 
 TEST_CASE("plausibilities sum to 1, decrease with the residual and ignore differences below the noise") {
+  const Plates plates;
+  const Model& model = plates.model;
   const std::vector<Match> candidates{{{0, 1}, 1.0f}, {{1, 2}, 1.0f}, {{2, 3}, 2.0f}};
-  const auto weighted = plausible_samples(candidates, {.sharpness = 4, .noise = 1});
+  const auto weighted = plausible_samples(model, candidates, {.sharpness = 4, .noise = 1});
   CHECK(weighted[0].weight == weighted[1].weight);
   CHECK(weighted[2].weight / weighted[0].weight == doctest::Approx(std::exp(-4.0 * 3 / 2)));
   CHECK(weighted[0].weight + weighted[1].weight + weighted[2].weight == doctest::Approx(1));
   CHECK(weighted[2].sample == Sample{2, 3});
-  CHECK(plausible_samples({}).empty());
+  CHECK(plausible_samples(model, {}).empty());
 }
 
 // Regression: a comma in the name of a run shifted the columns.

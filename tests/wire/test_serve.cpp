@@ -52,22 +52,22 @@ class Camera {
       : sink_(context, endpoint), T_(T_reference_sensor) {
     REQUIRE(sink_.wait_ready(30s));
   }
-  [[nodiscard]] std::span<const std::byte> encode(std::uint64_t id, std::uint32_t sample) {
+  [[nodiscard]] std::span<const std::byte> encode(std::uint64_t id, std::uint32_t sample, float scale = 1) {
     const auto positions = model_.node_positions(sample);
     points_.clear();
     for (std::size_t i = 0; i + 2 < positions.size(); i += 3)
-      points_.push_back(seen({positions[i], positions[i + 1], positions[i + 2]}));
+      points_.push_back(seen({positions[i], positions[i + 1], positions[i + 2]}, scale));
     return encoder_.frame({id, 0, points_}, 1);
   }
-  bool send(std::uint64_t id, std::uint32_t sample, std::chrono::milliseconds patience = 30s) {
-    return sink_.send(encode(id, sample), patience);
+  bool send(std::uint64_t id, std::uint32_t sample, std::chrono::milliseconds patience = 30s, float scale = 1) {
+    return sink_.send(encode(id, sample, scale), patience);
   }
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] FrameSink& sink() { return sink_; }
 
  private:
-  [[nodiscard]] Point seen(const Point& p) const {  // the inverse of the pose
-    const float x = p.x - T_[3], y = p.y - T_[7], z = p.z - T_[11];
+  [[nodiscard]] Point seen(const Point& p, float scale) const {  // the inverse of the pose
+    const float x = scale * (p.x - T_[3]), y = scale * (p.y - T_[7]), z = scale * (p.z - T_[11]);
     return {T_[0] * x + T_[4] * y + T_[8] * z, T_[1] * x + T_[5] * y + T_[9] * z, T_[2] * x + T_[6] * y + T_[10] * z};
   }
 
@@ -240,12 +240,42 @@ TEST_CASE("the inferred field is published for every frame, from the estimate's 
     CHECK(inference.field == "plastic_strain");
     CHECK(inference.model_checksum == model.checksum());
     Inferred expected;
-    infer_field(model, 0, result.fit.estimate, plausible_samples(result.fit.candidates), expected);
+    infer_field(model, 0, result.fit.estimate, plausible_samples(model, result.fit.candidates), expected);
     CHECK(inference.values == expected.mean);
     CHECK(inference.spread == expected.spread);
     CHECK(inference.values.size() == model.elements());
   }
   CHECK(explained.size() == 3);
+}
+
+TEST_CASE("frames in m for a model in mm: every frame was rejected, without a sentence and with exit code 0") {
+  Bench bench;
+  const auto server = bench.serve({"--pose", LBEA_SENSOR});
+  WireContext context;
+  {
+    Camera camera(context, bench.frames(), read_pose(LBEA_SENSOR));
+    for (std::uint64_t id = 0; id < 21; ++id) REQUIRE(camera.send(id, 5, 30s, 1e-3f));
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "empty_frame"); }));
+  }
+  server->signal(SIGINT);
+  CHECK(server->wait() == 1);
+  CHECK(number_after(text_of(bench.file("serve.out")), "rejected") == 21);
+  CHECK(contains(text_of(bench.file("serve.err")),
+                 "21 frames came, and none of their points is near any simulation; are they in mm"));
+}
+
+TEST_CASE("a sensor.json in m was taken for a model in mm") {
+  Bench bench;
+  std::string text = text_of(LBEA_SENSOR);
+  text.replace(text.find("\"mm\""), 4, "\"m\"");
+  std::ofstream(bench.file("sensor.json")) << text;
+  for (const char* check : {"--check", "--json"}) {
+    const auto server = bench.start({LBEA_MODEL, "--frames", bench.frames(), "--results", bench.results(), "--pose",
+                                     bench.file("sensor.json"), check});
+    CHECK(server->wait() == 1);
+    CHECK(contains(text_of(bench.file("serve.out")) + text_of(bench.file("serve.err")),
+                   "\"length_unit\" is \"m\", but the model's lengths are in \"mm\""));
+  }
 }
 
 TEST_CASE("errors are reported in a sentence") {

@@ -68,7 +68,7 @@ void declare_content(Tool& tool, BakeCommand& command) {
   tool.add_option("--time-factor", command.time_factor,
                   with_default("seconds per unit of the runs' times", defaults.time_factor));
   tool.add_option("--envelope-margin", command.envelope_margin,
-                  with_default("points farther than this from all samples are background", defaults.envelope_margin));
+                  "points farther than this from all samples are background, in the length unit (default: 25 mm)");
   tool.add_option("--correspondence", command.correspondence,
                   "store the data that VtP matching needs: true or false (default: true)");
   tool.add_option("--landmarks", command.landmarks,
@@ -172,7 +172,7 @@ bake::EnsembleDescription described(const BakeCommand& command) {
   replace(description.parameters, command.parameters);
   replace(description.length_unit, command.length_unit);
   replace(description.time_factor, command.time_factor);
-  replace(description.envelope_margin, command.envelope_margin);
+  if (command.envelope_margin) description.envelope_margin = command.envelope_margin;
   replace(description.correspondence, command.correspondence);
   replace(description.compact_fields, command.compact_fields);
   if (command.landmarks) description.landmarks = command.landmarks;

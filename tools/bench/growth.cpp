@@ -16,7 +16,7 @@ namespace {
 constexpr std::array<std::size_t, 10> point_counts{1'000,  2'000,   5'000,   10'000,  20'000,
                                                    50'000, 100'000, 200'000, 500'000, 1'000'000};
 constexpr std::size_t most_clouds = 4;
-constexpr float point_jitter = 0.1f;  // length unit, similar to the noise of a sensor
+constexpr double point_jitter_mm = 0.1;  // similar to the noise of a sensor
 
 // Fewer frames of large clouds, but enough for a median.
 Schedule schedule_for(std::size_t points) {
@@ -26,11 +26,13 @@ Schedule schedule_for(std::size_t points) {
 
 // Consecutive clouds from the middle of the list, as a camera delivers them: a search may start from the result of the
 // previous frame.
-std::vector<BenchCloud> sized_clouds(std::span<const BenchCloud> clouds, std::size_t points) {
+std::vector<BenchCloud> sized_clouds(std::span<const BenchCloud> clouds, std::size_t points,
+                                     std::string_view length_unit) {
+  const auto jitter = static_cast<float>(point_jitter_mm * units_per_mm(length_unit));
   const std::size_t count = std::min(most_clouds, clouds.size());
   std::vector<BenchCloud> result;
   for (const BenchCloud& cloud : clouds.subspan((clouds.size() - count) / 2, count))
-    result.push_back({cloud.name, cloud.stamp_ns, resized(cloud.points, points, point_jitter)});
+    result.push_back({cloud.name, cloud.stamp_ns, resized(cloud.points, points, jitter)});
   return result;
 }
 
@@ -134,7 +136,7 @@ std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfi
   std::vector<GrowthRow> rows;
   for (const std::size_t points : point_counts) {
     step_started(std::to_string(points) + " points");
-    const std::vector<BenchCloud> sized = sized_clouds(clouds, points);
+    const std::vector<BenchCloud> sized = sized_clouds(clouds, points, model.length_unit());
     MatcherConfig sized_config = config;
     sized_config.max_points = static_cast<std::uint32_t>(points);
     const auto pipelines = make(sized_config);

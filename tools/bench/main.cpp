@@ -212,8 +212,9 @@ Report measured(const Options& options, const Model& model, Pipelines pipelines,
 }
 
 int bench(Options options) {
-  if (!options.pose_file.empty()) options.matcher.T_reference_sensor = io::read_pose(options.pose_file);
   const Model model = Model::open(options.model_file);
+  if (!options.pose_file.empty())
+    options.matcher.T_reference_sensor = io::read_pose(options.pose_file, model.length_unit());
   std::vector<BenchCloud> clouds = load_clouds(options.cloud_paths, options.points);
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);

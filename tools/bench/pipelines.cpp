@@ -17,7 +17,7 @@ class KernelsPipeline : public Pipeline {
       : name_(std::move(name)),
         model_(model),
         view_(model_.view()),
-        config_(config),
+        config_(completed(config, model_)),
         code_(code),
         index_(envelope_grid(view_.envelope), config.max_points, code),
         corresponding_(view_.info.vertices),

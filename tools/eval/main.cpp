@@ -53,7 +53,8 @@ int live(const LiveArguments& arguments) {
   std::unique_ptr<Truth> truth;
   if (!arguments.truth_table.empty())
     truth = std::make_unique<Truth>(arguments.truth_table, io::open_simulation(arguments.run), model);
-  const RigidTransform pose = arguments.pose.empty() ? identity_transform : io::read_pose(arguments.pose);
+  const RigidTransform pose =
+      arguments.pose.empty() ? identity_transform : io::read_pose(arguments.pose, model.length_unit());
   if (!arguments.out.empty()) prepare_folder(arguments.out);
   const LiveOptions options{arguments.results, arguments.access.load(),
                             std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};

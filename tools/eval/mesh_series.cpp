@@ -37,7 +37,7 @@ void write_matched_mesh(const std::filesystem::path& file, const Model& model, s
 
 void write_estimate_mesh(const std::filesystem::path& file, const Model& model,
                          std::span<const WeightedSample> estimate, std::span<const Match> candidates, double time_s) {
-  const std::vector<WeightedSample> plausible = plausible_samples(candidates);
+  const std::vector<WeightedSample> plausible = plausible_samples(model, candidates);
   Inferred shape;
   infer_positions(model, estimate, plausible, shape);
   std::vector<Inferred> fields(model.fields());

@@ -225,7 +225,7 @@ void Test::write_meshes(const FrameTrial& row, const MatchResult& result) {
 FieldError Test::field_error(const MatchResult& result) {
   FieldError error;
   if (!has_field_) return error;
-  infer_field(model_, 0, result.fit.estimate, plausible_samples(result.fit.candidates), inferred_);
+  infer_field(model_, 0, result.fit.estimate, plausible_samples(model_, result.fit.candidates), inferred_);
   std::vector<float> matched(model_.field_size(0));
   model_.read_field(0, model_.sample_index(result.matches.front().sample), matched);
   const auto& truth = state_.fields[run_field_];

@@ -25,7 +25,7 @@ struct Arguments {
   std::filesystem::path model, sensor, out;
   std::vector<std::string> clouds;
   std::uint32_t frames = 3;
-  std::optional<double> noise;
+  std::optional<double> noise, rough_shift, tolerance;
   bake::RegistrationSettings settings;
   bool even_if_ambiguous = false, json = false;
 };
@@ -41,14 +41,15 @@ void declare(Tool& tool, Arguments& arguments) {
   tool.add_option("--frames", arguments.frames, "number of clouds to use, from the first")->check(positive_number());
   tool.add_option("--noise", arguments.noise, "standard deviation of a point (default: sensor.json's)")
       ->check(positive_number());
-  tool.add_option("--rough-shift", arguments.settings.rough_shift,
-                  "largest shift between the rough and the true pose, length unit")
+  tool.add_option("--rough-shift", arguments.rough_shift,
+                  "largest shift between the rough and the true pose, length unit (default: 20 mm)")
       ->check(positive_number());
   tool.add_option("--rough-turn", arguments.settings.rough_turn_deg,
                   "largest rotation between the rough and the true pose, degrees")
       ->check(positive_number());
-  tool.add_option("--tolerance", arguments.settings.tolerance,
-                  "poses that differ by less count as equal; largest displacement of the component, length unit")
+  tool.add_option("--tolerance", arguments.tolerance,
+                  "poses that differ by less count as equal; largest displacement of the component, length unit "
+                  "(default: 1 mm)")
       ->check(positive_number());
   tool.add_flag("--even-if-ambiguous", arguments.even_if_ambiguous,
                 "write the pose although the clouds do not determine it");
@@ -159,9 +160,13 @@ void print(const bake::Registration& r, bool json) {
 }
 
 int run(Arguments& arguments) {
-  const io::SensorDescription rough = io::read_sensor_json(arguments.sensor);
-  arguments.settings.noise = arguments.noise.value_or(std::max(double{rough.noise.sigma}, 1e-6));
   const Model model = Model::open(arguments.model);
+  const io::SensorDescription rough = io::read_sensor_json(arguments.sensor, model.length_unit());
+  bake::RegistrationSettings& settings = arguments.settings;
+  const double mm = units_per_mm(model.length_unit());
+  settings.noise = arguments.noise.value_or(std::max(double{rough.noise.sigma}, 1e-6 * mm));
+  settings.rough_shift = arguments.rough_shift.value_or(settings.rough_shift * mm);
+  settings.tolerance = arguments.tolerance.value_or(settings.tolerance * mm);
   const Undeformed component = undeformed_component(model, arguments.settings.noise);
   const auto points = read_clouds(arguments);
   check_units(points, component, std::string(model.length_unit()));

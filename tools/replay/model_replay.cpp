@@ -1,5 +1,6 @@
 #include "tools/replay/model_replay.hpp"
 
+#include "adapters/rig/sensor_json.hpp"
 #include "tools/replay/match_replay.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -102,6 +103,7 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   ResultComparison* const compared = comparison ? &*comparison : nullptr;
   ResultOutput output(options, settings, compared);
   const std::string& pose_file = options.settings.pose_file;
+  if (!pose_file.empty()) (void)io::read_pose(pose_file, model.length_unit());
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
                                       pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
   MatchReplay replay(model, settings.matcher, views, options.threads);

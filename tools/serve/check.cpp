@@ -72,7 +72,7 @@ std::string describe(const wire::ServerAccess& access) {
 }
 
 std::string describe_fit(ServeOptions options, const Model& model) {
-  read_pose_file(options);
+  read_pose_file(options, model);
   const MatcherConfig& config = options.matcher;
   const Matcher matcher(model, config, views_for(config, model, options.sensor_json, options.pose_file));
   return "the matcher has depth images for this pose";
@@ -124,7 +124,10 @@ int check(const ServeOptions& options) {
   preflight.check("model",
                   [&] { return describe(model.emplace(Model::open(options.model_file)), options.model_file); });
   if (!options.pose_file.empty())
-    preflight.check("pose", [&] { return static_cast<void>(io::read_pose(options.pose_file)), options.pose_file; });
+    preflight.check("pose", [&] {
+      static_cast<void>(io::read_pose(options.pose_file, model ? model->length_unit() : std::string_view()));
+      return options.pose_file;
+    });
   if (model && options.matcher.method == Method::fit)
     preflight.check("fit", [&] { return describe_fit(options, *model); });
   if (model && !options.inferred_field.empty())

@@ -22,8 +22,9 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
   tool.add_option("--max-points", matcher.max_points, "larger frames are rejected")->check(in_range(1u, 16'777'216u));
   tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(in_range(1u, 1000u));
   tool.add_option("--trusted-distance", matcher.trusted_distance,
-                  "a vertex counts as seen when a point is within this distance, mm")
-      ->check(positive_number());
+                  "a vertex counts as seen when a point is within this distance, in the model's length unit")
+      ->check(positive_number())
+      ->default_text("3 mm");
   tool.add_option("--min-coverage", matcher.min_coverage,
                   "minimum share of the surface seen; below it a match is not trusted")
       ->check(in_range(0.0f, 1.0f));
@@ -75,9 +76,9 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_operation_options(tool, options);
 }
 
-void read_pose_file(ServeOptions& options) {
+void read_pose_file(ServeOptions& options, const Model& model) {
   if (options.pose_file.empty()) return;
-  options.matcher.T_reference_sensor = io::read_pose(options.pose_file);
+  options.matcher.T_reference_sensor = io::read_pose(options.pose_file, model.length_unit());
   options.sensor_json = io::as_text(io::read_file(options.pose_file));
 }
 

@@ -26,7 +26,7 @@ struct ServeOptions {
 
 void add_options(Tool& tool, ServeOptions& options);
 /// Reads the pose and the text of --pose, if it was given. Throws Error{file_not_found | bad_input}.
-void read_pose_file(ServeOptions& options);
+void read_pose_file(ServeOptions& options, const Model& model);
 /// The index of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
 /// Memory of the queue in bytes: one slot of max_points per waiting frame, allocated at the start.

@@ -23,8 +23,8 @@ namespace {
 constexpr auto description =
     "Matches frames as they arrive and publishes a result for each.\n"
     "A frame without a free slot in the queue is dropped, counted, and published as a result.\n"
-    "The exit code is 1 when any frame was dropped, when ids are missing between those received, when senders\n"
-    "alternate, when something could not be recorded, or when the tally does not add up.";
+    "The exit code is 1 when any frame was dropped or all were rejected, when ids are missing between those received,\n"
+    "when senders alternate, when something could not be recorded, or when the tally does not add up.";
 
 PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) {
   PipelineConfig config = options.pipeline;
@@ -119,6 +119,7 @@ std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
 }
 
 int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
+  const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
   wire::WireContext context;
   const ServiceNotify service;
@@ -152,9 +153,11 @@ int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   warn_of_unfinished(pipeline.senders());
   const bool all_recorded = recording.finish();
   const wire::Counters counters = pipeline.counters();
+  const std::string refusal = refusal_of_all(counters, length_unit);
+  if (!refusal.empty()) spdlog::error(refusal);
   wait_for_log();
   print_last_line(options.json ? tally_json(counters) : tally_line(counters));
-  return has_model && is_complete(counters) && all_recorded ? exit_ok : exit_failed;
+  return has_model && is_complete(counters) && all_recorded && refusal.empty() ? exit_ok : exit_failed;
 }
 
 int serve(ServeOptions options) {
@@ -167,9 +170,9 @@ int serve(ServeOptions options) {
                               {"--preview", options.preview_endpoint},
                               {"--inference", options.inference_endpoint}});
   if (options.check) return check(options);
-  read_pose_file(options);
   const Model model = Model::open(options.model_file);
   const bool is_held = model.hold(options.matcher.method);
+  read_pose_file(options, model);
   report(request_for_process(options.privileges, &model, options.matcher.method));
   require_memory(options);
   return serve_model(options, model, is_held);

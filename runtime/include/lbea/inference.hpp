@@ -20,7 +20,8 @@ struct Inferred {
 
 /// The candidates of a SurfaceFit, with the Tracker's weights by their residuals r:
 /// exp(-sharpness * (r^2 - least r^2) / (least r^2 + noise^2)). Weights add up to 1.
-[[nodiscard]] LBEA_API std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates,
+[[nodiscard]] LBEA_API std::vector<WeightedSample> plausible_samples(const Model& model,
+                                                                     std::span<const Match> candidates,
                                                                      const TrackerConfig& config = {});
 
 /// `estimate`: of the SurfaceFit, with weights that add up to 1. `field`: below model.fields(). Both functions throw

@@ -100,7 +100,7 @@ typedef struct lbea_config {
   uint32_t max_points;          /**< a larger frame is refused, never truncated */
   uint32_t max_matches;         /**< how many samples to return, best first */
   int32_t method;               /**< lbea_method */
-  float trusted_distance;       /**< length unit; a vertex counts as seen when a point is within this distance */
+  float trusted_distance;       /**< length unit; a vertex counts as seen when a point is within it; 0: 3 mm */
   float min_coverage;           /**< below this coverage, the status is LBEA_LOW_COVERAGE */
   int64_t trigger_ns;           /**< the sender's clock at impact: selects the reference mesh over time */
   float T_reference_sensor[12]; /**< row-major 3x4: reference = R * sensor + t */

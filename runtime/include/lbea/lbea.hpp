@@ -119,6 +119,20 @@ struct WeightedSample {
   float weight = 0;  // shares are positive and add up to 1
 };
 
+struct LengthUnit {
+  std::string_view name;
+  double per_mm = 1;  // how many of it make a millimeter
+};
+inline constexpr std::array<LengthUnit, 6> length_units{
+    {{"mm", 1}, {"cm", 0.1}, {"m", 1e-3}, {"um", 1e3}, {"in", 1 / 25.4}, {"ft", 1 / 304.8}}};
+
+/// How many of `unit` make a millimeter; 1 for one that is not in the list.
+[[nodiscard]] constexpr double units_per_mm(std::string_view unit) noexcept {
+  for (const LengthUnit& known : length_units)
+    if (known.name == unit) return known.per_mm;
+  return 1;
+}
+
 struct ModelView;    // the validated sections of a model file, runtime-internal
 struct DepthImages;  // the depth images and their camera, runtime-internal
 
@@ -245,9 +259,9 @@ struct MatcherConfig {
   std::uint32_t max_points = 131'072;  // a larger frame is refused, never truncated
   std::uint32_t max_matches = 5;       // how many samples to return, best first
   Method method = Method::lbea;
-  float trusted_distance = 3.0f;  // length unit; a vertex counts as seen when a point is within this distance
-  float min_coverage = 0.25f;     // below this coverage the status is low_coverage (the result is still filled)
-  std::int64_t trigger_ns = 0;    // the sender's clock at impact: selects the reference mesh over time
+  float trusted_distance = 0;   // length unit; a vertex counts as seen when a point is within it; 0: 3 mm
+  float min_coverage = 0.25f;   // below this coverage the status is low_coverage (the result is still filled)
+  std::int64_t trigger_ns = 0;  // the sender's clock at impact: selects the reference mesh over time
   RigidTransform T_reference_sensor = identity_transform;
 };
 

@@ -16,7 +16,7 @@ namespace lbea {
 
 struct TrackerConfig {
   float sharpness = 8;  // how fast plausibility decreases with the excess of the squared residual over the best one
-  float noise = 0.5f;   // length unit; differences of residuals below it are not significant
+  float noise = 0;      // length unit; differences of residuals below it are not significant; 0: 0.5 mm
   float persistence = 0.8f;  // probability of moving forward by one more step
   float change = 0.01f;      // share of the probability that may change to another simulation per frame
 };

@@ -54,9 +54,15 @@ struct DepthImages {
 
 /// How two depth images are compared. The values gave the least EE on left-out runs of a rail ensemble.
 struct DepthMetric {
-  float cap = 40;        // length unit: greatest cost of a cell that both images fill
+  float cap = 40;        // mm: greatest cost of a cell that both images fill
   float one_sided = 25;  // cost of a cell that only one image fills: the silhouette
   float mesh_noise = 1;  // residual between a frame and its own sample, from sampling a curved surface by cells
+
+  /// The same in another unit.
+  [[nodiscard]] DepthMetric in(std::string_view length_unit) const noexcept {
+    const auto scale = static_cast<float>(units_per_mm(length_unit));
+    return {scale * cap, scale * one_sided, scale * mesh_noise};
+  }
 };
 
 /// Removes the evidence of what a frame does not show: an empty cell is evidence against a sample that fills it only

@@ -6,6 +6,11 @@
 namespace lbea {
 namespace {
 
+FitSettings in_unit(FitSettings settings, std::string_view length_unit) {
+  settings.metric = settings.metric.in(length_unit);
+  return settings;
+}
+
 std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
   const std::uint32_t count = format::mesh_landmarks(nodes);
   std::vector<std::uint32_t> chosen;
@@ -77,12 +82,12 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
                              const FitSettings& settings)
     : model_(model),
       views_(std::move(views)),
-      settings_(settings),
+      settings_(in_unit(settings, model.length_unit)),
       code_(kernels()),
       frame_(views_.data()->camera),
-      thinned_(*views_.data(), settings.metric),
+      thinned_(*views_.data(), settings_.metric),
       proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
-      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings.metric),
+      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings_.metric),
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),

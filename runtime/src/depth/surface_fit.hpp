@@ -29,7 +29,7 @@ struct FitSettings {
   std::uint32_t candidates = 24;  // the best of them, which the estimate combines
   // Share of the surface above which something hides a part of it, and nearest points propose wrong samples
   float hidden = 0.1f;
-  DepthMetric metric;
+  DepthMetric metric;  // converted to the model's unit by SurfaceFitter
   // Cost of a sample's share in the estimate, added to the squared residual of the combination:
   float residual_price = 0.2f;   // times the sample's squared residual
   float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation

@@ -122,8 +122,8 @@ void check(const MatcherConfig& config, const ModelView& model, const SensorView
   require(config.max_points >= 1 && config.max_points <= most_points,
           "max_points is " + std::to_string(config.max_points) + "; give 1 to " + std::to_string(most_points));
   require(config.max_matches >= 1, "max_matches is 0; give at least 1");
-  require(config.trusted_distance > 0 && std::isfinite(config.trusted_distance),
-          "trusted_distance is " + std::to_string(config.trusted_distance) + "; give a positive length");
+  require(config.trusted_distance >= 0 && std::isfinite(config.trusted_distance),
+          "trusted_distance is " + std::to_string(config.trusted_distance) + "; give a length, or 0 for the default");
   require(config.min_coverage >= 0 && config.min_coverage <= 1,
           "min_coverage is " + std::to_string(config.min_coverage) + "; give a share from 0 to 1");
   require(config.method == Method::lbea || config.method == Method::vtp || config.method == Method::fit,
@@ -142,9 +142,16 @@ void check(const MatcherConfig& config, const ModelView& model, const SensorView
 
 }  // namespace
 
+MatcherConfig completed(MatcherConfig config, const Model& model) {
+  constexpr double trusted_mm = 3;
+  if (!(config.trusted_distance > 0))
+    config.trusted_distance = static_cast<float>(trusted_mm * units_per_mm(model.length_unit()));
+  return config;
+}
+
 Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
     : model(std::move(m)),
-      config(c),
+      config(completed(c, model)),
       view(model.view()),
       index(envelope_grid(view.envelope), config.max_points),
       corresponding(view.info.vertices),

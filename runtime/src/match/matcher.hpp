@@ -18,6 +18,9 @@ namespace lbea {
 /// Method step 2: the reference whose time is nearest to `since_trigger_s`; ties go to the earlier one.
 [[nodiscard]] std::uint32_t reference_at(const ModelView& model, double since_trigger_s) noexcept;
 
+/// The configuration with the model's default of `trusted_distance`.
+[[nodiscard]] MatcherConfig completed(MatcherConfig config, const Model& model);
+
 /// In doubles, so that the difference of any two stamps is defined.
 [[nodiscard]] inline double seconds_between(std::int64_t begin_ns, std::int64_t end_ns) noexcept {
   constexpr double seconds_per_nanosecond = 1e-9;

@@ -58,10 +58,12 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
   for (float& value : into) value = all > 0 ? std::sqrt(value / all) : 0;
 }
 
-std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config) {
+std::vector<WeightedSample> plausible_samples(const Model& model, std::span<const Match> candidates,
+                                              const TrackerConfig& config) {
   std::vector<WeightedSample> weighted;
   if (candidates.empty()) return weighted;
-  const Likelihood likelihood(std::ranges::min_element(candidates, {}, &Match::distance)->distance, config);
+  const Likelihood likelihood(std::ranges::min_element(candidates, {}, &Match::distance)->distance,
+                              completed(config, model));
   float all = 0;
   for (const Match& candidate : candidates) {
     weighted.push_back({candidate.sample, static_cast<float>(likelihood(candidate.distance))});

@@ -13,7 +13,7 @@ void require(bool holds, const char* name, float value, const char* range) {
 
 void check(const TrackerConfig& config) {
   require(config.sharpness > 0 && std::isfinite(config.sharpness), "sharpness", config.sharpness, "a positive number");
-  require(config.noise > 0 && std::isfinite(config.noise), "noise", config.noise, "a positive length");
+  require(config.noise >= 0 && std::isfinite(config.noise), "noise", config.noise, "a length, or 0 for the default");
   require(config.persistence >= 0 && config.persistence < 1, "persistence", config.persistence,
           "a share from 0 to below 1");
   require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
@@ -75,7 +75,8 @@ struct Trellis {
 struct Tracker::State {
   State(Model m, const TrackerConfig& c, const SensorViews& views)
       : model(std::move(m)),
-        config(c),
+        config(completed(c, model)),
+        mesh_noise(double{DepthMetric{}.in(model.length_unit()).mesh_noise}),
         misfit_limit(views.test_misfit_limit()),
         probability(model.samples()),
         likelihood(model.samples()),
@@ -95,6 +96,7 @@ struct Tracker::State {
 
   Model model;
   TrackerConfig config;
+  double mesh_noise;
   float misfit_limit;  // 0: no depth images, so no verdict
   double log_misfits = 0, weights = 0;
   std::uint64_t judged = 0;                     // frames
@@ -164,8 +166,8 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   if (!(fit.misfit > 0) || !(misfit_limit > 0)) return;
   constexpr std::uint64_t least_frames = 4;
   constexpr float sure = 0.9f;
-  const double noise = double{DepthMetric{}.mesh_noise}, residual = double{fit.residual}, misfit = double{fit.misfit};
-  const double weight = misfit * misfit / (residual * residual + noise * noise);
+  const double residual = double{fit.residual}, misfit = double{fit.misfit};
+  const double weight = misfit * misfit / (residual * residual + mesh_noise * mesh_noise);
   log_misfits += weight * std::log(misfit);
   weights += weight;
   state.misfit = static_cast<float>(std::exp(log_misfits / weights));
@@ -200,7 +202,8 @@ const TestState& Tracker::update(const MatchResult& result) noexcept {
 }
 
 std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence,
-                                   const TrackerConfig& config) {
+                                   const TrackerConfig& wanted) {
+  const TrackerConfig config = completed(wanted, model);
   Trellis trellis(model, config);
   for (std::size_t frame = 0; frame < evidence.size(); ++frame) {
     if (frame > 0) trellis.advance();

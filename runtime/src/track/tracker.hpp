@@ -9,6 +9,13 @@
 
 namespace lbea {
 
+/// The configuration with the model's default of `noise`.
+[[nodiscard]] inline TrackerConfig completed(TrackerConfig config, const Model& model) noexcept {
+  constexpr double noise_mm = 0.5;
+  if (!(config.noise > 0)) config.noise = static_cast<float>(noise_mm * units_per_mm(model.length_unit()));
+  return config;
+}
+
 /// Likelihood of a candidate by its residual: its plausibility, but at least `doubt`, so that a single wrong frame
 /// cannot exclude what all others support.
 class Likelihood {

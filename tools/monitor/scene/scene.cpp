@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint32_t most_fields = 8;
 constexpr float margin = 0.3f;  // of the size of the component; points farther from it are not shown
+constexpr double distance_limit_mm = 10;
 constexpr float full_scale = 65535.0f;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -162,7 +163,10 @@ nlohmann::json to_json(const wire::WireResult& result) {
   return json;
 }
 
-SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges) : model_(model), ranges_(std::move(ranges)) {
+SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges)
+    : model_(model),
+      ranges_(std::move(ranges)),
+      distance_limit_(distance_limit_mm * units_per_mm(model.length_unit())) {
   const auto corners = model.element_nodes();
   for (std::size_t e = 0; e < model.elements(); ++e)
     elements_.push_back({corners[4 * e], corners[4 * e + 1], corners[4 * e + 2], corners[4 * e + 3]});
@@ -210,10 +214,10 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points,
     if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
     // nearest() gives infinity beyond the limit.
     const double distance =
-        surface ? surface->nearest({double{point.x}, double{point.y}, double{point.z}}, double{distance_limit}).distance
+        surface ? surface->nearest({double{point.x}, double{point.y}, double{point.z}}, distance_limit_).distance
                 : infinity;
     values.insert(values.end(), {quantized(share[0]), quantized(share[1]), quantized(share[2]),
-                                 quantized(static_cast<float>(distance) / distance_limit)});
+                                 quantized(static_cast<float>(distance / distance_limit_))});
   }
   const std::size_t shown = values.size() / 4;
   packet.add("cloud", std::move(values));
@@ -223,7 +227,7 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points,
 std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) const {
   Packet packet;
   nlohmann::json scene{
-      {"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit}};
+      {"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit_}};
   const bool of_this_model = moment.result.model_checksum == model_.checksum();
   std::optional<bake::SurfaceTree> surface;  // of the estimate; not set: no mesh
   scene["meshes"] = of_this_model ? add_meshes(moment.result, packet, surface) : nlohmann::json::object();

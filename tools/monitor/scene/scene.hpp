@@ -45,10 +45,8 @@ class SceneBuilder {
 
   const Model& model_;
   ModelRanges ranges_;
+  double distance_limit_;  // larger distances are shown as this one, length unit
   std::vector<std::array<std::uint32_t, 4>> elements_;
 };
-
-/// Larger distances are shown as this one, length unit.
-inline constexpr float distance_limit = 10.0f;
 
 }  // namespace lbea::tool

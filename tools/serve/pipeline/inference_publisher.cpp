@@ -64,7 +64,7 @@ void InferencePublisher::run() noexcept {
 
 void InferencePublisher::publish(const Request& request) {
   if (model_.file_was_written()) return;
-  infer_field(model_, field_, request.fit.estimate, plausible_samples(request.fit.candidates), inferred_);
+  infer_field(model_, field_, request.fit.estimate, plausible_samples(model_, request.fit.candidates), inferred_);
   message_.sequence = request.sequence;
   message_.session = request.session;
   message_.frame_id = request.frame_id;

@@ -67,6 +67,8 @@ std::unique_ptr<bake::SimulationReader> open_run(const std::string& source) {
 }
 
 bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
+  for (const auto& sensor : {description.region.sensor, description.depth_sensor})
+    if (!sensor.empty()) (void)io::read_sensor_json(sensor, description.length_unit);
   bake::Ensemble ensemble;
   const std::vector<std::string> sources = sources_of(description.runs);
   for (std::size_t i = 0; const std::filesystem::path& run : description.runs) {

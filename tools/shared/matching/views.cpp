@@ -50,22 +50,22 @@ SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
 
 }  // namespace
 
-bool suits(const RigidTransform& baked, const RigidTransform& wanted) noexcept {
-  constexpr double max_degrees = 5, max_distance = 30;  // length unit; the same surface is hidden up to here
+bool suits(const RigidTransform& baked, const RigidTransform& wanted, std::string_view length_unit) noexcept {
+  constexpr double max_degrees = 5, max_distance_mm = 30;  // the same surface is hidden up to here
   double trace = 0, squared = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) trace += double{baked[4 * i + k]} * double{wanted[4 * i + k]};
     squared += std::pow(double{baked[4 * i + 3]} - double{wanted[4 * i + 3]}, 2);
   }
   const double degrees = std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0)) * 57.29577951308232;
-  return degrees <= max_degrees && std::sqrt(squared) <= max_distance;
+  return degrees <= max_degrees && std::sqrt(squared) <= max_distance_mm * units_per_mm(length_unit);
 }
 
 SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& sensor_json,
                       const std::string& name) {
   if (config.method != Method::fit) return {};
   const SensorViews baked = SensorViews::baked_into(model);
-  if (!baked.empty() && suits(baked.T_reference_sensor(), config.T_reference_sensor)) return baked;
+  if (!baked.empty() && suits(baked.T_reference_sensor(), config.T_reference_sensor, model.length_unit())) return baked;
   if (sensor_json.empty())
     throw Error(
         Status::bad_config,

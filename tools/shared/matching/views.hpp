@@ -9,7 +9,8 @@ namespace lbea::tool {
 
 /// Whether frames from the pose `wanted` can be compared with images rendered for `baked`: the poses differ so little
 /// that both see the same surface.
-[[nodiscard]] bool suits(const RigidTransform& baked, const RigidTransform& wanted) noexcept;
+[[nodiscard]] bool suits(const RigidTransform& baked, const RigidTransform& wanted,
+                         std::string_view length_unit) noexcept;
 
 /// Empty unless the method is fit. `sensor_json`: the text of the rig's description, which may be empty when the
 /// model's own images are used; `name`: its file, for errors. Throws Error{bad_config | bad_input} when images are
