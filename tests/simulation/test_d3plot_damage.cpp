@@ -8,6 +8,7 @@
 
 #include "adapters/simulation/open.hpp"
 #include "tests/support/d3plot_writer.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
 using lbea::test::D3plot;
@@ -107,6 +108,34 @@ TEST_CASE("the last file of a family may be cut, one that others follow may not"
     const auto states = states_of(folder / "d3plot");
     REQUIRE(states.has_value());
     CHECK(*states >= 2);
+  }
+}
+
+TEST_CASE("a family without one of its files, or with an empty one, lost states without a word") {
+  D3plot d = sample_d3plot(5);
+  d.states_per_file = 1;
+  const lbea::test::TemporaryFolder folder;
+  const fs::path first = write_d3plot(d, folder.path()), third = folder / "d3plot03";
+  const auto refusal = [&] {
+    return lbea::test::error_of([&] { static_cast<void>(lbea::io::open_simulation(first)); });
+  };
+  fs::resize_file(third, 0);
+  lbea::test::check_error(refusal(), lbea::Status::bad_input, {"d3plot03", "holds no state, but later files follow"});
+  fs::remove(third);
+  lbea::test::check_error(refusal(), lbea::Status::bad_input, {"d3plot03 is missing, but d3plot04 is there"});
+  fs::remove(folder / "d3plot04");
+  fs::remove(folder / "d3plot05");
+  CHECK(lbea::io::open_simulation(first)->states() == 2);
+}
+
+TEST_CASE("the hole of a sparse file of 5 TB was read zero by zero, for minutes") {
+  const lbea::test::TemporaryFolder folder;
+  for (const bool has_end_markers : {true, false}) {
+    D3plot d = small(4);
+    d.has_end_markers = has_end_markers;
+    const fs::path file = write_d3plot(d, folder.path());
+    fs::resize_file(file, 5'000'000'000'000);
+    CHECK(lbea::io::open_simulation(file)->states() == 3);
   }
 }
 

@@ -49,7 +49,7 @@ struct Walk {
 
 bool has_marker_from(const WordFile& file, std::uint64_t word) {
   std::vector<float> chunk(std::min<std::uint64_t>(1 << 16, file.words() - std::min(word, file.words())));
-  for (; word < file.words(); word += chunk.size()) {
+  for (; (word = file.next_data(word)) < file.words(); word += chunk.size()) {
     const auto part = std::span(chunk).first(std::min<std::uint64_t>(chunk.size(), file.words() - word));
     file.reals(word, part, "a state");
     if (std::find(part.begin(), part.end(), static_cast<float>(end_marker)) != part.end()) return true;
@@ -120,7 +120,7 @@ void refuse_continuation(const fs::path& file) {
                 file.string() + ", byte 0: this is a later file of a family; give its first file, " + base};
 }
 
-/// The first file and its continuations `<name>01` ... `<name>99`, `<name>100`, ... in numeric order; gaps are allowed.
+/// The first file and its continuations `<name>01` ... `<name>99`, `<name>100`, ... in numeric order.
 std::vector<fs::path> find_family(const fs::path& first_file) {
   refuse_adaptive(first_file);
   const std::string name = first_file.filename().string();
@@ -141,6 +141,17 @@ std::vector<fs::path> find_family(const fs::path& first_file) {
   return family;
 }
 
+/// A family without one of its files would lack states, and later states would have lower numbers.
+void refuse_gaps(const std::vector<fs::path>& family) {
+  for (std::size_t number = 1; number < family.size(); ++number) {
+    const std::string digits = (number < 10 ? "0" : "") + std::to_string(number);
+    const fs::path expected = family.front().string() + digits;
+    if (family[number].filename() != expected.filename())
+      throw Error{Status::bad_input, expected.string() + " is missing, but " + family[number].filename().string() +
+                                         " is there; copy the family again, or move its later files elsewhere"};
+  }
+}
+
 /// Finds the complete states, each of `state_words`. A state never spans files; a file ends with an end marker, with
 /// its last byte, or with zeros. In the first file states may follow the geometry at `first_word`.
 std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::uint64_t word_bytes,
@@ -153,6 +164,8 @@ std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::u
     // The first file of a family may have other data after its geometry.
     if (f == 0 && !is_last && found.end != End::marked && found.end != End::plain) continue;
     refuse_unfit(file, found, is_last, state_words);
+    if (f > 0 && !is_last && found.states.empty())
+      file.refuse(Status::bad_input, 0, "the file holds no state, but later files follow; copy it again");
     states.insert(states.end(), found.states.begin(), found.states.end());
   }
   return states;
@@ -171,6 +184,7 @@ Database open_database(const std::filesystem::path& first_file) {
     file.refuse(Status::unsupported_input, 31,
                 "the model has neither shells nor solids, so no surface (beams and thick shells are not read); give a "
                 "run with a surface");
+  refuse_gaps(database.family);
   database.geometry = read_geometry(file, database.header);
   database.layout = lay_out_state(file, database.header, database.geometry);
   database.states =

@@ -113,10 +113,19 @@ double WordFile::real(std::uint64_t word, const std::string& what) const {
   return value;
 }
 
+std::uint64_t WordFile::next_data(std::uint64_t word) const noexcept {
+  const ::off_t data =
+      ::lseek(descriptor_, static_cast<::off_t>(std::min(times(word, word_bytes_), bytes_)), SEEK_DATA);
+  if (data < 0) return errno == ENXIO ? std::max(word, words()) : word;  // no data follows; or holes are not supported
+  return std::max(word, static_cast<std::uint64_t>(data) / word_bytes_);
+}
+
 bool WordFile::is_zero_from(std::uint64_t word) const {
   const std::uint64_t first = std::min(times(word, word_bytes_), bytes_);
   std::vector<std::byte> chunk(std::min<std::uint64_t>(chunk_bytes, bytes_ - first));
   for (std::uint64_t byte = first; byte < bytes_;) {
+    byte = std::max(byte, times(next_data(byte / word_bytes_), word_bytes_));
+    if (byte >= bytes_) break;
     const std::span<std::byte> part = std::span(chunk).first(std::min<std::uint64_t>(chunk.size(), bytes_ - byte));
     read(byte, part, "padding");
     if (std::any_of(part.begin(), part.end(), [](std::byte b) { return b != std::byte{}; })) return false;

@@ -38,6 +38,8 @@ class WordFile {
                                                    const std::string& what) const;
   void reals(std::uint64_t word, std::span<float> into, const std::string& what) const;
   [[nodiscard]] double real(std::uint64_t word, const std::string& what) const;
+  /// The next word at or after `word` that may differ from zero: the holes of sparse files are skipped.
+  [[nodiscard]] std::uint64_t next_data(std::uint64_t word) const noexcept;
   /// Whether all bytes from `word` to the end are zero.
   [[nodiscard]] bool is_zero_from(std::uint64_t word) const;
 
