@@ -268,6 +268,9 @@ TEST_CASE("collections: what is wrong is said") {
   refused(collection("").substr(0, 50), {"byte", "XML"});
   refused(collection(""), {"names no file"});
   refused(collection("<DataSet file=\"a.vtu\"/>"), {"a file without a time"});
+  for (const std::string time : {"0,5", "t=1", "3 ms", "nan"})  // were read as 0, 0, 3
+    refused(collection("<DataSet timestep=\"" + time + "\" file=\"a.vtu\"/>"),
+            {"the time \"" + time + "\" of a.vtu is not a number"});
   refused(collection(
               "<DataSet timestep=\"1\" part=\"0\" file=\"a.vtu\"/><DataSet timestep=\"1\" part=\"1\" file=\"b.vtu\"/>"),
           {"several files at time 1.0"}, Status::unsupported_input);

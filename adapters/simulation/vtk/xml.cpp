@@ -181,6 +181,17 @@ class XmlParser {
 
 }  // namespace
 
+namespace {
+
+/// The whole of a time as a number; nothing for "0,5", "t=1" and "3 ms".
+std::optional<double> whole_time(std::string_view word) {
+  double time = 0;
+  if (!text::next_real(word, time) || !text::trimmed(word, blanks).empty() || !std::isfinite(time)) return std::nullopt;
+  return time;
+}
+
+}  // namespace
+
 bool is_vtk_collection(std::string_view start) noexcept {
   return start.find("<VTKFile") != std::string_view::npos && start.find("\"Collection\"") != std::string_view::npos;
 }
@@ -195,8 +206,12 @@ std::vector<GridState> read_vtk_collection(const std::filesystem::path& file) {
                                   " (XML); the file is damaged, export it again");
   std::vector<GridState> states;
   for (const pugi::xml_node entry : document.child("VTKFile").child("Collection").children("DataSet")) {
-    const double time = entry.attribute("timestep").as_double(std::nan(""));
-    if (!std::isfinite(time)) refuse(Status::bad_input, " names a file without a time; add timestep=\"...\"");
+    const std::string word = entry.attribute("timestep").value();
+    const auto time = whole_time(word);
+    if (!time)
+      refuse(Status::bad_input, word.empty() ? " names a file without a time; add timestep=\"...\""
+                                             : ": the time \"" + word + "\" of " + entry.attribute("file").value() +
+                                                   " is not a number; write one with a decimal point, without a unit");
     states.push_back({file.parent_path() / entry.attribute("file").value(), time});
   }
   if (states.empty()) refuse(Status::bad_input, " names no file; export it again");
