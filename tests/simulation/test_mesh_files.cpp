@@ -77,7 +77,19 @@ TEST_CASE("what a keyword file lacks is said with the line") {
   check_error(refused("*NODE\n1,a,0,0\n"), Status::bad_input, {"line 2", "number"});
   check_error(refused("*NODE\n1,0,0,0\n1,0,0,0\n"), Status::bad_input, {"line 3", "node 1 is defined twice"});
   check_error(refused("*ELEMENT_SHELL_COMPOSITE\n"), Status::unsupported_input, {"line 1", "COMPOSITE"});
-  check_error(refused("*KEYWORD\n*INCLUDE\nmesh.k\n"), Status::unsupported_input, {"no surface"});
+  check_error(refused("*KEYWORD\n*INCLUDE\nmesh.k\n"), Status::unsupported_input, {"other files (*INCLUDE)"});
+  check_error(refused("*NODE\n1,0,0,0\n*ELEMENT_TSHELL\n1,1,1,1,1,1,1,1,1,1\n"), Status::unsupported_input,
+              {"thick shells (*ELEMENT_TSHELL)"});
+}
+
+TEST_CASE("a node's blank coordinates at the end of a card were refused instead of read as 0") {
+  const TemporaryFolder folder;
+  const auto run =
+      open_simulation(put(folder / "a.k",
+                          "*NODE\n       1\n       2             1.0\n"
+                          "       3             1.0             1.0\n       4                             1.0\n"
+                          "*ELEMENT_SHELL\n       1       1       1       2       3       4\n"));
+  CHECK(run->mesh().positions == std::vector<float>{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
 }
 
 TEST_CASE("numbered OBJ files are a run") {

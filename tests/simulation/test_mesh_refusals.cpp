@@ -40,7 +40,7 @@ const std::string faces = "element face 1\nproperty list uchar int vertex_index\
 }  // namespace
 
 TEST_CASE("keyword files: what is wrong is said with the line") {
-  refused("*NODE\n1,0,0\n", {"line 2", "an id and x, y, z"});
+  refused("*NODE\n1,0,0,0\n\n", {"line 3", "\"\" is not an id"});
   refused("*NODE\nx,0,0,0\n", {"line 2", "\"x\" is not an id"});
   refused("*NODE\n1,0,0,0\n*ELEMENT_SHELL\n1,1,1,1\n", {"line 4", "at least three nodes"});
   refused("*NODE\n1,0,0,0\n*ELEMENT_SOLID\n1\n", {"line 4", "a solid needs an id and a part"});

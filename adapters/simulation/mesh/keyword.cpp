@@ -61,6 +61,8 @@ class KeywordParser {
     card_ = keyword == "*NODE" ? Card::node : Card::none;
     if (keyword.starts_with("*ELEMENT_SHELL")) begin_shell(keyword.substr(14));
     if (keyword == "*ELEMENT_SOLID") card_ = Card::solid;
+    has_thick_shells_ |= keyword.starts_with("*ELEMENT_TSHELL");
+    has_includes_ |= keyword.starts_with("*INCLUDE");
     if (keyword.starts_with("*ELEMENT_SOLID_"))
       fail("the option of " + keyword + " is not read", Status::unsupported_input);
   }
@@ -103,8 +105,8 @@ class KeywordParser {
   }
 
   void read_node(std::string_view line) {
-    const auto card = fields(line, 1, 3);
-    if (card.size() < 4) fail("a node needs an id and x, y, z");
+    auto card = fields(line, 1, 3);
+    card.resize(std::max<std::size_t>(card.size(), 4));  // blank coordinates are 0, also at the end of a line
     if (!node_points_.emplace(id(card[0]), static_cast<std::uint32_t>(node_ids_.size())).second)
       fail("node " + std::string(card[0]) + " is defined twice");
     node_ids_.push_back(id(card[0]));
@@ -158,7 +160,17 @@ class KeywordParser {
     return value;
   }
 
+  /// A file without any element that is read.
+  [[noreturn]] void refuse_without_elements() const {
+    const char* reason = has_thick_shells_ ? "its elements are thick shells (*ELEMENT_TSHELL), which are not read"
+                         : has_includes_   ? "its mesh is in other files (*INCLUDE), which are not read; give the file "
+                                             "that has nodes and elements, or join them into one"
+                                         : "it has no *ELEMENT_SHELL and no *ELEMENT_SOLID; give a file with the mesh";
+    throw Error{Status::unsupported_input, name_ + ": " + reason + " (LS-DYNA keyword file)"};
+  }
+
   Grid finish() {
+    if (kinds_.empty()) refuse_without_elements();
     std::size_t at = 0;
     std::vector<std::uint32_t> corners;
     for (std::size_t e = 0; e < kinds_.size(); ++e) {
@@ -190,6 +202,7 @@ class KeywordParser {
   Widths general_, widths_;
   Card card_ = Card::none;
   std::size_t extra_ = 0, skip_ = 0;  // cards after each element
+  bool has_thick_shells_ = false, has_includes_ = false;
   std::unordered_map<std::uint32_t, std::uint32_t> node_points_;
   std::vector<std::uint32_t> node_ids_, element_ids_, parts_, nodes_;
   std::vector<CellKind> kinds_;
