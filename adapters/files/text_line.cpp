@@ -1,13 +1,19 @@
 #include "adapters/files/text_line.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 namespace lbea::io::text {
+namespace {
+
+constexpr std::size_t longest_number = 64;  // characters, of a number that is copied before it is read
+
+}  // namespace
 
 bool LineReader::next(std::string_view& line) {
   if (at_ >= text_.size()) return false;
-  const std::size_t end = text_.find('\n', at_);
+  const std::size_t end = text_.find(end_, at_);
   const std::size_t stop = end == std::string_view::npos ? text_.size() : end;
   line = text_.substr(at_, stop - at_);
   if (line.ends_with('\r')) line.remove_suffix(1);
@@ -70,6 +76,11 @@ bool parse_number(std::string_view word, float& value) noexcept {
     if (std::from_chars(word.data(), end, wide).ec != std::errc{}) return false;
     value = static_cast<float>(wide);
     return true;
+  }
+  if (error == std::errc{} && (*stop == 'd' || *stop == 'D') && word.size() <= longest_number) {
+    std::array<char, longest_number> digits{};
+    std::replace_copy(word.begin(), word.end(), digits.begin(), *stop, 'e');
+    return parse_number({digits.data(), word.size()}, value);
   }
   if (error != std::errc{} || *stop != '#') return false;  // some run-time libraries print NaN as 1.#QNAN
   value = std::numeric_limits<float>::quiet_NaN();

@@ -12,10 +12,11 @@
 
 namespace lbea::io::text {
 
-/// Reads a text line by line; "\n" and "\r\n" end a line.
+/// Reads a text line by line; "\n" and "\r\n" end a line, in a text without "\n" also "\r".
 class LineReader {
  public:
-  explicit LineReader(std::string_view text) : text_(text) {}
+  explicit LineReader(std::string_view text)
+      : text_(text), end_(text.find('\n') == std::string_view::npos ? '\r' : '\n') {}
   /// False at the end of the text.
   bool next(std::string_view& line);
   [[nodiscard]] std::size_t line() const noexcept { return line_; }  // number of the last line read, from 1
@@ -24,6 +25,7 @@ class LineReader {
 
  private:
   std::string_view text_;
+  char end_;
   std::size_t at_ = 0;
   std::size_t line_ = 0;
 };
@@ -57,8 +59,8 @@ class Fields {
 /// All fields of a line.
 [[nodiscard]] std::vector<std::string_view> split(std::string_view line, char separator);
 
-/// The whole of `word` as a number: decimal point, optional sign, exponent, nan, inf, and the spellings 1.#QNAN
-/// and -1.#IND. False when it is anything else or outside double's range.
+/// The whole of `word` as a number: decimal point, optional sign, exponent (also Fortran's "1d3"), nan, inf, and the
+/// spellings 1.#QNAN and -1.#IND. False when it is anything else or outside double's range.
 bool parse_number(std::string_view word, float& value) noexcept;
 
 /// The whole of `word` as an integer; false when it is anything else or outside the type's range.

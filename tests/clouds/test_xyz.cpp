@@ -91,6 +91,12 @@ TEST_CASE("comments, the stamp, missing values") {
   CHECK(cloud.source == "t.csv");
 }
 
+TEST_CASE("lines that end with a carriage return alone gave one point, Fortran's exponents none") {
+  CHECK(same(points_of("x y z\r1 2 3\r4 5 6\r"), {{1, 2, 3}, {4, 5, 6}}));
+  CHECK(same(points_of("1d3 -2.5D-1 3\n"), {{1000, -0.25f, 3}}));
+  check_refused("1 2 3\n1d 2 3\n", "line 2: \"1d\" is not a number");
+}
+
 TEST_CASE("no points") {
   CHECK(points_of("x,y,z\n").empty());
   CHECK(points_of("# nothing seen\n").empty());
