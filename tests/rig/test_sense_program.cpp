@@ -196,3 +196,22 @@ TEST_CASE("after Ctrl-C the written frames are complete and have their truth") {
   CHECK(sense.files().size() == rows.size() + 2);
   for (const auto& row : rows) CHECK(sense.frame(row.at("file")).points.size() > 500);
 }
+
+TEST_CASE("Ctrl-C was ignored while the run was surveyed") {
+  Sensing sensing;
+  sensing.run = sensing.scratch / "large.obj";
+  std::string text;
+  for (int i = 0; i < 400'000; ++i)
+    text += "v 0.00000" + std::to_string(i) + " 1 2.000000000000000000000000000000000\n";
+  std::ofstream(sensing.run) << text << "f 1 2 3\n";
+  Process process = sensing.start("");
+  // It has read the file, and parses it.
+  const std::string counters = "/proc/" + std::to_string(process.id()) + "/io";
+  const auto bytes_read = [&] {
+    const std::string all = text_of(counters);
+    return all.empty() ? 0 : std::stoull(all.substr(all.find(':') + 1));
+  };
+  while (process.is_running() && bytes_read() < text.size()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  process.signal(SIGINT);
+  CHECK(process.wait() == 128 + SIGINT);
+}

@@ -43,6 +43,7 @@ class Process {
   void signal(int number) const {
     if (pid_ > 0) ::kill(pid_, number);  // 0 would also signal this test
   }
+  [[nodiscard]] pid_t id() const noexcept { return pid_; }
   [[nodiscard]] bool is_running() {
     if (pid_ <= 0) return false;
     if (::waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = 0;

@@ -97,6 +97,7 @@ Summary sense(const Options& options) {
   const io::SensorDescription description = described(options);
   const auto reader = io::open_simulation(options.run);
   const auto plan = planned_frames(options, *reader);
+  catch_stop_signals();  // until here nothing is written, and a signal ends the program at once
   const bake::VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements,
                                    options.threads);
   RecordingFolder folder(options.out, options.run, description.length_unit);
@@ -109,8 +110,8 @@ Summary sense(const Options& options) {
   for (const FrameTime& moment : plan) {
     if (stop_requested) break;
     const bake::SimulationState& state = states.at(moment.state);
-    const auto points =
-        sensor.sense({state.positions, state.alive}, description.noise, bake::frame_seed(options.seed, summary.frames));
+    const auto points = sensor.sense({state.positions, exposed_elements(reader->mesh(), state.alive)},
+                                     description.noise, bake::frame_seed(options.seed, summary.frames));
     folder.write_frame({summary.frames, moment.state, moment.time_s}, points);
     summary.points += points.size();
     progress.advance_to(++summary.frames);
@@ -137,7 +138,6 @@ void print(const Options& options, const Summary& summary) {
 }
 
 int run(const Options& options) {
-  catch_stop_signals();
   const Summary summary = sense(options);
   print(options, summary);
   if (summary.frames == summary.planned) return exit_ok;
