@@ -79,7 +79,14 @@ struct BakeSummary {
   std::string basis_solver;
   std::size_t degenerate_triangles = 0;  // of the reference meshes, skipped
   double highest_eigenvalue = 0;         // of the first reference, 1 / length^2
-  std::vector<RunLeftOut> left_out;      // in the ensemble's order
+  std::array<float, 3> size{};           // of the box around the component in all samples, length unit
+  std::string length_unit;
+  double first_s = 0, last_s = 0;  // times of the samples
+  double interval_s = 0;           // between two samples of a run, the median; 0: one sample per run
+  std::vector<SimulationField> stored_fields;
+  MeshLosses losses;
+  std::vector<std::string> warnings;  // what a user should check: a sentence each
+  std::vector<RunLeftOut> left_out;   // in the ensemble's order
   std::vector<RoundedField> rounded_fields;
   struct Seconds {
     double reading = 0, bases = 0, samples = 0, writing = 0;  // of the stages that this process did; writing: the merge

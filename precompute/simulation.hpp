@@ -21,14 +21,29 @@ struct SimulationMesh {
   std::vector<Quad> elements;                // node indices
   std::vector<std::uint32_t> element_ids;    // elements, the solver's numbering (a solid's faces share its id)
   std::vector<std::uint32_t> element_parts;  // elements, part ids
+  /// How many of the last elements are pairs of faces by which two solids touch. A face of a pair belongs to the
+  /// surface when the solid of the other one has eroded.
+  std::size_t touching = 0;
 
   [[nodiscard]] std::size_t nodes() const noexcept { return node_ids.size(); }
 };
 
+/// Which elements are part of the surface: those that are alive and, if touching, not covered by a living solid.
+[[nodiscard]] inline std::vector<std::uint8_t> exposed_elements(const SimulationMesh& mesh,
+                                                                std::vector<std::uint8_t> alive) {
+  for (std::size_t e = alive.size() - mesh.touching; e + 1 < alive.size(); e += 2) {
+    const bool first = alive[e] != 0, second = alive[e + 1] != 0;
+    alive[e] = first && !second ? 1 : 0;
+    alive[e + 1] = second && !first ? 1 : 0;
+  }
+  return alive;
+}
+
 /// A quantity per element that the run's states carry.
 struct SimulationField {
-  std::string name;  // e.g. "plastic_strain"
-  std::string unit;  // "1" for pure numbers, empty when the file does not say
+  std::string name;         // e.g. "plastic_strain"
+  std::string unit;         // "1" for pure numbers, empty when the file does not say
+  std::string source = {};  // how the values come from the file: "largest of the integration points", "array stress"
 };
 
 /// One stored state. Buffers are reused from read to read.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace lbea::io {
 namespace {
@@ -65,7 +66,7 @@ std::vector<SurfaceElement> shell_faces(std::span<const Quad> shells) {
   return faces;
 }
 
-std::vector<SurfaceElement> outer_faces(std::span<const Hexahedron> solids) {
+SolidFaces solid_faces(std::span<const Hexahedron> solids) {
   std::vector<SurfaceElement> faces;
   faces.reserve(solids.size() * hexahedron_faces.size());
   for (std::uint32_t s = 0; s < solids.size(); ++s) {
@@ -74,14 +75,20 @@ std::vector<SurfaceElement> outer_faces(std::span<const Hexahedron> solids) {
     else
       add_faces(hexahedron_faces, solids[s], s, faces);
   }
-  std::vector<Quad> keys(faces.size());
-  std::transform(faces.begin(), faces.end(), keys.begin(), [](const SurfaceElement& f) { return face_key(f.nodes); });
+  std::vector<std::pair<Quad, std::uint32_t>> keys(faces.size());
+  for (std::uint32_t f = 0; f < faces.size(); ++f) keys[f] = {face_key(faces[f].nodes), f};
   std::sort(keys.begin(), keys.end());
-  std::erase_if(faces, [&](const SurfaceElement& face) {
-    const auto [first, last] = std::equal_range(keys.begin(), keys.end(), face_key(face.nodes));
-    return last - first > 1;
-  });
-  return faces;
+  std::vector<std::uint32_t> outer;
+  SolidFaces result;
+  for (std::size_t first = 0, last = 0; first < keys.size(); first = last) {
+    while (last < keys.size() && keys[last].first == keys[first].first) ++last;
+    if (last - first == 1) outer.push_back(keys[first].second);
+    if (last - first == 2)
+      for (std::size_t k = first; k < last; ++k) result.touching.push_back(faces[keys[k].second]);
+  }
+  std::sort(outer.begin(), outer.end());
+  for (const std::uint32_t f : outer) result.outer.push_back(faces[f]);
+  return result;
 }
 
 }  // namespace lbea::io

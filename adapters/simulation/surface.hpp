@@ -19,8 +19,13 @@ struct SurfaceElement {
 /// Shells in file order, without those that repeated nodes leave with fewer than three corners.
 [[nodiscard]] std::vector<SurfaceElement> shell_faces(std::span<const Quad> shells);
 
-/// The faces that belong to exactly one solid, by solid, with outward normals when nodes are in LS-DYNA's order.
+struct SolidFaces {
+  std::vector<SurfaceElement> outer;     // belong to exactly one solid, by solid
+  std::vector<SurfaceElement> touching;  // belong to exactly two solids: pairs of the first one's and the second one's
+};
+
+/// The faces of solids, with outward normals when nodes are in LS-DYNA's order.
 /// Wedges, pyramids and tetrahedra are hexahedra with repeated nodes; faces without area are left out.
-[[nodiscard]] std::vector<SurfaceElement> outer_faces(std::span<const Hexahedron> solids);
+[[nodiscard]] SolidFaces solid_faces(std::span<const Hexahedron> solids);
 
 }  // namespace lbea::io

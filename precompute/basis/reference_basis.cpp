@@ -6,6 +6,9 @@
 namespace lbea::bake {
 namespace {
 
+constexpr std::size_t small_region =
+    300;  // vertices; of larger ones, more modes than vertices are refused as a mistake
+
 std::vector<float> region_positions(const ObservedRegion& region, std::span<const float> positions) {
   std::vector<float> chosen;
   chosen.reserve(3 * region.nodes.size());
@@ -56,6 +59,15 @@ ReferenceBasis reference_basis(const ObservedRegion& region, std::span<const flo
 
 void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& reference, const BakeOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
+  if (reference.region.without_area > 0)
+    plan.survey.warnings.push_back(std::to_string(reference.region.without_area) +
+                                   " elements of the region have no area and were skipped");
+  const std::size_t vertices = reference.region.nodes.size();
+  if (plan.description.modes > vertices && vertices <= small_region) {
+    plan.survey.warnings.push_back(std::to_string(plan.description.modes) + " modes were asked of a region with " +
+                                   std::to_string(vertices) + " vertices; it has no more than these");
+    plan.description.modes = static_cast<std::uint32_t>(vertices);
+  }
   const std::uint32_t modes = plan.description.modes;
   const CommonMesh& mesh = plan.survey.mesh;
   plan.bases.resize(reference.states.size());

@@ -139,6 +139,26 @@ BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasi
   return summary;
 }
 
+/// What a user can check: size, times, fields, and what was left out.
+void add_facts(const BakePlan& plan, BakeSummary& summary) {
+  const Survey& survey = plan.survey;
+  for (std::size_t axis = 0; axis < 3; ++axis) summary.size[axis] = survey.max[axis] - survey.min[axis];
+  summary.length_unit = plan.description.length_unit;
+  summary.first_s = std::numeric_limits<double>::infinity();
+  std::vector<double> intervals;
+  for (const RunSurvey& run : survey.runs)
+    for (std::size_t i = 0; i < run.times_s.size(); ++i) {
+      summary.first_s = std::min(summary.first_s, run.times_s[i]);
+      summary.last_s = std::max(summary.last_s, run.times_s[i]);
+      if (i > 0) intervals.push_back(run.times_s[i] - run.times_s[i - 1]);
+    }
+  std::ranges::sort(intervals);
+  if (!intervals.empty()) summary.interval_s = intervals[intervals.size() / 2];
+  summary.stored_fields = survey.fields;
+  summary.losses = survey.losses;
+  summary.warnings = survey.warnings;
+}
+
 std::vector<std::string> names_of(const std::vector<RunLeftOut>& runs) {
   std::vector<std::string> names;
   for (const RunLeftOut& run : runs) names.push_back(run.name);
@@ -209,6 +229,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   writer.commit();
   summary.file_size = writer.file_size();
   summary.left_out = runs.left_out;
+  add_facts(plan, summary);
   if (plan.description.compact_fields) summary.rounded_fields = rounded_fields(plan.survey, appender.field_errors());
   summary.seconds = {plan.reading_seconds, plan.bases_seconds, 0, seconds_since(begin)};
   return summary;

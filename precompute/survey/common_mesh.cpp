@@ -55,37 +55,73 @@ bool same_numbering(const SimulationMesh& a, const SimulationMesh& b) {
 
 }  // namespace
 
-std::vector<std::uint8_t> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
-                                          std::span<const std::uint8_t> alive, const std::string& run) {
+std::vector<Presence> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
+                                      std::span<const std::uint8_t> alive, const std::string& run) {
   check_sizes(mesh, run);
   if (alive.size() != mesh.elements.size())
     throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(alive.size()) +
                                        " elements, but there are " + std::to_string(mesh.elements.size()));
-  if (same_numbering(mesh, reference)) return {alive.begin(), alive.end()};
+  const auto presence = [](std::uint8_t is_alive) { return is_alive != 0 ? Presence::alive : Presence::eroded; };
+  std::vector<Presence> common(reference.elements.size());
+  if (same_numbering(mesh, reference)) {
+    std::ranges::transform(alive, common.begin(), presence);
+    return common;
+  }
   (void)index_nodes(mesh.node_ids, run);
   const ElementIndex index = index_elements(mesh);
-  std::vector<std::uint8_t> common(reference.elements.size());
   for (std::size_t e = 0; e < common.size(); ++e) {
     const auto found = index.find(key_of(reference.node_ids, reference.elements[e], reference.element_ids[e]));
-    common[e] = found != index.end() && alive[found->second] != 0;
+    common[e] = found == index.end() ? Presence::missing : presence(alive[found->second]);
   }
   return common;
 }
 
 CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string& run)
-    : reference_(std::move(reference)), kept_(reference_.elements.size(), 1) {
+    : reference_(std::move(reference)), presence_(reference_.elements.size(), Presence::alive) {
   check_sizes(reference_, run);
   (void)index_nodes(reference_.node_ids, run);
 }
 
-void CommonMeshBuilder::keep(std::span<const std::uint8_t> common) {
-  for (std::size_t e = 0; e < kept_.size(); ++e) kept_[e] = kept_[e] && common[e];
+void CommonMeshBuilder::keep(std::span<const Presence> common, const std::string& run) {
+  for (std::size_t e = 0; e < presence_.size(); ++e)
+    if (common[e] != Presence::alive && presence_[e] != Presence::eroded) presence_[e] = common[e];
+  if (std::ranges::find(common, Presence::eroded) != common.end()) eroding_runs_.push_back(run);
+}
+
+std::vector<std::uint8_t> CommonMeshBuilder::kept() const {
+  std::vector<std::uint8_t> alive(presence_.size());
+  std::ranges::transform(presence_, alive.begin(), [](Presence p) { return p == Presence::alive ? 1 : 0; });
+  return exposed_elements(reference_, std::move(alive));
+}
+
+MeshLosses CommonMeshBuilder::losses() const {
+  MeshLosses losses;
+  losses.runs = eroding_runs_;
+  const std::vector<std::uint8_t> kept = this->kept();
+  const std::size_t outer = kept.size() - reference_.touching;
+  std::vector<std::uint8_t> before(reference_.nodes()), after(reference_.nodes());
+  for (std::size_t e = 0; e < kept.size(); ++e) {
+    if (e < outer && presence_[e] == Presence::eroded) ++losses.eroded;
+    if (e < outer && presence_[e] == Presence::missing) ++losses.missing;
+    if (e >= outer) losses.exposed += kept[e];
+    for (const std::uint32_t node : reference_.elements[e]) {
+      if (e < outer) before[node] = 1;
+      if (kept[e]) after[node] = 1;
+    }
+  }
+  losses.elements = static_cast<std::uint32_t>(outer);
+  for (std::size_t node = 0; node < before.size(); ++node) {
+    losses.nodes += before[node];
+    losses.nodes_left_out += before[node] != 0 && after[node] == 0 ? 1u : 0u;
+  }
+  return losses;
 }
 
 CommonMesh CommonMeshBuilder::finish() const {
+  const std::vector<std::uint8_t> is_kept = kept();
   std::vector<std::uint32_t> new_index(reference_.nodes(), nowhere);
-  for (std::size_t e = 0; e < kept_.size(); ++e)
-    if (kept_[e])
+  for (std::size_t e = 0; e < is_kept.size(); ++e)
+    if (is_kept[e])
       for (const std::uint32_t node : reference_.elements[e]) new_index[node] = 0;
 
   CommonMesh common;
@@ -94,8 +130,8 @@ CommonMesh CommonMeshBuilder::finish() const {
     new_index[node] = static_cast<std::uint32_t>(common.node_ids.size());
     common.node_ids.push_back(reference_.node_ids[node]);
   }
-  for (std::size_t e = 0; e < kept_.size(); ++e) {
-    if (!kept_[e]) continue;
+  for (std::size_t e = 0; e < is_kept.size(); ++e) {
+    if (!is_kept[e]) continue;
     const Quad& q = reference_.elements[e];
     common.elements.push_back({new_index[q[0]], new_index[q[1]], new_index[q[2]], new_index[q[3]]});
     common.element_ids.push_back(reference_.element_ids[e]);

@@ -15,16 +15,27 @@ struct CommonMesh {
   std::vector<std::uint32_t> element_parts;  // E
 };
 
+/// What the reference run's surface has and the common mesh lacks, and why.
+struct MeshLosses {
+  std::uint32_t elements = 0, nodes = 0;  // of the reference run's surface
+  std::uint32_t eroded = 0, missing = 0;  // elements left out: eroded in a used state; not in all runs
+  std::uint32_t nodes_left_out = 0;
+  std::uint32_t exposed = 0;      // elements added: faces of solids whose neighbors eroded
+  std::vector<std::string> runs;  // where elements eroded
+};
+
+enum class Presence : std::uint8_t { missing, alive, eroded };
+
 /// Indices of the common mesh's nodes and elements in a run.
 struct MeshMapping {
   std::vector<std::uint32_t> nodes;     // N
   std::vector<std::uint32_t> elements;  // E
 };
 
-/// Which elements of `reference` a run has and keeps: one flag each. alive: the run's elements, 0 when eroded in any
-/// used state. Throws Error{bad_input} naming `run` when its mesh is inconsistent.
-[[nodiscard]] std::vector<std::uint8_t> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
-                                                        std::span<const std::uint8_t> alive, const std::string& run);
+/// Which elements of `reference` a run has and keeps. alive: the run's elements, 0 when eroded in any used state.
+/// Throws Error{bad_input} naming `run` when its mesh is inconsistent.
+[[nodiscard]] std::vector<Presence> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
+                                                    std::span<const std::uint8_t> alive, const std::string& run);
 
 /// Reduces the reference run's mesh to what all runs have; the order of the runs does not matter.
 /// Two elements are the same when their ids and the ids of their nodes are equal. Errors name `run`.
@@ -33,14 +44,18 @@ class CommonMeshBuilder {
   /// Throws Error{bad_input} when node ids repeat.
   CommonMeshBuilder(SimulationMesh reference, const std::string& run);
   /// common: as common_elements() returns it.
-  void keep(std::span<const std::uint8_t> common);
+  void keep(std::span<const Presence> common, const std::string& run);
   /// Throws Error{bad_input} when nothing is common. Nodes without a common element are left out.
   [[nodiscard]] CommonMesh finish() const;
+  [[nodiscard]] MeshLosses losses() const;
   [[nodiscard]] const SimulationMesh& reference() const noexcept { return reference_; }
 
  private:
+  [[nodiscard]] std::vector<std::uint8_t> kept() const;  // per element of the reference
+
   SimulationMesh reference_;
-  std::vector<std::uint8_t> kept_;  // reference_.elements
+  std::vector<Presence> presence_;  // of its elements in all runs
+  std::vector<std::string> eroding_runs_;
 };
 
 /// Throws Error{bad_input} when the mesh lacks a node or an element of `common`.

@@ -1,5 +1,6 @@
 #include "precompute/survey/reference.hpp"
 
+#include "precompute/basis/mesh_laplacian.hpp"
 #include "precompute/work/bake_plan.hpp"
 
 #include <algorithm>
@@ -48,6 +49,19 @@ std::vector<Quad> chosen_elements(const CommonMesh& mesh, const std::vector<std:
       chosen.push_back(q);
   }
   return chosen;
+}
+
+/// Removes the elements around nodes that have no area around them, for which no basis exists; returns how many.
+std::size_t remove_flat(std::vector<Quad>& elements, std::span<const float> positions) {
+  const std::size_t all = elements.size();
+  for (std::size_t left = 0; left != elements.size();) {
+    left = elements.size();
+    const Eigen::VectorXd mass = mesh_laplacian(positions, elements).mass;
+    std::erase_if(elements, [&](const Quad& q) {
+      return std::ranges::any_of(q, [&](std::uint32_t node) { return !(mass[node] > 0); });
+    });
+  }
+  return all - elements.size();
 }
 
 /// Reads states of the reference run.
@@ -116,6 +130,7 @@ ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> po
 
   ObservedRegion region;
   region.elements = chosen_elements(mesh, criteria.parts, chosen_nodes(mesh, positions, criteria));
+  region.without_area = remove_flat(region.elements, positions);
   if (region.elements.empty())
     throw Error(Status::bad_config,
                 "no element of the component lies in the region with all its nodes; widen the region");

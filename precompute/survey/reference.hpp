@@ -18,6 +18,7 @@ struct RegionCriteria {
 struct ObservedRegion {
   std::vector<std::uint32_t> nodes;  // n, ascending node indices of the common mesh; only those that elements use
   std::vector<Quad> elements;        // indices into `nodes`
+  std::size_t without_area = 0;      // elements left out because their nodes would have no area around them
 };
 
 /// positions: N x 3 of the common mesh at impact. `all_node_ids`: of the reference run, also those not common.

@@ -3,7 +3,9 @@
 #include "runtime/src/model/checksum.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <numeric>
 #include <unordered_map>
@@ -94,6 +96,22 @@ std::vector<InputFile> hashed_files(const SimulationReader& reader) {
   return files;
 }
 
+std::string in_seconds(double time_s) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g s", time_s);
+  return text.data();
+}
+
+/// A crash takes milliseconds: other times are mostly in another unit than time_unit says.
+std::optional<std::string> unlikely_times(const Survey& survey) {
+  constexpr double shortest_s = 1e-4, longest_s = 5;
+  double longest = 0;
+  for (const RunSurvey& run : survey.runs)
+    if (!run.times_s.empty()) longest = std::max(longest, run.times_s.back() - run.times_s.front());
+  if (longest <= 0 || (longest >= shortest_s && longest <= longest_s)) return std::nullopt;
+  return "the longest run takes " + in_seconds(longest) + "; is time_unit right?";
+}
+
 std::string listed(const std::vector<SimulationField>& fields) {
   std::string names;
   for (const SimulationField& field : fields) names += (names.empty() ? "" : ", ") + field.name;
@@ -107,7 +125,7 @@ std::vector<std::uint32_t> find_fields(const std::vector<SimulationField>& chose
     const auto found = std::ranges::find(present, field.name, &SimulationField::name);
     if (found == present.end())
       throw Error(Status::bad_config, "run " + run + " has no field '" + field.name + "'; it has: " + listed(present) +
-                                          "; choose the fields that all runs have");
+                                          "; choose fields that all runs have, or none with fields = []");
     places.push_back(static_cast<std::uint32_t>(found - present.begin()));
   }
   return places;
@@ -141,6 +159,25 @@ void check_state(const SimulationReader& reader, const SimulationState& state, c
                                      " is not finite; leave this state out");
 }
 
+std::optional<std::string> irregular_times(const RunSurvey& survey, const std::string& run) {
+  constexpr double slack = 0.1;  // share of the usual interval; solvers write a state after a whole time step
+  const std::vector<std::uint32_t>& steps = survey.steps;
+  std::vector<double> intervals;  // per stored state
+  for (std::size_t i = 1; i < steps.size(); ++i)
+    intervals.push_back((survey.times_s[i] - survey.times_s[i - 1]) / (steps[i] - steps[i - 1]));
+  if (intervals.size() < 3) return std::nullopt;
+  std::vector<double> sorted = intervals;
+  std::ranges::sort(sorted);
+  const double usual = sorted[sorted.size() / 2];
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    const bool is_end = i + 1 == intervals.size() && intervals[i] < usual;
+    if (is_end || std::abs(intervals[i] - usual) <= slack * usual) continue;
+    return "run " + run + ": state " + std::to_string(steps[i + 1]) + " comes " + in_seconds(intervals[i]) +
+           " after the one before it, most others " + in_seconds(usual) + "; is a state missing?";
+  }
+  return std::nullopt;
+}
+
 std::size_t Survey::samples() const noexcept {
   return std::accumulate(runs.begin(), runs.end(), std::size_t{0},
                          [](std::size_t sum, const RunSurvey& run) { return sum + run.steps.size(); });
@@ -166,6 +203,10 @@ std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint3
 RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const EnsembleDescription& description,
                       const SimulationReader& reference, Stage& stage) {
   RunHistory history;
+  if (reader.states() == 0)
+    throw Error(Status::bad_input, reader.files().front().string() +
+                                       " holds only the mesh; the file with the states is missing beside it (" +
+                                       reader.files().front().filename().string() + "01)");
   history.steps = used_steps(description.steps, reader.states(), run.name);
   for (const std::uint32_t step : history.steps) history.times.push_back(reader.time_s(step));
   (void)step_times(history.times, history.steps, description.time_factor, run.name);
@@ -195,14 +236,17 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
   survey.files = std::move(history.files);
   if (history.extents.size() != extents_.size() || history.common.size() != mesh_.reference().elements.size())
     throw Error(Status::bad_input, "run " + run + " was surveyed with another reference; delete the survey");
-  mesh_.keep(history.common);
+  mesh_.keep(history.common, run);
   for (std::size_t i = 0; i < extents_.size(); ++i) widen(extents_[i], history.extents[i]);
+  if (auto warning = irregular_times(survey, run)) survey_.warnings.push_back(std::move(*warning));
   survey_.runs.push_back(std::move(survey));
 }
 
 Survey SurveyCollection::finish() const {
   Survey survey = survey_;
   survey.mesh = mesh_.finish();
+  survey.losses = mesh_.losses();
+  if (auto warning = unlikely_times(survey)) survey.warnings.push_back(std::move(*warning));
   const auto box = box_of(extents_, reference_places(survey));
   survey.min = box[0];
   survey.max = box[1];

@@ -21,6 +21,8 @@ struct Survey {
   std::vector<std::uint32_t> reference_node_ids;  // of the whole reference run, also those not common
   std::array<float, 3> min{}, max{};              // box of the common nodes in all samples
   std::vector<SimulationField> fields;            // chosen, the same in every run
+  MeshLosses losses;
+  std::vector<std::string> warnings;  // what a user should check: a sentence each
 
   [[nodiscard]] std::size_t samples() const noexcept;
 };
@@ -29,6 +31,10 @@ struct Survey {
 /// Throws Error{bad_config} naming `run` when there are none or a listed one does not exist.
 [[nodiscard]] std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
                                                     const std::string& run);
+
+/// Why the times of a run look wrong: a state comes much later or earlier after the one before it than usual, as when a
+/// file is missing. Nothing when they are regular; a shorter last interval is.
+[[nodiscard]] std::optional<std::string> irregular_times(const RunSurvey& survey, const std::string& run);
 
 /// Throws Error{bad_input} when the state does not fit the reader's mesh and fields or a position is not finite.
 void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
@@ -42,8 +48,8 @@ struct RunHistory {
   std::vector<double> times;            // per step, in the run's unit
   std::vector<SimulationField> fields;  // all of the run
   std::vector<InputFile> files;
-  std::vector<std::uint8_t> common;  // per element: 1 when the run has it in all its steps
-  std::vector<Extent> extents;       // per node: box of its positions in those steps; min > max when the run lacks it
+  std::vector<Presence> common;  // per element, in all its steps
+  std::vector<Extent> extents;   // per node: box of its positions in those steps; min > max when the run lacks it
 };
 
 /// Reads each used state once, one in memory at a time. Throws Error{bad_input | bad_config} naming the run, and

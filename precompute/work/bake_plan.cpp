@@ -6,18 +6,23 @@ namespace lbea::bake {
 namespace {
 
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 1;
-constexpr WorkName plan_name{WorkKind::plan, 2};  // the number: to be raised with every change of the content of a plan
+constexpr std::uint32_t work_version = 2;
+constexpr WorkName plan_name{WorkKind::plan, 3};  // the number: to be raised with every change of the content of a plan
 
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
-static void members(auto& a, SimulationField& f) { a(f.name, f.unit); }
+static void members(auto& a, SimulationField& f) { a(f.name, f.unit, f.source); }
 static void members(auto& a, InputFile& f) { a(f.name, f.size, f.hash); }
 static void members(auto& a, RunSurvey& s) { a(s.steps, s.times_s, s.fields, s.files); }
 static void members(auto& a, RunHistory& h) { a(h.steps, h.times, h.fields, h.files, h.common, h.extents); }
 static void members(auto& a, CommonMesh& m) { a(m.node_ids, m.elements, m.element_ids, m.element_parts); }
-static void members(auto& a, Survey& s) { a(s.runs, s.mesh, s.reference_node_ids, s.min, s.max, s.fields); }
+static void members(auto& a, MeshLosses& l) {
+  a(l.elements, l.nodes, l.eroded, l.missing, l.nodes_left_out, l.exposed, l.runs);
+}
+static void members(auto& a, Survey& s) {
+  a(s.runs, s.mesh, s.reference_node_ids, s.min, s.max, s.fields, s.losses, s.warnings);
+}
 static void members(auto& a, StepSelection& s) { a(s.first, s.last, s.stride, s.list); }
 static void members(auto& a, Box& b) { a(b.min, b.max); }
 static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }

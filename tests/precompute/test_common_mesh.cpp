@@ -54,7 +54,7 @@ void remove_element(SimulationMesh& mesh, std::size_t element) {
 
 void keep_common(CommonMeshBuilder& builder, const SimulationMesh& mesh, const std::vector<std::uint8_t>& alive,
                  const std::string& run) {
-  builder.keep(common_elements(builder.reference(), mesh, alive, run));
+  builder.keep(common_elements(builder.reference(), mesh, alive, run), run);
 }
 
 }  // namespace

@@ -113,9 +113,22 @@ TEST_CASE("a listed node that is eroded in some state is accepted") {
   CommonMeshBuilder builder(plate.simulation, "a");
   std::vector<std::uint8_t> alive(15, 1);
   alive[0] = 0;
-  builder.keep(common_elements(builder.reference(), plate.simulation, alive, "b"));
+  builder.keep(common_elements(builder.reference(), plate.simulation, alive, "b"), "b");
   const CommonMesh eroded = builder.finish();
-  std::vector<float> positions(3 * eroded.node_ids.size(), 0);
+  std::vector<float> positions;
+  for (const std::uint32_t id : eroded.node_ids)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      positions.push_back(plate.simulation.positions[3 * (id - 1001) + axis]);
   const RegionCriteria criteria{{}, {}, plate.simulation.node_ids, {}};
   CHECK(observed_region(eroded, positions, criteria, plate.simulation.node_ids).elements.size() == 14);
+}
+
+TEST_CASE("an element without area in the region ended the bake; it is skipped and counted") {
+  Plate plate;
+  for (const std::size_t node : {0u, 6u})  // of the first element, moved onto its other two
+    plate.simulation.positions[3 * node] = plate.simulation.positions[3 * (node + 1)];
+  const ObservedRegion region = plate.region({});
+  CHECK(region.without_area == 1);
+  CHECK(region.elements.size() == 14);
+  CHECK(region.nodes.size() == 23);
 }

@@ -83,7 +83,9 @@ std::size_t index_of(const std::vector<int>& ids, bool has_numbering, std::uint3
 
 void check_mesh(const D3plot& d, const lbea::bake::SimulationMesh& mesh) {
   const std::size_t solid_faces = d.solids.empty() ? 0 : 11;
-  REQUIRE(mesh.elements.size() == d.shells.size() + solid_faces);
+  const bool can_erode = d.deletion == D3plot::Deletion::elements;
+  REQUIRE(mesh.touching == (can_erode && !d.solids.empty() ? 4 : 0));  // two faces, each of two solids
+  REQUIRE(mesh.elements.size() - mesh.touching == d.shells.size() + solid_faces);
   REQUIRE(mesh.element_ids.size() == mesh.elements.size());
   REQUIRE(mesh.element_parts.size() == mesh.elements.size());
   REQUIRE(mesh.positions.size() == 3 * mesh.nodes());

@@ -8,9 +8,9 @@
 #include "tests/support/d3plot_writer.hpp"
 
 using lbea::io::Hexahedron;
-using lbea::io::outer_faces;
 using lbea::io::Quad;
 using lbea::io::shell_faces;
+using lbea::io::solid_faces;
 
 namespace {
 
@@ -48,16 +48,16 @@ const std::vector<Point> cube{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0,
 }  // namespace
 
 TEST_CASE("no solid, one brick, two bricks") {
-  CHECK(outer_faces({}).empty());
+  CHECK(solid_faces({}).outer.empty());
   const std::vector<Hexahedron> one{{0, 1, 2, 3, 4, 5, 6, 7}};
-  CHECK(outer_faces(one).size() == 6);
-  CHECK(is_closed(outer_faces(one)));
-  CHECK(volume(outer_faces(one), cube) == doctest::Approx(1));
+  CHECK(solid_faces(one).outer.size() == 6);
+  CHECK(is_closed(solid_faces(one).outer));
+  CHECK(volume(solid_faces(one).outer, cube) == doctest::Approx(1));
 
   std::vector<Point> points = cube;
   points.insert(points.end(), {{0, 0, 3}, {1, 0, 3}, {1, 1, 3}, {0, 1, 3}});
   const std::vector<Hexahedron> two{{0, 1, 2, 3, 4, 5, 6, 7}, {4, 5, 6, 7, 8, 9, 10, 11}};
-  const auto faces = outer_faces(two);
+  const auto faces = solid_faces(two).outer;
   CHECK(faces.size() == 10);
   CHECK(is_closed(faces));
   CHECK(volume(faces, points) == doctest::Approx(3));
@@ -78,7 +78,7 @@ TEST_CASE("a brick cut out of a 3 x 3 x 3 block leaves 54 outer and 6 inner face
           solids.push_back({node(x, y, z), node(x + 1, y, z), node(x + 1, y + 1, z), node(x, y + 1, z),
                             node(x, y, z + 1), node(x + 1, y, z + 1), node(x + 1, y + 1, z + 1),
                             node(x, y + 1, z + 1)});
-  const auto faces = outer_faces(solids);
+  const auto faces = solid_faces(solids).outer;
   CHECK(faces.size() == 60);
   CHECK(is_closed(faces));
   CHECK(volume(faces, points) == doctest::Approx(26));
@@ -93,12 +93,12 @@ TEST_CASE("tetrahedra, pyramids and both ways to write a wedge") {
   for (const Case& c : {Case{{0, 1, 2, 4, 4, 4, 4, 4}, 4, 1.0 / 6}, Case{{0, 1, 2, 2, 4, 4, 4, 4}, 4, 1.0 / 6},
                         Case{{0, 1, 2, 3, 4, 4, 4, 4}, 5, 1.0 / 3}, Case{{0, 1, 2, 2, 4, 5, 6, 6}, 5, 0.5},
                         Case{{0, 1, 5, 4, 3, 3, 7, 7}, 5, -0.5}, Case{{4, 5, 1, 0, 7, 7, 3, 3}, 5, 0.5}}) {
-    const auto faces = outer_faces(std::vector<Hexahedron>{c.solid});
+    const auto faces = solid_faces(std::vector<Hexahedron>{c.solid}).outer;
     CHECK(faces.size() == c.faces);
     CHECK(is_closed(faces));
     CHECK(volume(faces, cube) == doctest::Approx(c.volume));
   }
-  CHECK(outer_faces(std::vector<Hexahedron>{{0, 0, 0, 0, 0, 0, 0, 0}}).empty());
+  CHECK(solid_faces(std::vector<Hexahedron>{{0, 0, 0, 0, 0, 0, 0, 0}}).outer.empty());
 }
 
 TEST_CASE("five tetrahedra that fill the cube leave its twelve triangles") {
@@ -107,14 +107,14 @@ TEST_CASE("five tetrahedra that fill the cube leave its twelve triangles") {
                                        {1, 6, 4, 5, 5, 5, 5, 5},
                                        {3, 4, 6, 7, 7, 7, 7, 7},
                                        {1, 3, 4, 6, 6, 6, 6, 6}};
-  const auto faces = outer_faces(solids);
+  const auto faces = solid_faces(solids).outer;
   CHECK(faces.size() == 12);
   for (const auto& face : faces) CHECK(face.nodes[2] == face.nodes[3]);
 }
 
 TEST_CASE("brick, wedge and tetrahedron side by side") {
   const lbea::test::D3plot sample = lbea::test::sample_d3plot(0);
-  const auto faces = outer_faces(sample.solids);
+  const auto faces = solid_faces(sample.solids).outer;
   CHECK(faces.size() == 11);
   CHECK(is_closed(faces));
   CHECK(volume(faces, sample.nodes) == doctest::Approx(1 + 0.5 + 1.0 / 6));

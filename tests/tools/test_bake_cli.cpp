@@ -48,7 +48,53 @@ std::string plate(double depth) {
   return text;
 }
 
+/// A block of 3 x 3 x 3 cubes as a VTK file; one of the cubes may be eroded.
+std::string block(int eroded) {
+  std::string text = "# vtk DataFile Version 3.0\nblock\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 64 float\n";
+  const auto node = [](int x, int y, int z) { return std::to_string(x + 4 * y + 16 * z) + " "; };
+  for (int i = 0; i < 64; ++i)
+    text += std::to_string(i % 4) + " " + std::to_string(i / 4 % 4) + " " + std::to_string(i / 16) + "\n";
+  text += "CELLS 27 243\n";
+  for (int i = 0; i < 27; ++i) {
+    const int x = i % 3, y = i / 3 % 3, z = i / 9;
+    text += "8 ";
+    for (const int up : {0, 1})
+      text += node(x, y, z + up) + node(x + 1, y, z + up) + node(x + 1, y + 1, z + up) + node(x, y + 1, z + up);
+    text += "\n";
+  }
+  text += "CELL_TYPES 27\n";
+  for (int i = 0; i < 27; ++i) text += "12\n";
+  text += "CELL_DATA 27\nSCALARS EROSION_STATUS float 1\nLOOKUP_TABLE default\n";
+  for (int i = 0; i < 27; ++i) text += i == eroded ? "0\n" : "1\n";
+  return text;
+}
+
 }  // namespace
+
+TEST_CASE("the faces of a solid that erodes were left out without a word, and none of those behind it was added") {
+  const TemporaryFolder folder;
+  constexpr int middle_of_a_side = 4, corner = 26;
+  put(folder / "whole/B1.vtk", block(-1));  // the reference run erodes nothing itself
+  put(folder / "whole/B2.vtk", block(-1));
+  put(folder / "eroding/B1.vtk", block(-1));
+  put(folder / "eroding/B2.vtk", block(middle_of_a_side));
+  put(folder / "e.toml", "runs = ['whole', 'eroding']\nfields = []\nmodes = 10\n");
+  const auto json = nlohmann::json::parse(lbea_bake(folder, "e.toml -o m.lbea --json").out);
+  CHECK(json["surface"] == nlohmann::json{{"elements", 54},
+                                          {"nodes", 56},
+                                          {"eroded", 1},
+                                          {"missing", 0},
+                                          {"nodes_left_out", 0},
+                                          {"exposed", 5},
+                                          {"eroding_runs", {"eroding"}}});
+  CHECK(Model::open(folder / "m.lbea").elements() == 54 - 1 + 5);
+  CHECK(Model::open(folder / "m.lbea").nodes() == 60);  // four of them were inside
+
+  put(folder / "eroding/B2.vtk", block(corner));
+  const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
+  CHECK(contains(outcome.out, "3 of 54 elements and 1 of 56 nodes: 3 eroded in 1 runs (eroding), 0 not in all runs"));
+  CHECK(contains(outcome.out, "added          3 faces that erosion exposes"));
+}
 
 TEST_CASE("five files of a numbered series, named together, were five equal runs of five states each") {
   const TemporaryFolder folder;
@@ -84,6 +130,24 @@ TEST_CASE("runs that share a file are refused") {
   }
 }
 
+TEST_CASE("100 modes of 36 vertices, times in ms without time_unit, a field that no file has: said in the summary") {
+  const TemporaryFolder folder;
+  for (int i = 1; i <= 9; ++i)
+    if (i != 6) put(folder / ("run/shape" + std::to_string(i) + ".obj"), plate(i));
+  put(folder / "e.toml", "runs = ['run']\nfields = []\n");
+  const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
+  CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+  CHECK(Model::open(folder / "m.lbea").modes() == 36);
+  CHECK(contains(outcome.out, "warning        100 modes were asked of a region with 36 vertices"));
+  CHECK(contains(outcome.out, "warning        the longest run takes 7 s; is time_unit right?"));
+  CHECK(contains(outcome.out, "size           50 x 50 x 9 mm, all samples"));
+  CHECK(contains(outcome.out, "times          0 s to 7 s, 1 s apart"));
+  put(folder / "e.toml", "runs = ['run']\n");
+  const Outcome field = lbea_bake(folder, "e.toml -o m.lbea");
+  CHECK(field.exit_code == 1);
+  CHECK(contains(field.err, "it has: none; choose fields that all runs have, or none with fields = []"));
+}
+
 TEST_CASE("the demo is baked from its TOML file; flags override it") {
   const TemporaryFolder folder;
   const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml" + few);
@@ -91,6 +155,7 @@ TEST_CASE("the demo is baked from its TOML file; flags override it") {
   CHECK(outcome.out.find("30 of 10 simulations") != std::string::npos);
   CHECK(outcome.out.find("10 modes") != std::string::npos);
   CHECK(outcome.out.find("kept variance") != std::string::npos);
+  CHECK(contains(outcome.out, "field          plastic_strain: largest of the integration points"));
   const Model model = Model::open(folder / "ensemble.lbea");  // named after the TOML file, in the working folder
   CHECK(model.samples() == 30);
   CHECK(model.modes() == 10);

@@ -22,6 +22,49 @@ std::string size_text(std::uint64_t bytes) {
   return text.data();
 }
 
+std::string joined(const std::vector<std::string>& names, std::size_t most) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return text + (names.size() > most ? ", ..." : "");
+}
+
+void print_facts(const bake::BakeSummary& summary) {
+  std::printf("size           %.4g x %.4g x %.4g %s, all samples\n", static_cast<double>(summary.size[0]),
+              static_cast<double>(summary.size[1]), static_cast<double>(summary.size[2]), summary.length_unit.c_str());
+  std::printf("times          %.4g s to %.4g s, %.3g s apart\n", summary.first_s, summary.last_s, summary.interval_s);
+  for (const bake::SimulationField& field : summary.stored_fields)
+    std::printf("field          %s%s%s\n", field.name.c_str(), field.source.empty() ? "" : ": ", field.source.c_str());
+  const bake::MeshLosses& losses = summary.losses;
+  if (losses.eroded + losses.missing > 0)
+    std::printf("left out       %u of %u elements and %u of %u nodes: %u eroded in %zu runs (%s), %u not in all runs\n",
+                losses.eroded + losses.missing, losses.elements, losses.nodes_left_out, losses.nodes, losses.eroded,
+                losses.runs.size(), joined(losses.runs, 3).c_str(), losses.missing);
+  if (losses.exposed > 0) std::printf("added          %u faces that erosion exposes\n", losses.exposed);
+  for (const std::string& warning : summary.warnings) std::printf("warning        %s\n", warning.c_str());
+}
+
+Json facts(const bake::BakeSummary& summary) {
+  const bake::MeshLosses& losses = summary.losses;
+  Json fields = Json::array();
+  for (const bake::SimulationField& field : summary.stored_fields)
+    fields.push_back({{"name", field.name}, {"unit", field.unit}, {"source", field.source}});
+  return {{"length_unit", summary.length_unit},
+          {"size", summary.size},
+          {"first_s", summary.first_s},
+          {"last_s", summary.last_s},
+          {"interval_s", summary.interval_s},
+          {"stored_fields", fields},
+          {"surface",
+           {{"elements", losses.elements},
+            {"nodes", losses.nodes},
+            {"eroded", losses.eroded},
+            {"missing", losses.missing},
+            {"nodes_left_out", losses.nodes_left_out},
+            {"exposed", losses.exposed},
+            {"eroding_runs", losses.runs}}},
+          {"warnings", summary.warnings}};
+}
+
 std::size_t count(const std::vector<bake::RunStatus>& runs, bake::RunProgress progress) {
   return static_cast<std::size_t>(std::ranges::count(runs, progress, &bake::RunStatus::progress));
 }
@@ -35,6 +78,7 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
   std::printf("samples        %u of %u simulations\n", summary.samples, summary.simulations);
   std::printf("component      %u nodes, %u elements, %u fields, %u parameters\n", summary.nodes, summary.elements,
               summary.fields, summary.parameters);
+  print_facts(summary);
   for (const bake::RoundedField& field : summary.rounded_fields)
     std::printf("               %s [%s] in 16 bits, within %.3g\n", field.name.c_str(), field.unit.c_str(),
                 static_cast<double>(field.largest_error));
@@ -60,29 +104,30 @@ void print_json(const bake::BakeSummary& summary, const std::filesystem::path& m
   Json rounded = Json::array();
   for (const bake::RoundedField& field : summary.rounded_fields)
     rounded.push_back({{"name", field.name}, {"unit", field.unit}, {"largest_error", field.largest_error}});
-  const Json json{{"model", model.string()},
-                  {"file_size", summary.file_size},
-                  {"samples", summary.samples},
-                  {"simulations", summary.simulations},
-                  {"nodes", summary.nodes},
-                  {"elements", summary.elements},
-                  {"fields", summary.fields},
-                  {"rounded_fields", rounded},
-                  {"parameters", summary.parameters},
-                  {"vertices", summary.vertices},
-                  {"references", summary.references},
-                  {"modes", summary.modes},
-                  {"highest_eigenvalue", summary.highest_eigenvalue},
-                  {"basis_residual", summary.basis_residual},
-                  {"basis_solver", summary.basis_solver},
-                  {"degenerate_triangles", summary.degenerate_triangles},
-                  {"kept_variance", summary.kept_variance},
-                  {"left_out", left_out},
-                  {"seconds",
-                   {{"reading", summary.seconds.reading},
-                    {"bases", summary.seconds.bases},
-                    {"samples", summary.seconds.samples},
-                    {"writing", summary.seconds.writing}}}};
+  Json json{{"model", model.string()},
+            {"file_size", summary.file_size},
+            {"samples", summary.samples},
+            {"simulations", summary.simulations},
+            {"nodes", summary.nodes},
+            {"elements", summary.elements},
+            {"fields", summary.fields},
+            {"rounded_fields", rounded},
+            {"parameters", summary.parameters},
+            {"vertices", summary.vertices},
+            {"references", summary.references},
+            {"modes", summary.modes},
+            {"highest_eigenvalue", summary.highest_eigenvalue},
+            {"basis_residual", summary.basis_residual},
+            {"basis_solver", summary.basis_solver},
+            {"degenerate_triangles", summary.degenerate_triangles},
+            {"kept_variance", summary.kept_variance},
+            {"left_out", left_out},
+            {"seconds",
+             {{"reading", summary.seconds.reading},
+              {"bases", summary.seconds.bases},
+              {"samples", summary.seconds.samples},
+              {"writing", summary.seconds.writing}}}};
+  json.update(facts(summary));
   print(json);
 }
 

@@ -132,7 +132,7 @@ TestTrial Test::run(const FrameDone& done) {
     reader_->read(step, state_);
     mesh_.positions(state_.positions, truth_);
     const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
-    auto sensed = sensor_.sense({state_.positions, state_.alive}, noise_, seed);
+    auto sensed = sensor_.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, noise_, seed);
     if (settings_.disturbance.same_place && !hidden_place_ && !sensed.empty())
       hidden_place_ = any_of_them(sensed, seed);
     const auto points = disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_);

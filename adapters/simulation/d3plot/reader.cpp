@@ -61,11 +61,16 @@ void Reader::build_mesh() {
   const Geometry& geometry = database_.geometry;
   add_elements(shell_faces(geometry.shells.nodes), geometry.shells.ids, geometry.shells.parts);
   shell_elements_ = mesh_.elements.size();
-  add_elements(outer_faces(geometry.solids.nodes), geometry.solids.ids, geometry.solids.parts);
+  const SolidFaces solids = solid_faces(geometry.solids.nodes);
+  add_elements(solids.outer, geometry.solids.ids, geometry.solids.parts);
   if (mesh_.elements.empty())
     throw Error{Status::bad_input,
                 database_.family.front().string() +
                     ", byte 0: every shell and solid is degenerate, there is no surface; check the model"};
+  if (database_.header.deletion == Deletion::elements) {
+    add_elements(solids.touching, geometry.solids.ids, geometry.solids.parts);
+    mesh_.touching = solids.touching.size();
+  }
   keep_used_nodes();
 }
 

@@ -71,12 +71,14 @@ class Blocks {
 
 struct FieldName {
   Field field;
-  const char *name, *unit;
+  const char *name, *unit, *source;
 };
+constexpr auto largest_of_points = "largest of the integration points";
 constexpr std::array field_names{
-    FieldName{Field::plastic_strain, "plastic_strain", "1"}, FieldName{Field::von_mises, "von_mises", ""},
-    FieldName{Field::thickness, "thickness", ""}, FieldName{Field::internal_energy, "internal_energy", ""},
-    FieldName{Field::effective_strain, "effective_strain", "1"}};
+    FieldName{Field::plastic_strain, "plastic_strain", "1", largest_of_points},
+    FieldName{Field::von_mises, "von_mises", "", largest_of_points}, FieldName{Field::thickness, "thickness", "", ""},
+    FieldName{Field::internal_energy, "internal_energy", "", "per volume"},
+    FieldName{Field::effective_strain, "effective_strain", "1", "larger of the two surfaces"}};
 
 /// The first word of the field in a row; nothing when it is not stored.
 std::optional<std::uint64_t> start_of(Field field, const RowFields& row) {
@@ -149,7 +151,7 @@ std::vector<Field> stored_fields(const StateLayout& layout) {
 
 bake::SimulationField describe(Field field) {
   const FieldName& known = field_names[static_cast<std::size_t>(field)];
-  return {known.name, known.unit};
+  return {known.name, known.unit, known.source};
 }
 
 float field_value(Field field, const RowFields& fields, std::span<const float> row) {

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 namespace lbea::io::grid {
 namespace {
@@ -97,10 +98,8 @@ Shapes shapes_of(const Grid& grid, const std::vector<std::uint32_t>& element_ids
 }
 
 /// Adds elements with point indices; number_nodes() replaces them by node indices.
-void add_elements(SourcedMesh& into, std::vector<SurfaceElement> faces, const std::vector<std::uint32_t>& cells,
+void add_elements(SourcedMesh& into, const std::vector<SurfaceElement>& faces, const std::vector<std::uint32_t>& cells,
                   const std::vector<std::uint32_t>& ids, const std::vector<std::uint32_t>& parts, bool is_solid) {
-  std::stable_sort(faces.begin(), faces.end(),
-                   [&](const auto& a, const auto& b) { return ids[cells[a.source]] < ids[cells[b.source]]; });
   for (const SurfaceElement& face : faces) {
     const std::uint32_t cell = cells[face.source];
     into.mesh.elements.push_back(face.nodes);
@@ -109,6 +108,13 @@ void add_elements(SourcedMesh& into, std::vector<SurfaceElement> faces, const st
     into.element_source.push_back(cell);
     into.element_is_solid.push_back(is_solid ? 1 : 0);
   }
+}
+
+std::vector<SurfaceElement> sorted(std::vector<SurfaceElement> faces, const std::vector<std::uint32_t>& cells,
+                                   const std::vector<std::uint32_t>& ids) {
+  std::stable_sort(faces.begin(), faces.end(),
+                   [&](const auto& a, const auto& b) { return ids[cells[a.source]] < ids[cells[b.source]]; });
+  return faces;
 }
 
 void number_nodes(SourcedMesh& into, const Grid& grid, const std::vector<std::uint32_t>& ids, const std::string& file) {
@@ -156,7 +162,7 @@ std::string unit_of(const std::string& name) { return name == "plastic_strain" ?
 FieldSource& field_named(std::vector<FieldSource>& fields, const std::string& name) {
   for (FieldSource& field : fields)
     if (field.field.name == name) return field;
-  fields.push_back({{name, unit_of(name)}, {}, {}, {}});
+  fields.push_back({{name, unit_of(name), {}}, {}, {}, {}});
   return fields.back();
 }
 
@@ -179,11 +185,18 @@ SourcedMesh mesh_of(const Grid& grid, const std::string& file) {
                    : std::vector<std::uint32_t>(grid.cells.size(), 1);
   const Shapes shapes = shapes_of(grid, element_ids, file);
   SourcedMesh sourced;
-  add_elements(sourced, shell_faces(shapes.flats), shapes.flat_cells, element_ids, parts, false);
-  add_elements(sourced, outer_faces(shapes.solids), shapes.solid_cells, element_ids, parts, true);
+  const SolidFaces solids = solid_faces(shapes.solids);
+  add_elements(sourced, sorted(shell_faces(shapes.flats), shapes.flat_cells, element_ids), shapes.flat_cells,
+               element_ids, parts, false);
+  add_elements(sourced, sorted(solids.outer, shapes.solid_cells, element_ids), shapes.solid_cells, element_ids, parts,
+               true);
   if (sourced.mesh.elements.empty())
     throw Error{Status::unsupported_input,
                 file + ": has points, but no surface (no triangle, quad or solid with an area); give a mesh"};
+  if (find_any(grid.cell_arrays, alive_names) != nullptr) {
+    add_elements(sourced, solids.touching, shapes.solid_cells, element_ids, parts, true);
+    sourced.mesh.touching = solids.touching.size();
+  }
   number_nodes(sourced, grid, node_ids, file);
   return sourced;
 }
@@ -203,6 +216,9 @@ std::vector<FieldSource> fields_of(const Grid& grid, const std::string& suffix) 
       if (field.flat_array.empty() && field.solid_array.empty())
         field.point_array = array.name.substr(0, array.name.size() - suffix.size());
     }
+  for (FieldSource& field : fields)
+    for (const std::string& array : std::set{field.flat_array, field.solid_array, field.point_array})
+      if (!array.empty()) field.field.source += (field.field.source.empty() ? "array " : ", ") + array;
   return fields;
 }
 
