@@ -187,11 +187,15 @@ bool Tail::has_bounds(const Footer& footer) const {
   return footer.summary_start == begin_ && footer.summary_start <= end && offsets_fit;
 }
 
-/// Whether `entry` is one of `items`. `hint` advances because indexes usually have the order of what they index.
+std::uint64_t place_of(const ChunkIndex& index) { return index.chunk_start; }
+std::uint64_t place_of(const auto& index) { return index.offset; }
+
+/// Whether `entry` is one of `items`, which have the order of the file.
 template <class Item>
-bool has(const std::vector<Item>& items, const Item& entry, std::size_t& hint) {
-  if (hint < items.size() && items[hint] == entry) return ++hint, true;
-  return std::ranges::find(items, entry) != items.end();
+bool has(const std::vector<Item>& items, const Item& entry) {
+  const auto place = [](const Item& item) { return place_of(item); };
+  const auto found = std::ranges::lower_bound(items, place_of(entry), {}, place);
+  return found != items.end() && *found == entry;
 }
 
 /// Compares the summary with the data.
@@ -225,16 +229,11 @@ class SummaryCheck {
   }
 
  private:
-  struct Progress {
-    std::size_t hint = 0, seen = 0;
-  };
   void expect(std::uint64_t at, bool good, const char* otherwise) {
     if (!good) data_.add_error(at, std::string("the summary has ") + otherwise);
   }
   /// An index may be absent as a whole.
-  static bool is_complete(const Progress& index, const auto& items) {
-    return index.seen == 0 || index.seen == items.size();
-  }
+  static bool is_complete(std::size_t entries, const auto& items) { return entries == 0 || entries == items.size(); }
   /// A summary repeats the definitions of the data and adds none.
   void add_definition(std::uint64_t at, const Record& record) {
     const auto known = [&] { return definitions_.schemas.size() + definitions_.channels.size(); };
@@ -247,15 +246,15 @@ class SummaryCheck {
     expect(at, statistics && *statistics == data_.result().counted, "wrong statistics");
   }
   template <class Item>
-  void add_index(std::uint64_t at, const Record& record, const std::vector<Item>& items, Progress& progress) {
+  void add_index(std::uint64_t at, const Record& record, const std::vector<Item>& items, std::size_t& entries) {
     const auto entry = parse<Item>(record.content);
-    ++progress.seen;
-    expect(at, entry && has(items, *entry, progress.hint), "an index entry that matches no record");
+    ++entries;
+    expect(at, entry && has(items, *entry), "an index entry that matches no record");
   }
   DataCheck& data_;
   std::uint64_t begin_;
   Definitions definitions_;
-  Progress chunks_, metadata_, attachments_;
+  std::size_t chunks_ = 0, metadata_ = 0, attachments_ = 0;  // entries of the indexes
 };
 
 void check_summary(const ByteSource& source, std::uint64_t data_end, DataCheck& data, FileCheck& result) {

@@ -7,9 +7,9 @@
 
 namespace lbea::mcap {
 namespace {
-constexpr std::array<std::string_view, 6> damage_names{
-    "none", "bad_record", "unknown_compression", "bad_compression", "wrong_crc", "bad_contents"};
-constexpr std::uint64_t largest_decompressed = std::uint64_t{1} << 32;  // far above the chunks that writers produce
+constexpr std::array<std::string_view, 7> damage_names{
+    "none", "bad_record", "unknown_compression", "bad_compression", "wrong_crc", "bad_contents", "too_large"};
+constexpr std::uint64_t largest_decompressed = std::uint64_t{512} << 20;  // above the largest frame
 
 template <class Known, class Item>
 bool same_or_new(Known& known, Item& item) {
@@ -61,8 +61,9 @@ ChunkDamage OpenChunk::open(Bytes content) {
   if (!compression) return ChunkDamage::unknown_compression;
   Bytes records = chunk_.records;
   if (*compression != Compression::none) {
-    if (chunk_.uncompressed_size > largest_decompressed ||
-        !decompress(*compression, records, chunk_.uncompressed_size, decompressed_))
+    if (chunk_.uncompressed_size > std::min(largest_decompressed, budget_)) return ChunkDamage::too_large;
+    budget_ -= chunk_.uncompressed_size;
+    if (!decompress(*compression, records, chunk_.uncompressed_size, decompressed_))
       return ChunkDamage::bad_compression;
     records = decompressed_;
   }

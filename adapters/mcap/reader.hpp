@@ -44,19 +44,23 @@ enum class ChunkDamage : std::uint8_t {
   unknown_compression,
   bad_compression,
   wrong_crc,
-  bad_contents
+  bad_contents,
+  too_large
 };
 [[nodiscard]] std::string_view to_string(ChunkDamage damage) noexcept;
 
 /// A decompressed chunk whose size and CRC have been checked.
 class OpenChunk {
  public:
+  /// All chunks of the file together may decompress to about 1,000 times its size. Point clouds stay below ten times.
+  explicit OpenChunk(std::uint64_t file_bytes) : budget_((std::uint64_t{64} << 20) + 1'000 * file_bytes) {}
   /// `content`: that of a chunk record. It must stay valid while the records are used.
   [[nodiscard]] ChunkDamage open(Bytes content);
   [[nodiscard]] Bytes records() const noexcept { return records_; }
   [[nodiscard]] const Chunk& chunk() const noexcept { return chunk_; }
 
  private:
+  std::uint64_t budget_;
   Chunk chunk_;
   Buffer decompressed_;
   Bytes records_;

@@ -6,6 +6,8 @@ namespace lbea::mcap {
 namespace {
 
 constexpr std::size_t window_bytes = std::size_t{1} << 20;
+// Headers of chunks may be nested, each of which claims the rest of the file.
+constexpr std::uint64_t least_search = std::uint64_t{64} << 20, searches_per_file = 8;
 constexpr std::uint64_t fixed_chunk_bytes = 4 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t);
 
 bool has_magic(const ByteSource& source) {
@@ -81,7 +83,11 @@ std::optional<std::uint64_t> sound_size(const Record& record) {
 }  // namespace
 
 SalvageReader::SalvageReader(const ByteSource& source)
-    : source_(source), reader_(source, magic.size(), source.size()), starts_with_magic_(has_magic(source)) {
+    : source_(source),
+      search_budget_(least_search + searches_per_file * source.size()),
+      reader_(source, magic.size(), source.size()),
+      chunk_(source.size()),
+      starts_with_magic_(has_magic(source)) {
   if (!starts_with_magic_) resume_after(0, "not the start of an MCAP file");
 }
 
@@ -158,6 +164,8 @@ bool SalvageReader::is_anchor(std::uint64_t at) {
   const auto front = reader.peek(64);
   if (!front) return false;
   if (front->opcode == Opcode::chunk && !is_plausible_chunk(front->content, front->length)) return false;
+  if (front->length > search_budget_) return false;
+  search_budget_ -= front->length;
   const auto record = reader.next();
   if (!record) return false;
   if (record->opcode == Opcode::metadata) return record->length > 0 && size_as<Metadata>(*record) == record->length;

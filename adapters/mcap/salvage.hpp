@@ -38,6 +38,7 @@ class SalvageReader {
   bool is_anchor(std::uint64_t at);
 
   const ByteSource& source_;
+  std::uint64_t search_budget_;  // bytes that is_anchor() may still read
   FileReader reader_;
   OpenChunk chunk_;
   std::vector<Gap> gaps_;

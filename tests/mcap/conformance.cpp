@@ -170,7 +170,7 @@ Json list_records(const ByteSource& source) {
       list.push_back(to_json(*found));
       continue;
     }
-    OpenChunk chunk;
+    OpenChunk chunk(source.size());
     REQUIRE(chunk.open(found->content) == ChunkDamage::none);
     Bytes rest = chunk.records();
     std::uint64_t offset = 0;

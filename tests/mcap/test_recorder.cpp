@@ -2,6 +2,7 @@
 #include "adapters/mcap/recovery.hpp"
 #include "tools/shared/recording/recorder.hpp"
 #include "tools/shared/recording/recording_file.hpp"
+#include "tools/shared/recording/recording_format.hpp"
 
 #include "tests/mcap/mcap_support.hpp"
 #include "tests/support/test_data.hpp"
@@ -147,6 +148,14 @@ TEST_CASE("two threads, messages of all sizes, wrapping rings: all messages are 
     CHECK(on_channel(heard.messages, 1) == frames);
     CHECK(on_channel(heard.messages, 2) == notes);
   }
+}
+
+TEST_CASE(
+    "a recording that claims frames of 200 million points is refused, because a replay allocated 12 GB for them") {
+  RunSettings settings;
+  settings.matcher.max_points = 200'000'000;
+  CHECK_THROWS_WITH_AS(static_cast<void>(settings_from(to_metadata(settings), "hostile.mcap")),
+                       doctest::Contains("hostile.mcap: max_points is 200000000, outside 1 to 16777216"), Error);
 }
 
 TEST_CASE("no message and one message both give a sound file") {

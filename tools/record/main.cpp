@@ -45,7 +45,7 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");
   tool.add_option("--max-points", options.max_points,
                   "the limit of a matcher of this recording; larger frames are recorded too, counted and logged")
-      ->check(in_range(1u, 16'777'216u));
+      ->check(in_range(1u, wire::WireLimits::most_points));
   options.server_access.add_to(tool);
   auto* server_key = tool.add_option("--server-key", options.matcher_access.server_key_file,
                                      "public key (.pub) of the matcher, if it has one: for --forward and --results")

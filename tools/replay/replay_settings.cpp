@@ -45,7 +45,7 @@ void complete_method(RunSettings& settings, const SettingsOptions& options) {
     settings.method = state->method;
     settings.model_file = state->model.file;
     settings.model_checksum = state->model.checksum;
-    settings.matcher.max_points = state->max_points;
+    settings.matcher.max_points = checked_max_points(state->max_points, options.recording);
     if (!options.method) settings.matcher.method = method_of(state->method, options.recording);
   }
   if (options.method) {

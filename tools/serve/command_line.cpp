@@ -19,7 +19,8 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
       ->check(existing_file());
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
   tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");
-  tool.add_option("--max-points", matcher.max_points, "larger frames are rejected")->check(in_range(1u, 16'777'216u));
+  tool.add_option("--max-points", matcher.max_points, "larger frames are rejected")
+      ->check(in_range(1u, wire::WireLimits::most_points));
   tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(in_range(1u, 1000u));
   tool.add_option("--trusted-distance", matcher.trusted_distance,
                   "a vertex counts as seen when a point is within this distance, in the model's length unit")

@@ -76,6 +76,7 @@ inline constexpr std::uint32_t default_queued_messages = 16;
 /// Limits for received messages.
 struct WireLimits {
   std::uint32_t queued_messages = default_queued_messages;
+  static constexpr std::uint32_t most_points = 1u << 24;  // max_points that programs accept
   std::uint32_t max_points = MatcherConfig{}.max_points;
   /// Frames with far too many points, up to 20 million, still arrive, so that they are counted and rejected with a
   /// reason.

@@ -53,7 +53,11 @@ RecordedMessage recorded_message(const mcap::Message& message, const RecordedCha
 }
 
 RecordedRun::RecordedRun(const std::filesystem::path& file)
-    : source_(file), reader_(source_, mcap::magic.size(), source_.size()), from_ns_(first_time), to_ns_(last_time) {
+    : source_(file),
+      reader_(source_, mcap::magic.size(), source_.size()),
+      chunk_(source_.size()),
+      from_ns_(first_time),
+      to_ns_(last_time) {
   constexpr std::size_t magic_bytes = mcap::magic.size();
   if (source_.size() < magic_bytes || !has_magic_at(source_, 0))
     throw Error(Status::bad_input, source_.name() + ": not a recording (MCAP); check the name");
@@ -81,6 +85,7 @@ void RecordedRun::limit(std::int64_t from_ns, std::int64_t to_ns) {
 
 void RecordedRun::rewind() {
   reader_.go_to(mcap::magic.size());
+  chunk_ = mcap::OpenChunk(source_.size());
   rest_ = {};
 }
 

@@ -79,6 +79,13 @@ bool read(std::istream& in, wire::SenderCondition& condition) {
 
 }  // namespace
 
+std::uint32_t checked_max_points(std::uint32_t points, const std::string& file) {
+  if (points > 0 && points <= wire::WireLimits::most_points) return points;
+  throw Error(Status::bad_input, file + ": max_points is " + std::to_string(points) + ", outside 1 to " +
+                                     std::to_string(wire::WireLimits::most_points) +
+                                     "; lbea does not record this: check where the file comes from");
+}
+
 mcap::Metadata to_metadata(const RunSettings& settings) {
   const MatcherConfig& matcher = settings.matcher;
   return {std::string(settings_metadata_name),
@@ -110,6 +117,7 @@ RunSettings settings_from(const mcap::Metadata& metadata, const std::string& fil
   from.read("method_number", method);
   matcher.method = static_cast<Method>(method);
   from.read("max_points", matcher.max_points);
+  matcher.max_points = checked_max_points(matcher.max_points, file);
   from.read("max_matches", matcher.max_matches);
   from.read("trusted_distance", matcher.trusted_distance);
   from.read("min_coverage", matcher.min_coverage);
