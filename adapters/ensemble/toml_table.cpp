@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -47,6 +48,20 @@ std::string type_of(const toml::node& node) {
   std::ostringstream text;
   text << node.type();
   return text.str();
+}
+
+/// Line of a key with more dots than anyone writes: toml++ 3.3 recurses for each of them and overruns the stack.
+std::optional<std::size_t> line_of_deep_key(std::string_view text) {
+  constexpr std::size_t most_dots = 1'000;
+  std::size_t line = 1, dots = 0;
+  for (const char c : text) {
+    const bool is_of_key = std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+                           std::string_view("_-\"' \t").find(c) != std::string_view::npos;
+    dots = c == '.' ? dots + 1 : is_of_key ? dots : 0;
+    if (dots > most_dots) return line;
+    line += c == '\n' ? 1 : 0;
+  }
+  return {};
 }
 
 }  // namespace
@@ -104,6 +119,8 @@ TomlTable::TomlTable(TomlTable&&) noexcept = default;
 
 TomlTable::TomlTable(const std::filesystem::path& file) {
   const auto bytes = read_file(file);
+  if (const auto line = line_of_deep_key(as_text(bytes)))
+    throw Error(Status::bad_input, file.string() + ", line " + std::to_string(*line) + ": a key with too many dots");
   try {
     auto table = std::make_shared<const toml::table>(toml::parse(as_text(bytes)));
     node_ = std::make_unique<Node>(Node{table, table.get(), file, "", {}});

@@ -96,6 +96,9 @@ TEST_CASE("a file that is not TOML, or not there") {
   CHECK(refusal("modes = 1\nmodes = 2").status == Status::bad_input);
   CHECK(refusal(std::string("\0\xff", 2)).status == Status::bad_input);
   CHECK(refusal("a = " + std::string(100'000, '[')).status == Status::bad_input);
+  std::string dotted = "modes = 1\na";  // overran the stack
+  for (int i = 0; i < 100'000; ++i) dotted += ".a";
+  CHECK(mentions(refusal(dotted + " = 1"), "line 2: a key with too many dots"));
   CHECK(error_of([&] { (void)read_ensemble_toml(folder / "absent.toml"); }).status == Status::file_not_found);
 }
 

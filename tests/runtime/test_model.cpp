@@ -137,6 +137,9 @@ TEST_CASE("directories and sections with fitting checksums are still not believe
     CHECK(content(id, 0, 1e13f) == Status::corrupt_model);  // its square's sum would be no number any more
   CHECK(content(SectionId::envelope_grid, 3, 0.0f) == Status::corrupt_model);
   CHECK(content(SectionId::envelope_grid, 3, -1.0f) == Status::corrupt_model);
+  for (const double mass : {0.0, -1.0, double{infinity}, std::nan("")})  // the coverage was no number, its status ok
+    CHECK(content(SectionId::mass, 0, mass) == Status::corrupt_model);
+  CHECK(content(SectionId::eigenvalues, 0, std::nan("")) == Status::corrupt_model);
   CHECK(content(SectionId::simulation_names, 7, 'x') ==
         Status::corrupt_model);  // one string becomes longer, one is missing
   for (std::size_t word = 0; word < 3; ++word)

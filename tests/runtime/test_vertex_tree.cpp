@@ -49,3 +49,17 @@ TEST_CASE("an empty tree has no nearest vertex, equal distances go to the lower 
   const OwnedTree heap(std::vector<Position>(40, Position{1, 1, 1}));
   CHECK(nearest_vertex(heap.view(), {0, 0, 0}).vertex == 0);
 }
+
+// It overran the stack of nearest_vertex(), and its boxes took quadratic time to check.
+TEST_CASE("a chain of nodes, deeper than a search has memory for, is not a tree") {
+  for (const std::uint32_t depth : {vertex_tree_max_depth, vertex_tree_max_depth + 1}) {
+    const std::vector<Position> vertices(depth + 1);
+    std::vector<std::array<std::uint32_t, 3>> ranges;
+    for (std::uint32_t first = 0; first < depth; ++first) {  // a vertex to the left, all others to the right
+      ranges.push_back({first, depth + 1 - first, static_cast<std::uint32_t>(ranges.size()) + 2});
+      ranges.push_back({first, 1, 0});
+    }
+    ranges.push_back({depth, 1, 0});
+    CHECK(ranges_form_one_tree({vertices, {}, ranges}) == (depth <= vertex_tree_max_depth));
+  }
+}

@@ -1,4 +1,6 @@
 // lbea-inspect on models: output and exit codes.
+#include "tests/runtime/forged_model.hpp"
+#include "tests/support/files.hpp"
 #include "tests/support/program.hpp"
 
 #include <lbea/lbea.hpp>
@@ -56,6 +58,21 @@ TEST_CASE("an intact model is listed as JSON") {
     end = (section["offset"].get<std::uint64_t>() + section["bytes"].get<std::uint64_t>() + 63) / 64 * 64;
   }
   CHECK(end == json["bytes"]);
+}
+
+TEST_CASE("a provenance nested deeper than a bake writes is printed as text: a million levels overran the stack") {
+  const Baked baked;
+  std::string bytes = text_of(baked.folder / "m.lbea");
+  forge(std::as_writable_bytes(std::span(bytes)), format::SectionId::provenance,
+        [](format::SectionEntry&, std::span<std::byte> section) {
+          std::ranges::fill(section.first(section.size() / 2), std::byte{'['});
+          std::ranges::fill(section.subspan(section.size() / 2), std::byte{']'});
+          if (section.size() % 2 != 0) section[section.size() / 2] = std::byte{0x20};
+        });
+  put(baked.folder / "nested.lbea", bytes);
+  const Outcome outcome = baked.inspect("nested.lbea --json");
+  CHECK(outcome.exit_code == 0);
+  CHECK(nlohmann::json::parse(outcome.out)["provenance"].is_string());
 }
 
 TEST_CASE("a damaged model gives exit code 1 and names the section") {

@@ -79,9 +79,16 @@ Json sections_json(const std::filesystem::path& file) {
   return sections;
 }
 
+// Deeper nesting than a bake writes stays text, because printing it would need as much stack.
 Json provenance_json(const Model& model) {
-  Json provenance = Json::parse(model.provenance(), nullptr, false);
-  return provenance.is_discarded() ? Json(model.provenance()) : provenance;
+  constexpr int most_levels = 32;
+  bool is_deep = false;
+  const auto is_kept = [&](int level, Json::parse_event_t, Json&) {
+    is_deep |= level > most_levels;
+    return !is_deep;
+  };
+  Json provenance = Json::parse(model.provenance(), is_kept, false);
+  return is_deep || provenance.is_discarded() ? Json(model.provenance()) : provenance;
 }
 
 void print_pairs(const Json& object) {

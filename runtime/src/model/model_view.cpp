@@ -178,6 +178,10 @@ class ModelReader {
     require_below(info.nodes, SectionId::vertex_nodes, r);
     if (!ref.correspondence.empty()) require_below(info.nodes, SectionId::correspondence, r);
     require_measured(SectionId::vertex_positions, r);
+    require_measured(SectionId::mass, r);
+    require(std::ranges::all_of(ref.mass, [](double mass) { return mass > 0; }), SectionId::mass, r,
+            "a mass is not positive");
+    require_measured(SectionId::eigenvalues, r);
     require_measured(SectionId::projection, r);
     require_measured(SectionId::coefficients, r);
     read_tree(r, ref);

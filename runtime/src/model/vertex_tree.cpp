@@ -5,11 +5,11 @@
 namespace lbea {
 bool ranges_form_one_tree(const VertexTree& tree) noexcept {
   struct Subtree {
-    std::uint32_t node, first, count;
+    std::uint32_t node, first, count, level;
   };
   std::array<Subtree, vertex_tree_max_depth> right_siblings;  // not yet visited, innermost last
   std::size_t depth = 0;
-  Subtree expected{0, 0, static_cast<std::uint32_t>(tree.vertices.size())};
+  Subtree expected{0, 0, static_cast<std::uint32_t>(tree.vertices.size()), 0};
   for (std::uint32_t node = 0; node < tree.ranges.size(); ++node) {
     const auto [first, count, right] = tree.ranges[node];
     if (node != expected.node || first != expected.first || count != expected.count || count == 0) return false;
@@ -18,11 +18,12 @@ bool ranges_form_one_tree(const VertexTree& tree) noexcept {
       expected = right_siblings[--depth];
       continue;
     }
-    if (depth == right_siblings.size() || right <= node + 1 || right >= tree.ranges.size()) return false;
+    const std::uint32_t below = expected.level + 1;
+    if (below > vertex_tree_max_depth || right <= node + 1 || right >= tree.ranges.size()) return false;
     const std::uint32_t left_count = tree.ranges[node + 1][1];
     if (left_count >= count) return false;
-    right_siblings[depth++] = {right, first + left_count, count - left_count};
-    expected = {node + 1, first, left_count};
+    right_siblings[depth++] = {right, first + left_count, count - left_count, below};
+    expected = {node + 1, first, left_count, below};
   }
   return false;
 }
