@@ -66,8 +66,9 @@ PointCloud parse_point_cloud(std::span<const std::byte> bytes, const std::string
               name + " is a binary file of unknown kind; expected " + names + ": convert it to PLY");
 }
 
-PointCloud read_point_cloud(const std::filesystem::path& path) {
-  return parse_point_cloud(read_file(path), path.string());
+PointCloud read_point_cloud(const std::filesystem::path& path, const std::string& columns) {
+  const auto bytes = read_file(path);
+  return columns.empty() ? parse_point_cloud(bytes, path.string()) : parse_text_cloud(bytes, path.string(), columns);
 }
 
 std::string list_cloud_formats() {

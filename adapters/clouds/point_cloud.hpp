@@ -14,14 +14,15 @@
 namespace lbea::io {
 
 struct PointCloud {
-  std::vector<Point> points;             // as in the file, including points that are not finite
+  std::vector<Point> points;             // as in the file, including points that are not finite; no empty pixels
   std::optional<std::int64_t> stamp_ns;  // from a comment "... stamp_ns 1000050 ..."
   std::string source;                    // the file's name
 };
 
-/// Reads a file; its format is recognized by its content, not by its name.
+/// Reads a file; its format is recognized by its content, not by its name. `columns`: which columns of a text are the
+/// coordinates, by their names, e.g. "X,Y,Z" or, with displacements, "X+U,Y+V,Z+W"; empty: those named x, y, z.
 /// Throws Error{file_not_found | bad_input | unsupported_input} that names file and line or byte.
-[[nodiscard]] PointCloud read_point_cloud(const std::filesystem::path& path);
+[[nodiscard]] PointCloud read_point_cloud(const std::filesystem::path& path, const std::string& columns = {});
 
 /// The same for bytes in memory; messages call them `name`.
 [[nodiscard]] PointCloud parse_point_cloud(std::span<const std::byte> bytes, const std::string& name);
@@ -31,6 +32,10 @@ enum class CloudName : std::uint8_t { none, text, cloud };
 [[nodiscard]] CloudName cloud_name(const std::filesystem::path& file);
 /// The extensions of all formats, separated by blanks.
 [[nodiscard]] std::string cloud_extensions();
+
+/// Text with named columns, see read_point_cloud().
+[[nodiscard]] PointCloud parse_text_cloud(std::span<const std::byte> bytes, const std::string& name,
+                                          std::string_view columns);
 
 /// The reader of one format; see the table in formats.cpp. Throws Error{bad_input | unsupported_input}.
 using ParseCloud = PointCloud(std::span<const std::byte> bytes, const std::string& name);

@@ -11,12 +11,14 @@ namespace lbea::io {
 namespace {
 
 constexpr std::size_t longest_number = 64;
+constexpr std::size_t no_column = std::numeric_limits<std::size_t>::max();
 constexpr std::string_view utf8_mark = "\xef\xbb\xbf";
 
 struct XyzColumns {
   char separator = text::Fields::blanks;
   bool has_decimal_comma = false;
-  std::array<std::size_t, 3> axes{0, 1, 2};  // columns of x, y, z, from 0
+  std::array<std::size_t, 3> axes{0, 1, 2};                           // columns of x, y, z, from 0
+  std::array<std::size_t, 3> added{no_column, no_column, no_column};  // displacements
 };
 
 /// A field as a number; an empty one is NaN. False when it is neither.
@@ -77,19 +79,48 @@ bool names_axis(std::string_view field, char axis) {
 
 using Axes = std::optional<std::array<std::size_t, 3>>;
 
+/// The column named `letter`: one that has no other letters is preferred to, e.g., "x_error". Sets `problem` when
+/// several are possible, such as pixels "x" and positions "X".
+std::size_t axis_column(const std::vector<std::string_view>& names, char letter, std::string& problem) {
+  std::vector<std::size_t> exact, similar;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names_axis(names[i], letter)) (names[i].size() == 1 ? exact : similar).push_back(i);
+  const auto& found = exact.empty() ? similar : exact;
+  if (found.size() > 1 && problem.empty())
+    problem = "columns \"" + std::string(names[found[0]]) + "\" and \"" + std::string(names[found[1]]) +
+              "\" could both be " + letter + "; choose with --columns, e.g. --columns X,Y,Z";
+  return found.empty() ? no_column : found[0];
+}
+
 /// The columns named x, y, z. A `width` other than 0 is the required number of columns.
-Axes named_axes(std::string_view line, std::size_t width) {
+Axes named_axes(std::string_view line, std::size_t width, std::string& problem) {
   const std::string plain = without_units(line);
   const auto names = split_names(plain);
   if (width != 0 && names.size() != width) return std::nullopt;
   std::array<std::size_t, 3> axes{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const char letter = static_cast<char>('x' + static_cast<int>(axis));
-    const auto at = std::find_if(names.begin(), names.end(), [&](auto field) { return names_axis(field, letter); });
-    if (at == names.end()) return std::nullopt;
-    axes[axis] = static_cast<std::size_t>(at - names.begin());
-  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    axes[axis] = axis_column(names, static_cast<char>('x' + static_cast<int>(axis)), problem);
+  if (std::ranges::find(axes, no_column) != axes.end()) return std::nullopt;
   return axes;
+}
+
+/// Finds "X,Y,Z" or "X+U,Y+V,Z+W" among the names. On failure sets `problem`.
+void choose_columns(std::string_view chosen, std::string_view line, XyzColumns& columns, std::string& problem) {
+  const std::string plain = without_units(line);
+  const auto names = split_names(plain), axes = text::split(chosen, ',');
+  const auto column = [&](std::string_view name) {
+    const auto at = std::ranges::find(names, name, [](std::string_view n) { return text::trimmed(n); });
+    if (at == names.end() || std::find(at + 1, names.end(), *at) != names.end())
+      problem = "--columns: the header does not name one column \"" + std::string(name) + "\"; it is \"" +
+                std::string(line.substr(0, 200)) + "\"";
+    return static_cast<std::size_t>(at - names.begin());
+  };
+  if (axes.size() != 3) problem = "--columns needs three columns or sums, e.g. X,Y,Z or X+U,Y+V,Z+W";
+  for (std::size_t axis = 0; axis < 3 && problem.empty(); ++axis) {
+    const std::size_t plus = axes[axis].find('+');
+    columns.axes[axis] = column(text::trimmed(axes[axis].substr(0, plus)));
+    if (plus != std::string_view::npos) columns.added[axis] = column(text::trimmed(axes[axis].substr(plus + 1)));
+  }
 }
 
 Axes first_numeric(const std::vector<std::string_view>& fields, bool has_decimal_comma) {
@@ -114,15 +145,20 @@ bool is_name_line(std::string_view line) {
 /// counts as a line of names only when it has as many as `numbers` has fields. On failure returns nothing and sets
 /// `problem`.
 std::optional<XyzColumns> find_columns(std::string_view names, std::string_view remark, std::string_view numbers,
-                                       std::string& problem) {
+                                       std::string_view chosen, std::string& problem) {
   XyzColumns columns;
   columns.separator = separator_of(numbers);
   columns.has_decimal_comma = columns.separator == ';' || columns.separator == '\t';
   const auto fields = text::split(numbers, columns.separator);
-  Axes axes = named_axes(names, 0);
-  if (!axes) axes = named_axes(remark, fields.size());
+  if (!chosen.empty()) {
+    choose_columns(chosen, names.empty() ? remark : names, columns, problem);
+    return problem.empty() ? std::optional(columns) : std::nullopt;
+  }
+  Axes axes = named_axes(names, 0, problem);
+  if (!axes) axes = named_axes(remark, fields.size(), problem);
+  if (!problem.empty()) return std::nullopt;
   if (!axes && split_names(without_units(names)).size() > 3) {
-    problem = "the header names columns, but not x, y and z; name them so, or this is not a point cloud";
+    problem = "the header names columns, but not x, y and z; choose them with --columns, e.g. --columns X,Y,Z";
     return std::nullopt;
   }
   if (!axes) axes = first_numeric(fields, columns.has_decimal_comma);
@@ -136,7 +172,8 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
 
 class XyzParser {
  public:
-  XyzParser(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+  XyzParser(std::string_view text, const std::string& name, std::string_view chosen)
+      : lines_(text), name_(name), chosen_(chosen) {}
 
   PointCloud parse() {
     cloud_.source = name_;
@@ -172,9 +209,11 @@ class XyzParser {
       return;
     }
     std::string problem;
-    columns_ = find_columns(names_, remark_, line, problem);
+    columns_ = find_columns(names_, remark_, line, chosen_, problem);
     if (!columns_) fail(problem);
-    last_column_ = *std::max_element(columns_->axes.begin(), columns_->axes.end());
+    for (const auto& used : {columns_->axes, columns_->added})
+      for (const std::size_t column : used)
+        if (column != no_column) last_column_ = std::max(last_column_, column);
     cloud_.points.reserve(lines_.rest().size() / (line.size() + 1) + 1);  // exact when all lines are alike
     read_point(line);
   }
@@ -186,10 +225,16 @@ class XyzParser {
     for (std::size_t column = 0; column <= last_column_; ++column) {
       if (!fields.next(field)) fail_short(column);
       for (std::size_t axis = 0; axis < 3; ++axis)
-        if (columns_->axes[axis] == column && !parse_field(field, columns_->has_decimal_comma, position[axis]))
-          fail("\"" + std::string(field.substr(0, 40)) + "\" is not a number");
+        if (columns_->axes[axis] == column || columns_->added[axis] == column) position[axis] += number(field);
     }
     cloud_.points.push_back({position[0], position[1], position[2]});
+  }
+
+  [[nodiscard]] float number(std::string_view field) const {
+    float value = 0;
+    if (!parse_field(field, columns_->has_decimal_comma, value))
+      fail("\"" + std::string(field.substr(0, 40)) + "\" is not a number");
+    return value;
   }
 
   [[noreturn]] void fail_short(std::size_t columns) const {
@@ -203,7 +248,7 @@ class XyzParser {
   text::LineReader lines_;
   const std::string& name_;
   PointCloud cloud_;
-  std::string_view names_, remark_;
+  std::string_view chosen_, names_, remark_;
   std::optional<XyzColumns> columns_;
   std::size_t last_column_ = 0;
 };
@@ -218,10 +263,14 @@ bool is_xyz(std::string_view start, std::size_t) noexcept { return start.find('\
 /// they are the first three that hold numbers. Empty fields and "nan" give NaN. Lines that begin with #, % or // are
 /// comments.
 PointCloud parse_xyz(std::span<const std::byte> bytes, const std::string& name) {
+  return parse_text_cloud(bytes, name, {});
+}
+
+PointCloud parse_text_cloud(std::span<const std::byte> bytes, const std::string& name, std::string_view columns) {
   if (bytes.empty()) throw Error(Status::bad_input, name + ": the file is empty");
   std::string_view text = as_text(bytes);
   if (text.starts_with(utf8_mark)) text.remove_prefix(utf8_mark.size());
-  return XyzParser(text, name).parse();
+  return XyzParser(text, name, columns).parse();
 }
 
 }  // namespace lbea::io

@@ -52,6 +52,25 @@ TEST_CASE("tabs beside commas that separate") {
   check_refused("1\t2\t3,\n", "line 1: fewer than 3 columns");
 }
 
+TEST_CASE("pixels and positions in one table are told apart by --columns: x, y were taken from pixels, Z from mm") {
+  const std::string table = "x,y,u,v,X [mm],Y [mm],Z [mm],U,V,W\n100,200,1,2,10,20,30,0.5,0.25,-1\n";
+  check_refused(table, "line 2: columns \"x\" and \"X\" could both be x; choose with --columns");
+  const auto chosen = [&](const std::string& columns) {
+    return parse_text_cloud(bytes_of(table), "t.csv", columns).points;
+  };
+  CHECK(same(chosen("X,Y,Z"), {{10, 20, 30}}));
+  CHECK(same(chosen("X+U,Y+V,Z+W"), {{10.5f, 20.25f, 29}}));
+  CHECK(same(points_of("x;y;z;x_error\n1;2;3;4\n"), {{1, 2, 3}}));
+  CHECK(same(parse_text_cloud(bytes_of("# COORDINATE_X COORDINATE_Y COORDINATE_Z\n1 2 3\n"), "t",
+                              "COORDINATE_X,COORDINATE_Y,COORDINATE_Z")
+                 .points,
+             {{1, 2, 3}}));
+  for (const char* columns : {"X,Y", "X,Y,Q", "X+U+W,Y,Z", ",,"}) {
+    CAPTURE(columns);
+    CHECK(error_of([&] { (void)chosen(columns); }).status == Status::bad_input);
+  }
+}
+
 TEST_CASE("columns by name, whatever their case, place and unit") {
   const std::vector<Point> one{{1, 2, 3}};
   CHECK(same(points_of("x,y,z\n1,2,3\n"), one));

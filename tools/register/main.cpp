@@ -24,6 +24,7 @@ using namespace lbea::tool;
 struct Arguments {
   std::filesystem::path model, sensor, out;
   std::vector<std::string> clouds;
+  std::string columns;
   std::uint32_t frames = 3;
   std::optional<double> noise, rough_shift, tolerance;
   bake::RegistrationSettings settings;
@@ -38,6 +39,9 @@ void declare(Tool& tool, Arguments& arguments) {
       ->required();
   tool.add_option("--sensor", arguments.sensor, "sensor.json with the rough pose")->required();
   tool.add_option("-o,--out", arguments.out, "the refined sensor.json")->required();
+  tool.add_option(
+      "--columns", arguments.columns,
+      "text clouds: names of the columns, e.g. X,Y,Z or, with displacements, X+U,Y+V,Z+W (default: x, y, z)");
   tool.add_option("--frames", arguments.frames, "number of clouds to use, from the first")->check(positive_number());
   tool.add_option("--noise", arguments.noise, "standard deviation of a point (default: sensor.json's)")
       ->check(positive_number());
@@ -115,7 +119,7 @@ std::vector<Point> read_clouds(const Arguments& arguments) {
   files.resize(std::min<std::size_t>(files.size(), arguments.frames));
   std::vector<Point> points;
   for (const auto& file : files) {
-    const io::PointCloud cloud = io::read_point_cloud(file);
+    const io::PointCloud cloud = io::read_point_cloud(file, arguments.columns);
     points.insert(points.end(), cloud.points.begin(), cloud.points.end());
   }
   return points;

@@ -16,7 +16,7 @@ namespace {
 struct Options {
   std::vector<std::string> paths;
   std::filesystem::path stamps;
-  std::string endpoint, results_endpoint, frame_id = "sensor";
+  std::string endpoint, results_endpoint, columns, frame_id = "sensor";
   double rate_hz = 0;
   bool realtime = false, wait_ready = false, json = false;
   PlayConfig play;
@@ -42,6 +42,9 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option(
       "--stamps", options.stamps,
       "table of file,stamp_ns (or _us, _ms, _s) with capture times (default: stamps.csv beside the clouds)");
+  tool.add_option(
+      "--columns", options.columns,
+      "text clouds: names of the columns, e.g. X,Y,Z or, with displacements, X+U,Y+V,Z+W (default: x, y, z)");
   tool.add_option("--loop", options.play.rounds, "how often to send all of them; 0: until stopped")
       ->check(in_range(0, 1'000'000));
   tool.add_option("--frame-id", options.frame_id, "name of the points' coordinate system");
@@ -94,7 +97,7 @@ std::string tally_line(const Account& account) {
 std::vector<EncodedCloud> load(const Options& options) {
   const auto files = find_clouds(options.paths);
   Progress progress("reading", files.size());
-  return encode_clouds(files, options.stamps, options.play.session, options.frame_id,
+  return encode_clouds(files, options.stamps, options.columns, options.play.session, options.frame_id,
                        [&](std::size_t done) { progress.advance_to(done); });
 }
 

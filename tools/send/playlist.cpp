@@ -31,13 +31,13 @@ class StampTables {
 }  // namespace
 
 std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, const fs::path& stamps,
-                                        std::uint64_t session, const std::string& frame_id,
+                                        const std::string& columns, std::uint64_t session, const std::string& frame_id,
                                         const std::function<void(std::size_t)>& progress) {
   std::vector<EncodedCloud> clouds;
   wire::Encoder encoder;
   StampTables tables(stamps);
   for (const fs::path& file : files) {
-    io::PointCloud cloud = io::read_point_cloud(file);
+    io::PointCloud cloud = io::read_point_cloud(file, columns);
     cloud.stamp_ns = tables.of(file, cloud.stamp_ns);
     const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, frame_id);
     if (message.empty())

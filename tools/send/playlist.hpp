@@ -21,11 +21,12 @@ struct EncodedCloud {
 };
 
 /// Reads and encodes. Stamps come from the table `stamps` or, when it is empty, from stamps.csv beside the clouds;
-/// otherwise from the clouds, otherwise from their file names. `progress` is called with the number done. Throws what
-/// read_point_cloud throws, and Error{bad_input} for a stamp outside the wire format's range.
+/// otherwise from the clouds, otherwise from their file names. `columns` as in read_point_cloud(). `progress` is called
+/// with the number done. Throws what read_point_cloud throws, and Error{bad_input} for a stamp outside the wire
+/// format's range.
 [[nodiscard]] std::vector<EncodedCloud> encode_clouds(const std::vector<std::filesystem::path>& files,
-                                                      const std::filesystem::path& stamps, std::uint64_t session,
-                                                      const std::string& frame_id,
+                                                      const std::filesystem::path& stamps, const std::string& columns,
+                                                      std::uint64_t session, const std::string& frame_id,
                                                       const std::function<void(std::size_t)>& progress);
 
 /// Due times by the clouds' stamps, in ns after the first cloud: one per cloud, then one for the second round's first.
