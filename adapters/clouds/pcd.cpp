@@ -10,6 +10,7 @@ extern "C" {
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace lbea::io {
 namespace {
@@ -243,11 +244,12 @@ std::vector<Point> read_pcd_points(std::span<const std::byte> bytes, const PcdHe
   return binary_points(data, header, false);
 }
 
-/// Points at the origin become NaN: the sensor stands there, so these are pixels without a point.
-void mark_empty_pixels(std::vector<Point>& points) noexcept {
-  constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
-  for (Point& point : points)
-    if (point.x == 0 && point.y == 0 && point.z == 0) point = {nothing, nothing, nothing};
+/// Also points at the origin: the sensor stands there, so these are pixels without a point.
+void remove_empty_pixels(std::vector<Point>& points) {
+  std::erase_if(points, [](const Point& point) {
+    return (std::isnan(point.x) && std::isnan(point.y) && std::isnan(point.z)) ||
+           (point.x == 0 && point.y == 0 && point.z == 0);
+  });
 }
 
 }  // namespace
@@ -257,11 +259,11 @@ bool is_pcd(std::string_view start, std::size_t) noexcept {
 }
 
 /// Text, binary or compressed (LZF). Reads the fields x, y, z. In organized clouds (HEIGHT above 1) pixels without a
-/// point, NaN or 0 0 0, become NaN.
+/// point, NaN or 0 0 0, are left out.
 PointCloud parse_pcd(std::span<const std::byte> bytes, const std::string& name) {
   const PcdHeader header = PcdHeaderParser(as_text(bytes), name).parse();
   PointCloud cloud{read_pcd_points(bytes, header, name), header.stamp_ns, name};
-  if (header.is_organized) mark_empty_pixels(cloud.points);
+  if (header.is_organized) remove_empty_pixels(cloud.points);
   return cloud;
 }
 

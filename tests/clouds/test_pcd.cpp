@@ -92,11 +92,12 @@ TEST_CASE("PCD in every storage gives the points") {
   CHECK(same(parse(header(2, "ascii") + "1 2.5 -1 3\n7 nan nan nan\n").points, {{-1, 2.5f, 3}, {none, none, none}}));
 }
 
-TEST_CASE("pixels of an organized cloud that hold no point become NaN, in an unorganized one the origin is a point") {
+TEST_CASE(
+    "pixels of an organized cloud that hold no point are left out, and so do not count as points; in an unorganized "
+    "one the origin is a point") {
   const std::vector<Row> written{{0, 0, 0, 0},          {1, 2, 1, 3}, {2, 0, 0, 4},
                                  {3, none, none, none}, {4, 5, 0, 0}, {5, 0, 6, 0}};
-  CHECK(same(parse(binary(written, 2)).points,
-             {{none, none, none}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
+  CHECK(same(parse(binary(written, 2)).points, {{1, 2, 3}, {0, 0, 4}, {0, 5, 0}, {6, 0, 0}}));
   CHECK(same(parse(binary(written, 1)).points,
              {{0, 0, 0}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
 }
