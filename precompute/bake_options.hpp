@@ -70,12 +70,14 @@ struct RoundedField {
   float largest_error = 0;
 };
 
+inline constexpr double largest_usual_residual = 1e-9;
+
 struct BakeSummary {
   std::uint32_t vertices = 0, modes = 0, samples = 0, simulations = 0, references = 0;  // n, p, s
   std::uint32_t nodes = 0, elements = 0, fields = 0, parameters = 0;                    // N, E
   std::uint64_t file_size = 0;
   double kept_variance = 0;   // share of the samples' variance that p modes keep; NaN when nothing varies
-  double basis_residual = 0;  // maximum over the references, see Eigenbasis
+  double basis_residual = 0;  // maximum over the references, see Eigenbasis; usually below largest_usual_residual
   std::string basis_solver;
   std::size_t degenerate_triangles = 0;  // of the reference meshes, skipped
   double highest_eigenvalue = 0;         // of the first reference, 1 / length^2

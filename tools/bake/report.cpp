@@ -86,6 +86,12 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
               summary.references == 1 ? "" : "es");
   std::printf("basis          %u modes, eigenvalues to %.3g, residual %.1e, %s\n", summary.modes,
               summary.highest_eigenvalue, summary.basis_residual, summary.basis_solver.c_str());
+  if (summary.basis_residual > bake::largest_usual_residual)
+    std::printf(
+        "               warning: the residual is above %.0e, because the region has very narrow or very small "
+        "elements;\n"
+        "               the modes are less exact: leave these elements out of the region or mesh it more evenly\n",
+        bake::largest_usual_residual);
   if (summary.degenerate_triangles > 0)
     std::printf("               skipped %zu triangles without area\n", summary.degenerate_triangles);
   if (std::isnan(summary.kept_variance))
