@@ -278,6 +278,28 @@ TEST_CASE("a sensor.json in m was taken for a model in mm") {
   }
 }
 
+// Regression: a model with depth images was matched by lbea, without verdict, unless the user knew --method fit.
+TEST_CASE("the method is fit by default when the model has depth images for the pose") {
+  for (const bool has_images : {true, false}) {
+    CAPTURE(has_images);
+    Bench bench;
+    std::vector<std::string> options;
+    if (has_images) options = {"--pose", LBEA_SENSOR};
+    const auto server = bench.serve(options);
+    WireContext context;
+    ResultSource results(context, bench.results());
+    WireState state;
+    REQUIRE(eventually([&] {
+      const auto message = results.receive(100ms);
+      return message && decode_state(*message, state) == WireStatus::ok;
+    }));
+    CHECK(state.method == (has_images ? "fit" : "lbea"));
+    CHECK(contains(text_of(bench.file("serve.err")), "no verdict; see --method fit") == !has_images);
+    server->signal(SIGINT);
+    CHECK(server->wait() == 0);
+  }
+}
+
 TEST_CASE("errors are reported in a sentence") {
   Bench bench;
   const auto fails = [&](const std::vector<std::string>& arguments, int code, const std::string& sentence) {

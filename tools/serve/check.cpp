@@ -4,6 +4,7 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/machine.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
+#include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/matching/views.hpp"
 
 #include <nlohmann/json.hpp>
@@ -71,8 +72,7 @@ std::string describe(const wire::ServerAccess& access) {
   return std::to_string(access.allowed.size()) + " keys may connect";
 }
 
-std::string describe_fit(ServeOptions options, const Model& model) {
-  read_pose_file(options, model);
+std::string describe_fit(const ServeOptions& options, const Model& model) {
   const MatcherConfig& config = options.matcher;
   const Matcher matcher(model, config, views_for(config, model, options.sensor_json, options.pose_file));
   return "the matcher has depth images for this pose";
@@ -118,16 +118,17 @@ Finding check_descriptors() {
 
 }  // namespace
 
-int check(const ServeOptions& options) {
+int check(ServeOptions options) {
   Preflight preflight;
   std::optional<Model> model;
   preflight.check("model",
                   [&] { return describe(model.emplace(Model::open(options.model_file)), options.model_file); });
-  if (!options.pose_file.empty())
-    preflight.check("pose", [&] {
-      static_cast<void>(io::read_pose(options.pose_file, model ? model->length_unit() : std::string_view()));
-      return options.pose_file;
-    });
+  if (model && !options.pose_file.empty())
+    preflight.check("pose", [&] { return read_pose_file(options, *model), options.pose_file; });
+  if (model) {
+    choose_method(options, *model);
+    preflight.add({"method", Finding::Level::ok, name_of(options.matcher.method)});
+  }
   if (model && options.matcher.method == Method::fit)
     preflight.check("fit", [&] { return describe_fit(options, *model); });
   if (model && !options.inferred_field.empty())

@@ -4,14 +4,16 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/shared/cli/method_names.hpp"
+#include "tools/shared/matching/views.hpp"
 
 namespace lbea::tool {
 namespace {
 
 void add_matching_options(Tool& tool, ServeOptions& options) {
   MatcherConfig& matcher = options.matcher;
-  tool.add_choice("--method", matcher.method, method_names,
-                  "fit: compares depth images, with a verdict, an estimate between the samples and the state of the "
+  tool.add_choice("--method", options.method, method_names,
+                  "default: fit when the model has depth images for the pose, else lbea. fit: compares depth images, "
+                  "with a verdict, an estimate between the samples and the state of the "
                   "test; lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
   tool.add_option("--pose", options.pose_file,
                   "sensor.json with T_reference_sensor; without it frames must be in reference coordinates. With fit, "
@@ -81,6 +83,11 @@ void read_pose_file(ServeOptions& options, const Model& model) {
   if (options.pose_file.empty()) return;
   options.matcher.T_reference_sensor = io::read_pose(options.pose_file, model.length_unit());
   options.sensor_json = io::as_text(io::read_file(options.pose_file));
+}
+
+void choose_method(ServeOptions& options, const Model& model) {
+  const bool has_images = has_images_for(options.matcher.T_reference_sensor, model);
+  options.matcher.method = options.method.value_or(has_images ? Method::fit : Method::lbea);
 }
 
 std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {

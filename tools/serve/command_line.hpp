@@ -14,7 +14,8 @@ namespace lbea::tool {
 struct ServeOptions {
   std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, inference_endpoint, inferred_field,
       pose_file, metrics_address;
-  std::string sensor_json;  // the text of pose_file
+  std::string sensor_json;       // the text of pose_file
+  std::optional<Method> method;  // none: choose_method() chooses it
   MatcherConfig matcher;
   PipelineConfig pipeline;
   RecordingOptions recording;
@@ -27,11 +28,13 @@ struct ServeOptions {
 void add_options(Tool& tool, ServeOptions& options);
 /// Reads the pose and the text of --pose, if it was given. Throws Error{file_not_found | bad_input}.
 void read_pose_file(ServeOptions& options, const Model& model);
+/// Sets matcher.method: without --method it is fit when the model has depth images for the pose, otherwise lbea.
+void choose_method(ServeOptions& options, const Model& model);
 /// The index of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
 /// Memory of the queue in bytes: one slot of max_points per waiting frame, allocated at the start.
 [[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
 /// --check: tests everything that does not need frames and prints the findings. Returns the exit code.
-int check(const ServeOptions& options);
+int check(ServeOptions options);
 
 }  // namespace lbea::tool

@@ -171,8 +171,12 @@ int serve(ServeOptions options) {
                               {"--inference", options.inference_endpoint}});
   if (options.check) return check(options);
   const Model model = Model::open(options.model_file);
-  const bool is_held = model.hold(options.matcher.method);
   read_pose_file(options, model);
+  choose_method(options, model);
+  if (!options.method && options.matcher.method != Method::fit)
+    spdlog::warn("method {}: the model has no depth images for this pose, so no verdict; see --method fit",
+                 name_of(options.matcher.method));
+  const bool is_held = model.hold(options.matcher.method);
   report(request_for_process(options.privileges, &model, options.matcher.method));
   require_memory(options);
   return serve_model(options, model, is_held);

@@ -61,11 +61,16 @@ bool suits(const RigidTransform& baked, const RigidTransform& wanted, std::strin
   return degrees <= max_degrees && std::sqrt(squared) <= max_distance_mm * units_per_mm(length_unit);
 }
 
+bool has_images_for(const RigidTransform& T_reference_sensor, const Model& model) {
+  const SensorViews baked = SensorViews::baked_into(model);
+  return !baked.empty() && suits(baked.T_reference_sensor(), T_reference_sensor, model.length_unit());
+}
+
 SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& sensor_json,
                       const std::string& name) {
   if (config.method != Method::fit) return {};
   const SensorViews baked = SensorViews::baked_into(model);
-  if (!baked.empty() && suits(baked.T_reference_sensor(), config.T_reference_sensor, model.length_unit())) return baked;
+  if (has_images_for(config.T_reference_sensor, model)) return baked;
   if (sensor_json.empty())
     throw Error(
         Status::bad_config,

@@ -12,6 +12,9 @@ namespace lbea::tool {
 [[nodiscard]] bool suits(const RigidTransform& baked, const RigidTransform& wanted,
                          std::string_view length_unit) noexcept;
 
+/// Whether the model has depth images that suit this pose.
+[[nodiscard]] bool has_images_for(const RigidTransform& T_reference_sensor, const Model& model);
+
 /// Empty unless the method is fit. `sensor_json`: the text of the rig's description, which may be empty when the
 /// model's own images are used; `name`: its file, for errors. Throws Error{bad_config | bad_input} when images are
 /// needed and cannot be rendered.
