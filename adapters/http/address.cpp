@@ -19,6 +19,17 @@ bool is_address(const std::string& host, int family) {
 
 bool is_numeric_address(const std::string& host) { return is_address(host, AF_INET) || is_address(host, AF_INET6); }
 
+bool is_loopback_address(const std::string& host) {
+  return host == "::1" || (host.starts_with("127.") && is_address(host, AF_INET));
+}
+
+std::string_view host_name(std::string_view host) noexcept {
+  if (!host.starts_with('[')) return host.substr(0, host.find(':'));
+  const std::size_t end = host.find(']');
+  const bool is_address = end != std::string_view::npos && (end + 1 == host.size() || host[end + 1] == ':');
+  return is_address ? host.substr(1, end - 1) : host;
+}
+
 Address parse_address(const std::string& text, const std::string& option) {
   const auto refuse = [&](const std::string& why) {
     return Error(Status::bad_config,
@@ -35,7 +46,7 @@ Address parse_address(const std::string& text, const std::string& option) {
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, address.port);
   if (error != std::errc{} || stop != end) throw refuse("the port is not a number from 0 to 65535");
-  address.is_loopback = address.host == "::1" || (!bracketed && address.host.starts_with("127."));
+  address.is_loopback = is_loopback_address(address.host);
   return address;
 }
 

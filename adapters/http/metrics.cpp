@@ -46,8 +46,8 @@ Address local_address(const std::string& text) {
 
 /// DNS rebinding lets a foreign page that is open in a browser of this machine send requests under its own host name.
 bool is_local_name(std::string_view host) {
-  const std::string_view name = host.substr(0, host.rfind(':'));
-  return name.empty() || name == "localhost" || name == "[::1]" || name.starts_with("127.");
+  const std::string name(host_name(host));
+  return name.empty() || name == "localhost" || is_loopback_address(name);
 }
 
 }  // namespace

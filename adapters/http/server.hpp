@@ -26,6 +26,10 @@ struct Address {
 [[nodiscard]] Address parse_address(const std::string& text, const std::string& option);
 /// Whether `host` is an IPv4 address or an IPv6 address without brackets.
 [[nodiscard]] bool is_numeric_address(const std::string& host);
+/// Whether `host` is a numeric address of this machine's loopback interface.
+[[nodiscard]] bool is_loopback_address(const std::string& host);
+/// The name or address in a Host header, without port and brackets.
+[[nodiscard]] std::string_view host_name(std::string_view host) noexcept;
 /// "127.0.0.1:8080", "[::1]:8080".
 [[nodiscard]] std::string to_string(const Address& address);
 

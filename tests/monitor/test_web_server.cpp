@@ -134,6 +134,37 @@ TEST_CASE("other addresses need a token, which moves from the address to a cooki
         "HTTP/1.1 403 Forbidden");
 }
 
+// Regression: behind the TLS proxy that the guide recommends, the page answered 403.
+TEST_CASE("behind a proxy the page is served under the proxy's origin, with a token") {
+  FakeFeed feed;
+  const auto serve = [&](const std::string& token, const std::string& origin) {
+    WebConfig config;
+    config.address = {"127.0.0.1", 0, true};
+    config.token = token;
+    config.public_origin = origin;
+    return std::make_unique<WebServer>(config, feed);
+  };
+  const std::string token = "0123456789abcdef", authorized = "Authorization: Bearer " + token + "\r\n";
+  CHECK(error_of([&] { serve("", "https://rig.example"); }).status == Status::bad_config);
+  for (const char* wrong : {"rig.example", "https://", "https://rig.example/", "ftp://rig.example"})
+    CHECK_MESSAGE(error_of([&] { serve(token, wrong); }).status == Status::bad_config, wrong);
+  const auto server = serve(token, "https://Rig.example");
+  CHECK(server->url() == "https://rig.example/?token=" + token);
+  const std::string own = "127.0.0.1:" + std::to_string(server->port());
+  // Proxies pass the browser's Host header on, or put in their own address of the page.
+  for (const std::string& host : {std::string("rig.example"), own}) {
+    CAPTURE(host);
+    CHECK(status_of(RawClient(server->port()).ask("GET /", authorized, host)) == "HTTP/1.1 200 OK");
+    const auto upgrade = [&](const std::string& origin) {
+      return status_of(RawClient(server->port()).upgrade("Origin: " + origin + "\r\n" + authorized, host));
+    };
+    CHECK(upgrade("https://rig.example") == "HTTP/1.1 101 Switching Protocols");
+    CHECK(upgrade("https://evil.example") == "HTTP/1.1 403 Forbidden");
+  }
+  CHECK(status_of(RawClient(server->port()).ask("GET /", "", "rig.example")) == "HTTP/1.1 401 Unauthorized");
+  CHECK(status_of(RawClient(server->port()).ask("GET /", authorized, "rig.example.evil")) == "HTTP/1.1 403 Forbidden");
+}
+
 TEST_CASE("a second server on the same port gets an error") {
   Bench bench;
   FakeFeed feed;

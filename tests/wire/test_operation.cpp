@@ -206,7 +206,10 @@ TEST_CASE("metrics: read only, local host names only, and unaffected by a crowd 
   const auto status = [&](const std::string& request) { return answer_to(metrics, request).substr(0, 12); };
   CHECK(status("GET /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n") == "HTTP/1.1 200");
   CHECK(status("HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\n") == "HTTP/1.1 200");
-  CHECK(status("GET /metrics HTTP/1.1\r\nHost: evil.example\r\n\r\n") == "HTTP/1.1 403");
+  CHECK(status("GET /metrics HTTP/1.1\r\nHost: [::1]:9464\r\n\r\n") == "HTTP/1.1 200");
+  // Regression: names that begin like an address of this machine were taken for one.
+  for (const char* host : {"evil.example", "127.evil.example:9464", "127.0.0.1.evil.example", "[::1].evil", "127."})
+    CHECK_MESSAGE(status("GET /metrics HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n") == "HTTP/1.1 403", host);
   CHECK(status("GET /etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n") == "HTTP/1.1 404");
   CHECK(status("DELETE /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n") == "HTTP/1.1 405");
   CHECK(status("GET /" + std::string(20'000, 'a') + " HTTP/1.1\r\n\r\n").empty());

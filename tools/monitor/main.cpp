@@ -53,6 +53,8 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--http", options.http, "address and port of the page");
   tool.add_option("--allow-host", options.web.allowed_names,
                   "further host name under which browsers may request the page");
+  tool.add_option("--public-origin", options.web.public_origin,
+                  "address of a TLS proxy in front of the page, such as https://rig.example");
   tool.add_option("--token", options.web.token, "token for addresses that other machines can reach; default: random");
   tool.add_option("--watchers", options.web.limits.watchers, "maximum number of browsers")->check(in_range(1u, 1024u));
   auto* viewers =
@@ -123,7 +125,7 @@ int watch(Options options) {
   lower_priority(options.recording_file.empty());
   WebConfig& web = options.web;
   web.address = http::parse_address(options.http, "--http");
-  if (web.token.empty() && !web.address.is_loopback) web.token = random_token();
+  if (web.token.empty() && (!web.address.is_loopback || !web.public_origin.empty())) web.token = random_token();
   web.limits.connections = web.limits.watchers * 2;
   return options.recording_file.empty() ? watch_test(options) : watch_recording(options);
 }

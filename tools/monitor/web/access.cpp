@@ -34,6 +34,14 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) n
 
 using io::text::lower;
 
+/// "rig.example:8443" of "https://rig.example:8443"; empty for another form.
+std::string_view host_of(std::string_view origin) {
+  for (const std::string_view scheme : {"https://", "http://"})
+    if (origin.starts_with(scheme) && origin.find_first_of("/?#@ ", scheme.size()) == std::string_view::npos)
+      return origin.substr(scheme.size());
+  return {};
+}
+
 }  // namespace
 
 std::string_view explain(Access access) noexcept {
@@ -42,7 +50,7 @@ std::string_view explain(Access access) noexcept {
       return "This page is read-only: use GET or HEAD.";
     case Access::wrong_host:
       return "This page is not served under that host name. Use the address that lbea-monitor printed, or start it "
-             "with --allow-host.";
+             "with --allow-host, or behind a proxy with --public-origin.";
     case Access::wrong_origin:
       return "Pages of other sites may not read this page.";
     case Access::wrong_token:
@@ -53,14 +61,18 @@ std::string_view explain(Access access) noexcept {
 }
 
 AccessRules::AccessRules(http::Address address, std::vector<std::string> names, std::string token,
-                         std::vector<std::string> viewer_origins)
+                         std::vector<std::string> viewer_origins, std::string public_origin)
     : address_(std::move(address)),
       names_(std::move(names)),
       viewer_origins_(std::move(viewer_origins)),
-      token_(std::move(token)) {
+      token_(std::move(token)),
+      public_origin_(lower(public_origin)) {
   for (std::string& name : names_) name = lower(name);
   for (std::string& origin : viewer_origins_) origin = lower(origin);
-  if (token_.empty() && !address_.is_loopback)
+  if (!public_origin_.empty() && host_of(public_origin_).empty())
+    throw Error(Status::bad_config,
+                "--public-origin \"" + public_origin_ + "\": give scheme and host only, such as https://rig.example");
+  if (token_.empty() && (!address_.is_loopback || !public_origin_.empty()))
     throw Error(Status::bad_config, "other machines can reach " + address_.host + "; serving there needs a token");
 }
 
@@ -68,6 +80,7 @@ std::string AccessRules::cookie_name() const { return "lbea_monitor_" + std::to_
 
 bool AccessRules::knows_host(std::string_view asked) const {
   std::string host = lower(asked);
+  if (!public_origin_.empty() && host == host_of(public_origin_)) return true;
   const std::string port = ":" + std::to_string(address_.port);
   if (host.ends_with(port))
     host.resize(host.size() - port.size());
@@ -97,7 +110,9 @@ Access AccessRules::check_viewer(const http::Request& request) const {
 }
 
 bool AccessRules::is_own_origin(const http::Request& request) const {
-  return request.origin.empty() || lower(request.origin) == "http://" + lower(request.host);
+  if (request.origin.empty()) return true;
+  const std::string origin = lower(request.origin);
+  return origin == "http://" + lower(request.host) || (!public_origin_.empty() && origin == public_origin_);
 }
 
 Access AccessRules::check_token(const http::Request& request) const {

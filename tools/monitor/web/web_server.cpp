@@ -150,7 +150,9 @@ class WatcherSession final : public http::WebSocketSession {
 };
 
 WebSite::WebSite(const WebConfig& config, Feed& feed)
-    : rules_(config.address, config.allowed_names, config.token, config.viewer_origins), config_(config), feed_(feed) {}
+    : rules_(config.address, config.allowed_names, config.token, config.viewer_origins, config.public_origin),
+      config_(config),
+      feed_(feed) {}
 
 http::Response WebSite::respond(const http::Request& request) {
   const Access access = rules_.check(request);
@@ -214,8 +216,8 @@ std::string WebServer::url() const {
   http::Address address = server_.address();
   if (address.host == "0.0.0.0") address.host = "127.0.0.1";
   if (address.host == "::") address.host = "::1";
-  const std::string& token = site_.rules().token();
-  return "http://" + to_string(address) + "/" + (token.empty() ? "" : "?token=" + token);
+  const std::string &token = site_.rules().token(), &proxy = site_.rules().public_origin();
+  return (proxy.empty() ? "http://" + to_string(address) : proxy) + "/" + (token.empty() ? "" : "?token=" + token);
 }
 
 void WebServer::publish(Snapshot snapshot) {

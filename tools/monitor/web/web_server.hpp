@@ -32,6 +32,7 @@ struct WebConfig {
   WebLimits limits;
   bool has_viewers = false;                   // serve the Foxglove protocol on the same port
   std::vector<std::string> viewer_origins{};  // sites whose viewers may connect
+  std::string public_origin{};                // of a proxy in front of the page
   std::filesystem::path assets_folder{};      // read the files of the page from here; empty: embedded ones
 };
 
