@@ -2,6 +2,9 @@
 
 #include <lbea/lbea.hpp>
 
+#include <algorithm>
+#include <list>
+#include <map>
 #include <optional>
 #include <thread>
 
@@ -58,12 +61,19 @@ StringResponse to_beast(const ParsedRequest& request, Response answer) {
   return response;
 }
 
+class Connection;
+
 /// State that all connections share. Only the server's thread uses it.
 struct Shared {
   Limits limits;
   std::string name;
   Handler* handler = nullptr;
   std::size_t connections = 0;
+  std::list<Connection*> waiting{};  // for a request, the longest first
+
+  /// Whether another connection may be accepted. If there are too many, the address with the most waiting connections
+  /// loses the one that waits longest: clients that send no request cannot keep others out.
+  [[nodiscard]] bool make_room();
 };
 
 /// Counts a connection for as long as it exists.
@@ -152,9 +162,21 @@ class WebSocketConnection final : public WebSocket, public std::enable_shared_fr
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(tcp::socket socket, Shared& shared)
-      : stream_(std::move(socket)), shared_(shared), counted_(shared.connections) {}
+      : stream_(std::move(socket)), shared_(shared), counted_(shared.connections) {
+    beast::error_code ignored;
+    address_ = stream_.socket().remote_endpoint(ignored).address();
+  }
+  ~Connection() { stop_waiting(); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
 
+  [[nodiscard]] const asio::ip::address& address() const noexcept { return address_; }
+  void close() {
+    stop_waiting();
+    stream_.close();
+  }
   void read() {
+    shared_.waiting.push_back(this);
     set_limits(parser_.emplace(), shared_.limits.request_bytes);
     stream_.expires_after(shared_.limits.request_timeout);
     beast::http::async_read(stream_, buffer_, *parser_,
@@ -164,7 +186,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
  private:
+  void stop_waiting() { shared_.waiting.remove(this); }
   void answer() {
+    stop_waiting();
     const Request request = request_of(parser_->get());
     if (!websocket::is_upgrade(parser_->get())) return send(shared_.handler->respond(request));
     Upgrade upgrade = shared_.handler->upgrade(request);
@@ -187,10 +211,21 @@ class Connection : public std::enable_shared_from_this<Connection> {
   beast::tcp_stream stream_;
   Shared& shared_;
   ConnectionCount counted_;
+  asio::ip::address address_;
   beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
   std::optional<StringResponse> response_;
 };
+
+bool Shared::make_room() {
+  if (connections < limits.connections) return true;
+  std::map<asio::ip::address, std::size_t> counts;
+  for (const Connection* connection : waiting) ++counts[connection->address()];
+  const auto most = std::ranges::max_element(counts, {}, [](const auto& count) { return count.second; });
+  if (most == counts.end()) return false;
+  (*std::ranges::find(waiting, most->first, &Connection::address))->close();
+  return true;
+}
 
 tcp::acceptor bind(asio::io_context& io, const Address& address) {
   const tcp::endpoint endpoint(asio::ip::make_address(address.host), address.port);
@@ -225,8 +260,7 @@ struct Server::State {
   void accept() {
     acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
-      if (!error && shared.connections < shared.limits.connections)
-        std::make_shared<Connection>(std::move(socket), shared)->read();
+      if (!error && shared.make_room()) std::make_shared<Connection>(std::move(socket), shared)->read();
       if (!error) return accept();
       pause.expires_after(accept_pause);
       pause.async_wait([this](beast::error_code stopped) {

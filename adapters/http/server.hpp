@@ -108,7 +108,7 @@ class Handler {
 };
 
 struct Limits {
-  std::size_t connections = 16;      // at a time; further ones are closed at once
+  std::size_t connections = 16;      // at a time; a further one replaces one that has sent no request
   std::size_t request_bytes = 8192;  // of a request's header; bodies are not accepted
   std::chrono::milliseconds request_timeout{5000};
   std::chrono::milliseconds response_timeout{0};  // 0: request_timeout includes the response

@@ -19,7 +19,7 @@ struct EmbeddedAsset {
 [[nodiscard]] std::span<const EmbeddedAsset> embedded_assets() noexcept;
 
 struct WebLimits {
-  std::size_t connections = 128;             // at a time; further ones are closed at once
+  std::size_t connections = 128;             // at a time; a further one replaces one that has sent no request
   std::size_t watchers = 64;                 // WebSockets among them; further ones get an explanation
   std::chrono::seconds request_timeout{10};  // for a request, and again for its response
   std::chrono::seconds silence{20};          // a browser that answers no ping for this long is disconnected
