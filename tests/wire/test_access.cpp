@@ -277,6 +277,31 @@ TEST_CASE("results are sent to allowed keys only") {
   CHECK_FALSE(plain.receive(50ms));
 }
 
+// Regression: the owner of one allowed key could hold all places.
+TEST_CASE("one of several keys holds at most half of the places; its later connections take the ones it leaves") {
+  const test::TemporaryFolder folder;
+  const Parties parties;
+  for (const std::string& endpoint : {std::string("tcp://127.0.0.1:*"), "ipc://" + (folder / "frames").string()}) {
+    CAPTURE(endpoint);
+    WireContext context;
+    ServerAccess access = parties.access(4);
+    access.allowed.push_back({parties.stranger.public_key, "viewer"});
+    FrameSource source(context, endpoint, {}, access);
+    std::vector<std::unique_ptr<FrameSink>> viewers;
+    const auto connect = [&](const CurveKeyPair& keys) {
+      return std::make_unique<FrameSink>(context, source.endpoint(), 16, parties.as(keys));
+    };
+    for (int i = 0; i < 6; ++i) viewers.push_back(connect(parties.stranger));
+    CHECK(eventually([&] { return source.peers().peers == 2 && source.peers().excess >= 4; }));
+    const auto camera = connect(parties.camera);
+    CHECK(delivers(*camera, source, 30s));
+    viewers.clear();
+    CHECK(eventually([&] { return source.peers().peers == 1; }));
+    const auto again = connect(parties.stranger);
+    CHECK(delivers(*again, source, 30s));
+  }
+}
+
 TEST_CASE("at most max_peers connect, and another one after a disconnect") {
   const test::TemporaryFolder folder;
   const Parties parties;

@@ -137,6 +137,30 @@ TEST_CASE("with keys, only allowed peers are served, end to end") {
   CHECK(contains(text_of(bench.file("serve.out")), "\"captured\":1,\"received\":1,\"matched\":1"));
 }
 
+// Regression: every allowed key could send frames.
+TEST_CASE("a key that may only listen receives results and cannot send frames") {
+  ServeBench bench;
+  for (const std::string name : {"matcher", "camera", "viewer"}) bench.make_key(name);
+  bench.frames = bench.results = "tcp://127.0.0.1:*";
+  const auto server = bench.serve({"--key", bench.file("matcher.key"), "--allow", bench.file("camera.pub"),
+                                   "--allow-listen", bench.file("viewer.pub")});
+  const std::string matcher = bench.file("matcher.pub");
+  CHECK(bench.send({"--server-key", matcher, "--key", bench.file("viewer.key")}) == 1);
+  const auto keys = [&](const std::string& name) {
+    return ClientAccess{read_public_keys(matcher).front().public_key, read_key_pair(bench.file(name + ".key"))};
+  };
+  for (const std::string name : {"viewer", "camera"}) {
+    CAPTURE(name);
+    WireContext context;
+    ResultSource results(context, bench.word_after("results on "), 16, keys(name));
+    CHECK(results.receive(30s));
+  }
+  CHECK(bench.send({"--server-key", matcher, "--key", bench.file("camera.key")}) == 0);
+  server->signal(SIGINT);
+  CHECK(server->wait() == 0);
+  CHECK(contains(text_of(bench.file("serve.out")), "\"captured\":1,\"received\":1,\"matched\":1"));
+}
+
 TEST_CASE("unsafe settings are rejected at the start") {
   ServeBench bench;
   for (const std::string name : {"matcher", "camera"}) bench.make_key(name);

@@ -67,9 +67,10 @@ std::string describe(const Model& model, const std::string& file) {
          " simulations, " + std::to_string(model.vertices()) + " vertices";
 }
 
-std::string describe(const wire::ServerAccess& access) {
-  if (!access.keys) return "no keys: only this machine may connect";
-  return std::to_string(access.allowed.size()) + " keys may connect";
+std::string describe(const wire::ServerAccess& senders, const wire::ServerAccess& listeners) {
+  if (!senders.keys) return "no keys: only this machine may connect";
+  return std::to_string(listeners.allowed.size()) + " keys may connect, " + std::to_string(senders.allowed.size()) +
+         " of them may send frames";
 }
 
 std::string describe_fit(const ServeOptions& options, const Model& model) {
@@ -79,16 +80,17 @@ std::string describe_fit(const ServeOptions& options, const Model& model) {
 }
 
 void check_endpoints(Preflight& preflight, const ServeOptions& options) {
-  wire::ServerAccess access;
+  wire::ServerAccess senders, access;
   preflight.check("keys", [&] {
-    access = options.access.load();
-    return describe(access);
+    senders = options.access.load();
+    access = options.access.load_for_listeners();
+    return describe(senders, access);
   });
   wire::WireContext context;
   std::optional<wire::FrameSource> frames;
   std::optional<wire::ResultSink> results, preview, inference;
   preflight.check("frames", [&] {
-    return frames.emplace(context, options.frames_endpoint, wire::WireLimits{}, access).endpoint();
+    return frames.emplace(context, options.frames_endpoint, wire::WireLimits{}, senders).endpoint();
   });
   preflight.check("results", [&] {
     return results.emplace(context, options.results_endpoint, wire::results_held, access).endpoint();

@@ -76,6 +76,7 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_recording_options(tool, options.recording);
   tool.get_option("--record-window")->needs(record);
   options.access.add_to(tool);
+  options.access.add_listeners_to(tool);
   add_operation_options(tool, options);
 }
 

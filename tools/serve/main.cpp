@@ -125,9 +125,9 @@ int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   const ServiceNotify service;
   PipelineConfig config = pipeline_config(options, model);
   config.on_matching_thread = [&] { report(request_for_thread(options.privileges)); };
-  const wire::ServerAccess access = options.access.load();
-  wire::FrameSource frames(context, options.frames_endpoint, config.limits, access);
-  wire::ResultSink results(context, options.results_endpoint, wire::results_held, access);
+  const wire::ServerAccess listeners = options.access.load_for_listeners();
+  wire::FrameSource frames(context, options.frames_endpoint, config.limits, options.access.load());
+  wire::ResultSink results(context, options.results_endpoint, wire::results_held, listeners);
   const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations",
                                         frames.endpoint(), results.endpoint(), model.samples(), model.simulations());
   const auto recorder = begin_recording(options.recording, run_settings(options, model));
@@ -135,7 +135,7 @@ int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   RunObservers observers;
   observers.add(recorder.get());
   Publishers publishers;
-  publishers.start(context, options, access, config.limits, model, observers);
+  publishers.start(context, options, listeners, config.limits, model, observers);
   config.observer = &observers;
   Pipeline pipeline(config, engine, std::move(frames), std::move(results));
   std::optional<http::MetricsServer> metrics;

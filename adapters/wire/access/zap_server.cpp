@@ -6,6 +6,9 @@
 #include <new>
 #include <utility>
 
+#include <netdb.h>
+#include <sys/socket.h>
+
 namespace lbea::wire::detail {
 namespace {
 
@@ -41,6 +44,18 @@ std::string decoded(const std::string& key) {
   return bytes;
 }
 
+/// `address`: from ZeroMQ, see PeerVisit.
+bool is_from(std::int32_t descriptor, std::string_view address) noexcept {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  std::array<char, NI_MAXHOST> host{};
+  if (::getpeername(descriptor, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return false;
+  if (peer.ss_family == AF_UNIX) return address.starts_with("localhost:");
+  const int error = ::getnameinfo(reinterpret_cast<const sockaddr*>(&peer), size, host.data(), host.size(), nullptr, 0,
+                                  NI_NUMERICHOST);
+  return error == 0 && address == host.data();
+}
+
 }  // namespace
 
 PeerAdmission::PeerAdmission(const ServerAccess& access)
@@ -63,15 +78,33 @@ const char* PeerAdmission::admit(std::string_view mechanism, std::string_view ke
     return refused;
   }
   const std::string_view name = needs_keys_ ? std::string_view(owner->second) : std::string_view();
-  if (peers_ >= max_peers_) {
+  if (peers_ >= max_peers_ || (needs_keys_ && holds_its_share(key))) {
     ++excess_;
     ++deferred_;
     add_visit(excess, name, address);
     return retry_later;
   }
   add_visit(admitted, name, address);
+  if (needs_keys_) note_key(key, address);
   return accepted;
 }
+
+bool PeerAdmission::holds_its_share(std::string_view key) const {
+  const auto held = static_cast<std::uint64_t>(
+      std::ranges::count_if(keys_, [&](const auto& connection) { return connection.second == key; }));
+  return names_.size() > 1 && held >= std::max<std::uint64_t>(1, max_peers_ / 2);
+}
+
+/// ZeroMQ's question does not name the connection: it is the oldest one from this address that has no key yet. Without
+/// memory the connection is not counted.
+void PeerAdmission::note_key(std::string_view key, std::string_view address) try {
+  const std::pair<const std::int32_t, Clock::time_point>* oldest = nullptr;
+  for (const auto& connection : connections_) {
+    if (keys_.contains(connection.first) || !is_from(connection.first, address)) continue;
+    if (oldest == nullptr || connection.second < oldest->second) oldest = &connection;
+  }
+  if (oldest != nullptr) keys_.emplace(oldest->first, key);
+} catch (const std::bad_alloc&) {}
 
 /// Without memory the visit is counted but not listed.
 void PeerAdmission::add_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address,
@@ -130,6 +163,7 @@ void PeerAdmission::on_disconnect(std::int32_t descriptor) {
   const bool has_failed = (last_event_ & all_failures) != 0;
   const bool was_peer = last_event_ == peer_dropped || (!has_failed && !(is_young && has_strangers));
   if (!has_failed && !was_peer) ++malformed_;
+  keys_.erase(descriptor);
   if (was_peer && peers_ > 0) --peers_;
   if (peers_ > connections_.size()) peers_ = connections_.size();
 }

@@ -45,11 +45,15 @@ class PeerAdmission {
   void on_offense(int error, std::string_view address) noexcept;
   void add_visit(PeerVisit::Answer answer, std::string_view name, std::string_view address,
                  const char* offense = "") noexcept;
+  /// With several allowed keys, none of them may hold more than half of the places.
+  [[nodiscard]] bool holds_its_share(std::string_view key) const;
+  void note_key(std::string_view key, std::string_view address);
 
   bool needs_keys_;
   std::map<std::string, std::string, std::less<>> names_;  // by public key, 32 bytes each
   std::uint64_t max_peers_;
   std::map<std::int32_t, Clock::time_point> connections_;  // by descriptor: time of accept
+  std::map<std::int32_t, std::string> keys_;               // of the admitted ones among them
   std::uint64_t deferred_ = 0;                             // told to retry later, still connected
   std::uint16_t last_event_ = 0;  // a disconnect follows a failed handshake or a dropped peer at once
   std::map<std::string, std::string, std::less<>> owners_;  // by address: the last admitted key's

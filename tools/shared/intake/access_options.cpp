@@ -2,20 +2,42 @@
 
 namespace lbea::tool {
 
+namespace {
+
+void add_keys(wire::ServerAccess& access, const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    for (wire::AllowedPeer& peer : wire::read_public_keys(file)) access.allowed.push_back(std::move(peer));
+}
+
+}  // namespace
+
 void ServerAccessOptions::add_to(CommandLine& app) {
   app.add_option("--key", key_file,
                  "this program's secret key (.key of lbea-keygen): encrypts, and admits only the keys of --allow");
   app.add_option("--allow", allow_files,
                  "public keys (.pub of lbea-keygen) of the peers that may connect; may be repeated");
-  app.add_option("--max-peers", max_peers, "maximum connections per endpoint")->check(in_range(1u, 1000u));
+  app.add_option("--max-peers", max_peers,
+                 "maximum connections per endpoint; one of several keys may hold half of them")
+      ->check(in_range(1u, 1000u));
+}
+
+void ServerAccessOptions::add_listeners_to(CommandLine& app) {
+  app.add_option("--allow-listen", listener_files,
+                 "public keys of the peers that may receive what is published, but not send frames; may be repeated");
 }
 
 wire::ServerAccess ServerAccessOptions::load() const {
   wire::ServerAccess access;
   access.max_peers = max_peers;
   if (!key_file.empty()) access.keys = wire::read_key_pair(key_file);
-  for (const std::string& file : allow_files)
-    for (wire::AllowedPeer& peer : wire::read_public_keys(file)) access.allowed.push_back(std::move(peer));
+  add_keys(access, allow_files);
+  wire::check_access(access);
+  return access;
+}
+
+wire::ServerAccess ServerAccessOptions::load_for_listeners() const {
+  wire::ServerAccess access = load();
+  add_keys(access, listener_files);
   wire::check_access(access);
   return access;
 }

@@ -12,11 +12,15 @@ namespace lbea::tool {
 
 struct ServerAccessOptions {
   std::string key_file;
-  std::vector<std::string> allow_files;
+  std::vector<std::string> allow_files, listener_files;
   std::uint32_t max_peers = wire::ServerAccess{}.max_peers;
   void add_to(CommandLine& app);
-  /// Reads the files. Throws Error.
+  /// For a program that also publishes.
+  void add_listeners_to(CommandLine& app);
+  /// Reads the files, for an endpoint that receives frames. Throws Error.
   [[nodiscard]] wire::ServerAccess load() const;
+  /// For an endpoint that publishes.
+  [[nodiscard]] wire::ServerAccess load_for_listeners() const;
 };
 
 struct ClientAccessOptions {
