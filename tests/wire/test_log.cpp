@@ -68,3 +68,17 @@ TEST_CASE("without a reader, the end of the log does not wait for one") {
   const Log log("test", pipe.ends[1]);  // EPIPE, and no SIGPIPE
   ::close(pipe.ends[1]);
 }
+
+// Regression: the name in a peer's key file reached the terminal with its control characters.
+TEST_CASE("a name in a line of the log cannot change the terminal or add a line") {
+  const Pipe pipe;
+  {
+    const Log log("test", pipe.ends[1]);
+    spdlog::warn("peer {}", "\x1b[2J\nall is well");
+  }
+  ::close(pipe.ends[1]);
+  const std::string text = pipe.read_all();
+  ::close(pipe.ends[0]);
+  CHECK(text.find("peer \\x1b[2J\\x0aall is well\n") != std::string::npos);
+  CHECK(text.find('\x1b') == std::string::npos);
+}

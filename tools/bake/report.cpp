@@ -1,5 +1,7 @@
 #include "tools/bake/report.hpp"
 
+#include "tools/shared/cli/printable.hpp"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -80,8 +82,8 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
               summary.fields, summary.parameters);
   print_facts(summary);
   for (const bake::RoundedField& field : summary.rounded_fields)
-    std::printf("               %s [%s] in 16 bits, within %.3g\n", field.name.c_str(), field.unit.c_str(),
-                static_cast<double>(field.largest_error));
+    std::printf("               %s [%s] in 16 bits, within %.3g\n", printable(field.name).c_str(),
+                printable(field.unit).c_str(), static_cast<double>(field.largest_error));
   std::printf("region         %u vertices, %u reference mesh%s\n", summary.vertices, summary.references,
               summary.references == 1 ? "" : "es");
   std::printf("basis          %u modes, eigenvalues to %.3g, residual %.1e, %s\n", summary.modes,
@@ -99,7 +101,7 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
   else
     std::printf("kept variance  %.4f %%\n", 100 * summary.kept_variance);
   for (const bake::RunLeftOut& run : summary.left_out)
-    std::printf("left out       %s: %s\n", run.name.c_str(), run.reason.c_str());
+    std::printf("left out       %s: %s\n", printable(run.name).c_str(), printable(run.reason).c_str());
   std::printf("time           %.2f s: reading %.2f, bases %.2f, samples %.2f, writing %.2f\n", all, seconds.reading,
               seconds.bases, seconds.samples, seconds.writing);
 }
@@ -149,7 +151,8 @@ void print_table(const bake::BakePlan& plan, const bake::BakeEstimate& estimate)
               1e3 * estimate.seconds_per_sample, seconds / 3600);
   for (std::size_t run = 0; run < plan.runs.size(); ++run)
     if (!plan.runs[run].failure.empty())
-      std::printf("left out       %s: %s\n", plan.ensemble.runs[run].name.c_str(), plan.runs[run].failure.c_str());
+      std::printf("left out       %s: %s\n", printable(plan.ensemble.runs[run].name).c_str(),
+                  printable(plan.runs[run].failure).c_str());
 }
 
 void print_json(const bake::BakePlan& plan, const bake::BakeEstimate& estimate) {
@@ -174,7 +177,7 @@ void print_table(const bake::BakePlan& plan, const std::vector<bake::RunStatus>&
               count(runs, bake::RunProgress::waiting), count(runs, bake::RunProgress::failed));
   for (std::size_t run = 0; run < runs.size(); ++run)
     if (runs[run].progress == bake::RunProgress::failed)
-      std::printf("  %s: %s\n", plan.ensemble.runs[run].name.c_str(), runs[run].reason.c_str());
+      std::printf("  %s: %s\n", printable(plan.ensemble.runs[run].name).c_str(), printable(runs[run].reason).c_str());
 }
 
 void print_json(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs) {

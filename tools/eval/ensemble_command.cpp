@@ -4,6 +4,7 @@
 #include "adapters/simulation/open.hpp"
 #include "tools/eval/evaluation.hpp"
 #include "tools/eval/evaluation_report.hpp"
+#include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/scratch_folder.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
@@ -193,7 +194,7 @@ int evaluate_ensemble(const EnsembleArguments& arguments) {
       [] { return stop_requested != 0; }};
   const Evaluation evaluation = evaluate(plan, callbacks);
   write_evaluation(arguments.out, evaluation);
-  std::printf("%s\n", (arguments.json ? to_json(evaluation) : tables(evaluation)).c_str());
+  std::printf("%s\n", (arguments.json ? to_json(evaluation) : printable(tables(evaluation), "\n")).c_str());
   if (evaluation.complete) return exit_ok;
   std::fprintf(stderr, "lbea-eval: stopped; %s holds the results so far\n", arguments.out.c_str());
   return exit_failed;

@@ -235,7 +235,7 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
   put_mean("mean_oracle_EE", &LiveRow::oracle_error);
   put_mean("mean_estimate_EE", &LiveRow::estimate_error);
   put_mean("mean_path_EE", &LiveRow::path_error);
-  return all.dump(2);
+  return all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {

@@ -3,6 +3,7 @@
 #include "adapters/simulation/open.hpp"
 #include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
+#include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
 
@@ -60,12 +61,13 @@ int live(const LiveArguments& arguments) {
                             std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};
   const auto ready = [] { std::fprintf(stderr, "lbea-eval: ready\n"); };
   const auto print = [&](const LiveRow& row) {
-    if (!arguments.json) std::printf("%s\n", table_line(row).c_str()), std::fflush(stdout);
+    if (!arguments.json) std::printf("%s\n", printable(table_line(row)).c_str()), std::fflush(stdout);
     if (!row.warning.empty()) std::fprintf(stderr, "lbea-eval: warning: %s\n", row.warning.c_str());
   };
   if (!arguments.json) std::printf("%s\n", table_header(model).c_str());
   const LiveSummary summary = watch(options, model, truth.get(), ready, print, [] { return stop_requested != 0; });
-  std::printf("%s\n", arguments.json ? to_json(summary, model).c_str() : table_summary(summary, model).c_str());
+  std::printf("%s\n", arguments.json ? to_json(summary, model).c_str()
+                                     : printable(table_summary(summary, model), "\n").c_str());
   if (!arguments.out.empty()) {
     write_csv(arguments.out / "results.csv", summary);
     write_meshes(arguments.out, summary, model, truth.get(), pose);

@@ -92,14 +92,15 @@ Json provenance_json(const Model& model) {
 }
 
 void print_pairs(const Json& object) {
-  for (const auto& [key, value] : object.items()) std::printf("  %-16s %s\n", key.c_str(), text(value).c_str());
+  for (const auto& [key, value] : object.items())
+    std::printf("  %-16s %s\n", printable(key).c_str(), text(value).c_str());
 }
 
 void print_simulations(const Json& simulations) {
   for (const Json& simulation : simulations) {
     std::printf("  %-16s %3s samples", text(simulation["name"]).c_str(), text(simulation["samples"]).c_str());
     for (const auto& [name, value] : simulation["parameters"].items())
-      std::printf("  %s=%s", name.c_str(), text(value).c_str());
+      std::printf("  %s=%s", printable(name).c_str(), text(value).c_str());
     std::printf("\n");
   }
 }
@@ -196,7 +197,7 @@ Json diff(const std::filesystem::path& before, const std::filesystem::path& afte
 
 void print_names(const char* what, const Json& changes) {
   for (const auto& [kind, names] : changes.items())
-    for (const Json& name : names) std::printf("%-8s %-9s  %s\n", what, kind.c_str(), text(name).c_str());
+    for (const Json& name : names) std::printf("%-8s %-9s  %s\n", what, printable(kind).c_str(), text(name).c_str());
 }
 
 }  // namespace
@@ -230,8 +231,8 @@ void print_diff(const std::filesystem::path& before, const std::filesystem::path
   }
   print_names("run", changes["runs"]);
   for (const auto& [key, change] : changes["settings"].items())
-    std::printf("%-8s %-9s  %s: %s -> %s\n", "setting", "changed", key.c_str(), text(change["before"]).c_str(),
-                text(change["after"]).c_str());
+    std::printf("%-8s %-9s  %s: %s -> %s\n", "setting", "changed", printable(key).c_str(),
+                text(change["before"]).c_str(), text(change["after"]).c_str());
   print_names("section", changes["sections"]);
 }
 

@@ -141,7 +141,7 @@ void print_verdict(const std::filesystem::path& file, const RunAudit& audit) {
   const auto flaws = audit.flaws();
   if (audit.holds_all_that_came() && !flaws.empty())
     std::printf("  the file is sound and contains everything that was received; but:\n");
-  for (const std::string& flaw : flaws) std::printf("  %s\n", flaw.c_str());
+  for (const std::string& flaw : flaws) std::printf("  %s\n", printable(flaw).c_str());
   if (audit.window && audit.window->triggered)
     std::printf(
         "  only what happened around the trigger; the counterparts of %llu frames or results at its edges are "
@@ -160,11 +160,12 @@ void print_text(const std::filesystem::path& file, const RunAudit& audit) {
   print_sessions(audit);
   std::printf("\nchannels\n");
   for (const Json& channel : channels_json(audit.file))
-    std::printf("  %-12s %-20s %llu messages\n", channel["topic"].get<std::string>().c_str(),
-                channel["schema"].get<std::string>().c_str(), number(channel["messages"].get<std::uint64_t>()));
-  std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", audit.settings.program.c_str(),
-              audit.settings.model_file.c_str(), hexadecimal(audit.settings.model_checksum).c_str(),
-              audit.settings.method.c_str());
+    std::printf("  %-12s %-20s %llu messages\n", printable(channel["topic"].get<std::string>()).c_str(),
+                printable(channel["schema"].get<std::string>()).c_str(),
+                number(channel["messages"].get<std::uint64_t>()));
+  std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", printable(audit.settings.program).c_str(),
+              printable(audit.settings.model_file).c_str(), hexadecimal(audit.settings.model_checksum).c_str(),
+              printable(audit.settings.method).c_str());
 }
 
 std::string as_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
@@ -184,7 +185,8 @@ void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& do
   std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(), number(done.messages),
               number(done.chunks));
   for (const mcap::Gap& gap : done.gaps)
-    std::printf("  bytes %llu to %llu could not be read: %s\n", number(gap.begin), number(gap.end), gap.what.c_str());
+    std::printf("  bytes %llu to %llu could not be read: %s\n", number(gap.begin), number(gap.end),
+                printable(gap.what).c_str());
   if (done.undefined_messages > 0)
     std::printf("  %llu messages omitted: their channel is not defined\n", number(done.undefined_messages));
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/cli/printable.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -14,10 +15,11 @@ inline std::string hexadecimal(std::uint64_t number) {
   return formatted("%016llx", static_cast<unsigned long long>(number));
 }
 
-/// Strings without quotes.
+/// Strings without quotes and control characters.
 inline std::string text(const nlohmann::ordered_json& json) {
   using Json = nlohmann::ordered_json;
-  return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return printable(json.is_string() ? json.get<std::string>()
+                                    : json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace lbea::tool

@@ -3,6 +3,7 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/replay/match_replay.hpp"
 #include "tools/replay/report.hpp"
+#include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/matching/views.hpp"
 
@@ -29,7 +30,7 @@ class ResultOutput {
     if (comparison_ != nullptr) {
       compare(result);
     } else if (options_.output.empty()) {
-      std::printf("%s\n", (options_.json ? result_json(result) : result_line(result)).c_str());
+      std::printf("%s\n", (options_.json ? result_json(result) : printable(result_line(result))).c_str());
     }
     return stop_requested == 0;
   }
@@ -40,7 +41,8 @@ class ResultOutput {
  private:
   void compare(const wire::WireResult& result) {
     const auto difference = comparison_->compare(result);
-    if (difference && shown_++ < most_differences_shown && !options_.json) std::printf("%s\n", difference->c_str());
+    if (difference && shown_++ < most_differences_shown && !options_.json)
+      std::printf("%s\n", printable(*difference).c_str());
   }
   const ModelReplayOptions& options_;
   ResultComparison* comparison_;

@@ -1,5 +1,7 @@
 #include "tools/shared/cli/tool.hpp"
 
+#include "tools/shared/cli/printable.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <cerrno>
@@ -94,13 +96,15 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
     for (const auto& check : usage_checks_) check();
     return flushed(body(), program());
   } catch (const WrongUsage& wrong) {
-    std::fprintf(stderr, "%s\nRun with --help for more information.\n", wrong.what());
+    std::fprintf(stderr, "%s\nRun with --help for more information.\n", printable(wrong.what(), "\n").c_str());
     return exit_usage;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "%s: error: out of memory\n", program().c_str());
   } catch (const std::system_error& error) {
     std::fprintf(stderr, "%s: error: %s\n", program().c_str(), sentence_of(error).c_str());
-  } catch (const std::exception& error) { std::fprintf(stderr, "%s: error: %s\n", program().c_str(), error.what()); }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: error: %s\n", program().c_str(), printable(error.what(), "\n").c_str());
+  }
   return exit_failed;
 }
 

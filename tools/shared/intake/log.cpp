@@ -1,6 +1,7 @@
 #include "tools/shared/intake/log.hpp"
 
 #include "tools/shared/cli/outlet.hpp"
+#include "tools/shared/cli/printable.hpp"
 
 #include <spdlog/async.h>
 #include <spdlog/details/null_mutex.h>
@@ -50,7 +51,9 @@ class LogWriter final : public spdlog::sinks::base_sink<spdlog::details::null_mu
     const std::string text = std::to_string(lines) + " lines of this log are lost: nobody read them";
     return write({next.logger_name, spdlog::level::warn, text});
   }
-  bool write(const spdlog::details::log_msg& message) {
+  bool write(spdlog::details::log_msg message) {
+    const std::string text = printable({message.payload.data(), message.payload.size()});
+    message.payload = text;
     spdlog::memory_buf_t buffer;
     formatter_->format(message, buffer);
     std::string line(buffer.data(), buffer.size());
