@@ -50,14 +50,14 @@ async function play(pose, ...more) {
 
 // Regression: the panel showed the verdict of the last frame, and eval the most likely simulation.
 async function checkWrongPose() {
-  const { seen, last, report, warnings } = await play(sensorMovedBy(2, 5), "--method", "fit");
+  const { seen, last, log, report, warnings } = await play(sensorMovedBy(2, 5), "--method", "fit");
   assert.deepEqual([last.verdict, last.word], ["no_simulation_fits", "No simulation fits"]);
   assert.match(last.best, /^nearest: run_\d+$/);
   assert.match(last.why, /Misfit \d\.\d\d\. The test is complete\./);
   assert.match(last.frame, /^Frame 20: matched; run_\d+, step \d+/, "a frame may match alone");
   assert.ok(seen.every(({ verdict }) => verdict !== "matched"), "no frame of this test is shown as matched");
   assert.match(report, /\ntest: NO SIMULATION FITS, misfit \d\.\d\d; nearest: run_\d+\n/);
-  for (const text of [last.warning, report, warnings]) assert.match(text, /cover only \d\d % of the undeformed component.*lbea-register/);
+  for (const text of [last.warning, report, warnings, log]) assert.match(text, /cover only \d\d % of the undeformed component.*lbea-register/);
 }
 
 async function checkDoubtfulPose() {
@@ -68,12 +68,12 @@ async function checkDoubtfulPose() {
 }
 
 async function checkRightPose() {
-  const { seen, last, report, warnings } = await play(sensor, "--method", "fit");
+  const { seen, last, log, report, warnings } = await play(sensor, "--method", "fit");
   assert.deepEqual([last.verdict, last.word, last.warning], ["matched", "Matched", ""]);
   assert.match(last.best, /^run_\d+ \(\d+ %\)/);
   assert.match(last.why, /complete/);
   assert.match(report, /\ntest: matched: run_\d+ \(\d+ %\)/);
-  assert.doesNotMatch(report + warnings, /lbea-register/);
+  assert.doesNotMatch(report + warnings + log, /lbea-register/);
   assert.equal(seen[0].word, "No frames yet");
 }
 

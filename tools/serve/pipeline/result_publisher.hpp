@@ -3,6 +3,7 @@
 
 #include "tools/serve/pipeline/pipeline_queues.hpp"
 #include "tools/shared/intake/frame_log.hpp"
+#include "tools/shared/intake/test_answer.hpp"
 
 #include <array>
 #include <atomic>
@@ -60,6 +61,7 @@ class ResultPublisher {
   PipelineQueues& queues_;
   wire::Encoder encoder_;
   FrameLog log_;
+  UndeformedCoverage undeformed_;
   wire::WireResult result_;
   wire::WireState state_;
   std::uint64_t sequence_ = 0;

@@ -1,5 +1,7 @@
 #include "tools/shared/intake/frame_log.hpp"
 
+#include "tools/shared/intake/test_answer.hpp"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -23,12 +25,16 @@ std::string frames_text(IdRange ids) {
 
 void FrameLog::note(wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept {
   if (is_identified(status) && std::exchange(noted_session_, session) != session)
-    push({Event::Kind::new_session, status, session, ids});
-  if (status != wire::WireStatus::ok) push({Event::Kind::status, status, session, ids});
+    push({Event::Kind::new_session, status, session, ids, 0});
+  if (status != wire::WireStatus::ok) push({Event::Kind::status, status, session, ids, 0});
 }
 
 void FrameLog::note_refusal(std::uint64_t session, IdRange ids) noexcept {
-  push({Event::Kind::refusal, wire::WireStatus::ok, session, ids});
+  push({Event::Kind::refusal, wire::WireStatus::ok, session, ids, 0});
+}
+
+void FrameLog::note_low_coverage(std::uint64_t session, std::uint64_t id, float coverage) noexcept {
+  push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage});
 }
 
 void FrameLog::push(const Event& event) noexcept {
@@ -46,6 +52,9 @@ void FrameLog::write() {
 void FrameLog::write(const Event& event) {
   if (event.kind == Event::Kind::refusal) {
     write_refusal(event.ids);
+  } else if (event.kind == Event::Kind::low_coverage) {
+    if (low_coverage_.is_due())
+      spdlog::warn("frame {}: {}{}", event.ids.first, pose_warning(event.coverage), low_coverage_.suppressed_text());
   } else if (event.kind == Event::Kind::new_session) {
     if (new_sessions_.is_due()) spdlog::info("frame {}: from session {:016x}", event.ids.first, event.session);
   } else if (event.status == wire::WireStatus::end_of_stream) {

@@ -19,6 +19,9 @@ class FrameLog {
   /// The matcher had no room for these frames.
   void note_refusal(std::uint64_t session, IdRange ids) noexcept;
 
+  /// A frame covers little of the undeformed component.
+  void note_low_coverage(std::uint64_t session, std::uint64_t id, float coverage) noexcept;
+
   // Another thread.
   /// Logs what was noted since the last call.
   void write();
@@ -29,11 +32,12 @@ class FrameLog {
 
  private:
   struct Event {
-    enum class Kind : std::uint8_t { new_session, status, refusal };
+    enum class Kind : std::uint8_t { new_session, status, refusal, low_coverage };
     Kind kind = Kind::status;
     wire::WireStatus status = wire::WireStatus::ok;
     std::uint64_t session = 0;
     IdRange ids;
+    float coverage = 0;
   };
   void push(const Event& event) noexcept;
   void write(const Event& event);
@@ -44,7 +48,7 @@ class FrameLog {
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;
   std::array<LogLine, wire::wire_status_count> by_status_{};  // from here on: the writing thread's
-  LogLine new_sessions_, refusals_, without_room_line_, alternations_;
+  LogLine new_sessions_, refusals_, low_coverage_, without_room_line_, alternations_;
   std::uint64_t known_returns_ = 0;
   std::vector<wire::WireSender> known_;
 };

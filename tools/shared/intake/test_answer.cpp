@@ -3,6 +3,7 @@
 #include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace lbea::tool {
 namespace {
@@ -20,23 +21,34 @@ std::string name_of(std::uint32_t simulation, std::span<const std::string> names
 
 }  // namespace
 
-bool TestAnswer::add(const wire::WireResult& result) {
+bool UndeformedCoverage::add(const wire::WireResult& result) noexcept {
   if (wire::fate_of(result.status) != wire::Fate::matched) return false;
-  const bool is_first = session_ != result.session;
-  if (is_first) *this = {};
-  session_ = result.session;
-  if (result.test.frames > 0) state_ = result.test;
-  const bool is_undeformed = is_first || (!result.matches.empty() && result.matches.front().sample.time_step == 0);
-  if (is_undeformed) undeformed_coverage_ = result.coverage;
-  return is_undeformed;
+  const bool is_first = std::exchange(session_, result.session) != result.session;
+  const bool is_initial = !result.matches.empty() && result.matches.front().sample.time_step == 0;
+  if (!is_first && !is_initial) return false;
+  latest_ = result.coverage;
+  return true;
 }
 
-std::string TestAnswer::pose_warning() const {
-  if (!undeformed_coverage_ || *undeformed_coverage_ >= least_undeformed_coverage) return {};
+bool UndeformedCoverage::is_low() const noexcept { return latest_ && *latest_ < least_undeformed_coverage; }
+
+std::string pose_warning(float coverage) {
   return formatted(
       "the frames cover only %.0f %% of the undeformed component: the pose or the model is wrong, or something hides "
       "it; check --pose, and refine it with lbea-register",
-      percent(*undeformed_coverage_));
+      percent(coverage));
+}
+
+bool TestAnswer::add(const wire::WireResult& result) {
+  if (wire::fate_of(result.status) != wire::Fate::matched) return false;
+  if (session_ != result.session) *this = {};
+  session_ = result.session;
+  if (result.test.frames > 0) state_ = result.test;
+  return undeformed_.add(result);
+}
+
+std::string TestAnswer::pose_warning() const {
+  return undeformed_.is_low() ? tool::pose_warning(*undeformed_.latest()) : std::string();
 }
 
 std::string likely_simulations(const wire::WireTestState& state, std::span<const std::string> names) {

@@ -10,21 +10,39 @@
 
 namespace lbea::tool {
 
+/// The coverage of the undeformed component, which shows whether the pose can be right.
+class UndeformedCoverage {
+ public:
+  /// Whether the frame shows the undeformed component: the first matched frame of a session does, and every one whose
+  /// best sample is an initial state.
+  bool add(const wire::WireResult& result) noexcept;
+  /// Of the latest such frame.
+  [[nodiscard]] std::optional<float> latest() const noexcept { return latest_; }
+  /// Too little for a right pose and model.
+  [[nodiscard]] bool is_low() const noexcept;
+
+ private:
+  std::optional<std::uint64_t> session_;
+  std::optional<float> latest_;
+};
+
+/// A sentence for a low coverage of the undeformed component.
+[[nodiscard]] std::string pose_warning(float coverage);
+
 class TestAnswer {
  public:
   /// Adds a published result; the first one of another session begins another test. Returns whether the frame shows the
-  /// undeformed component: the first matched frame does, and every one whose best sample is an initial state.
+  /// undeformed component.
   bool add(const wire::WireResult& result);
   /// Of the latest frame that has one. Without frames: method fit did not match, or no frame was informative.
   [[nodiscard]] const wire::WireTestState& state() const noexcept { return state_; }
-  /// The coverage of the latest frame that shows the undeformed component.
-  [[nodiscard]] std::optional<float> undeformed_coverage() const noexcept { return undeformed_coverage_; }
-  /// A sentence for an undeformed component that is covered too little for a right pose and model; else empty.
+  [[nodiscard]] std::optional<float> undeformed_coverage() const noexcept { return undeformed_.latest(); }
+  /// Empty unless the coverage of the undeformed component is low.
   [[nodiscard]] std::string pose_warning() const;
 
  private:
   std::optional<std::uint64_t> session_;
-  std::optional<float> undeformed_coverage_;
+  UndeformedCoverage undeformed_;
   wire::WireTestState state_;
 };
 
