@@ -184,7 +184,7 @@ float ThinnedImages::hidden_share(std::uint32_t sample) const noexcept {
   float filled = 0, hidden = 0;
   for (std::size_t c = 0; c < image.size(); ++c) {
     filled += image[c] != empty_cell ? 1.0f : 0.0f;
-    hidden += image[c] != empty_cell && observed_[c] < 0 ? 1.0f : 0.0f;
+    hidden += image[c] != empty_cell && observed_[c] == not_observed ? 1.0f : 0.0f;
   }
   return hidden / std::max(filled, 1.0f);
 }

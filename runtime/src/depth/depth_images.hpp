@@ -110,7 +110,7 @@ class ThinnedImages {
   [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
   /// Offers all samples. observed: padded_cells() depths in steps. Does not allocate.
   void propose(std::span<const float> observed, BestSamples& best) noexcept;
-  /// The share of a sample's filled cells that the frame of the last propose() leaves empty.
+  /// The share of a sample's filled cells that are not_observed in the frame of the last propose().
   [[nodiscard]] float hidden_share(std::uint32_t sample) const noexcept;
 
  private:
