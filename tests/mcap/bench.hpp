@@ -9,6 +9,7 @@
 #include "tools/shared/intake/id_tracker.hpp"
 
 #include <doctest/doctest.h>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace lbea::test {
@@ -114,6 +115,7 @@ inline void record(Bench& bench, const std::string& name, std::uint64_t frames, 
   const auto server = bench.serve(more);
   WireContext context;
   Camera camera(context, bench.frames());
+  if (const auto pose = std::ranges::find(more, "--pose"); pose != more.end()) camera.look_from(*(pose + 1));
   for (std::uint64_t id = 0; id < frames; ++id) camera.send(id);
   camera.end(frames);
   REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));

@@ -73,8 +73,10 @@ Log::Log(const std::string& program, int descriptor)
       writer_(std::make_shared<LogWriter>(descriptor)),
       thread_(std::make_shared<spdlog::details::thread_pool>(lines_held, 1)) {
   log_thread = thread_.get();
-  spdlog::set_default_logger(
-      std::make_shared<spdlog::async_logger>(program, writer_, thread_, spdlog::async_overflow_policy::overrun_oldest));
+  auto logger =
+      std::make_shared<spdlog::async_logger>(program, writer_, thread_, spdlog::async_overflow_policy::overrun_oldest);
+  logger->set_error_handler([](const std::string&) { ++unwritten; });
+  spdlog::set_default_logger(std::move(logger));
 }
 
 Log::~Log() {
