@@ -27,8 +27,8 @@ class SimplexProblem {
 struct FitSettings {
   std::uint32_t proposals = 256;  // samples whose depth images are compared
   std::uint32_t candidates = 24;  // the best of them, which the estimate combines
-  // Share of the surface above which something hides a part of it, and nearest points propose wrong samples
-  float hidden = 0.1f;
+  // Share of the surface, far from what the frame shows, above which something hides a part of it
+  float hidden = 0.05f;
   DepthMetric metric;  // converted to the model's unit by SurfaceFitter
   // Cost of a sample's share in the estimate, added to the squared residual of the combination:
   float residual_price = 0.2f;   // times the sample's squared residual
