@@ -3,8 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <string>
 #include <string_view>
+#include <thread>
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -56,9 +58,11 @@ class RawPeer {
     return true;
   }
   /// Sends `bytes` again and again. Whether the other side disconnects before `most` bytes are sent.
-  bool is_cut_off(const std::string& bytes, std::size_t most) {
-    for (std::size_t sent = 0; sent < most; sent += bytes.size())
+  bool is_cut_off(const std::string& bytes, std::size_t most, std::chrono::milliseconds pause = {}) {
+    for (std::size_t sent = 0; sent < most; sent += bytes.size()) {
       if (!send(bytes)) return true;
+      if (pause.count() > 0) std::this_thread::sleep_for(pause);
+    }
     return false;
   }
 
