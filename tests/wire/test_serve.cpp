@@ -62,6 +62,7 @@ class Camera {
   bool send(std::uint64_t id, std::uint32_t sample, std::chrono::milliseconds patience = 30s, float scale = 1) {
     return sink_.send(encode(id, sample, scale), patience);
   }
+  bool end(std::uint64_t next_id) { return sink_.send(encoder_.end_of_stream(1, next_id), 30s); }
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] FrameSink& sink() { return sink_; }
 
@@ -255,7 +256,8 @@ TEST_CASE("frames in m for a model in mm: every frame was rejected, without a se
   {
     Camera camera(context, bench.frames(), read_pose(LBEA_SENSOR));
     for (std::uint64_t id = 0; id < 21; ++id) REQUIRE(camera.send(id, 5, 30s, 1e-3f));
-    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "empty_frame"); }));
+    REQUIRE(camera.end(21));
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
   }
   server->signal(SIGINT);
   CHECK(server->wait() == 1);
