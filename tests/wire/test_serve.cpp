@@ -251,7 +251,7 @@ TEST_CASE("the inferred field is published for every frame, from the estimate's 
 
 TEST_CASE("frames in m for a model in mm: every frame was rejected, without a sentence and with exit code 0") {
   Bench bench;
-  const auto server = bench.serve({"--pose", LBEA_SENSOR});
+  const auto server = bench.serve({"--pose", LBEA_SENSOR, "--queue", "32"});
   WireContext context;
   {
     Camera camera(context, bench.frames(), read_pose(LBEA_SENSOR));
