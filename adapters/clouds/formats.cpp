@@ -7,8 +7,6 @@
 
 #include "adapters/files/atomic_file.hpp"
 
-#include <array>
-
 namespace lbea::io {
 
 /// Whether a file of `bytes` bytes that begins with `start` has the format.

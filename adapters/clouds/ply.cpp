@@ -5,7 +5,6 @@
 #include "adapters/files/text_line.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstring>
 

@@ -3,13 +3,7 @@
 
 #include <lbea/lbea.hpp>
 
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::io {
 

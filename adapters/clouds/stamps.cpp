@@ -6,9 +6,6 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <array>
-#include <limits>
-#include <utility>
 
 namespace lbea::io {
 namespace {

@@ -3,7 +3,6 @@
 #include "adapters/files/stl_corners.hpp"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 
 namespace lbea::io {

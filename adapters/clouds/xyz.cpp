@@ -4,8 +4,6 @@
 #include "adapters/files/text_line.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
 
 namespace lbea::io {
 namespace {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <unordered_set>
-#include <utility>
 
 #include <fnmatch.h>
 #include <glob.h>

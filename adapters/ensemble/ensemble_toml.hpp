@@ -3,13 +3,7 @@
 
 #include "precompute/ensemble.hpp"
 
-#include <cstdint>
-#include <filesystem>
 #include <optional>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::io {
 

@@ -4,9 +4,7 @@
 #include "adapters/files/text_line.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 
 namespace lbea::io {
 namespace {

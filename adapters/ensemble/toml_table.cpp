@@ -9,11 +9,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <sstream>
-#include <utility>
 
 namespace lbea::io {
 namespace {

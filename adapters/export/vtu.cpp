@@ -4,7 +4,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>

@@ -4,9 +4,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <utility>
-
 namespace lbea::io::ply {
 namespace {
 

@@ -2,11 +2,8 @@
 
 #include <lbea/lbea.hpp>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
 #include <system_error>
-#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -3,10 +3,6 @@
 
 #include "precompute/rig/stereo_sensor.hpp"
 
-#include <filesystem>
-#include <string>
-#include <string_view>
-
 namespace lbea::io {
 
 struct SensorDescription {

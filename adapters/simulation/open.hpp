@@ -1,10 +1,6 @@
 // Opens one simulation run of any format as a SimulationReader.
 #pragma once
 
-#include <filesystem>
-#include <memory>
-#include <string>
-
 #include <lbea/lbea.hpp>
 
 #include "precompute/simulation.hpp"

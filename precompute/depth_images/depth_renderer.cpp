@@ -3,9 +3,6 @@
 #include "precompute/rig/camera.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace lbea::bake {
 namespace {
 

@@ -6,8 +6,6 @@
 #include "precompute/survey/survey_runs.hpp"
 #include "precompute/work/stale_files.hpp"
 
-#include <algorithm>
-#include <chrono>
 #include <set>
 
 namespace lbea::bake {

@@ -4,8 +4,6 @@
 #include "precompute/samples/sample_projection.hpp"
 #include "precompute/work/archive.hpp"
 
-#include <algorithm>
-
 namespace lbea::bake {
 namespace {
 

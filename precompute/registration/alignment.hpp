@@ -7,8 +7,6 @@
 
 #include <Eigen/Geometry>
 
-#include <memory>
-
 namespace lbea::bake {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;

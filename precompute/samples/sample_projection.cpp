@@ -4,7 +4,6 @@
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 
-#include <algorithm>
 #include <atomic>
 
 namespace lbea::bake {

@@ -2,7 +2,6 @@
 
 #include "precompute/work/archive.hpp"
 
-#include <algorithm>
 #include <numeric>
 
 namespace lbea::bake {

@@ -3,7 +3,6 @@
 #include "precompute/basis/mesh_laplacian.hpp"
 #include "precompute/work/bake_plan.hpp"
 
-#include <algorithm>
 #include <unordered_set>
 
 namespace lbea::bake {

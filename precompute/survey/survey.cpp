@@ -2,9 +2,6 @@
 
 #include "runtime/src/model/checksum.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <numeric>

@@ -4,10 +4,7 @@
 #include "precompute/ensemble.hpp"
 #include "tools/shared/cli/tool.hpp"
 
-#include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
 namespace lbea::tool {
 

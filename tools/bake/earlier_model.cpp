@@ -5,14 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <sstream>
-#include <vector>
 
 namespace lbea::tool {
 namespace {

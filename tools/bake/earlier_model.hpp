@@ -3,10 +3,6 @@
 
 #include "precompute/ensemble.hpp"
 
-#include <filesystem>
-#include <memory>
-#include <string>
-
 namespace lbea::tool {
 
 /// The runs that `file` holds, by name and by names and sizes of their files, are opened from it; the reference run is

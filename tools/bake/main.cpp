@@ -4,11 +4,7 @@
 #include "tools/bake/report.hpp"
 #include "tools/bake/steps.hpp"
 
-#include <array>
-#include <cstdio>
 #include <optional>
-#include <string>
-#include <string_view>
 
 namespace {
 

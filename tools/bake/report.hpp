@@ -5,9 +5,6 @@
 #include "precompute/jobs/jobs.hpp"
 #include "precompute/model_file/estimate.hpp"
 
-#include <filesystem>
-#include <vector>
-
 namespace lbea::tool {
 
 void print_table(const bake::BakeSummary& summary, const std::filesystem::path& model);

@@ -5,8 +5,6 @@
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 
-#include <memory>
-
 namespace lbea::tool {
 namespace {
 

@@ -6,8 +6,6 @@
 #include "precompute/model_file/estimate.hpp"
 #include "tools/bake/command_line.hpp"
 
-#include <filesystem>
-
 namespace lbea::tool {
 
 /// Options with progress lines, Ctrl-C and the sensor described by the file `views`. Broken runs are left out.

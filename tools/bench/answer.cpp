@@ -2,11 +2,6 @@
 
 #include "tools/shared/cli/formatted.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numeric>
-
 namespace lbea::tool::bench {
 namespace {
 

@@ -6,13 +6,7 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::tool::bench {
 

@@ -3,12 +3,7 @@
 
 #include <lbea/lbea.hpp>
 
-#include <cstddef>
-#include <cstdint>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::tool::bench {
 

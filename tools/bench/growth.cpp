@@ -4,10 +4,6 @@
 #include "runtime/src/match/sample_search.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <optional>
 #include <random>
 
 namespace lbea::tool::bench {

@@ -3,11 +3,7 @@
 
 #include "tools/bench/measurement.hpp"
 
-#include <filesystem>
 #include <functional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::tool::bench {
 

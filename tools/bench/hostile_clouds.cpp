@@ -1,11 +1,8 @@
 #include "tools/bench/hostile_clouds.hpp"
 
-#include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <random>
-#include <utility>
 
 namespace lbea::tool::bench {
 namespace {

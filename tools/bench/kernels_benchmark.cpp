@@ -10,8 +10,6 @@
 
 #include <cmath>
 #include <random>
-#include <string>
-#include <vector>
 
 namespace {
 

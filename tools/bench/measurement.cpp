@@ -1,10 +1,7 @@
 #include "tools/bench/measurement.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <numeric>
-#include <vector>
 
 #include <sys/resource.h>
 

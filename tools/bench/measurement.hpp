@@ -4,15 +4,7 @@
 #include "tools/bench/clouds.hpp"
 #include "tools/bench/pipeline.hpp"
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <memory>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::tool::bench {
 

@@ -6,9 +6,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <memory>
-#include <string>
-
 namespace lbea::tool::bench {
 
 class Pipeline {

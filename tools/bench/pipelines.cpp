@@ -5,7 +5,6 @@
 #include "runtime/src/match/matcher.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace lbea::tool::bench {
 namespace {

@@ -3,11 +3,6 @@
 
 #include "tools/bench/measurement.hpp"
 
-#include <filesystem>
-#include <string>
-#include <utility>
-#include <vector>
-
 namespace lbea::tool::bench {
 
 struct Report {

@@ -3,11 +3,7 @@
 
 #include "tools/bench/measurement.hpp"
 
-#include <cstdint>
 #include <functional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::tool::bench {
 

@@ -4,13 +4,8 @@
 #include "tools/eval/truth.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <cmath>
 #include <map>
-#include <mutex>
 #include <numeric>
-#include <utility>
 
 namespace lbea::tool {
 namespace {

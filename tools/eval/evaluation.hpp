@@ -6,13 +6,7 @@
 #include "tools/eval/experiments.hpp"
 #include "tools/eval/trial.hpp"
 
-#include <cstdint>
-#include <filesystem>
 #include <functional>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::tool {
 

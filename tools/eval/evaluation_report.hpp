@@ -4,13 +4,6 @@
 #include "tools/eval/evaluation.hpp"
 #include "tools/eval/trial.hpp"
 
-#include <array>
-#include <cstdint>
-#include <filesystem>
-#include <span>
-#include <string>
-#include <vector>
-
 namespace lbea::tool {
 
 /// NaN where nothing was measured.

@@ -5,9 +5,7 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 

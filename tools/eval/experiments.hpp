@@ -7,14 +7,8 @@
 
 #include <lbea/lbea.hpp>
 
-#include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::tool {
 

@@ -4,12 +4,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <vector>
-
 namespace lbea::tool {
 
 struct IcpSettings {

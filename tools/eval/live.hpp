@@ -9,12 +9,8 @@
 #include <lbea/lbea.hpp>
 
 #include <chrono>
-#include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <optional>
-#include <string>
-#include <vector>
 
 namespace lbea::tool {
 

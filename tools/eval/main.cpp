@@ -8,7 +8,6 @@
 #include "tools/shared/intake/access_options.hpp"
 
 #include <cstdio>
-#include <memory>
 
 #include <unistd.h>
 

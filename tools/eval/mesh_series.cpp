@@ -4,9 +4,6 @@
 
 #include <lbea/inference.hpp>
 
-#include <string>
-#include <vector>
-
 namespace lbea::tool {
 namespace {
 

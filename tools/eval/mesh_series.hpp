@@ -3,9 +3,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <filesystem>
-#include <span>
-
 namespace lbea::tool {
 
 /// Writes the whole mesh of the sample with all fields. Throws Error{write_failed}.

@@ -9,15 +9,7 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstdint>
-#include <filesystem>
 #include <functional>
-#include <limits>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::tool {
 

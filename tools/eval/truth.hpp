@@ -5,14 +5,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstdint>
-#include <filesystem>
-#include <memory>
-#include <span>
-#include <string>
-#include <vector>
-
 namespace lbea::tool {
 
 /// The positions of a run on the nodes of the model.

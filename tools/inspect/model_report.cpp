@@ -6,7 +6,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>

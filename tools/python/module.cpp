@@ -5,8 +5,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <exception>
-#include <string>
-#include <vector>
 
 namespace py = pybind11;
 

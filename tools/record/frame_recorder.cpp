@@ -1,7 +1,5 @@
 #include "tools/record/frame_recorder.hpp"
 
-#include <algorithm>
-
 namespace lbea::tool {
 namespace {
 

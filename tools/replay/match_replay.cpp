@@ -1,7 +1,5 @@
 #include "tools/replay/match_replay.hpp"
 
-#include <utility>
-
 namespace lbea::tool {
 
 MatchReplay::MatchReplay(const Model& model, const MatcherConfig& config, const SensorViews& views, unsigned threads)

@@ -10,7 +10,6 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <memory>
 
 namespace lbea::tool {
 namespace {

@@ -3,8 +3,6 @@
 
 #include "tools/replay/replay_settings.hpp"
 
-#include <string>
-
 namespace lbea::tool {
 
 struct ModelReplayOptions {

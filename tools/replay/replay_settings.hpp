@@ -3,9 +3,6 @@
 
 #include "tools/shared/recording/recorded_run.hpp"
 
-#include <limits>
-#include <string>
-
 namespace lbea::tool {
 
 struct SettingsOptions {

@@ -5,11 +5,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <filesystem>
-#include <span>
-#include <string>
-#include <vector>
-
 namespace lbea::tool {
 
 /// One row of truth.csv.

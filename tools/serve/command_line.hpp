@@ -7,8 +7,6 @@
 #include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/recording/recording_options.hpp"
 
-#include <string>
-
 namespace lbea::tool {
 
 struct ServeOptions {

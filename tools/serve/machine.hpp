@@ -3,11 +3,7 @@
 
 #include <lbea/lbea.hpp>
 
-#include <cstdint>
-#include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
 namespace lbea::tool {
 

@@ -3,8 +3,6 @@
 
 #include "tools/serve/pipeline/pipeline.hpp"
 
-#include <string>
-
 namespace lbea::tool {
 
 /// "captured 10 = matched 7 + rejected 2 (damaged 2) + dropped 1 (queue_full 1); received 10, ..."

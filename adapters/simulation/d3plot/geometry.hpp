@@ -1,8 +1,6 @@
 // The geometry part of a d3plot database: nodes, elements and their numbering.
 #pragma once
 
-#include <array>
-
 #include "adapters/simulation/d3plot/header.hpp"
 
 namespace lbea::io::d3plot {

@@ -5,11 +5,7 @@
 
 #include <lbea/lbea.hpp>
 
-#include <filesystem>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::io::d3plot {
 

@@ -3,15 +3,7 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <optional>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::io::grid {
 

@@ -2,7 +2,6 @@
 #include "adapters/simulation/grid/grid.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace lbea::io::grid {
 namespace {

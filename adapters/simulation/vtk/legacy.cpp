@@ -1,7 +1,6 @@
 #include "adapters/simulation/vtk/vtk.hpp"
 
 #include <fstream>
-#include <utility>
 
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/binary_numbers.hpp"

@@ -3,8 +3,6 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <array>
-#include <utility>
 
 #include "adapters/files/binary_numbers.hpp"
 #include "adapters/files/text_line.hpp"

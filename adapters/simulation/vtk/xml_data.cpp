@@ -6,9 +6,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
-#include <span>
-#include <utility>
 
 #include "adapters/files/text_line.hpp"
 

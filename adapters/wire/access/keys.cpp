@@ -2,7 +2,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
 #include <cstring>
 #include <sstream>
 

@@ -1,10 +1,8 @@
 #include "adapters/wire/access/zap_server.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <new>
-#include <utility>
 
 #include <netdb.h>
 #include <sys/socket.h>

@@ -10,7 +10,6 @@
 #include <functional>
 #include <map>
 #include <mutex>
-#include <string_view>
 #include <thread>
 
 #include <zmq.hpp>

@@ -13,7 +13,6 @@
 #include "state_generated.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace lbea::wire {
 namespace {

@@ -4,11 +4,6 @@
 
 #include "adapters/wire/codec/messages.hpp"
 
-#include <memory>
-#include <span>
-#include <string_view>
-#include <vector>
-
 namespace lbea::wire {
 
 enum class MessageKind : std::uint8_t { unknown, frame, result, state, control, inference };

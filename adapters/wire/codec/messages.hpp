@@ -3,15 +3,8 @@
 
 #include <lbea/lbea.hpp>
 
-#include <array>
 #include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::wire {
 

@@ -4,8 +4,6 @@
 
 #include <charconv>
 #include <cstring>
-#include <string_view>
-#include <utility>
 
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <new>
 #include <thread>
-#include <utility>
 
 namespace lbea::wire {
 

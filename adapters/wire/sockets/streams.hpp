@@ -10,12 +10,7 @@
 #include "adapters/wire/codec/messages.hpp"
 
 #include <chrono>
-#include <cstdint>
-#include <memory>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace lbea::wire {
 

@@ -1,8 +1,5 @@
 #include "runtime/src/depth/surface_fit.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace lbea {
 namespace {
 

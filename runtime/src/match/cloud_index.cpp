@@ -1,8 +1,5 @@
 #include "runtime/src/match/cloud_index.hpp"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstring>
 
 namespace lbea {

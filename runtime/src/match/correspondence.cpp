@@ -1,6 +1,5 @@
 #include "runtime/src/match/correspondence.hpp"
 
-#include <algorithm>
 #include <cstring>
 
 namespace lbea {

@@ -1,9 +1,6 @@
 // The method, step by step, for one frame.
 #include "runtime/src/match/matcher.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace lbea {
 
 MatchResult Matcher::match(const Frame& frame) noexcept {

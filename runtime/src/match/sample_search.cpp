@@ -1,7 +1,5 @@
 #include "runtime/src/match/sample_search.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace lbea {

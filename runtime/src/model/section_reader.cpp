@@ -5,9 +5,7 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
-#include <iterator>
 
 namespace lbea {
 namespace {

@@ -1,7 +1,5 @@
 #include "runtime/src/track/tracker.hpp"
 
-#include <cmath>
-
 namespace lbea {
 namespace {
 

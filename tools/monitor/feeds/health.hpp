@@ -5,9 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <array>
 #include <chrono>
-#include <cstdint>
 #include <deque>
 #include <optional>
 

@@ -5,12 +5,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <array>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
-
 namespace lbea::tool {
 
 /// The rows that a browser has read.

@@ -5,7 +5,6 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <array>
 
 #include <sys/random.h>
 

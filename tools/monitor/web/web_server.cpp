@@ -5,7 +5,6 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <array>
 
 namespace lbea::tool {
 namespace {

@@ -5,9 +5,7 @@
 #include "tools/monitor/web/access.hpp"
 #include "tools/monitor/web/foxglove.hpp"
 
-#include <filesystem>
 #include <mutex>
-#include <span>
 
 namespace lbea::tool {
 

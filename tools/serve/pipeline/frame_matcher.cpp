@@ -1,8 +1,5 @@
 #include "tools/serve/pipeline/frame_matcher.hpp"
 
-#include <span>
-#include <utility>
-
 namespace lbea::tool {
 
 void FrameMatcher::run() noexcept {

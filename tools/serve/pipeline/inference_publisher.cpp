@@ -1,7 +1,5 @@
 #include "tools/serve/pipeline/inference_publisher.hpp"
 
-#include <utility>
-
 namespace lbea::tool {
 namespace {
 

@@ -1,7 +1,5 @@
 #include "tools/serve/pipeline/pipeline.hpp"
 
-#include <utility>
-
 namespace lbea::tool {
 namespace {
 

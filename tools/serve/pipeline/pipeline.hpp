@@ -5,7 +5,6 @@
 #include "tools/serve/pipeline/frame_matcher.hpp"
 #include "tools/serve/pipeline/result_publisher.hpp"
 
-#include <array>
 #include <thread>
 
 namespace lbea::tool {

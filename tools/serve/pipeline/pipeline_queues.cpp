@@ -1,7 +1,5 @@
 #include "tools/serve/pipeline/pipeline_queues.hpp"
 
-#include <algorithm>
-
 namespace lbea::tool {
 namespace {
 constexpr std::uint64_t max_announced = 1000;  // results for one gap; the rest is only counted

@@ -8,7 +8,6 @@
 #include "tools/shared/matching/match_engine.hpp"
 
 #include <functional>
-#include <limits>
 
 namespace lbea::tool {
 

@@ -1,8 +1,5 @@
 #include "tools/serve/pipeline/result_publisher.hpp"
 
-#include <algorithm>
-#include <utility>
-
 namespace lbea::tool {
 namespace {
 constexpr std::chrono::milliseconds min_state_interval{10};  // also when states are requested more often

@@ -5,7 +5,6 @@
 #include "tools/shared/intake/frame_log.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 
-#include <array>
 #include <atomic>
 
 namespace lbea::tool {

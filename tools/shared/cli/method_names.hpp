@@ -4,7 +4,6 @@
 #include <lbea/lbea.hpp>
 
 #include <map>
-#include <string>
 
 namespace lbea::tool {
 

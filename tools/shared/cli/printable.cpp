@@ -1,6 +1,5 @@
 #include "tools/shared/cli/printable.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 

@@ -3,7 +3,6 @@
 #include <lbea/lbea.hpp>
 
 #include <cstdlib>
-#include <string>
 
 namespace lbea::tool {
 

@@ -7,7 +7,6 @@
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 
-#include <algorithm>
 #include <map>
 
 namespace lbea::tool {

@@ -4,10 +4,6 @@
 #include "precompute/bake.hpp"
 #include "precompute/ensemble.hpp"
 
-#include <filesystem>
-#include <string>
-#include <vector>
-
 namespace lbea::tool {
 
 /// The name of a run: the last part of its path; for a file named d3plot, that of its folder.

@@ -4,9 +4,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <utility>
-
 namespace lbea::tool {
 namespace {
 

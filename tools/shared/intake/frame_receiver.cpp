@@ -1,7 +1,6 @@
 #include "tools/shared/intake/frame_receiver.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace lbea::tool {
 namespace {

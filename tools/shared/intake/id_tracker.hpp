@@ -4,9 +4,7 @@
 #include "adapters/wire/codec/messages.hpp"
 
 #include <chrono>
-#include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace lbea::tool {
 

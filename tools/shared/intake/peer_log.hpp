@@ -5,8 +5,6 @@
 
 #include <chrono>
 #include <functional>
-#include <utility>
-#include <vector>
 
 namespace lbea::tool {
 

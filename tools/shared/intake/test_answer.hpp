@@ -5,8 +5,6 @@
 #include "adapters/wire/codec/messages.hpp"
 
 #include <optional>
-#include <span>
-#include <string>
 
 namespace lbea::tool {
 

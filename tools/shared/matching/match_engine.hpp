@@ -7,8 +7,6 @@
 #include <lbea/tracker.hpp>
 
 #include <optional>
-#include <string_view>
-#include <utility>
 
 namespace lbea::tool {
 

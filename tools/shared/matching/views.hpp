@@ -3,8 +3,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <string>
-
 namespace lbea::tool {
 
 /// Whether frames from the pose `wanted` can be compared with images rendered for `baked`: the poses differ so little

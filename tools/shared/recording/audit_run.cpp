@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <charconv>
 #include <iterator>
-#include <limits>
-#include <utility>
 
 namespace lbea::tool {
 namespace {

@@ -1,7 +1,6 @@
 #include "tools/shared/recording/record_queue.hpp"
 
 #include <cerrno>
-#include <limits>
 #include <system_error>
 
 #include <sys/mman.h>

@@ -1,8 +1,6 @@
 #include "tools/shared/recording/recorder.hpp"
 
-#include <algorithm>
 #include <cerrno>
-#include <limits>
 #include <new>
 
 namespace lbea::tool {

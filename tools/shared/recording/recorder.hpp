@@ -4,8 +4,6 @@
 
 #include "tools/shared/recording/record_queue.hpp"
 
-#include <memory>
-
 namespace lbea::tool {
 
 class Recorder {

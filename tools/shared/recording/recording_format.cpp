@@ -1,6 +1,5 @@
 #include "tools/shared/recording/recording_format.hpp"
 
-#include <array>
 #include <charconv>
 #include <sstream>
 

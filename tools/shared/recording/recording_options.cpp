@@ -2,9 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include <array>
 #include <charconv>
-#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <system_error>

@@ -2,10 +2,7 @@
 
 #include "adapters/wire/codec/codec.hpp"
 
-#include <algorithm>
-#include <array>
 #include <charconv>
-#include <limits>
 #include <new>
 
 namespace lbea::tool {
