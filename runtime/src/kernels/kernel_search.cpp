@@ -55,7 +55,7 @@ void search_group(const CloudTree& tree, std::size_t level, std::size_t group, c
 // first and then tested in one loop without branches.
 struct Search {
   static constexpr std::size_t enough = 24;  // listed pairs after which testing them pays off: it lowers the bounds
-  static constexpr std::uint32_t many_ties = 512;  // the cloud is not an ordinary one
+  static constexpr std::uint32_t many_ties = 32;  // the cloud is not an ordinary one
 
   const CloudTree& tree;
   const float* const* planes;
@@ -190,59 +190,43 @@ Floats squared_gaps(const BoxGroup& group, const Search& search) {
   return squared;
 }
 
-// The search of a crowded cloud: boxes nearest first, among equally near ones that with the first point of the frame.
-// A query then takes no second box that is as near as its best point, however many there are.
+// The search of a crowded cloud, query by query: boxes nearest first, among equally near ones that with the first point
+// of the frame. No box that is as near as the best point is tested after it, however many there are.
 
-std::uint32_t latest_place(Search& search) {
-  std::uint32_t latest = 0;
-  for (std::size_t query = 0; query < lanes; ++query) {
-    const std::uint32_t place = place_of_best(search, query);
-    latest = place > latest ? place : latest;
-  }
-  return latest;
-}
-
-// The queries for which the box may hold a nearer point, or an equally near one that comes before in the frame.
-std::uint32_t queries_improved_by(Search& search, std::size_t level, std::size_t group, std::size_t i,
-                                  std::uint32_t latest) {
-  const Floats bounds = bounds_of(search), squared = squared_distances(search.tree.groups[level][group], i, search);
-  const std::uint32_t queries = at_most(squared, bounds), first = search.tree.first[level][group * lanes + i];
-  std::uint32_t ties = queries & at_most(bounds, squared), late = 0;
-  if (first >= latest) return queries & ~ties;
-  for (; ties != 0; ties &= ties - 1) {
-    const auto query = static_cast<std::size_t>(__builtin_ctz(ties));
-    if (place_of_best(search, query) <= first) late |= 1u << query;
-  }
-  return queries & ~late;
-}
-
-std::size_t next_box(const float* gaps, const std::uint32_t* first, std::uint32_t open) {
+std::size_t next_box(const float* squared, const std::uint32_t* first, std::uint32_t open) {
   auto next = static_cast<std::size_t>(__builtin_ctz(open));
   for (open &= open - 1; open != 0; open &= open - 1) {
     const auto i = static_cast<std::size_t>(__builtin_ctz(open));
-    if (gaps[i] < gaps[next] || (gaps[i] == gaps[next] && first[i] < first[next])) next = i;
+    if (squared[i] < squared[next] || (squared[i] == squared[next] && first[i] < first[next])) next = i;
   }
   return next;
 }
 
-void search_crowded_group(Search& search, std::size_t level, std::size_t group) {
-  float gaps[lanes];
-  const Floats squared = squared_gaps(search.tree.groups[level][group], search);
-  store(gaps, squared);
-  std::uint32_t open = at_most(squared, all(greatest(bounds_of(search)))) & at_most(squared, all(largest_finite));
-  std::uint32_t latest = latest_place(search);
+void search_crowded_group(Search& search, std::size_t level, std::size_t group, std::size_t query) {
+  const float position[3] = {search.planes[0][query], search.planes[1][query], search.planes[2][query]};
+  const std::uint32_t* const first = search.tree.first[level] + group * lanes;
+  const Floats distances = squared_distances(search.tree.groups[level][group], position);
+  float squared[lanes];
+  store(squared, distances);
+  std::uint32_t open =
+      at_most(distances, all(squared_of(search.best[query]))) & at_most(distances, all(largest_finite));
   while (open != 0) {
-    const std::size_t i = next_box(gaps, search.tree.first[level] + group * lanes, open), box = group * lanes + i;
+    const std::size_t i = next_box(squared, first, open), box = group * lanes + i;
+    const float bound = squared_of(search.best[query]);
+    if (squared[i] > bound || (squared[i] == bound && first[i] >= place_of_best(search, query))) return;
     open &= ~(1u << i);
-    const std::uint32_t queries = queries_improved_by(search, level, group, i, latest);
-    if (queries == 0) continue;
-    if (level > 0) {
-      search_crowded_group(search, level - 1, box);
-    } else {
-      search.count += append_lanes(search.listed + search.count, static_cast<std::uint32_t>(box * lanes), queries);
-      test_listed(search);
-    }
-    latest = latest_place(search);
+    if (level > 0)
+      search_crowded_group(search, level - 1, box, query);
+    else
+      test_leaf(search, static_cast<std::uint32_t>(box), query);
+  }
+}
+
+void search_crowded(Search& search) {
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const std::uint32_t known = i > 0 ? leaf_of(search.best[i - 1]) : NearestPoint::none;
+    if (known != NearestPoint::none) test_leaf(search, known, i);
+    search_crowded_group(search, search.tree.top, 0, i);
   }
 }
 
@@ -269,7 +253,7 @@ void search_group_16(Search& search, std::size_t level, std::size_t group) {
     for (; now != 0; now &= now - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(now));
       if (queries_for(boxes, i, search, bounds_of(search)) != 0) search_group_16(search, level - 1, group * lanes + i);
-      if (is_flooded(search)) return search_crowded_group(search, level, group);
+      if (is_flooded(search)) return;
     }
 }
 
@@ -287,6 +271,7 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
     if (hints[i] != NearestPoint::none) test_leaf(search, hints[i] / lanes, i);
   search_group_16(search, tree.top, 0);
   test_listed(search);
+  if (is_flooded(search)) search_crowded(search);
   for (std::size_t i = 0; i < lanes; ++i) {
     const std::uint32_t number = leaf_of(search.best[i]);
     if (number == NearestPoint::none) continue;

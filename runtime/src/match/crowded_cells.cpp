@@ -7,7 +7,7 @@
 namespace lbea {
 namespace {
 
-constexpr std::uint32_t least_limit = 512, limits_per_cloud = 256;
+constexpr std::uint32_t least_limit = 128, limits_per_cloud = 256;
 constexpr std::uint32_t limits_per_division = 4;  // smaller cells cost less in a search than ordered
 constexpr std::size_t most_passes = 2;            // on average over the points of a cloud
 constexpr float least_resolution = 1e-30f;        // keeps its inverse finite
