@@ -1,5 +1,5 @@
-// The nearest points of a cloud to one query, and to sixteen at once. Compiled once per instruction set, like
-// kernel_code.cpp.
+// The searches: nearest points of a cloud to one query and to sixteen at once; coefficients and their distances.
+// Compiled once per instruction set, like kernel_code.cpp.
 #include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/kernels/lanes.hpp"
 
@@ -281,6 +281,32 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
     best.point[i] = leaf.point[lane];
     best.slot[i] = static_cast<std::uint32_t>(number * lanes + lane);
   }
+}
+
+void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {
+  for (std::size_t j = 0; j < rows; ++j) {
+    const float* weights = projection + j * stride;
+    Floats even{}, odd{};  // two sums: no addition waits for the previous one
+    std::size_t i = 0;
+    for (; i + 2 * lanes <= stride; i += 2 * lanes) {
+      even += load(weights + i) * load(f + i);
+      odd += load(weights + i + lanes) * load(f + i + lanes);
+    }
+    if (i < stride) even += load(weights + i) * load(f + i);
+    coefficients[j] = sum(even + odd);
+  }
+}
+
+float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound) {
+  constexpr std::size_t modes_between_checks = 2 * lanes;
+  Floats distances{};
+  for (std::size_t j = 0; j < stride; j += lanes) {
+    const Floats dx = load(e[0] + j) - load(sample + j), dy = load(e[1] + j) - load(sample + stride + j),
+                 dz = load(e[2] + j) - load(sample + 2 * stride + j);
+    distances += square_roots(dx * dx + dy * dy + dz * dz);
+    if ((j + lanes) % modes_between_checks == 0 && !(sum(distances) < bound)) break;  // the sum only grows
+  }
+  return sum(distances);
 }
 
 }  // namespace lbea::LBEA_KERNELS

@@ -140,6 +140,8 @@ namespace lbea::LBEA_KERNELS {
 
 NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound);
 void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
+void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
+float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound);
 
 }  // namespace lbea::LBEA_KERNELS
 #endif
