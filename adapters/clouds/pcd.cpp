@@ -59,7 +59,7 @@ constexpr std::uint64_t most = 0xffffffff;
 
 class PcdHeaderParser {
  public:
-  PcdHeaderParser(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+  PcdHeaderParser(std::string_view text, const std::string& name) : lines_(text, name, "PCD header") {}
 
   PcdHeader parse() {
     for (std::string_view line; lines_.next(line);) {
@@ -71,7 +71,7 @@ class PcdHeaderParser {
       read_line(keyword, line);
       if (keyword == "DATA") return finish();
     }
-    fail("the header has no \"DATA\"; the file is cut short");
+    lines_.fail("the header has no \"DATA\"; the file is cut short");
   }
 
  private:
@@ -93,7 +93,7 @@ class PcdHeaderParser {
     else if (keyword == "DATA")
       read_storage(text::trimmed(rest));
     else if (keyword != "VERSION" && keyword != "VIEWPOINT" && !keyword.empty())
-      fail("unknown keyword \"" + std::string(keyword.substr(0, 40)) + "\"");
+      lines_.fail("unknown keyword \"" + std::string(keyword.substr(0, 40)) + "\"");
   }
 
   void read_fields(std::string_view rest) {
@@ -106,28 +106,26 @@ class PcdHeaderParser {
   void each(std::string_view rest, Body body) {
     for (PcdField& field : header_.fields) {
       const std::string_view word = text::next_word(rest);
-      if (word.empty()) fail("fewer entries than fields");
+      if (word.empty()) lines_.fail("fewer entries than fields");
       body(field, word);
     }
   }
 
   void read_storage(std::string_view name) {
-    if (name == "ascii")
-      header_.storage = PcdStorage::text;
-    else if (name == "binary")
-      header_.storage = PcdStorage::binary;
-    else if (name == "binary_compressed")
-      header_.storage = PcdStorage::compressed;
-    else
-      fail("data stored as \"" + std::string(name.substr(0, 40)) + "\" are not read", Status::unsupported_input);
+    constexpr std::array<std::string_view, 3> names{"ascii", "binary", "binary_compressed"};
+    const auto at = std::ranges::find(names, name);
+    if (at == names.end())
+      lines_.fail("data stored as " + text::quoted(name) + " are not read", Status::unsupported_input);
+    header_.storage = static_cast<PcdStorage>(at - names.begin());
   }
 
   PcdHeader finish() {
     for (std::size_t axis = 0; axis < 3; ++axis) find_axis(axis);
     for (const PcdField& field : header_.fields)
-      if (field.size == 0 || field.size > 8 || field.count == 0) fail("field \"" + field.name + "\" has no size");
+      if (field.size == 0 || field.size > 8 || field.count == 0)
+        lines_.fail("field \"" + field.name + "\" has no size");
     header_.points = points_.value_or(width_ * height_);
-    if (width_ != 0 && width_ * height_ != header_.points) fail("WIDTH times HEIGHT is not POINTS");
+    if (width_ != 0 && width_ * height_ != header_.points) lines_.fail("WIDTH times HEIGHT is not POINTS");
     header_.is_organized = height_ > 1;
     header_.bytes = lines_.byte();
     header_.lines = lines_.line();
@@ -140,24 +138,18 @@ class PcdHeaderParser {
     for (std::size_t f = 0; f < header_.fields.size(); ++f)
       if (header_.fields[f].name == wanted) header_.axes[axis] = f, ++found;
     if (found != 1 || header_.fields[header_.axes[axis]].count != 1)
-      fail("the fields x, y and z are needed, each once");
+      lines_.fail("the fields x, y and z are needed, each once");
     if (!scalar_of(header_.fields[header_.axes[axis]]))
-      fail("coordinates of this type are not read", Status::unsupported_input);
+      lines_.fail("coordinates of this type are not read", Status::unsupported_input);
   }
 
   std::uint64_t number(std::string_view word) const {
     std::uint64_t value = 0;
-    if (!text::parse_integer(word, value) || value > most)
-      fail("\"" + std::string(word.substr(0, 40)) + "\" is not a count");
+    if (!text::parse_integer(word, value) || value > most) lines_.fail(text::quoted(word) + " is not a count");
     return value;
   }
 
-  [[noreturn]] void fail(const std::string& what, Status status = Status::bad_input) const {
-    throw Error(status, name_ + ", line " + std::to_string(lines_.line()) + ": " + what + " (PCD header)");
-  }
-
   text::LineReader lines_;
-  const std::string& name_;
   PcdHeader header_;
   std::uint64_t width_ = 0, height_ = 1;
   std::optional<std::uint64_t> points_;
@@ -171,23 +163,20 @@ constexpr std::uint64_t densest_lzf = 100;  // 3 bytes stand for 264 at most
 
 /// One point per line; values other than coordinates may be any words.
 std::vector<Point> text_points(std::string_view text, const PcdHeader& header, const std::string& name) {
-  text::LineReader lines(text.substr(header.bytes));
-  const auto place = [&] { return "line " + std::to_string(header.lines + lines.line()); };
+  text::LineReader lines(text.substr(header.bytes), name, "PCD", header.lines);
   std::vector<Point> points;
   for (std::string_view line; points.size() < header.points;) {
     if (!lines.next(line))
-      fail(name, place(),
-           "the file ends after " + std::to_string(points.size()) + " of " + std::to_string(header.points) +
-               " points; it is cut short");
+      lines.fail("the file ends after " + std::to_string(points.size()) + " of " + std::to_string(header.points) +
+                 " points; it is cut short");
     if (text::trimmed(line).empty()) continue;
     std::array<float, 3> at{};
     for (std::size_t f = 0; f < header.fields.size(); ++f) {
-      const auto axis =
-          static_cast<std::size_t>(std::find(header.axes.begin(), header.axes.end(), f) - header.axes.begin());
+      const auto axis = static_cast<std::size_t>(std::ranges::find(header.axes, f) - header.axes.begin());
       if (axis == header.axes.size())
         for (std::uint64_t i = 0; i < header.fields[f].count && !line.empty(); ++i) text::next_word(line);
       else if (!text::parse_number(text::next_word(line), at[axis]))
-        fail(name, place(), "expected a number");
+        lines.fail("expected a number");
     }
     points.push_back({at[0], at[1], at[2]});
   }

@@ -23,7 +23,7 @@ std::size_t axis_of(const ply::Property& property) noexcept {
 class AsciiRows {
  public:
   AsciiRows(std::string_view text, const ply::Header& header, const std::string& name)
-      : lines_(text.substr(header.bytes)), header_lines_(header.lines), name_(name) {}
+      : lines_(text.substr(header.bytes), name, {}, header.lines) {}
 
   void skip(const ply::Element& element) {
     if (element.properties.empty()) return;
@@ -47,8 +47,8 @@ class AsciiRows {
     std::string_view line;
     while (lines_.next(line))
       if (!text::trimmed(line).empty()) return line;
-    fail("the file ends after " + std::to_string(row) + " of " + std::to_string(element.count) + " rows of element \"" +
-         element.name + "\"; it is cut short");
+    lines_.fail("the file ends after " + std::to_string(row) + " of " + std::to_string(element.count) +
+                " rows of element \"" + element.name + "\"; it is cut short");
   }
 
   Point read_point(const ply::Element& vertex, std::string_view line) const {
@@ -69,24 +69,18 @@ class AsciiRows {
 
   void skip_list(std::string_view& line) const {
     const float count = number(text::next_word(line));
-    if (!(count >= 0)) fail("a list with a negative count");
+    if (!(count >= 0)) lines_.fail("a list with a negative count");
     for (float i = 0; i < count && !line.empty(); ++i) (void)text::next_word(line);
   }
 
   float number(std::string_view word) const {
     float value = 0;
-    if (word.empty()) fail("too few values");
-    if (!text::parse_number(word, value)) fail("\"" + std::string(word.substr(0, 40)) + "\" is not a number");
+    if (word.empty()) lines_.fail("too few values");
+    if (!text::parse_number(word, value)) lines_.fail(text::quoted(word) + " is not a number");
     return value;
   }
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Status::bad_input, name_ + ", line " + std::to_string(header_lines_ + lines_.line()) + ": " + what);
-  }
-
   text::LineReader lines_;
-  std::size_t header_lines_;
-  const std::string& name_;
 };
 
 /// The fewest bytes a row takes, with all lists empty.
@@ -98,8 +92,7 @@ std::size_t least_size(const ply::Element& element) {
 }
 
 bool has_list(const ply::Element& element) {
-  return std::any_of(element.properties.begin(), element.properties.end(),
-                     [](const ply::Property& property) { return property.count_type.has_value(); });
+  return std::ranges::any_of(element.properties, [](const auto& property) { return property.count_type.has_value(); });
 }
 
 class BinaryRows {
@@ -194,8 +187,7 @@ std::vector<Point> read_points(Rows rows, const std::vector<ply::Element>& eleme
 }
 
 void check_axes(const ply::Header& header, const std::string& name) {
-  const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
-                                   [](const ply::Element& element) { return element.name == "vertex"; });
+  const auto vertex = std::ranges::find(header.elements, "vertex", &ply::Element::name);
   if (vertex == header.elements.end())
     throw Error(Status::bad_input, name + ": no element \"vertex\", so no points; export the cloud with its vertices");
   std::array<int, 4> found{};
@@ -216,13 +208,10 @@ bool is_ply(std::string_view start, std::size_t) noexcept {
 PointCloud parse_ply(std::span<const std::byte> bytes, const std::string& name) {
   const ply::Header header = ply::parse_header(as_text(bytes), name);
   check_axes(header, name);
-  PointCloud cloud;
-  cloud.points = header.format == ply::Format::ascii
-                     ? read_points(AsciiRows(as_text(bytes), header, name), header.elements)
-                     : read_points(BinaryRows(bytes, header, name), header.elements);
-  cloud.stamp_ns = header.stamp_ns;
-  cloud.source = name;
-  return cloud;
+  auto points = header.format == ply::Format::ascii
+                    ? read_points(AsciiRows(as_text(bytes), header, name), header.elements)
+                    : read_points(BinaryRows(bytes, header, name), header.elements);
+  return {std::move(points), header.stamp_ns, name};
 }
 
 static_assert(std::endian::native == std::endian::little && sizeof(Point) == 12,

@@ -124,11 +124,9 @@ std::optional<std::int64_t> stamp_in_name(std::string_view stem) noexcept {
 
 CloudStamps::CloudStamps(const std::filesystem::path& table) {
   const auto bytes = read_file(table);
-  text::LineReader lines(as_text(bytes));
+  const std::string name = table.string();
+  text::LineReader lines(as_text(bytes), name);
   std::optional<TableColumns> columns;
-  const auto fail = [&](const std::string& what) {
-    throw Error{Status::bad_input, table.string() + ", line " + std::to_string(lines.line()) + ": " + what};
-  };
   char separator = ',';
   for (std::string_view line; lines.next(line);) {
     if (text::trimmed(line).empty() || (columns && line.starts_with('#'))) continue;
@@ -137,20 +135,20 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
       separator = table_separator(line);
       columns = columns_of(text::split(line, separator));
       if (!columns)
-        fail(
+        lines.fail(
             "the columns are not named; expected a column \"file\" and one of the time with its unit, such as "
             "\"stamp_ns\"");
       continue;
     }
     const auto words = text::split(line, separator);
-    if (words.size() <= std::max(columns->file, columns->time)) fail("too few columns");
+    if (words.size() <= std::max(columns->file, columns->time)) lines.fail("too few columns");
     const auto stamp = in_ns(words[columns->time], columns->unit);
-    if (!stamp) fail("\"" + std::string(words[columns->time].substr(0, 40)) + "\" is not a time");
+    if (!stamp) lines.fail(text::quoted(words[columns->time]) + " is not a time");
     const std::string file = std::filesystem::path(words[columns->file]).filename().string();
     if (const auto [at, is_new] = table_.emplace(file, *stamp); !is_new && at->second != *stamp)
-      fail(file + " has another time above");
+      lines.fail(file + " has another time above");
   }
-  if (!columns) fail("the table is empty");
+  if (!columns) lines.fail("the table is empty");
 }
 
 std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file,

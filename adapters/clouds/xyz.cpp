@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::size_t longest_number = 64;
 constexpr std::size_t no_column = std::numeric_limits<std::size_t>::max();
-constexpr std::string_view utf8_mark = "\xef\xbb\xbf";
 
 struct XyzColumns {
   char separator = text::Fields::blanks;
@@ -171,10 +170,11 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
 class XyzParser {
  public:
   XyzParser(std::string_view text, const std::string& name, std::string_view chosen)
-      : lines_(text), name_(name), chosen_(chosen) {}
+      : lines_(text, name), chosen_(chosen) {
+    cloud_.source = name;
+  }
 
   PointCloud parse() {
-    cloud_.source = name_;
     for (std::string_view line; lines_.next(line);) {
       line = text::trimmed(line);
       if (line.empty()) continue;
@@ -208,7 +208,7 @@ class XyzParser {
     }
     std::string problem;
     columns_ = find_columns(names_, remark_, line, chosen_, problem);
-    if (!columns_) fail(problem);
+    if (!columns_) lines_.fail(problem);
     for (const auto& used : {columns_->axes, columns_->added})
       for (const std::size_t column : used)
         if (column != no_column) last_column_ = std::max(last_column_, column);
@@ -221,7 +221,8 @@ class XyzParser {
     text::Fields fields(line, columns_->separator);
     std::string_view field;
     for (std::size_t column = 0; column <= last_column_; ++column) {
-      if (!fields.next(field)) fail_short(column);
+      if (!fields.next(field))
+        lines_.fail(std::to_string(column) + " columns where " + std::to_string(last_column_ + 1) + " are needed");
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (columns_->axes[axis] == column || columns_->added[axis] == column) position[axis] += number(field);
     }
@@ -230,21 +231,11 @@ class XyzParser {
 
   [[nodiscard]] float number(std::string_view field) const {
     float value = 0;
-    if (!parse_field(field, columns_->has_decimal_comma, value))
-      fail("\"" + std::string(field.substr(0, 40)) + "\" is not a number");
+    if (!parse_field(field, columns_->has_decimal_comma, value)) lines_.fail(text::quoted(field) + " is not a number");
     return value;
   }
 
-  [[noreturn]] void fail_short(std::size_t columns) const {
-    fail(std::to_string(columns) + " columns where " + std::to_string(last_column_ + 1) + " are needed");
-  }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Status::bad_input, name_ + ", line " + std::to_string(lines_.line()) + ": " + what);
-  }
-
   text::LineReader lines_;
-  const std::string& name_;
   PointCloud cloud_;
   std::string_view chosen_, names_, remark_;
   std::optional<XyzColumns> columns_;
@@ -266,9 +257,7 @@ PointCloud parse_xyz(std::span<const std::byte> bytes, const std::string& name) 
 
 PointCloud parse_text_cloud(std::span<const std::byte> bytes, const std::string& name, std::string_view columns) {
   if (bytes.empty()) throw Error(Status::bad_input, name + ": the file is empty");
-  std::string_view text = as_text(bytes);
-  if (text.starts_with(utf8_mark)) text.remove_prefix(utf8_mark.size());
-  return XyzParser(text, name, columns).parse();
+  return XyzParser(text::without_byte_order_mark(as_text(bytes)), name, columns).parse();
 }
 
 }  // namespace lbea::io

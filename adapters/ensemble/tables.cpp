@@ -9,8 +9,6 @@
 namespace lbea::io {
 namespace {
 
-constexpr std::string_view utf8_mark = "\xef\xbb\xbf";
-
 std::string_view trimmed(std::string_view text) { return text::trimmed(text, " \t\r"); }
 
 /// Fields of a line; separators inside double quotes are part of a field.
@@ -42,12 +40,11 @@ bool is_missing(std::string_view field) {
 
 class CsvParser {
  public:
-  CsvParser(std::string_view text, std::string name)
-      : lines_(text.substr(text.starts_with(utf8_mark) ? utf8_mark.size() : 0)), name_(std::move(name)) {}
+  CsvParser(std::string_view text, const std::string& name) : lines_(text::without_byte_order_mark(text), name) {}
 
   ParameterTable parse() {
     std::string_view line;
-    if (!next_line(line)) fail("no line of names: the first column names the run, the others the parameters");
+    if (!next_line(line)) lines_.fail("no line of names: the first column names the run, the others the parameters");
     read_header(line);
     while (next_line(line)) read_row(line);
     return std::move(table_);
@@ -67,9 +64,9 @@ class CsvParser {
     for (std::size_t i = 1; i < fields.size(); ++i) {
       const std::size_t bracket = fields[i].ends_with(']') ? fields[i].rfind('[') : std::string::npos;
       const std::string name(trimmed(fields[i].substr(0, bracket)));
-      if (name.empty()) fail("column " + std::to_string(i + 1) + " has no name");
+      if (name.empty()) lines_.fail("column " + std::to_string(i + 1) + " has no name");
       if (std::find(table_.names.begin(), table_.names.end(), name) != table_.names.end())
-        fail("two columns are named \"" + name + "\"");
+        lines_.fail("two columns are named \"" + name + "\"");
       table_.names.push_back(name);
       table_.units.emplace_back(
           bracket == std::string::npos ? "" : trimmed(fields[i].substr(bracket + 1, fields[i].size() - bracket - 2)));
@@ -79,9 +76,10 @@ class CsvParser {
   void read_row(std::string_view line) {
     const auto fields = split(line, separator_);
     if (fields.size() != table_.names.size() + 1)
-      fail(std::to_string(fields.size()) + " fields where the names are " + std::to_string(table_.names.size() + 1));
-    if (fields[0].empty()) fail("no run name in the first column");
-    if (table_.row(fields[0])) fail("a second row for run \"" + fields[0] + "\"");
+      lines_.fail(std::to_string(fields.size()) + " fields where the names are " +
+                  std::to_string(table_.names.size() + 1));
+    if (fields[0].empty()) lines_.fail("no run name in the first column");
+    if (table_.row(fields[0])) lines_.fail("a second row for run \"" + fields[0] + "\"");
     table_.runs.push_back(fields[0]);
     for (std::size_t i = 1; i < fields.size(); ++i) table_.values.push_back(number(fields[i], table_.names[i - 1]));
   }
@@ -93,16 +91,12 @@ class CsvParser {
     double value = 0;
     const auto [stop, error] = std::from_chars(field.data() + sign, field.data() + field.size(), value);
     if (error != std::errc{} || stop != field.data() + field.size() || !std::isfinite(value))
-      fail("\"" + field.substr(0, 40) + "\" in column \"" + column + "\" is not a number; leave it empty when unknown");
+      lines_.fail("\"" + field.substr(0, 40) + "\" in column \"" + column +
+                  "\" is not a number; leave it empty when unknown");
     return value;
   }
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Status::bad_input, name_ + ", line " + std::to_string(lines_.line()) + ": " + what);
-  }
-
   text::LineReader lines_;
-  std::string name_;
   char separator_ = ',';
   ParameterTable table_;
 };
@@ -110,7 +104,7 @@ class CsvParser {
 constexpr std::string_view between = " \t\r,;";
 
 /// Reads the ids of one line.
-void read_ids(std::string_view line, std::vector<std::uint32_t>& ids, const std::string& where) {
+void read_ids(const text::LineReader& lines, std::string_view line, std::vector<std::uint32_t>& ids) {
   line = line.substr(0, line.find('#'));
   for (std::size_t at = line.find_first_not_of(between); at != std::string_view::npos;
        at = line.find_first_not_of(between, at)) {
@@ -118,8 +112,7 @@ void read_ids(std::string_view line, std::vector<std::uint32_t>& ids, const std:
     const std::string_view word = line.substr(at, end - at);
     std::uint32_t id = 0;
     if (!text::parse_integer(word, id))
-      throw Error(Status::bad_input, where + ": \"" + std::string(word.substr(0, 40)) +
-                                         "\" is not a node id, a whole number from 0 to 4294967295");
+      lines.fail(text::quoted(word) + " is not a node id, a whole number from 0 to 4294967295");
     ids.push_back(id);
     at = end;
   }
@@ -141,11 +134,11 @@ ParameterTable read_parameters_csv(const std::filesystem::path& path) {
 
 std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path) {
   const auto bytes = read_file(path);
-  text::LineReader lines(as_text(bytes));
+  const std::string name = path.string();
+  text::LineReader lines(as_text(bytes), name);
   std::vector<std::uint32_t> ids;
-  for (std::string_view line; lines.next(line);)
-    read_ids(line, ids, path.string() + ", line " + std::to_string(lines.line()));
-  if (ids.empty()) throw Error(Status::bad_input, path.string() + ": no node ids");
+  for (std::string_view line; lines.next(line);) read_ids(lines, line, ids);
+  if (ids.empty()) throw Error(Status::bad_input, name + ": no node ids");
   return ids;
 }
 

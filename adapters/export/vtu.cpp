@@ -181,9 +181,7 @@ void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entr
     text += "<DataSet timestep=\"" + xml_number(entry.time_s) +
             "\" part=\"0\" file=" + xml_quoted(relative_name(entry.file, path)) + "/>\n";
   }
-  AtomicFile file(path);
-  file.write(text + "</Collection>\n</VTKFile>\n");
-  file.commit();
+  write_file(path, text + "</Collection>\n</VTKFile>\n");
 }
 
 }  // namespace lbea::io

@@ -8,7 +8,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 namespace lbea::io {
 namespace {
@@ -21,21 +20,6 @@ std::string reason(int error) { return std::generic_category().message(error); }
 
 std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-}
-
-/// Closes the descriptor when it goes out of scope.
-struct Descriptor {
-  int value;
-  explicit Descriptor(int v) : value(v) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (value >= 0) ::close(value);
-  }
-};
-
-[[noreturn]] void fail_read(const std::filesystem::path& path, std::size_t byte, const std::string& why) {
-  throw Error(Status::bad_input, "cannot read " + path.string() + " (byte " + std::to_string(byte) + "): " + why);
 }
 
 }  // namespace
@@ -100,7 +84,7 @@ void AtomicFile::close_descriptor() {
 // The rename is on the disk only when the folder is. Some file systems do not support that (EINVAL), and a folder may
 // be writable but not readable; the file is complete in both cases.
 void AtomicFile::sync_folder() const {
-  const Descriptor folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const Descriptor folder{::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   const int error = folder.value < 0 || ::fsync(folder.value) == 0 ? 0 : errno;
   if (error == 0 || error == EINVAL) return;
   ::unlink(path_.c_str());  // after an error the caller must not find the file
@@ -118,24 +102,35 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
   file.commit();
 }
 
-std::vector<std::byte> read_file(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.value < 0 && (errno == ENOENT || errno == ENOTDIR))
-    throw Error(Status::file_not_found, "there is no file " + path.string());
-  if (file.value < 0) fail_read(path, 0, reason(errno));
+InputFile::InputFile(const std::filesystem::path& path)
+    : name_(path.string()), file_{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)} {
+  if (file_.value < 0 && (errno == ENOENT || errno == ENOTDIR))
+    throw Error(Status::file_not_found, "there is no file " + name_);
   struct stat about {};
-  if (::fstat(file.value, &about) != 0) fail_read(path, 0, reason(errno));
-  if (!S_ISREG(about.st_mode)) fail_read(path, 0, "it is not a regular file");
+  if (file_.value < 0 || ::fstat(file_.value, &about) != 0) fail(0, reason(errno));
+  if (!S_ISREG(about.st_mode)) fail(0, "it is not a regular file");
+  size_ = static_cast<std::uint64_t>(about.st_size);
+}
 
-  std::vector<std::byte> bytes(static_cast<std::size_t>(about.st_size));
-  std::size_t have = 0;
-  while (have < bytes.size()) {
-    const ssize_t n = ::read(file.value, bytes.data() + have, std::min(bytes.size() - have, largest_transfer));
+void InputFile::read(std::uint64_t offset, std::span<std::byte> into) const {
+  while (!into.empty()) {
+    const ssize_t n =
+        ::pread(file_.value, into.data(), std::min(into.size(), largest_transfer), static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail_read(path, have, reason(errno));
-    if (n == 0) fail_read(path, have, "the file became shorter while it was read");
-    have += static_cast<std::size_t>(n);
+    if (n <= 0) fail(offset, n < 0 ? reason(errno) : "the file became shorter while it was read");
+    offset += static_cast<std::uint64_t>(n);
+    into = into.subspan(static_cast<std::size_t>(n));
   }
+}
+
+void InputFile::fail(std::uint64_t byte, const std::string& why) const {
+  throw Error(Status::bad_input, "cannot read " + name_ + " (byte " + std::to_string(byte) + "): " + why);
+}
+
+std::vector<std::byte> read_file(const std::filesystem::path& path) {
+  const InputFile file(path);
+  std::vector<std::byte> bytes(static_cast<std::size_t>(file.size()));
+  file.read(0, bytes);
   return bytes;
 }
 

@@ -1,4 +1,4 @@
-// Whole files: written atomically, read at once.
+// Files: written atomically, read at any place or at once.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <unistd.h>
 
 namespace lbea::io {
 
@@ -50,8 +52,33 @@ class AtomicFile {
 /// Writes this text as an AtomicFile. Throws Error{write_failed}.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// The whole of a regular file.
-/// Throws Error{file_not_found} when it is absent, Error{bad_input} when it cannot be read.
+/// Closes the descriptor when it goes out of scope.
+struct Descriptor {
+  int value;
+  ~Descriptor() {
+    if (value >= 0) ::close(value);
+  }
+};
+
+/// A regular file, read at any place.
+class InputFile {
+ public:
+  /// Throws Error{file_not_found} when it is absent, Error{bad_input} when it cannot be read.
+  explicit InputFile(const std::filesystem::path& path);
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+  [[nodiscard]] int descriptor() const noexcept { return file_.value; }
+  [[nodiscard]] std::uint64_t size() const noexcept { return size_; }  // when it was opened
+  /// Fills `into`; the range must lie within size(). Throws Error{bad_input}.
+  void read(std::uint64_t offset, std::span<std::byte> into) const;
+
+ private:
+  [[noreturn]] void fail(std::uint64_t byte, const std::string& why) const;
+  std::string name_;
+  Descriptor file_;
+  std::uint64_t size_ = 0;
+};
+
+/// The whole of a file, as InputFile.
 [[nodiscard]] std::vector<std::byte> read_file(const std::filesystem::path& path);
 
 /// The same bytes as characters.

@@ -19,17 +19,17 @@ constexpr std::array scalar_names{
 
 class HeaderParser {
  public:
-  HeaderParser(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+  HeaderParser(std::string_view text, const std::string& name) : lines_(text, name, "PLY header") {}
 
   Header parse() {
     std::string_view line;
-    if (!lines_.next(line) || text::trimmed(line) != "ply") fail("the first line is not \"ply\"");
+    if (!lines_.next(line) || text::trimmed(line) != "ply") lines_.fail("the first line is not \"ply\"");
     while (lines_.next(line)) {
       const std::string_view keyword = text::next_word(line);
       if (keyword == "end_header") return finish();
       read_line(keyword, line);
     }
-    fail("the header has no \"end_header\"; the file is cut short");
+    lines_.fail("the header has no \"end_header\"; the file is cut short");
   }
 
  private:
@@ -43,20 +43,16 @@ class HeaderParser {
     else if (keyword == "property")
       read_property(rest);
     else if (!keyword.empty())
-      fail("unknown keyword \"" + std::string(keyword) + "\"");
+      lines_.fail("unknown keyword \"" + std::string(keyword) + "\"");
   }
 
   void read_format(std::string_view rest) {
     const std::string_view format = text::next_word(rest);
-    if (format == "ascii")
-      header_.format = Format::ascii;
-    else if (format == "binary_little_endian")
-      header_.format = Format::little_endian;
-    else if (format == "binary_big_endian")
-      header_.format = Format::big_endian;
-    else
-      fail("unknown format \"" + std::string(format) + "\"", Status::unsupported_input);
-    if (text::next_word(rest) != "1.0") fail("the version of the format is not 1.0", Status::unsupported_input);
+    constexpr std::array<std::string_view, 3> names{"ascii", "binary_little_endian", "binary_big_endian"};
+    const auto at = std::ranges::find(names, format);
+    if (at == names.end()) lines_.fail("unknown format \"" + std::string(format) + "\"", Status::unsupported_input);
+    header_.format = static_cast<Format>(at - names.begin());
+    if (text::next_word(rest) != "1.0") lines_.fail("the version of the format is not 1.0", Status::unsupported_input);
     has_format_ = true;
   }
 
@@ -68,44 +64,39 @@ class HeaderParser {
     Element element;
     element.name = text::next_word(rest);
     if (element.name.empty() || !text::parse_integer(text::next_word(rest), element.count))
-      fail("expected \"element <name> <count>\"");
+      lines_.fail("expected \"element <name> <count>\"");
     header_.elements.push_back(std::move(element));
   }
 
   void read_property(std::string_view rest) {
-    if (header_.elements.empty()) fail("a property before the first element");
+    if (header_.elements.empty()) lines_.fail("a property before the first element");
     Property property;
     std::string_view type = text::next_word(rest);
     if (type == "list") {
       property.count_type = scalar(text::next_word(rest));
-      if (binary::is_real(*property.count_type)) fail("the count of a list is not an integer");
+      if (binary::is_real(*property.count_type)) lines_.fail("the count of a list is not an integer");
       type = text::next_word(rest);
     }
     property.type = scalar(type);
     property.name = text::next_word(rest);
-    if (property.name.empty()) fail("a property without a name");
+    if (property.name.empty()) lines_.fail("a property without a name");
     header_.elements.back().properties.push_back(std::move(property));
   }
 
   Scalar scalar(std::string_view word) const {
     for (const auto& [type, name, other_name] : scalar_names)
       if (word == name || word == other_name) return type;
-    fail("unknown type \"" + std::string(word) + "\"");
+    lines_.fail("unknown type \"" + std::string(word) + "\"");
   }
 
   Header finish() {
-    if (!has_format_) fail("the header has no \"format\" line");
+    if (!has_format_) lines_.fail("the header has no \"format\" line");
     header_.bytes = lines_.byte();
     header_.lines = lines_.line();
     return std::move(header_);
   }
 
-  [[noreturn]] void fail(const std::string& what, Status status = Status::bad_input) const {
-    throw Error(status, name_ + ", line " + std::to_string(lines_.line()) + ": " + what + " (PLY header)");
-  }
-
   text::LineReader lines_;
-  const std::string& name_;
   Header header_;
   bool has_format_ = false;
 };

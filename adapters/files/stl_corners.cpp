@@ -29,10 +29,7 @@ std::vector<float> binary_corners(std::string_view bytes) {
 }
 
 std::vector<float> text_corners(std::string_view bytes, const std::string& name) {
-  text::LineReader lines(bytes);
-  const auto fail = [&](const char* what) {
-    throw Error{Status::bad_input, name + ", line " + std::to_string(lines.line()) + ": " + what + " (STL)"};
-  };
+  text::LineReader lines(bytes, name, "STL");
   std::vector<float> corners;
   std::size_t in_facet = 0;
   for (std::string_view line; lines.next(line);) {
@@ -40,15 +37,15 @@ std::vector<float> text_corners(std::string_view bytes, const std::string& name)
     if (keyword == "vertex") {
       for (int axis = 0; axis < 3; ++axis) {
         corners.push_back(0);
-        if (!text::parse_number(text::next_word(line), corners.back())) fail("a vertex needs three numbers");
+        if (!text::parse_number(text::next_word(line), corners.back())) lines.fail("a vertex needs three numbers");
       }
       ++in_facet;
     } else if (keyword == "endfacet") {
-      if (in_facet != 3) fail("a facet needs three vertices");
+      if (in_facet != 3) lines.fail("a facet needs three vertices");
       in_facet = 0;
     }
   }
-  if (in_facet != 0) fail("the file ends within a facet; it is cut short");
+  if (in_facet != 0) lines.fail("the file ends within a facet; it is cut short");
   return corners;
 }
 

@@ -1,15 +1,11 @@
 #include "adapters/files/text_line.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
 
 namespace lbea::io::text {
 namespace {
-
 constexpr std::size_t longest_number = 64;  // characters, of a number that is copied before it is read
-
-}  // namespace
+}
 
 bool LineReader::next(std::string_view& line) {
   if (at_ >= text_.size()) return false;
@@ -21,6 +17,18 @@ bool LineReader::next(std::string_view& line) {
   ++line_;
   return true;
 }
+
+void LineReader::fail(const std::string& what, Status status) const {
+  const std::string kind = kind_.empty() ? "" : " (" + std::string(kind_) + ")";
+  throw Error(status, std::string(name_) + ", line " + std::to_string(line_) + ": " + what + kind);
+}
+
+std::string_view without_byte_order_mark(std::string_view text) noexcept {
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  return text.substr(text.starts_with(mark) ? mark.size() : 0);
+}
+
+std::string quoted(std::string_view word) { return "\"" + std::string(word.substr(0, 40)) + "\""; }
 
 std::string_view trimmed(std::string_view text, std::string_view blanks) noexcept {
   text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));

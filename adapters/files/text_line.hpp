@@ -1,33 +1,37 @@
 // Lines, words and numbers of text files, without copies.
 #pragma once
 
+#include <lbea/lbea.hpp>
+
 #include <charconv>
-#include <cstddef>
-#include <cstdint>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <system_error>
-#include <vector>
 
 namespace lbea::io::text {
 
 /// Reads a text line by line; "\n" and "\r\n" end a line, in a text without "\n" also "\r".
 class LineReader {
  public:
-  explicit LineReader(std::string_view text)
-      : text_(text), end_(text.find('\n') == std::string_view::npos ? '\r' : '\n') {}
+  /// For messages: the file's `name` and `kind`, and how many of its lines stand before `text`.
+  explicit LineReader(std::string_view text, std::string_view name = {}, std::string_view kind = {},
+                      std::size_t lines_before = 0)
+      : text_(text),
+        name_(name),
+        kind_(kind),
+        end_(text.find('\n') == std::string_view::npos ? '\r' : '\n'),
+        line_(lines_before) {}
   /// False at the end of the text.
   bool next(std::string_view& line);
   [[nodiscard]] std::size_t line() const noexcept { return line_; }  // number of the last line read, from 1
   [[nodiscard]] std::size_t byte() const noexcept { return at_; }    // where the next line begins
   [[nodiscard]] std::string_view rest() const noexcept { return text_.substr(at_); }
+  /// Throws Error "NAME, line N: WHAT (KIND)".
+  [[noreturn]] void fail(const std::string& what, Status status = Status::bad_input) const;
 
  private:
-  std::string_view text_;
+  std::string_view text_, name_, kind_;
   char end_;
-  std::size_t at_ = 0;
-  std::size_t line_ = 0;
+  std::size_t at_ = 0, line_;
 };
 
 [[nodiscard]] constexpr bool is_blank(char c) noexcept { return c == ' ' || c == '\t'; }
@@ -36,6 +40,10 @@ class LineReader {
 [[nodiscard]] constexpr bool is_space(char c) noexcept { return is_blank(c) || c == '\n' || c == '\r'; }
 [[nodiscard]] std::string_view trimmed(std::string_view text, std::string_view blanks = " \t") noexcept;
 
+/// `text` without the mark of UTF-8 that some programs write first.
+[[nodiscard]] std::string_view without_byte_order_mark(std::string_view text) noexcept;
+/// The first 40 characters between quotes, for messages.
+[[nodiscard]] std::string quoted(std::string_view word);
 /// `text` with the letters A to Z in lower case.
 [[nodiscard]] std::string lower(std::string_view text);
 

@@ -1,20 +1,21 @@
 // The bytes of a recording: where they are read from, a cursor that never reads past their end, and their CRC-32.
 #pragma once
 
+#include "adapters/files/atomic_file.hpp"
+
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace lbea::mcap {
 
 using Bytes = std::span<const std::byte>;
 using Buffer = std::vector<std::byte>;
+
+[[nodiscard]] inline std::size_t total_size(std::span<const Bytes> pieces) noexcept {
+  std::size_t sum = 0;
+  for (const Bytes piece : pieces) sum += piece.size();
+  return sum;
+}
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied in the file's byte order");
 
@@ -93,17 +94,12 @@ class FileSource final : public ByteSource {
  public:
   /// Throws Error{file_not_found | bad_input}. size() is the size at opening.
   explicit FileSource(const std::filesystem::path& path);
-  ~FileSource() override;
-  FileSource(const FileSource&) = delete;
-  FileSource& operator=(const FileSource&) = delete;
-  [[nodiscard]] std::uint64_t size() const noexcept override { return size_; }
-  void read(std::uint64_t offset, std::span<std::byte> into) const override;
-  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
+  [[nodiscard]] std::uint64_t size() const noexcept override { return file_.size(); }
+  void read(std::uint64_t offset, std::span<std::byte> into) const override { file_.read(offset, into); }
+  [[nodiscard]] const std::string& name() const noexcept override { return file_.name(); }
 
  private:
-  std::string name_;
-  int descriptor_ = -1;
-  std::uint64_t size_ = 0;
+  io::InputFile file_;
 };
 
 }  // namespace lbea::mcap

@@ -23,7 +23,8 @@ enum class Card { none, node, shell, solid };
 
 class KeywordParser {
  public:
-  KeywordParser(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+  KeywordParser(std::string_view text, const std::string& name)
+      : lines_(text, name, "LS-DYNA keyword file"), name_(name) {}
 
   Grid parse() {
     for (std::string_view line; lines_.next(line);) {
@@ -64,7 +65,7 @@ class KeywordParser {
     has_thick_shells_ |= keyword.starts_with("*ELEMENT_TSHELL");
     has_includes_ |= keyword.starts_with("*INCLUDE");
     if (keyword.starts_with("*ELEMENT_SOLID_"))
-      fail("the option of " + keyword + " is not read", Status::unsupported_input);
+      lines_.fail("the option of " + keyword + " is not read", Status::unsupported_input);
   }
 
   void begin_shell(const std::string& options) {
@@ -82,7 +83,8 @@ class KeywordParser {
     for (const char* option : same_card) has_card = remove(option) || has_card;
     extra_ = has_card ? 1 : 0;
     for (const char* option : own_card) extra_ += remove(option) ? 1u : 0u;
-    if (!rest.empty()) fail("the option of *ELEMENT_SHELL" + options + " is not read", Status::unsupported_input);
+    if (!rest.empty())
+      lines_.fail("the option of *ELEMENT_SHELL" + options + " is not read", Status::unsupported_input);
   }
 
   /// Splits a card of `integers` integers, then reals.
@@ -108,19 +110,19 @@ class KeywordParser {
     auto card = fields(line, 1, 3);
     card.resize(std::max<std::size_t>(card.size(), 4));  // blank coordinates are 0, also at the end of a line
     if (!node_points_.emplace(id(card[0]), static_cast<std::uint32_t>(node_ids_.size())).second)
-      fail("node " + std::string(card[0]) + " is defined twice");
+      lines_.fail("node " + std::string(card[0]) + " is defined twice");
     node_ids_.push_back(id(card[0]));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       float value = 0;
       if (!card[axis + 1].empty() && !text::parse_number(card[axis + 1], value))
-        fail("\"" + std::string(card[axis + 1]) + "\" is not a number");
+        lines_.fail("\"" + std::string(card[axis + 1]) + "\" is not a number");
       grid_.positions.push_back(value);
     }
   }
 
   void read_shell(std::string_view line) {
     const auto card = fields(line, 10, 0);
-    if (card.size() < 5) fail("a shell needs an id, a part and at least three nodes");
+    if (card.size() < 5) lines_.fail("a shell needs an id, a part and at least three nodes");
     skip_ = extra_;
     const bool is_triangle = card.size() < 6 || card[5].empty() || id(card[5]) == 0;
     begin_element(card, is_triangle ? CellKind::triangle : CellKind::quad);
@@ -130,12 +132,12 @@ class KeywordParser {
   /// One card of id, part and 8 nodes, or a card of id and part followed by one of up to 10 nodes.
   void read_solid(std::string_view line) {
     auto card = fields(line, 10, 0);
-    if (card.size() < 2) fail("a solid needs an id and a part");
+    if (card.size() < 2) lines_.fail("a solid needs an id and a part");
     begin_element(card, CellKind::hexahedron);
     std::size_t first = 2;
     if (std::all_of(card.begin() + 2, card.end(), [](auto field) { return field.empty(); })) {
       do {
-        if (!lines_.next(line)) fail("the file ends within a solid; it is cut short");
+        if (!lines_.next(line)) lines_.fail("the file ends within a solid; it is cut short");
       } while (line.starts_with('$'));
       card = fields(line, 10, 0);
       first = 0;
@@ -156,7 +158,7 @@ class KeywordParser {
 
   std::uint32_t id(std::string_view field) const {
     std::uint32_t value = 0;
-    if (!text::parse_integer(field, value)) fail("\"" + std::string(field.substr(0, 40)) + "\" is not an id");
+    if (!text::parse_integer(field, value)) lines_.fail(text::quoted(field) + " is not an id");
     return value;
   }
 
@@ -190,10 +192,6 @@ class KeywordParser {
     grid_.cell_arrays.push_back({"ELEMENT_ID", 1, {element_ids_.begin(), element_ids_.end()}});
     grid_.cell_arrays.push_back({"PART_ID", 1, {parts_.begin(), parts_.end()}});
     return std::move(grid_);
-  }
-
-  [[noreturn]] void fail(const std::string& what, Status status = Status::bad_input) const {
-    throw Error{status, name_ + ", line " + std::to_string(lines_.line()) + ": " + what + " (LS-DYNA keyword file)"};
   }
 
   text::LineReader lines_;

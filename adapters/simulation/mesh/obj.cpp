@@ -11,7 +11,7 @@ constexpr std::array<std::string_view, 17> keywords{"v", "vn", "vt",     "vp",  
 
 class ObjParser {
  public:
-  ObjParser(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+  ObjParser(std::string_view text, const std::string& name) : lines_(text, name, "OBJ") {}
 
   Grid parse() {
     for (std::string_view line; lines_.next(line);) {
@@ -26,7 +26,7 @@ class ObjParser {
   void read_vertex(std::string_view line) {
     for (int axis = 0; axis < 3; ++axis) {
       float value = 0;
-      if (!text::parse_number(text::next_word(line), value)) fail("a vertex needs three numbers");
+      if (!text::parse_number(text::next_word(line), value)) lines_.fail("a vertex needs three numbers");
       grid_.positions.push_back(value);
     }
   }
@@ -34,10 +34,11 @@ class ObjParser {
   void read_face(std::string_view line) {
     corners_.clear();
     for (std::string_view word = text::next_word(line); !word.empty(); word = text::next_word(line)) {
-      if (word.ends_with('\\')) fail("a face that continues on the next line is not read; write the face in one line");
+      if (word.ends_with('\\'))
+        lines_.fail("a face that continues on the next line is not read; write the face in one line");
       corners_.push_back(vertex(word.substr(0, word.find('/'))));
     }
-    if (corners_.size() < 3) fail("a face needs three vertices");
+    if (corners_.size() < 3) lines_.fail("a face needs three vertices");
     grid_.cells.add(corners_.size() == 3 ? CellKind::triangle : CellKind::polygon, corners_);
   }
 
@@ -45,16 +46,11 @@ class ObjParser {
     std::int64_t index = 0;
     const auto points = static_cast<std::int64_t>(grid_.points());
     if (!text::parse_integer(word, index) || index == 0 || index < -points || index > 0xffffffff)
-      fail("\"" + std::string(word.substr(0, 40)) + "\" is not a vertex");
+      lines_.fail(text::quoted(word) + " is not a vertex");
     return static_cast<std::uint32_t>(index > 0 ? index - 1 : points + index);
   }
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error{Status::bad_input, name_ + ", line " + std::to_string(lines_.line()) + ": " + what + " (OBJ)"};
-  }
-
   text::LineReader lines_;
-  const std::string& name_;
   Grid grid_;
   std::vector<std::uint32_t> corners_;
 };
