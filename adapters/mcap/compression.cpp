@@ -21,12 +21,6 @@ struct FreeZstd {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-std::size_t total(std::span<const Bytes> pieces) {
-  std::size_t sum = 0;
-  for (const Bytes piece : pieces) sum += piece.size();
-  return sum;
-}
-
 bool compress_lz4(std::span<const Bytes> pieces, Buffer& out) {
   LZ4F_cctx* made = nullptr;
   if (LZ4F_isError(LZ4F_createCompressionContext(&made, LZ4F_VERSION)) != 0) return false;
@@ -55,7 +49,7 @@ bool compress_zstd(std::span<const Bytes> pieces, Buffer& out) {
   const std::unique_ptr<ZSTD_CCtx, FreeZstd> context(ZSTD_createCCtx());
   if (context == nullptr) return false;
   const std::size_t begin = out.size();
-  out.resize(begin + ZSTD_compressBound(total(pieces)) + ZSTD_CStreamOutSize());
+  out.resize(begin + ZSTD_compressBound(total_size(pieces)) + ZSTD_CStreamOutSize());
   ZSTD_outBuffer to{out.data() + begin, out.size() - begin, 0};
   for (const Bytes piece : pieces) {
     ZSTD_inBuffer from{piece.data(), piece.size(), 0};
@@ -129,7 +123,7 @@ bool decompress_zstd(Bytes bytes, std::uint64_t size, Buffer& out) {
 std::string_view name_of(Compression compression) noexcept { return names[static_cast<std::size_t>(compression)]; }
 
 std::optional<Compression> compression_named(std::string_view name) noexcept {
-  const auto found = std::find(names.begin(), names.end(), name);
+  const auto found = std::ranges::find(names, name);
   if (found == names.end()) return std::nullopt;
   return static_cast<Compression>(found - names.begin());
 }

@@ -49,18 +49,11 @@ class DataCheck {
 };
 
 void DataCheck::add(const Record& record, const OpenChunk& chunk) {
-  switch (record.opcode) {
-    case Opcode::chunk:
-      return add_chunk(record, chunk);
-    case Opcode::message_index:
-      return add_index(record);
-    case Opcode::attachment:
-      return add_attachment(record);
-    case Opcode::message:
-      return add_message(record, record.offset, false);
-    default:
-      return add_simple(record);
-  }
+  if (record.opcode == Opcode::chunk) return add_chunk(record, chunk);
+  if (record.opcode == Opcode::message_index) return add_index(record);
+  if (record.opcode == Opcode::attachment) return add_attachment(record);
+  if (record.opcode == Opcode::message) return add_message(record, record.offset, false);
+  add_simple(record);
 }
 
 void DataCheck::add_simple(const Record& record) {
@@ -88,11 +81,7 @@ void DataCheck::add_message(const Record& record, std::uint64_t offset, bool in_
   const bool known = channel != channels.end();
   if (!known)
     add_error(offset, "a message on channel " + std::to_string(message.channel_id) + ", which is not defined");
-  Statistics& counted = result_.counted;
-  const bool first = counted.messages++ == 0;
-  counted.start_time = first ? message.log_time : std::min(counted.start_time, message.log_time);
-  counted.end_time = std::max(counted.end_time, message.log_time);
-  ++counted.messages_by_channel[message.channel_id];
+  result_.counted.add(message.channel_id, message.log_time);
   if (visit_) visit_(message, known ? &channel->second : nullptr);
 }
 
@@ -107,24 +96,12 @@ void DataCheck::add_chunk(const Record& record, const OpenChunk& open) {
     else
       add_simple(*inner);
   }
-  std::uint64_t start = 0, end = 0;
-  bool first = true;
+  Statistics counted;
   for (const auto& [channel, index] : expected_)
-    for (const auto& entry : index.entries) {
-      start = std::exchange(first, false) ? entry.log_time : std::min(start, entry.log_time);
-      end = std::max(end, entry.log_time);
-    }
-  if (chunk.start_time != start || chunk.end_time != end)
+    for (const auto& entry : index.entries) counted.add(channel, entry.log_time);
+  if (chunk.start_time != counted.start_time || chunk.end_time != counted.end_time)
     add_error(record.offset, "the chunk's times differ from those of its messages");
-  chunks.push_back({chunk.start_time,
-                    chunk.end_time,
-                    record.offset,
-                    record.end() - record.offset,
-                    {},
-                    0,
-                    chunk.compression,
-                    chunk.records.size(),
-                    chunk.uncompressed_size});
+  chunks.push_back(index_entry(chunk, record.offset, record.end() - record.offset));
   ++result_.counted.chunks;
 }
 
@@ -206,21 +183,12 @@ class SummaryCheck {
 
   void add(const Record& record) {
     const std::uint64_t at = begin_ + record.offset;
-    switch (record.opcode) {
-      case Opcode::schema:
-      case Opcode::channel:
-        return add_definition(at, record);
-      case Opcode::statistics:
-        return add_statistics(at, record);
-      case Opcode::chunk_index:
-        return add_index(at, record, data_.chunks, chunks_);
-      case Opcode::attachment_index:
-        return add_index(at, record, data_.attachments, attachments_);
-      case Opcode::metadata_index:
-        return add_index(at, record, data_.metadata, metadata_);
-      default:
-        return;
-    }
+    const Opcode kind = record.opcode;
+    if (kind == Opcode::schema || kind == Opcode::channel) add_definition(at, record);
+    if (kind == Opcode::statistics) add_statistics(at, record);
+    if (kind == Opcode::chunk_index) add_index(at, record, data_.chunks, chunks_);
+    if (kind == Opcode::attachment_index) add_index(at, record, data_.attachments, attachments_);
+    if (kind == Opcode::metadata_index) add_index(at, record, data_.metadata, metadata_);
   }
   void close() {
     expect(begin_, is_complete(chunks_, data_.chunks), "an index without some of the chunks");

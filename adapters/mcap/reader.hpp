@@ -38,15 +38,7 @@ class FileReader {
 [[nodiscard]] std::optional<Record> next_record(Bytes& rest, std::uint64_t& offset);
 
 /// What may be wrong with a chunk.
-enum class ChunkDamage : std::uint8_t {
-  none,
-  bad_record,
-  unknown_compression,
-  bad_compression,
-  wrong_crc,
-  bad_contents,
-  too_large
-};
+enum class ChunkDamage { none, bad_record, unknown_compression, bad_compression, wrong_crc, bad_contents, too_large };
 [[nodiscard]] std::string_view to_string(ChunkDamage damage) noexcept;
 
 /// A decompressed chunk whose size and CRC have been checked.

@@ -225,34 +225,28 @@ std::array<std::byte, record_prefix_bytes + message_header_bytes> message_head(c
   return head;
 }
 
-template std::optional<Header> parse(Bytes);
-template std::optional<Footer> parse(Bytes);
-template std::optional<Schema> parse(Bytes);
-template std::optional<Channel> parse(Bytes);
-template std::optional<Message> parse(Bytes);
-template std::optional<Chunk> parse(Bytes);
-template std::optional<MessageIndex> parse(Bytes);
-template std::optional<ChunkIndex> parse(Bytes);
-template std::optional<Attachment> parse(Bytes);
-template std::optional<AttachmentIndex> parse(Bytes);
-template std::optional<Statistics> parse(Bytes);
-template std::optional<Metadata> parse(Bytes);
-template std::optional<MetadataIndex> parse(Bytes);
-template std::optional<SummaryOffset> parse(Bytes);
-template std::optional<DataEnd> parse(Bytes);
-template void append(Buffer&, const Header&);
-template void append(Buffer&, const Footer&);
-template void append(Buffer&, const Schema&);
-template void append(Buffer&, const Channel&);
-template void append(Buffer&, const Message&);
-template void append(Buffer&, const MessageIndex&);
-template void append(Buffer&, const ChunkIndex&);
-template void append(Buffer&, const Attachment&);
-template void append(Buffer&, const AttachmentIndex&);
-template void append(Buffer&, const Statistics&);
-template void append(Buffer&, const Metadata&);
-template void append(Buffer&, const MetadataIndex&);
-template void append(Buffer&, const SummaryOffset&);
-template void append(Buffer&, const DataEnd&);
+ChunkIndex index_entry(const Chunk& chunk, std::uint64_t start, std::uint64_t length) {
+  const std::uint64_t stored = chunk.records.size();
+  return {chunk.start_time, chunk.end_time, start, length, {}, 0, chunk.compression, stored, chunk.uncompressed_size};
+}
+
+#define LBEA_RECORD(Type)                    \
+  template std::optional<Type> parse(Bytes); \
+  template void append(Buffer&, const Type&);
+LBEA_RECORD(Header)
+LBEA_RECORD(Footer)
+LBEA_RECORD(Schema)
+LBEA_RECORD(Channel)
+LBEA_RECORD(Message)
+LBEA_RECORD(Chunk)
+LBEA_RECORD(MessageIndex)
+LBEA_RECORD(ChunkIndex)
+LBEA_RECORD(Attachment)
+LBEA_RECORD(AttachmentIndex)
+LBEA_RECORD(Statistics)
+LBEA_RECORD(Metadata)
+LBEA_RECORD(MetadataIndex)
+LBEA_RECORD(SummaryOffset)
+LBEA_RECORD(DataEnd)
 
 }  // namespace lbea::mcap

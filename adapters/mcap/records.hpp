@@ -6,6 +6,7 @@
 
 #include "adapters/mcap/bytes.hpp"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
@@ -127,6 +128,12 @@ struct Statistics {
   std::uint64_t start_time = 0, end_time = 0;
   std::map<std::uint16_t, std::uint64_t> messages_by_channel;
   friend bool operator==(const Statistics&, const Statistics&) = default;
+  /// Counts a message.
+  void add(std::uint16_t channel, std::uint64_t log_time) {
+    start_time = messages++ == 0 ? log_time : std::min(start_time, log_time);
+    end_time = std::max(end_time, log_time);
+    ++messages_by_channel[channel];
+  }
 };
 
 struct Metadata {
@@ -152,6 +159,9 @@ struct DataEnd {
   static constexpr Opcode opcode = Opcode::data_end;
   std::uint32_t data_section_crc = 0;  // 0: not computed
 };
+
+/// The entry of a chunk whose record is at `start` and `length` bytes long, without its message indexes.
+[[nodiscard]] ChunkIndex index_entry(const Chunk& chunk, std::uint64_t start, std::uint64_t length);
 
 /// Reads the content of a record, without its prefix. Nothing when it is too short or contradicts itself; surplus bytes
 /// at its end are ignored.

@@ -31,18 +31,11 @@ class Rebuilder {
 
   void begin(const Header& header) { check(writer_.begin(header)); }
   void copy(const Record& record, const OpenChunk& chunk) {
-    switch (record.opcode) {
-      case Opcode::chunk:
-        return copy_chunk(chunk);
-      case Opcode::message:
-        return copy_message(*parse<Message>(record.content));
-      case Opcode::metadata:
-        return copy_metadata(record);
-      case Opcode::attachment:
-        return copy_attachment(record);
-      default:
-        return;  // definitions are written before their first message, and indexes are new
-    }
+    // Definitions are written before their first message, and indexes are new.
+    if (record.opcode == Opcode::chunk) copy_chunk(chunk);
+    if (record.opcode == Opcode::message) copy_message(*parse<Message>(record.content));
+    if (record.opcode == Opcode::metadata) copy_metadata(record);
+    if (record.opcode == Opcode::attachment) copy_attachment(record);
   }
   Recovery finish(Sink& sink) {
     flush();

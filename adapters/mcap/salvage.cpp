@@ -49,35 +49,23 @@ std::optional<std::uint64_t> size_as(const Record& record) {
   return again.size() - record_prefix_bytes;
 }
 
+/// The same for the type with the record's opcode. False when none of `Types` has it.
+template <class... Types>
+bool find_size(const Record& record, std::optional<std::uint64_t>& size) {
+  return ((record.opcode == Types::opcode && (size = size_as<Types>(record), true)) || ...);
+}
+
 /// The length of the content without surplus bytes. Nothing for a record that cannot be parsed or does not belong in
 /// the data section.
 std::optional<std::uint64_t> sound_size(const Record& record) {
-  switch (record.opcode) {
-    case Opcode::header:
-      return size_as<Header>(record);
-    case Opcode::schema:
-      return size_as<Schema>(record);
-    case Opcode::channel:
-      return size_as<Channel>(record);
-    case Opcode::message:
-      return size_as<Message>(record);
-    case Opcode::message_index:
-      return size_as<MessageIndex>(record);
-    case Opcode::attachment:
-      return size_as<Attachment>(record);
-    case Opcode::metadata:
-      return size_as<Metadata>(record);
-    case Opcode::data_end:
-      return size_as<DataEnd>(record);
-    case Opcode::chunk: {
-      const auto chunk = parse<Chunk>(record.content);
-      if (!chunk) return std::nullopt;
-      return fixed_chunk_bytes + chunk->compression.size() + chunk->records.size();
-    }
-    default:
-      if (!is_private(record.opcode)) return std::nullopt;
-      return record.length;
-  }
+  std::optional<std::uint64_t> size;
+  if (find_size<Header, Schema, Channel, Message, MessageIndex, Attachment, Metadata, DataEnd>(record, size))
+    return size;
+  if (is_private(record.opcode)) return record.length;
+  if (record.opcode != Opcode::chunk) return std::nullopt;
+  if (const auto chunk = parse<Chunk>(record.content))
+    size = fixed_chunk_bytes + chunk->compression.size() + chunk->records.size();
+  return size;
 }
 
 }  // namespace

@@ -8,12 +8,6 @@ namespace {
 
 constexpr std::size_t footer_crc_bytes = sizeof(std::uint32_t);
 
-std::uint64_t bytes_of(std::span<const Bytes> pieces) {
-  std::uint64_t sum = 0;
-  for (const Bytes piece : pieces) sum += piece.size();
-  return sum;
-}
-
 /// Appends groups of summary records, and for each non-empty group its offset.
 class SummaryBuilder {
  public:
@@ -49,7 +43,7 @@ int Writer::begin(const Header& header) {
 
 int Writer::append(std::span<const Bytes> pieces, std::uint32_t crc) {
   if (const int error = sink_.append(pieces); error != 0) return error;
-  const std::uint64_t bytes = bytes_of(pieces);
+  const std::uint64_t bytes = total_size(pieces);
   crc_ = crc32_joined(crc_, crc, bytes);
   size_ += bytes;
   return 0;
@@ -78,10 +72,7 @@ Writer::Contents Writer::survey(std::span<const Bytes> pieces) {
       MessageIndex& index = contents.index[message->channel_id];
       index.channel_id = message->channel_id;
       index.entries.push_back({message->log_time, record->offset});
-      ++contents.messages_by_channel[message->channel_id];
-      const bool first = contents.messages++ == 0;
-      contents.start_time = first ? message->log_time : std::min(contents.start_time, message->log_time);
-      contents.end_time = std::max(contents.end_time, message->log_time);
+      contents.counted.add(message->channel_id, message->log_time);
     }
   }
   return contents;
@@ -89,7 +80,8 @@ Writer::Contents Writer::survey(std::span<const Bytes> pieces) {
 
 int Writer::chunk(std::span<const Bytes> pieces) {
   Contents contents = survey(pieces);
-  Chunk chunk{contents.start_time, contents.end_time, bytes_of(pieces), 0, std::string(name_of(compression_)), {}};
+  const Statistics& counted = contents.counted;
+  Chunk chunk{counted.start_time, counted.end_time, total_size(pieces), 0, std::string(name_of(compression_)), {}};
   for (const Bytes piece : pieces) chunk.uncompressed_crc = crc32(piece, chunk.uncompressed_crc);
   Stored stored{{}, pieces, chunk.uncompressed_size, chunk.uncompressed_crc};
   Bytes compressed;
@@ -107,23 +99,16 @@ int Writer::chunk(std::span<const Bytes> pieces) {
 
 int Writer::chunk_as_is(Chunk chunk, Bytes records) {
   Contents contents = survey({&records, 1});
-  chunk.start_time = contents.start_time;  // the checksum of the old file does not cover its times
-  chunk.end_time = contents.end_time;
+  chunk.start_time = contents.counted.start_time;  // the checksum of the old file does not cover its times
+  chunk.end_time = contents.counted.end_time;
   head_.clear();
   append_chunk_head(head_, chunk, chunk.records.size());
   return append_chunk({head_, {&chunk.records, 1}, chunk.records.size(), crc32(chunk.records)}, chunk, contents);
 }
 
 int Writer::append_chunk(const Stored& stored, const Chunk& chunk, Contents& contents) {
-  ChunkIndex entry{contents.start_time,
-                   contents.end_time,
-                   size_,
-                   stored.head.size() + stored.records_bytes,
-                   {},
-                   0,
-                   chunk.compression,
-                   stored.records_bytes,
-                   chunk.uncompressed_size};
+  ChunkIndex entry = index_entry(chunk, size_, stored.head.size() + stored.records_bytes);
+  entry.compressed_size = stored.records_bytes;
   index_.clear();
   const std::uint64_t index_start = entry.chunk_start + entry.chunk_length;
   for (const auto& [channel, index] : contents.index) {
@@ -151,14 +136,15 @@ void Writer::add_to_summary(Contents& contents) noexcept {
   definitions_.schemas.merge(contents.defined.schemas);
   definitions_.channels.merge(contents.defined.channels);
   auto& counts = statistics_.messages_by_channel;
-  for (const auto& [channel, messages] : contents.messages_by_channel)
+  Statistics& counted = contents.counted;
+  for (const auto& [channel, messages] : counted.messages_by_channel)
     if (const auto known = counts.find(channel); known != counts.end()) known->second += messages;
-  counts.merge(contents.messages_by_channel);
-  if (contents.messages == 0) return;
+  counts.merge(counted.messages_by_channel);
+  if (counted.messages == 0) return;
   const bool first = statistics_.messages == 0;
-  statistics_.start_time = first ? contents.start_time : std::min(statistics_.start_time, contents.start_time);
-  statistics_.end_time = std::max(statistics_.end_time, contents.end_time);
-  statistics_.messages += contents.messages;
+  statistics_.start_time = first ? counted.start_time : std::min(statistics_.start_time, counted.start_time);
+  statistics_.end_time = std::max(statistics_.end_time, counted.end_time);
+  statistics_.messages += counted.messages;
 }
 
 int Writer::define(const Schema& schema) {
@@ -218,7 +204,7 @@ int Writer::finish() {
   std::memcpy(footer.data() + covered.size(), &crc, sizeof crc);
   const std::array<Bytes, 5> pieces{buffer_, to.summary, to.offsets, footer, std::as_bytes(std::span(magic))};
   const int error = sink_.append(pieces);
-  if (error == 0) size_ += bytes_of(pieces);
+  if (error == 0) size_ += total_size(pieces);
   return error;
 }
 

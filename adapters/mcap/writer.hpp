@@ -35,8 +35,7 @@ class Writer {
   struct Contents {
     std::map<std::uint16_t, MessageIndex> index;
     Definitions defined;
-    std::map<std::uint16_t, std::uint64_t> messages_by_channel;
-    std::uint64_t start_time = 0, end_time = 0, messages = 0;
+    Statistics counted;  // messages
   };
   static Contents survey(std::span<const Bytes> pieces);
   /// One chunk record in pieces, with the checksum of its records, which is known before.
