@@ -54,6 +54,28 @@ TEST_CASE("two senders whose frames alternate are not one test: log, state, tall
   CHECK(tally["matched"] == 10);
 }
 
+TEST_CASE("a recording of two senders whose frames alternate is not one test, with and without a matcher") {
+  for (const bool alone : {false, true}) {
+    CAPTURE(alone);
+    Bench bench;
+    const auto program = alone ? bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", bench.frames(),
+                                              "--record-memory", "16", "--json"},
+                                             "record", "ready: frames on")
+                               : bench.serve({"--record", bench.file("run.mcap")});
+    WireContext context;
+    Camera camera(context, bench.frames());
+    send_alternately(camera);
+    for (const std::uint64_t session : {1u, 2u}) camera.end(5, session);
+    CHECK(stop(*program) == 1);
+    const Json report = bench.inspect("run.mcap", 1);
+    CHECK(report["interleaved"] == 8);
+    CHECK(report["holds_all_that_came"] == true);
+    CHECK(report["flaws"] ==
+          Json{"the frames of different senders alternate (8 returns to an earlier one): they are not one test"});
+    if (alone) CHECK(Json::parse(text_of(bench.file("record.out")))["interleaved"] == 8);
+  }
+}
+
 TEST_CASE("with --one-sender the frames of a second one are dropped until the first one says goodbye") {
   Bench bench;
   const auto server = bench.serve({"--one-sender", "--record", bench.file("run.mcap")});

@@ -77,7 +77,8 @@ Json matcher_json(const RunAudit& audit) {
           {"dropped_by_reason", reasons_json(counters, wire::Fate::dropped)},
           {"missed", counters.of(wire::WireStatus::missed)},
           {"withheld", counters.of(wire::WireStatus::withheld)},
-          {"silent", counters.silent}};
+          {"silent", counters.silent},
+          {"interleaved", counters.interleaved}};
 }
 
 Json window_json(const RunAudit& audit) {
@@ -103,6 +104,7 @@ Json report(const std::filesystem::path& file, const RunAudit& audit) {
           {"states", audit.states},
           {"missing", audit.missing()},
           {"duplicates", audit.duplicates()},
+          {"interleaved", audit.interleaved},
           {"unanswered", audit.unanswered},
           {"lost_while_recording", audit.lost},
           {"seconds", static_cast<double>(audit.end_ns - audit.start_ns) * 1e-9},

@@ -46,6 +46,7 @@ RecordTally FrameRecorder::tally() const noexcept {
           .missed = counters.missed + withheld,
           .withheld = withheld,
           .silent = counters.silent,
+          .interleaved = counters.interleaved,
           .lost_results = lost_results_,
           .unforwarded_controls = unforwarded_controls_};
 }

@@ -22,11 +22,12 @@ struct RecordTally {
   std::uint64_t missed = 0;                // captures of which no frame arrived, withheld ones included
   std::uint64_t withheld = 0;              // of these: their sender had no room
   std::uint64_t silent = 0;                // senders that stopped without goodbye: what they withheld is unknown
+  std::uint64_t interleaved = 0;           // returns to a sender while the test of another one was running
   std::uint64_t lost_results = 0;          // results and states that this subscriber missed
   std::uint64_t unforwarded_controls = 0;  // after stop(): control messages that the matcher did not accept
-  /// Every capture arrived as a frame, and reached the matcher too.
+  /// Every capture of one test arrived as a frame, and reached the matcher too.
   [[nodiscard]] bool is_complete() const noexcept {
-    return damaged == 0 && refused == 0 && missed == 0 && silent == 0 && lost_results == 0;
+    return damaged == 0 && refused == 0 && missed == 0 && silent == 0 && interleaved == 0 && lost_results == 0;
   }
 };
 

@@ -82,6 +82,7 @@ void print(const RecordTally& tally, const RunObserver::Counts& counts, bool as_
                                     {"missed", tally.missed},
                                     {"withheld", tally.withheld},
                                     {"silent", tally.silent},
+                                    {"interleaved", tally.interleaved},
                                     {"lost_results", tally.lost_results}};
   std::string line;
   for (const auto& [key, value] : json.items()) line += (line.empty() ? "" : ", ") + key + " " + value.dump();
@@ -137,9 +138,9 @@ int record(const Options& options) {
   }
   frame_recorder.stop();
   frame_recorder.write_log();
-  recorder->set_senders(frame_recorder.senders());
-  const bool all_recorded = watch.finish();
   const RecordTally tally = frame_recorder.tally();
+  recorder->set_senders(frame_recorder.senders(), tally.interleaved);
+  const bool all_recorded = watch.finish();
   warn_of_unfinished(frame_recorder.senders());
   warn_of_losses(options.recording.file, tally);
   print(tally, recorder->counts(), options.json);

@@ -177,6 +177,7 @@ void RunAuditor::close() {
     audit_.settings.method = matcher_->method;
   }
   if (audit_.is_replayed) audit_.counters.reset();
+  if (audit_.is_matchers_own() && audit_.counters) audit_.interleaved = audit_.counters->interleaved;
   for (auto& [session, captures] : sessions_) close_session(session, captures);
   for (auto* list : {&frames_, &matched_, &dropped_, &refused_}) std::ranges::sort(*list);
   match_answers();
@@ -278,8 +279,10 @@ RunAudit audit_run(const std::filesystem::path& file) {
       source, [&](const mcap::Message& message, const mcap::Channel* channel) { auditor.add(message, channel); });
   read_metadata(audit, source.name());
   for (const mcap::Metadata& metadata : audit.file.metadata)
-    if (metadata.name == senders_metadata_name)
+    if (metadata.name == senders_metadata_name) {
+      audit.interleaved = number_in<std::uint64_t>(metadata.texts, interleaved_key);
       for (const wire::WireSender& sender : senders_from(metadata)) auditor.add_sender(sender);
+    }
   auditor.close();
   return audit;
 }

@@ -128,8 +128,9 @@ RunSettings settings_from(const mcap::Metadata& metadata, const std::string& fil
   return settings;
 }
 
-mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders) {
-  mcap::Metadata metadata{std::string(senders_metadata_name), {}};
+mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders, std::uint64_t interleaved) {
+  mcap::Metadata metadata{std::string(senders_metadata_name),
+                          {{std::string(interleaved_key), std::to_string(interleaved)}}};
   for (const wire::WireSender& sender : senders) {
     std::ostringstream key, text;
     key << std::hex << sender.session;

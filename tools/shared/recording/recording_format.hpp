@@ -40,8 +40,9 @@ inline constexpr std::string_view settings_metadata_name = "lbea.recording";
 
 /// The senders at the end of a recording without a matcher, from which missing captures are known. One text per
 /// session, with the session number in hexadecimal as key: first_id, next_id, received, missed, withheld, condition.
-inline constexpr std::string_view senders_metadata_name = "lbea.recording.senders";
-[[nodiscard]] mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders);
+/// And, with the key "interleaved", Counters::interleaved.
+inline constexpr std::string_view senders_metadata_name = "lbea.recording.senders", interleaved_key = "interleaved";
+[[nodiscard]] mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders, std::uint64_t interleaved);
 /// Skips texts that cannot be read.
 [[nodiscard]] std::vector<wire::WireSender> senders_from(const mcap::Metadata& metadata);
 

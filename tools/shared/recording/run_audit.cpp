@@ -64,6 +64,8 @@ std::vector<std::string> RunAudit::flaws() const {
   if (missing() > 0) flaws.push_back(missing_text(*this));
   add(silent() > 0,
       std::to_string(silent()) + " senders did not say goodbye: how many captures followed or were held is unknown");
+  add(interleaved > 0, "the frames of different senders alternate (" + std::to_string(interleaved) +
+                           " returns to an earlier one): they are not one test");
   add(unanswered > 0, std::to_string(unanswered) + " frames have no result");
   add(answers_alone > 0, std::to_string(answers_alone) + " results have no frame");
   add(undecodable > 0, std::to_string(undecodable) + " messages cannot be decoded");

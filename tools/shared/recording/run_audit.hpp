@@ -30,6 +30,7 @@ struct RunAudit {
   std::uint64_t unanswered = 0;            // frames without a result
   std::uint64_t answers_alone = 0;         // results of matched or dropped frames that were not recorded
   std::uint64_t cut_apart = 0;             // both at the edges of a window, where the counterpart is outside
+  std::uint64_t interleaved = 0;           // returns to a sender while the test of another one was running
   std::uint64_t lost = 0;                  // messages that the recorder counted as lost
   bool has_closing_metadata = false;       // the closing metadata are there
   std::optional<wire::Counters> counters;  // of the matcher, from its last message; none without a matcher

@@ -27,7 +27,9 @@ class RunRecorder final : public RunObserver {
   void trigger_at(std::int64_t stamp_ns) noexcept { trigger_stamp_ns_ = stamp_ns; }
   [[nodiscard]] RecorderStatus status() const noexcept { return recorder_.status(); }
   /// Stores the senders at the end of the file. Before finish(), on the same thread.
-  void set_senders(const std::vector<wire::WireSender>& senders) { recorder_.set_last_metadata(to_metadata(senders)); }
+  void set_senders(const std::vector<wire::WireSender>& senders, std::uint64_t interleaved) {
+    recorder_.set_last_metadata(to_metadata(senders, interleaved));
+  }
   /// The last call.
   RecorderStatus finish() noexcept { return recorder_.finish(); }
 
