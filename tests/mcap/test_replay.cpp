@@ -149,3 +149,17 @@ TEST_CASE("a replay requests a receipt from the matcher, and a requested stop is
   CHECK(run_program(LBEA_REPLAY " run.mcap --fast --loop 0 --to " + bench.frames(), bench.folder.path(), 700ms)
             .exit_code == 0);
 }
+
+// Regression: lbea-replay showed the verdict of each frame but not of the test, and refused every frame with exit code
+// 0.
+TEST_CASE("a replay into a model ends with the test's verdict; when no frame is matched, it fails") {
+  Bench bench;
+  const std::string pose = (test::data() / "rail-demo/sensor.json").string();
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", pose});
+  const test::Outcome matched = bench.replay("run.mcap --model " LBEA_MODEL);
+  CHECK(matched.exit_code == 0);
+  CHECK_MESSAGE(contains(matched.out, "\ntest: "), matched.out);
+  const test::Outcome refused = bench.replay("run.mcap --method lbea --no-pose --model " LBEA_MODEL);
+  CHECK(refused.exit_code == 1);
+  CHECK_MESSAGE(contains(refused.err, "20 frames came, and none of their points is near any simulation"), refused.err);
+}

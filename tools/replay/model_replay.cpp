@@ -5,11 +5,13 @@
 #include "tools/replay/report.hpp"
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/test_answer.hpp"
 #include "tools/shared/matching/views.hpp"
 
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+#include <utility>
 
 namespace lbea::tool {
 namespace {
@@ -19,12 +21,16 @@ constexpr std::uint64_t most_differences_shown = 20;
 /// Prints, writes or compares each new result.
 class ResultOutput {
  public:
-  ResultOutput(const ModelReplayOptions& options, const RunSettings& settings, ResultComparison* comparison)
-      : options_(options), comparison_(comparison) {
+  ResultOutput(const ModelReplayOptions& options, const RunSettings& settings, const Model& model,
+               ResultComparison* comparison)
+      : options_(options), model_(model), comparison_(comparison) {
     if (!options.output.empty()) file_ = std::make_unique<ResultsFile>(options.output, settings);
     if (comparison == nullptr && !options.json && options.output.empty()) std::printf("%s\n", result_header().c_str());
   }
   bool operator()(const wire::WireResult& result) {
+    ++counters_.by_status[static_cast<std::size_t>(result.status)];
+    if (result.session != std::exchange(session_, result.session)) print_answer();
+    answer_.add(result);
     if (file_) file_->add(result);
     if (comparison_ != nullptr) {
       compare(result);
@@ -33,18 +39,36 @@ class ResultOutput {
     }
     return stop_requested == 0;
   }
+  /// Throws Error{bad_input} when no frame was matched and nothing is compared.
   void finish() {
+    print_answer();
     if (file_) file_->finish();
+    const std::string refusal = refusal_of_all(counters_, model_.length_unit());
+    if (!refusal.empty() && comparison_ == nullptr)
+      throw Error(Status::bad_input, options_.settings.recording + ": " + refusal);
   }
 
  private:
+  /// Of the test that ends.
+  void print_answer() {
+    std::vector<std::string> names;
+    for (std::uint32_t i = 0; i < model_.simulations(); ++i) names.emplace_back(model_.simulation_name(i));
+    if (answer_.state().frames > 0 && comparison_ == nullptr && !options_.json)
+      std::printf("test: %s\n", printable(answer_text(answer_.state(), names)).c_str());
+    if (const std::string warning = answer_.pose_warning(); !warning.empty()) spdlog::warn(warning);
+    answer_ = {};
+  }
   void compare(const wire::WireResult& result) {
     const auto difference = comparison_->compare(result);
     if (difference && shown_++ < most_differences_shown && !options_.json)
       std::printf("%s\n", printable(*difference).c_str());
   }
   const ModelReplayOptions& options_;
+  const Model& model_;
   ResultComparison* comparison_;
+  wire::Counters counters_;
+  TestAnswer answer_;
+  std::uint64_t session_ = 0;
   std::unique_ptr<ResultsFile> file_;
   std::uint64_t shown_ = 0;
 };
@@ -102,7 +126,7 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
     comparison.emplace(run, options.tolerance);
   }
   ResultComparison* const compared = comparison ? &*comparison : nullptr;
-  ResultOutput output(options, settings, compared);
+  ResultOutput output(options, settings, model, compared);
   const std::string& pose_file = options.settings.pose_file;
   if (!pose_file.empty()) (void)io::read_pose(pose_file, model.length_unit());
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,

@@ -184,15 +184,6 @@ bool is_complete(const wire::Counters& counters) {
          counters.interleaved == 0 && counters.unrecorded == 0;
 }
 
-std::string refusal_of_all(const wire::Counters& counters, std::string_view length_unit) {
-  const std::uint64_t rejected = counters.sum(wire::Fate::rejected), empty = counters.of(wire::WireStatus::empty_frame);
-  if (rejected == 0 || counters.sum(wire::Fate::matched) > 0) return "";
-  if (empty < rejected)
-    return "no frame was matched: " + std::to_string(rejected) + " were rejected, see their reasons";
-  return std::to_string(rejected) + " frames came, and none of their points is near any simulation; are they in " +
-         std::string(length_unit) + ", the model's unit, and is --pose right?";
-}
-
 std::string metrics_page(const Pipeline& pipeline) {
   http::MetricsText page;
   write_frames(page, pipeline.counters());

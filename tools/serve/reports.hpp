@@ -13,9 +13,6 @@ namespace lbea::tool {
 /// recording, if any, is complete.
 [[nodiscard]] bool is_complete(const wire::Counters& counters);
 
-/// Why the whole test is a failure when frames came and none was matched; empty otherwise.
-[[nodiscard]] std::string refusal_of_all(const wire::Counters& counters, std::string_view length_unit);
-
 /// The metrics of a running matcher in Prometheus's text format. Any thread.
 [[nodiscard]] std::string metrics_page(const Pipeline& pipeline);
 

@@ -50,6 +50,15 @@ std::string TestAnswer::pose_warning() const {
   return undeformed_.is_low() ? tool::pose_warning(*undeformed_.latest()) : std::string();
 }
 
+std::string refusal_of_all(const wire::Counters& counters, std::string_view length_unit) {
+  const std::uint64_t rejected = counters.sum(wire::Fate::rejected), empty = counters.of(wire::WireStatus::empty_frame);
+  if (rejected == 0 || counters.sum(wire::Fate::matched) > 0) return "";
+  if (empty < rejected)
+    return "no frame was matched: " + std::to_string(rejected) + " were rejected, see their reasons";
+  return std::to_string(rejected) + " frames came, and none of their points is near any simulation; are they in " +
+         std::string(length_unit) + ", the model's unit, and is --pose right?";
+}
+
 std::string likely_simulations(const wire::WireTestState& state, std::span<const std::string> names) {
   if (state.verdict == wire::WireVerdict::no_simulation_fits) return "nearest: " + name_of(state.simulation, names);
   std::string text;

@@ -44,6 +44,9 @@ class TestAnswer {
   wire::WireTestState state_;
 };
 
+/// Why the whole test is a failure when frames came and none was matched; empty otherwise.
+[[nodiscard]] std::string refusal_of_all(const wire::Counters& counters, std::string_view length_unit);
+
 /// How sure: "run_052 (100 %)", "run_052 (55 %) or run_069 (40 %)". When no simulation fits, probabilities mean
 /// nothing: "nearest: run_052". `names`: of the simulations.
 [[nodiscard]] std::string likely_simulations(const wire::WireTestState& state, std::span<const std::string> names);
