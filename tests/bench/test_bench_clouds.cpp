@@ -63,6 +63,9 @@ TEST_CASE("folders are read by name, tables beside PLY clouds are ignored, cloud
   CHECK(clouds[1].points.size() == 4);
   CHECK(most_points(clouds) == 9);
   CHECK(load_clouds({folder.path().string()}, 4)[0].points.size() == 4);
+  std::ofstream(folder / "dic.csv") << "x,y,X,Y,Z,U,V,W\n1,2,30,40,50,0.5,0.25,0.125\n";
+  const Point moved = load_clouds({(folder / "dic.csv").string()}, {}, "X+U,Y+V,Z+W").at(0).points.at(0);
+  CHECK(std::vector{moved.x, moved.y, moved.z} == std::vector{30.5f, 40.25f, 50.125f});
   CHECK_THROWS_WITH_AS(static_cast<void>(load_clouds({folder.path().string()}, 5)),
                        doctest::Contains("b.ply: has 4 points"), Error);
 }

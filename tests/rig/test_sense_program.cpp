@@ -145,6 +145,22 @@ TEST_CASE("a rate makes frames at equal distances in time between the stored sta
   CHECK(sense.printed().find("\"frames\":7") != std::string::npos);
 }
 
+TEST_CASE("a file of a numbered series stands for all of them, as is said, or for itself") {
+  Sensing sense;
+  for (int i = 1; i <= 3; ++i)
+    std::ofstream(sense.scratch / ("shape" + std::to_string(i) + ".obj"))
+        << "v 0 0 0\nv 100 0 " << i << "\nv 100 100 0\nv 0 100 0\nf 1 2 3 4\n";
+  sense.run = sense.scratch / "shape2.obj";
+  REQUIRE(sense("") == 0);
+  CHECK(sense.truth().size() == 3);
+  CHECK_MESSAGE(sense.complaint().find("shape3.obj are read as the states of one run") != std::string::npos,
+                sense.complaint());
+  sense.out = sense.scratch / "alone";
+  REQUIRE(sense("--single-file") == 0);
+  CHECK(sense.truth().size() == 1);
+  CHECK(sense.complaint() == "");
+}
+
 TEST_CASE("usage errors and failures have different exit codes") {
   const Sensing sense;
   for (const std::string flags : {"--steps 3:1", "--steps x", "--scale 0", "--rate -1", "--frames 0", "--noise -1",

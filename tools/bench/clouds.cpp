@@ -9,8 +9,8 @@
 namespace lbea::tool::bench {
 namespace {
 
-BenchCloud load(const std::filesystem::path& file, std::optional<std::uint32_t> points) {
-  io::PointCloud cloud = io::read_point_cloud(file);
+BenchCloud load(const std::filesystem::path& file, std::optional<std::uint32_t> points, const std::string& columns) {
+  io::PointCloud cloud = io::read_point_cloud(file, columns);
   const std::size_t size = cloud.points.size();
   if (size == 0) throw Error(Status::bad_input, file.string() + ": has no points; leave it out");
   if (points && size < *points)
@@ -22,9 +22,10 @@ BenchCloud load(const std::filesystem::path& file, std::optional<std::uint32_t> 
 
 }  // namespace
 
-std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths, std::optional<std::uint32_t> points) {
+std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths, std::optional<std::uint32_t> points,
+                                    const std::string& columns) {
   std::vector<BenchCloud> clouds;
-  for (const std::filesystem::path& file : find_clouds(paths)) clouds.push_back(load(file, points));
+  for (const std::filesystem::path& file : find_clouds(paths)) clouds.push_back(load(file, points, columns));
   return clouds;
 }
 

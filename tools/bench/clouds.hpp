@@ -15,11 +15,11 @@ struct BenchCloud {
   [[nodiscard]] Frame frame(std::uint64_t id = 0) const { return {id, stamp_ns, points}; }
 };
 
-/// Reads the clouds that find_clouds() lists. With `points`, each cloud is thinned to this number. Throws
-/// Error{bad_input} for a cloud without points or with fewer than `points`, and what find_clouds() and
-/// read_point_cloud() throw.
+/// Reads the clouds that find_clouds() lists. With `points`, each cloud is thinned to this number; `columns` as in
+/// read_point_cloud(). Throws Error{bad_input} for a cloud without points or with fewer than `points`, and what
+/// find_clouds() and read_point_cloud() throw.
 [[nodiscard]] std::vector<BenchCloud> load_clouds(const std::vector<std::string>& paths,
-                                                  std::optional<std::uint32_t> points);
+                                                  std::optional<std::uint32_t> points, const std::string& columns = {});
 
 /// `count` points of a cloud: evenly spaced ones, or, when it has fewer, its points repeated, each repetition moved by
 /// up to `jitter` along each axis. The same arguments give the same points.

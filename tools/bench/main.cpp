@@ -4,6 +4,7 @@
 #include "tools/bench/hostile_clouds.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/bench/round_trip.hpp"
+#include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 
@@ -13,7 +14,7 @@ namespace lbea::tool::bench {
 namespace {
 
 struct Options {
-  std::string model_file, pose_file, csv_file, growth_folder, kernels_name, endpoints;
+  std::string model_file, pose_file, csv_file, growth_folder, kernels_name, endpoints, columns;
   std::vector<std::string> cloud_paths, baselines;
   std::optional<std::uint32_t> points;
   std::optional<double> rate;
@@ -50,6 +51,7 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--pose", options.pose_file,
                   "sensor.json with T_reference_sensor (default: clouds are in reference coordinates)")
       ->check(existing_file());
+  add_columns_option(tool, options.columns);
   tool.add_option("--points", options.points, "thin every cloud to this number of points; smaller clouds are refused")
       ->check(in_range(1u, 16'777'216u));
   tool.add_option("--frames", options.schedule.frames, "number of frames to time; the clouds are used in turn")
@@ -215,7 +217,7 @@ int bench(Options options) {
   const Model model = Model::open(options.model_file);
   if (!options.pose_file.empty())
     options.matcher.T_reference_sensor = io::read_pose(options.pose_file, model.length_unit());
-  std::vector<BenchCloud> clouds = load_clouds(options.cloud_paths, options.points);
+  std::vector<BenchCloud> clouds = load_clouds(options.cloud_paths, options.points, options.columns);
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);
   if (options.adversarial) return compare_hostile(options, model, clouds.front());

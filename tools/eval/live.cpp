@@ -96,8 +96,9 @@ std::string numbered(const char* stem, std::uint64_t frame, const char* ending) 
   return formatted("%s_%05llu%s", stem, static_cast<unsigned long long>(frame), ending);
 }
 
-void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T) {
-  io::PointCloud points = io::read_point_cloud(cloud);
+void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T,
+                 const std::string& columns) {
+  io::PointCloud points = io::read_point_cloud(cloud, columns);
   for (Point& p : points.points)
     p = {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
          T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
@@ -155,6 +156,7 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
     }
     const bool was_right = summary.answer.pose_warning().empty();
     summary.answer.add(result);
+    ++summary.counters.by_status[static_cast<std::size_t>(result.status)];
     summary.rows.push_back(row_of(std::move(result), model, truth));
     if (was_right) summary.rows.back().warning = summary.answer.pose_warning();
     row(summary.rows.back());
@@ -182,7 +184,9 @@ std::string table_line(const LiveRow& row) {
 
 std::string table_summary(const LiveSummary& summary, const Model& model) {
   const wire::WireTestState& test = summary.answer.state();
-  std::string text = (summary.complete ? "test: " : "test so far: ") + answer_text(test, names_of(model)) + "\n";
+  const std::string refusal = refusal_of_all(summary.counters, model.length_unit());
+  std::string text = (summary.complete ? "test: " : "test so far: ") +
+                     (refusal.empty() ? answer_text(test, names_of(model)) : refusal) + "\n";
   if (const std::string warning = summary.answer.pose_warning(); !warning.empty()) text += "warning: " + warning + "\n";
   text += formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
                     summary.complete ? "" : ", the sender did not end the stream", summary.median_match_ms());
@@ -267,7 +271,7 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
 }
 
 void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,
-                  const Truth* truth, const RigidTransform& T_reference_sensor) {
+                  const Truth* truth, const RigidTransform& T_reference_sensor, const std::string& columns) {
   std::vector<io::PvdEntry> series, estimates;
   for (const LiveRow& row : summary.rows) {
     if (row.result.matches.empty()) continue;
@@ -284,7 +288,7 @@ void write_meshes(const std::filesystem::path& folder, const LiveSummary& summar
       estimates.push_back({time_s, estimate});
     }
     if (real != nullptr)
-      write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor);
+      write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor, columns);
   }
   io::write_pvd(folder / "matched.pvd", series);
   if (!estimates.empty()) io::write_pvd(folder / "estimate.pvd", estimates);

@@ -32,6 +32,7 @@ struct LiveSummary {
   bool complete = false;  // the sender ended the stream
   bool has_path = false;
   TestAnswer answer;
+  wire::Counters counters;  // by status
   /// Mean over the rows that have this error.
   [[nodiscard]] std::optional<double> mean(std::optional<double> LiveRow::*error) const;
   [[nodiscard]] double median_match_ms() const;
@@ -58,8 +59,9 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary);
 
 /// Writes the whole mesh of each matched sample with all fields as FOLDER/matched_<frame>.vtu, and their series as
 /// matched.pvd. For results of fit also the estimate with inferred fields and their spread: estimate_<frame>.vtu and
-/// estimate.pvd. With a truth also each cloud in reference coordinates: frame_<frame>.ply. Throws Error{write_failed}.
+/// estimate.pvd. With a truth also each cloud in reference coordinates: frame_<frame>.ply; `columns` as in
+/// read_point_cloud(). Throws Error{write_failed}.
 void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,
-                  const Truth* truth, const RigidTransform& T_reference_sensor);
+                  const Truth* truth, const RigidTransform& T_reference_sensor, const std::string& columns);
 
 }  // namespace lbea::tool

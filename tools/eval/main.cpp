@@ -1,10 +1,11 @@
 // lbea-eval: measures the error of matches against the truth of sensed experiments.
 #include "adapters/rig/sensor_json.hpp"
-#include "adapters/simulation/open.hpp"
 #include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
+#include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/shared/intake/access_options.hpp"
 
 #include <cstdio>
@@ -18,10 +19,10 @@ namespace {
 
 struct LiveArguments {
   std::filesystem::path model, truth_table, run, pose, out;
-  std::string results;
+  std::string results, columns;
   ClientAccessOptions access;
   double silence_s = 10;
-  bool json = false;
+  bool single_file = false, json = false;
 };
 
 void add_live(CommandLine& app, LiveArguments& arguments) {
@@ -32,6 +33,8 @@ void add_live(CommandLine& app, LiveArguments& arguments) {
   auto* truth = app.add_option("--truth", arguments.truth_table, "truth.csv of the sensed frames");
   app.add_option("--run", arguments.run, "The run that the frames were sensed from")->needs(truth);
   truth->needs("--run");
+  app.add_flag("--single-file", arguments.single_file, single_file_help)->needs("--run");
+  add_columns_option(app, arguments.columns);
   app.add_option("--pose", arguments.pose, "sensor.json of the frames, for clouds in reference coordinates");
   app.add_option("-o,--out", arguments.out, "Folder for results.csv and the meshes for ParaView");
   app.add_option("--silence", arguments.silence_s, "Stop after this number of seconds without a message")
@@ -52,7 +55,7 @@ int live(const LiveArguments& arguments) {
   const Model model = Model::open(arguments.model);
   std::unique_ptr<Truth> truth;
   if (!arguments.truth_table.empty())
-    truth = std::make_unique<Truth>(arguments.truth_table, io::open_simulation(arguments.run), model);
+    truth = std::make_unique<Truth>(arguments.truth_table, open_named_run(arguments.run, arguments.single_file), model);
   const RigidTransform pose =
       arguments.pose.empty() ? identity_transform : io::read_pose(arguments.pose, model.length_unit());
   if (!arguments.out.empty()) prepare_folder(arguments.out);
@@ -69,13 +72,13 @@ int live(const LiveArguments& arguments) {
                                      : printable(table_summary(summary, model), "\n").c_str());
   if (!arguments.out.empty()) {
     write_csv(arguments.out / "results.csv", summary);
-    write_meshes(arguments.out, summary, model, truth.get(), pose);
+    write_meshes(arguments.out, summary, model, truth.get(), pose, arguments.columns);
   }
   if (summary.rows.empty())
     throw Error(
         Status::endpoint_unavailable,
         arguments.results + ": no result received; check that lbea-serve publishes there and that frames were sent");
-  if (summary.complete) return exit_ok;
+  if (summary.complete) return refusal_of_all(summary.counters, model.length_unit()).empty() ? exit_ok : exit_failed;
   std::fprintf(stderr, "lbea-eval: the sender did not end the stream: frames may be missing from the evaluation\n");
   return exit_failed;
 }

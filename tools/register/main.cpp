@@ -37,9 +37,7 @@ void declare(Tool& tool, Arguments& arguments) {
       ->required();
   tool.add_option("--sensor", arguments.sensor, "sensor.json with the rough pose")->required();
   tool.add_option("-o,--out", arguments.out, "the refined sensor.json")->required();
-  tool.add_option(
-      "--columns", arguments.columns,
-      "text clouds: names of the columns, e.g. X,Y,Z or, with displacements, X+U,Y+V,Z+W (default: x, y, z)");
+  add_columns_option(tool, arguments.columns);
   tool.add_option("--frames", arguments.frames, "number of clouds to use, from the first")->check(positive_number());
   tool.add_option("--noise", arguments.noise, "standard deviation of a point (default: sensor.json's)")
       ->check(positive_number());

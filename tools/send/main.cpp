@@ -1,6 +1,7 @@
 // lbea-send: sends point clouds from files to a matcher, as a camera does.
 #include "adapters/clouds/point_cloud.hpp"
 #include "tools/send/player.hpp"
+#include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
@@ -42,9 +43,7 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option(
       "--stamps", options.stamps,
       "table of file,stamp_ns (or _us, _ms, _s) with capture times (default: stamps.csv beside the clouds)");
-  tool.add_option(
-      "--columns", options.columns,
-      "text clouds: names of the columns, e.g. X,Y,Z or, with displacements, X+U,Y+V,Z+W (default: x, y, z)");
+  add_columns_option(tool, options.columns);
   tool.add_option("--loop", options.play.rounds, "how often to send all of them; 0: until stopped")
       ->check(in_range(0, 1'000'000));
   tool.add_option("--frame-id", options.frame_id, "name of the points' coordinate system");

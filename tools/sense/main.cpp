@@ -7,6 +7,7 @@
 #include "tools/sense/schedule.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -29,7 +30,7 @@ struct Options {
   double scale = 1;
   std::optional<float> sigma, outliers, dropout, background;
   unsigned threads = 0;
-  bool json = false;
+  bool single_file = false, json = false;
 };
 
 struct Summary {
@@ -39,6 +40,7 @@ struct Summary {
 
 void declare(Tool& tool, Options& options) {
   tool.add_option("RUN", options.run, "a run: its first file, or its folder")->required();
+  tool.add_flag("--single-file", options.single_file, single_file_help);
   tool.add_option("--sensor", options.sensor, "sensor.json: the rig and its noise")->required();
   tool.add_option("--out", options.out, "folder to write the frames, sensor.json and truth.csv to")->required();
   const auto steps_check = [](const std::string& text) {
@@ -94,7 +96,7 @@ std::vector<FrameTime> planned_frames(const Options& options, const bake::Simula
 Summary sense(const Options& options) {
   const auto begin = std::chrono::steady_clock::now();
   const io::SensorDescription description = described(options);
-  const auto reader = io::open_simulation(options.run);
+  const auto reader = open_named_run(options.run, options.single_file);
   const auto plan = planned_frames(options, *reader);
   catch_stop_signals();  // until here nothing is written, and a signal ends the program at once
   const bake::VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements,

@@ -50,4 +50,10 @@ std::vector<fs::path> find_clouds(const std::vector<std::string>& paths) {
   return files;
 }
 
+void add_columns_option(CommandLine& app, std::string& columns) {
+  app.add_option(
+      "--columns", columns,
+      "text clouds: names of the columns, e.g. X,Y,Z or, with displacements, X+U,Y+V,Z+W (default: x, y, z)");
+}
+
 }  // namespace lbea::tool

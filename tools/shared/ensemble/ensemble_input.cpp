@@ -6,7 +6,9 @@
 #include "adapters/simulation/series.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
+#include "tools/shared/cli/printable.hpp"
 
+#include <cstdio>
 #include <map>
 
 namespace lbea::tool {
@@ -63,6 +65,14 @@ std::filesystem::path find_run(const std::vector<std::filesystem::path>& runs, c
 std::unique_ptr<bake::SimulationReader> open_run(const std::string& source) {
   const bool is_alone = source.starts_with(lone_file);
   return io::open_simulation(is_alone ? source.substr(lone_file.size()) : source, is_alone);
+}
+
+std::unique_ptr<bake::SimulationReader> open_named_run(const std::filesystem::path& run, bool is_single_file) {
+  auto reader = io::open_simulation(run, is_single_file);
+  if (const auto files = reader->files(); !io::series_name(run).empty() && files.size() > 1)
+    std::fprintf(stderr, "%s to %s are read as the states of one run; for one of them alone, give --single-file\n",
+                 printable(files.front().string()).c_str(), printable(files.back().string()).c_str());
+  return reader;
 }
 
 bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {

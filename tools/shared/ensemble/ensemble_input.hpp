@@ -18,6 +18,12 @@ namespace lbea::tool {
 /// Opens a run by its EnsembleRun::source.
 [[nodiscard]] std::unique_ptr<bake::SimulationReader> open_run(const std::string& source);
 
+/// Opens a run named on a command line. A file of a numbered series stands for all of them, as stderr then says, unless
+/// it is a single file.
+[[nodiscard]] std::unique_ptr<bake::SimulationReader> open_named_run(const std::filesystem::path& run,
+                                                                     bool is_single_file);
+inline constexpr auto single_file_help = "the run is this file alone, not all files of its numbered series";
+
 /// Adds the ids in the node file of the region to those in `region`.
 void read_region_nodes(bake::RegionDescription& region);
 
