@@ -8,11 +8,16 @@ namespace {
 const std::string sensor_json = (data() / "rail-demo/sensor.json").string();
 
 /// A matcher with a copy of the model that the test may overwrite.
-std::unique_ptr<Process> serve_copy(Bench& bench, const std::string& method) {
+std::unique_ptr<Process> serve_copy(Bench& bench, const std::string& method, std::vector<std::string> more = {}) {
   std::filesystem::copy_file(LBEA_MODEL, bench.file("model.lbea"));
-  return bench.start({LBEA_SERVE, bench.file("model.lbea"), "--frames", bench.frames(), "--results", bench.results(),
-                      "--method", method, "--pose", sensor_json, "--json"},
-                     "serve", "ready: frames on ");
+  std::vector<std::string> arguments{LBEA_SERVE,  bench.file("model.lbea"),
+                                     "--frames",  bench.frames(),
+                                     "--results", bench.results(),
+                                     "--method",  method,
+                                     "--pose",    sensor_json,
+                                     "--json"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return bench.start(arguments, "serve", "ready: frames on ");
 }
 
 void overwrite(const Bench& bench) {
@@ -55,4 +60,41 @@ TEST_CASE("cp over the model of a running matcher: frames are matched as before,
     CHECK(after.distance == before.distance);
     CHECK(stop(*server) == 0);
   }
+}
+
+TEST_CASE("cp over a model that is too large for a copy in memory ends the matcher with a sentence") {
+  Bench bench;
+  ::setenv("LD_PRELOAD", LBEA_OTHER_SYSTEM, 1);
+  ::setenv("LBEA_MEMORY_PAGES", "3000", 1);  // 12 MB, of which three quarters may hold the model of 11 MB
+  const auto server = serve_copy(bench, "vtp", {"--queue", "2", "--max-points", "100000"});
+  ::unsetenv("LD_PRELOAD");
+  ::unsetenv("LBEA_MEMORY_PAGES");
+  WireContext context;
+  ResultSource results(context, bench.results());
+  REQUIRE(results.receive(30s));
+  Camera camera(context, bench.frames());
+  camera.look_from(sensor_json);
+  matched(camera, results, 1);
+  overwrite(bench);
+  CHECK(server->wait() == 1);
+  const std::string log = text_of(bench.file("serve.err"));
+  CHECK_MESSAGE((contains(log, "was written to while frames are matched with it: the program ends") ||
+                 contains(log, "a file became shorter while it was read")),
+                log);
+}
+
+TEST_CASE("a program whose model becomes shorter while it is read ends with a sentence (SIGBUS)") {
+  Bench bench;
+  const auto server = serve_copy(bench, "lbea");
+  const auto evaluation = bench.start({LBEA_EVAL, "live", bench.file("model.lbea"), "--results", bench.results()},
+                                      "eval", "lbea-eval: ready");
+  std::filesystem::resize_file(bench.file("model.lbea"), 0);
+  WireContext context;
+  Camera camera(context, bench.frames());
+  camera.look_from(sensor_json);
+  camera.send(3);
+  camera.end(4);
+  CHECK(evaluation->wait() == 1);
+  const std::string log = text_of(bench.file("eval.err"));
+  CHECK_MESSAGE(contains(log, "error: a file became shorter while it was read"), log);
 }

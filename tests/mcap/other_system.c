@@ -1,10 +1,12 @@
-// Preloaded: adds the seconds in the file LBEA_CLOCK_STEP, which may change at any time, to the system's clock.
+// Preloaded: adds the seconds in the file LBEA_CLOCK_STEP, which may change at any time, to the system's clock; the
+// machine has as many pages of memory as LBEA_MEMORY_PAGES says.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 #include <time.h>
+#include <unistd.h>
 
 static const volatile long long* step_s;
 
@@ -21,4 +23,11 @@ int clock_gettime(clockid_t clock, struct timespec* time) {
   const int failed = real(clock, time);
   if (!failed && clock == CLOCK_REALTIME && step_s) time->tv_sec += *step_s;
   return failed;
+}
+
+long sysconf(int name) {
+  static long (*real)(int);
+  if (!real) *(void**)&real = dlsym(RTLD_NEXT, "sysconf");
+  const char* pages = getenv("LBEA_MEMORY_PAGES");
+  return name == _SC_PHYS_PAGES && pages ? atol(pages) : real(name);
 }
