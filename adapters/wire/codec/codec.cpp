@@ -24,8 +24,7 @@ constexpr std::size_t max_header_bytes = 65'536;  // of a message, apart from it
 constexpr std::array<std::string_view, 3> axis_names{"x", "y", "z"};
 constexpr std::size_t max_control_bytes = 256;
 constexpr flatbuffers::uoffset_t max_control_tables = 2;
-constexpr std::size_t max_inference_bytes = 64 << 20;
-constexpr flatbuffers::uoffset_t max_inference_tables = 2;
+constexpr detail::MessageLimits inference_limits{64 << 20, 2};
 
 template <class Schema>
 std::span<const std::byte> bytes_of() noexcept {
@@ -118,11 +117,10 @@ Encoder& Encoder::operator=(Encoder&&) noexcept = default;
 
 WireStatus FrameDecoder::open(std::span<const std::byte> message) {
   header_ = {};
-  if (message.size() > std::min(limits_.max_message_bytes(), detail::max_flatbuffer_bytes))
-    return WireStatus::message_too_large;
-  if (!detail::has_identifier(message, schema::FrameIdentifier())) return WireStatus::wrong_kind;
-  const auto* frame = detail::verified_root<schema::Frame>(detail::aligned(message, message_), max_frame_tables);
-  if (frame == nullptr) return WireStatus::damaged;
+  const std::size_t most_bytes = std::min(limits_.max_message_bytes(), detail::max_flatbuffer_bytes);
+  const auto [frame, status] =
+      detail::open<schema::Frame>(message, schema::FrameIdentifier(), {most_bytes, max_frame_tables}, message_);
+  if (frame == nullptr) return status;
   header_.session = frame->session();
   header_.id = frame->id();
   header_.identified = true;
@@ -189,8 +187,7 @@ std::span<const std::byte> Encoder::frame(const Frame& frame, std::uint64_t sess
 std::span<const std::byte> Encoder::frame_of_cloud(std::span<const std::byte> cloud, std::uint64_t session,
                                                    std::uint64_t id) {
   if (cloud.size() > detail::max_flatbuffer_bytes - max_header_bytes) return {};
-  auto& message = buffers_->message;
-  message.Clear();
+  auto& message = buffers_->cleared();
   message.ForceDefaults(true);  // relabel_frame needs the field also when the id is 0
   message.ForceVectorAlignment(cloud.size(), 1, detail::flatbuffer_alignment);
   const auto nested = message.CreateVector(reinterpret_cast<const std::uint8_t*>(cloud.data()), cloud.size());
@@ -199,8 +196,7 @@ std::span<const std::byte> Encoder::frame_of_cloud(std::span<const std::byte> cl
 }
 
 std::span<const std::byte> Encoder::end_of_stream(std::uint64_t session, std::uint64_t next_id) {
-  auto& message = buffers_->message;
-  message.Clear();
+  auto& message = buffers_->cleared();
   schema::FinishFrameBuffer(message, schema::CreateFrame(message, session, next_id, 0, true));
   return detail::finished(message);
 }
@@ -217,8 +213,7 @@ bool is_sendable_stamp(std::int64_t stamp_ns) noexcept {
 }
 
 std::span<const std::byte> Encoder::control(const Control& control) {
-  auto& builder = buffers_->message;
-  builder.Clear();
+  auto& builder = buffers_->cleared();
   schema::FinishControlBuffer(
       builder, schema::CreateControl(builder, control.session, static_cast<schema::ControlKind>(control.kind),
                                      control.next_id, control.withheld));
@@ -239,8 +234,7 @@ WireStatus decode_control(std::span<const std::byte> message, Control& into) {
 }
 
 std::span<const std::byte> Encoder::inference(const WireInference& inference) {
-  auto& builder = buffers_->message;
-  builder.Clear();
+  auto& builder = buffers_->cleared();
   const auto field = builder.CreateString(inference.field), unit = builder.CreateString(inference.unit);
   const auto mean = builder.CreateVector(inference.values), spread = builder.CreateVector(inference.spread);
   schema::FinishInferenceBuffer(builder, schema::CreateInference(builder, inference.sequence, inference.session,
@@ -251,18 +245,19 @@ std::span<const std::byte> Encoder::inference(const WireInference& inference) {
 }
 
 WireStatus decode_inference(std::span<const std::byte> message, WireInference& into) {
-  if (message.size() > max_inference_bytes) return WireStatus::message_too_large;
-  if (!detail::has_identifier(message, schema::InferenceIdentifier())) return WireStatus::wrong_kind;
   std::vector<std::uint64_t> scratch;
-  const auto* from = detail::verified_root<schema::Inference>(detail::aligned(message, scratch), max_inference_tables);
-  if (from == nullptr || from->location() > schema::FieldLocation::MAX) return WireStatus::damaged;
+  const auto [from, status] =
+      detail::open<schema::Inference>(message, schema::InferenceIdentifier(), inference_limits, scratch);
+  if (from == nullptr) return status;
+  if (from->location() > schema::FieldLocation::MAX) return WireStatus::damaged;
+  const auto location = static_cast<FieldInfo::Location>(from->location());
   into = {from->sequence(),
           from->session(),
           from->frame_id(),
           from->stamp_ns(),
           detail::text(from->field()),
           detail::text(from->unit()),
-          static_cast<FieldInfo::Location>(from->location()),
+          location,
           values(from->values()),
           values(from->spread()),
           from->model_checksum()};

@@ -14,6 +14,10 @@ namespace lbea::wire {
 struct Encoder::Buffers {
   flatbuffers::FlatBufferBuilder cloud;  // the inner buffer of a frame
   flatbuffers::FlatBufferBuilder message;
+  flatbuffers::FlatBufferBuilder& cleared() {
+    message.Clear();
+    return message;
+  }
 };
 
 namespace detail {
@@ -54,6 +58,21 @@ const Root* verified_root(std::span<const std::byte> bytes, flatbuffers::uoffset
   options.check_nested_flatbuffers = false;  // a nested buffer is verified by its own call, after alignment
   flatbuffers::Verifier verifier(begin, bytes.size(), options);
   return verifier.VerifyBuffer<Root>(nullptr) ? flatbuffers::GetRoot<Root>(begin) : nullptr;
+}
+
+struct MessageLimits {
+  std::size_t bytes;
+  flatbuffers::uoffset_t tables;
+};
+
+/// The verified root of a message; null and the reason when it is not one. `scratch`: see aligned().
+template <class Root>
+std::pair<const Root*, WireStatus> open(std::span<const std::byte> message, const char* identifier,
+                                        const MessageLimits& limits, std::vector<std::uint64_t>& scratch) {
+  if (message.size() > limits.bytes) return {nullptr, WireStatus::message_too_large};
+  if (!has_identifier(message, identifier)) return {nullptr, WireStatus::wrong_kind};
+  const auto* root = verified_root<Root>(aligned(message, scratch), limits.tables);
+  return {root, root == nullptr ? WireStatus::damaged : WireStatus::ok};
 }
 
 }  // namespace detail

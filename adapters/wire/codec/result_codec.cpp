@@ -13,8 +13,7 @@ using detail::text;
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
-constexpr std::size_t max_result_bytes = 16 << 20;
-constexpr flatbuffers::uoffset_t max_result_tables = 65'536;
+constexpr detail::MessageLimits result_limits{16 << 20, 65'536};
 
 /// The places of a table's numbers in a message, by their names in the schema.
 template <class Numbers, std::size_t count>
@@ -84,15 +83,9 @@ WireMatch read(const schema::Match& from) {
 }
 
 schema::StageTimes build(const WireTimes& times) {
-  return {times.decode,
-          times.queue,
-          times.match.index,
-          times.match.correspondence,
-          times.match.projection,
-          times.match.matching,
-          times.match.coverage,
-          times.match.fit,
-          times.total};
+  const StageTimes& m = times.match;
+  return {times.decode, times.queue, m.index, m.correspondence, m.projection,
+          m.matching,   m.coverage,  m.fit,   times.total};
 }
 
 WireTimes read(const schema::StageTimes* from) {
@@ -149,14 +142,12 @@ Offset<schema::TestState> build(FlatBufferBuilder& builder, const WireTestState&
 WireTestState read(const schema::TestState* from) {
   WireTestState test;
   if (from == nullptr) return test;
-  test = {from->frames(),
-          from->simulation(),
-          {from->sample_simulation(), from->sample_time_step()},
-          from->sample_probability(),
-          {},
-          {},
-          from->misfit(),
-          static_cast<WireVerdict>(from->verdict())};
+  test.frames = from->frames();
+  test.simulation = from->simulation();
+  test.sample = {from->sample_simulation(), from->sample_time_step()};
+  test.sample_probability = from->sample_probability();
+  test.misfit = from->misfit();
+  test.verdict = static_cast<WireVerdict>(from->verdict());
   if (from->simulations() != nullptr)
     for (const auto* c : *from->simulations()) test.simulations.push_back({c->simulation(), c->probability()});
   if (from->branches() != nullptr) test.branches.assign(from->branches()->begin(), from->branches()->end());
@@ -169,13 +160,8 @@ Offset<schema::Sender> build(FlatBufferBuilder& builder, const WireSender& sende
 }
 
 WireSender read(const schema::Sender& from) {
-  return {from.session(),
-          from.first_id(),
-          from.next_id(),
-          from.received(),
-          from.missed(),
-          from.withheld(),
-          static_cast<SenderCondition>(from.condition())};
+  const auto condition = static_cast<SenderCondition>(from.condition());
+  return {from.session(), from.first_id(), from.next_id(), from.received(), from.missed(), from.withheld(), condition};
 }
 
 Offset<schema::Recording> build(FlatBufferBuilder& builder, const std::optional<WireRecording>& recording) {
@@ -207,24 +193,10 @@ ModelSummary read(const schema::ModelSummary* from) {
   return model;
 }
 
-/// The root, or null and why in `status`.
-template <class Root>
-const Root* open(std::span<const std::byte> message, const char* identifier, std::vector<std::uint64_t>& scratch,
-                 WireStatus& status) {
-  status = WireStatus::message_too_large;
-  if (message.size() > max_result_bytes) return nullptr;
-  status = WireStatus::wrong_kind;
-  if (!detail::has_identifier(message, identifier)) return nullptr;
-  const auto* root = detail::verified_root<Root>(detail::aligned(message, scratch), max_result_tables);
-  status = root == nullptr ? WireStatus::damaged : WireStatus::ok;
-  return root;
-}
-
 }  // namespace
 
 std::span<const std::byte> Encoder::result(const WireResult& result) {
-  auto& builder = buffers_->message;
-  builder.Clear();
+  auto& builder = buffers_->cleared();
   std::vector<Offset<schema::Match>> matches;
   matches.reserve(result.matches.size());
   for (const WireMatch& match : result.matches) matches.push_back(build(builder, match));
@@ -262,8 +234,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
 
 WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   std::vector<std::uint64_t> scratch;
-  WireStatus status;
-  const auto* from = open<schema::Result>(message, schema::ResultIdentifier(), scratch, status);
+  const auto [from, status] = detail::open<schema::Result>(message, schema::ResultIdentifier(), result_limits, scratch);
   if (from == nullptr) return status;
   into = {};
   into.sequence = from->sequence();
@@ -292,8 +263,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
 }
 
 std::span<const std::byte> Encoder::state(const WireState& state) {
-  auto& builder = buffers_->message;
-  builder.Clear();
+  auto& builder = buffers_->cleared();
   const auto version = builder.CreateString(state.version);
   const auto method = builder.CreateString(state.method);
   const auto counters = build(builder, state.counters);
@@ -311,8 +281,7 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
 
 WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   std::vector<std::uint64_t> scratch;
-  WireStatus status;
-  const auto* from = open<schema::State>(message, schema::StateIdentifier(), scratch, status);
+  const auto [from, status] = detail::open<schema::State>(message, schema::StateIdentifier(), result_limits, scratch);
   if (from == nullptr) return status;
   into = {from->sequence(),       from->publish_ns(),  from->start_ns(),          text(from->version()),
           text(from->method()),   from->max_points(),  from->queue_slots(),       from->queue_used(),
