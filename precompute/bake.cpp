@@ -3,8 +3,8 @@
 #include "precompute/model_file/estimate.hpp"
 #include "precompute/model_file/model_writer.hpp"
 #include "precompute/model_file/write_model.hpp"
-#include "precompute/samples/sample_projection.hpp"
-#include "precompute/survey/survey_runs.hpp"
+#include "precompute/samples/sample_record.hpp"
+#include "precompute/survey/survey.hpp"
 
 namespace lbea::bake {
 

@@ -1,4 +1,4 @@
-#include "adapters/clouds/stamps.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/text_line.hpp"

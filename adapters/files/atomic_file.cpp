@@ -84,8 +84,8 @@ void AtomicFile::close_descriptor() {
 // The rename is on the disk only when the folder is. Some file systems do not support that (EINVAL), and a folder may
 // be writable but not readable; the file is complete in both cases.
 void AtomicFile::sync_folder() const {
-  const Descriptor folder{::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
-  const int error = folder.value < 0 || ::fsync(folder.value) == 0 ? 0 : errno;
+  const Descriptor folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const int error = folder.value() < 0 || ::fsync(folder.value()) == 0 ? 0 : errno;
   if (error == 0 || error == EINVAL) return;
   ::unlink(path_.c_str());  // after an error the caller must not find the file
   fail("flush the folder of", error);
@@ -103,11 +103,11 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
 }
 
 InputFile::InputFile(const std::filesystem::path& path)
-    : name_(path.string()), file_{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)} {
-  if (file_.value < 0 && (errno == ENOENT || errno == ENOTDIR))
+    : name_(path.string()), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+  if (file_.value() < 0 && (errno == ENOENT || errno == ENOTDIR))
     throw Error(Status::file_not_found, "there is no file " + name_);
   struct stat about {};
-  if (file_.value < 0 || ::fstat(file_.value, &about) != 0) fail(0, reason(errno));
+  if (file_.value() < 0 || ::fstat(file_.value(), &about) != 0) fail(0, reason(errno));
   if (!S_ISREG(about.st_mode)) fail(0, "it is not a regular file");
   size_ = static_cast<std::uint64_t>(about.st_size);
 }
@@ -115,7 +115,7 @@ InputFile::InputFile(const std::filesystem::path& path)
 void InputFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   while (!into.empty()) {
     const ssize_t n =
-        ::pread(file_.value, into.data(), std::min(into.size(), largest_transfer), static_cast<off_t>(offset));
+        ::pread(file_.value(), into.data(), std::min(into.size(), largest_transfer), static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail(offset, n < 0 ? reason(errno) : "the file became shorter while it was read");
     offset += static_cast<std::uint64_t>(n);

@@ -1,15 +1,11 @@
 // Files: written atomically, read at any place or at once.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <span>
+#include "runtime/src/model/mapped_file.hpp"
+
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <unistd.h>
 
 namespace lbea::io {
 
@@ -52,21 +48,13 @@ class AtomicFile {
 /// Writes this text as an AtomicFile. Throws Error{write_failed}.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// Closes the descriptor when it goes out of scope.
-struct Descriptor {
-  int value;
-  ~Descriptor() {
-    if (value >= 0) ::close(value);
-  }
-};
-
 /// A regular file, read at any place.
 class InputFile {
  public:
   /// Throws Error{file_not_found} when it is absent, Error{bad_input} when it cannot be read.
   explicit InputFile(const std::filesystem::path& path);
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
-  [[nodiscard]] int descriptor() const noexcept { return file_.value; }
+  [[nodiscard]] int descriptor() const noexcept { return file_.value(); }
   [[nodiscard]] std::uint64_t size() const noexcept { return size_; }  // when it was opened
   /// Fills `into`; the range must lie within size(). Throws Error{bad_input}.
   void read(std::uint64_t offset, std::span<std::byte> into) const;

@@ -1,10 +1,12 @@
-// The bytes of a recording: where they are read from, a cursor that never reads past their end, and their CRC-32.
+// The bytes of a recording: where they are read from, a cursor that never reads past their end, their CRC-32, and the
+// compressions of chunks: LZ4 frames and Zstandard.
 #pragma once
 
 #include "adapters/files/atomic_file.hpp"
 
 #include <bit>
 #include <cstring>
+#include <optional>
 
 namespace lbea::mcap {
 
@@ -101,5 +103,19 @@ class FileSource final : public ByteSource {
  private:
   io::InputFile file_;
 };
+
+enum class Compression : std::uint8_t { none, lz4, zstd };
+
+/// The name in the file: "", "lz4" or "zstd".
+[[nodiscard]] std::string_view name_of(Compression compression) noexcept;
+/// Nothing for any other name.
+[[nodiscard]] std::optional<Compression> compression_named(std::string_view name) noexcept;
+
+/// Appends the compressed concatenation of `pieces`. Not for Compression::none. False when the library fails.
+[[nodiscard]] bool compress(Compression compression, std::span<const Bytes> pieces, Buffer& out);
+
+/// Replaces `out` with the decompressed `bytes`. False unless they are intact and decompress to exactly `size` bytes.
+/// Memory is allocated as output is produced, because `size` is not trusted.
+[[nodiscard]] bool decompress(Compression compression, Bytes bytes, std::uint64_t size, Buffer& out);
 
 }  // namespace lbea::mcap

@@ -1,4 +1,4 @@
-#include "adapters/mcap/compression.hpp"
+#include "adapters/mcap/bytes.hpp"
 
 #include <lz4frame.h>
 #include <zstd.h>

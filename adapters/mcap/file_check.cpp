@@ -1,4 +1,4 @@
-#include "adapters/mcap/file_check.hpp"
+#include "adapters/mcap/salvage.hpp"
 
 #include <algorithm>
 #include <utility>

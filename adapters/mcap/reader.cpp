@@ -1,6 +1,6 @@
 #include "adapters/mcap/reader.hpp"
 
-#include "adapters/mcap/compression.hpp"
+#include "adapters/mcap/bytes.hpp"
 
 #include <algorithm>
 #include <limits>

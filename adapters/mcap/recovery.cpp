@@ -1,4 +1,4 @@
-#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/salvage.hpp"
 
 #include <lbea/lbea.hpp>
 

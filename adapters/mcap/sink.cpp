@@ -124,8 +124,7 @@ int PartialFile::commit() noexcept {
   }
   committed_ = true;
   sync_folder(folder_);
-  const int closed = ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
-  return closed;
+  return ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
 }
 
 }  // namespace lbea::mcap

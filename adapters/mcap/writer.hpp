@@ -2,7 +2,7 @@
 // the sink failed to write is not part of the indexes and statistics.
 #pragma once
 
-#include "adapters/mcap/compression.hpp"
+#include "adapters/mcap/bytes.hpp"
 #include "adapters/mcap/reader.hpp"
 #include "adapters/mcap/sink.hpp"
 

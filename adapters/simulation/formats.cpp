@@ -9,7 +9,6 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/simulation/d3plot/words.hpp"
 #include "adapters/simulation/grid/grid_reader.hpp"
-#include "adapters/simulation/series.hpp"
 #include "adapters/simulation/vtk/vtk.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-#include "adapters/simulation/series.hpp"
+#include "adapters/simulation/open.hpp"
 
-#include "precompute/work/folder_names.hpp"
+#include "precompute/work/stale_files.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,7 +1,7 @@
 #include "precompute/model_file/estimate.hpp"
 
 #include "precompute/model_file/model_sections.hpp"
-#include "precompute/samples/sample_projection.hpp"
+#include "precompute/samples/sample_record.hpp"
 #include "precompute/work/archive.hpp"
 
 namespace lbea::bake {

@@ -200,17 +200,16 @@ void ModelWriter::check_complete() const {
 // Sections are written in pieces and in any order, so their checksums are computed from the file.
 void ModelWriter::fill_checksums() {
   std::vector<std::byte> buffer(std::size_t{1} << 20);
-  XXH3_state_t state;
   for (format::SectionEntry& entry : directory_) {
-    XXH3_64bits_reset(&state);
+    RunningChecksum checksum;
     for (std::uint64_t done = 0; done < entry.length;) {
       const auto piece = std::span(buffer).first(
           static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), entry.length - done)));
       read_at(entry.offset + done, piece, name_of(entry));
-      XXH3_64bits_update(&state, piece.data(), piece.size());
+      checksum.add(piece);
       done += piece.size();
     }
-    entry.checksum = XXH3_64bits_digest(&state);
+    entry.checksum = checksum.value();
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include "precompute/depth_images/branches.hpp"
 #include "precompute/model_file/model_sections.hpp"
-#include "precompute/model_file/sample_sections.hpp"
 #include "precompute/samples/sample_record.hpp"
 
 namespace lbea::bake {

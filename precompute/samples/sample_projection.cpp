@@ -1,4 +1,4 @@
-#include "precompute/samples/sample_projection.hpp"
+#include "precompute/samples/sample_record.hpp"
 
 #include "precompute/parallel.hpp"
 #include "runtime/src/match/cloud_index.hpp"

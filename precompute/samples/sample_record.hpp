@@ -1,5 +1,5 @@
-// Intermediate results of one run: its samples as the model stores them, their sums, and what depends on the envelope
-// grid and the sensor pose.
+// Second pass over the runs, method steps 3 and 5. Intermediate results of one run: its samples as the model stores
+// them, their sums, and what depends on the envelope grid and the sensor pose.
 #pragma once
 
 #include "precompute/survey/envelope.hpp"
@@ -62,5 +62,17 @@ class GridAndImagesReader {
  private:
   WorkReader file_;
 };
+
+/// The runs that were surveyed.
+[[nodiscard]] std::vector<std::size_t> surveyed_runs(const BakePlan& plan);
+
+/// Sets the camera of the depth images, and the keys of the runs' files. plan: with survey and bases.
+void plan_samples(BakePlan& plan, const BakeOptions& options);
+
+/// Writes the record, and grid and images, of each of these runs unless they are in the work folder already. Returns
+/// the number of broken runs; their failures are noted in the work folder. Throws Error{bad_config | bad_input |
+/// write_failed} and BakeCancelled.
+std::size_t make_samples(const WorkFolder& work, const BakePlan& plan, const std::vector<std::size_t>& runs,
+                         const BakeOptions& options);
 
 }  // namespace lbea::bake

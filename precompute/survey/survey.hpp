@@ -1,4 +1,4 @@
-// First pass over the runs: their common mesh, the extents of their nodes, their fields and files.
+// Method step 2, first pass over the runs: their common mesh, the extents of their nodes, their fields and files.
 #pragma once
 
 #include "precompute/bake_options.hpp"
@@ -6,6 +6,9 @@
 #include "precompute/survey/common_mesh.hpp"
 
 namespace lbea::bake {
+
+struct BakePlan;
+class WorkFolder;
 
 /// One run's samples.
 struct RunSurvey {
@@ -83,5 +86,14 @@ class SurveyCollection {
 /// min x, y, z and max x, y, z of the nodes at `places` of a history's extents.
 [[nodiscard]] std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
                                                          const std::vector<std::uint32_t>& places);
+
+/// Checks the ensemble, surveys every run that has not been surveyed, and combines the surveys into a new plan, without
+/// bases. The work folder is created. Throws Error{bad_config | bad_input | write_failed} and BakeCancelled.
+[[nodiscard]] BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble,
+                                   const EnsembleDescription& description, const BakeOptions& options);
+
+/// Only the part that reads, of some runs; survey_runs() finds the surveys later.
+void survey_some(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
+                 const std::vector<std::size_t>& runs, const BakeOptions& options);
 
 }  // namespace lbea::bake

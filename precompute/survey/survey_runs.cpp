@@ -1,7 +1,8 @@
-#include "precompute/survey/survey_runs.hpp"
+#include "precompute/survey/survey.hpp"
 
 #include "precompute/parallel.hpp"
 #include "precompute/survey/envelope.hpp"
+#include "precompute/work/bake_plan.hpp"
 
 #include <map>
 #include <numeric>

@@ -1,7 +1,5 @@
 #include "precompute/work/stale_files.hpp"
 
-#include "precompute/work/folder_names.hpp"
-
 #include <array>
 #include <charconv>
 #include <csignal>

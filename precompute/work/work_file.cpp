@@ -1,7 +1,6 @@
 #include "precompute/work/work_file.hpp"
 
 #include "precompute/work/stale_files.hpp"
-#include "runtime/src/model/checksum.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -51,16 +50,8 @@ void write_all(int descriptor, std::span<const std::byte> bytes, const auto& fai
 
 }  // namespace
 
-struct WorkWriter::Hash {
-  XXH3_state_t state;
-};
-struct WorkReader::Hash {
-  XXH3_state_t state;
-};
-
 WorkWriter::WorkWriter(std::filesystem::path file, WorkName name, bool is_durable)
-    : file_(std::move(file)), name_(name), is_durable_(is_durable), hash_(std::make_unique<Hash>()) {
-  XXH3_64bits_reset(&hash_->state);
+    : file_(std::move(file)), name_(name), is_durable_(is_durable) {
   descriptor_ = create_temporary(file_, "@" + host_name(), temporary_);
   if (descriptor_ < 0) fail("create", errno);
   buffer_.reserve(buffer_size);
@@ -73,7 +64,7 @@ WorkWriter::~WorkWriter() {
 }
 
 void WorkWriter::bytes(std::span<const std::byte> bytes) {
-  XXH3_64bits_update(&hash_->state, bytes.data(), bytes.size());
+  checksum_.add(bytes);
   size_ += bytes.size();
   if (buffer_.size() + bytes.size() > buffer_size) flush();
   if (bytes.size() > buffer_size)
@@ -88,7 +79,7 @@ void WorkWriter::flush() {
 }
 
 void WorkWriter::commit() {
-  const std::uint64_t hash = XXH3_64bits_digest(&hash_->state);
+  const std::uint64_t hash = checksum_.value();
   const auto end = std::as_bytes(std::span(&hash, 1));
   buffer_.insert(buffer_.end(), end.begin(), end.end());
   flush();
@@ -113,10 +104,7 @@ void WorkWriter::fail(const char* action, int error) const {
 }
 
 WorkReader::WorkReader(std::filesystem::path file, WorkName name)
-    : file_(std::move(file)),
-      descriptor_(::open(file_.c_str(), O_RDONLY | O_CLOEXEC)),
-      buffer_(buffer_size),
-      hash_(std::make_unique<Hash>()) {
+    : file_(std::move(file)), descriptor_(::open(file_.c_str(), O_RDONLY | O_CLOEXEC)), buffer_(buffer_size) {
   if (descriptor_ < 0) fail_to_read("cannot be opened");
   try {
     const auto header = header_of(descriptor_);
@@ -128,7 +116,6 @@ WorkReader::WorkReader(std::filesystem::path file, WorkName name)
     ::close(descriptor_);
     throw;
   }
-  XXH3_64bits_reset(&hash_->state);
 }
 
 WorkReader::~WorkReader() { ::close(descriptor_); }
@@ -137,7 +124,7 @@ void WorkReader::bytes(std::span<std::byte> bytes) {
   if (bytes.size() > rest_) fail("ends too early");
   rest_ -= bytes.size();
   read(bytes);
-  XXH3_64bits_update(&hash_->state, bytes.data(), bytes.size());
+  checksum_.add(bytes);
 }
 
 void WorkReader::read(std::span<std::byte> bytes) {
@@ -161,7 +148,7 @@ void WorkReader::finish() {
   std::uint64_t expected = 0;
   if (rest_ != 0) fail("has more in it than it should");
   read(std::as_writable_bytes(std::span(&expected, 1)));
-  if (XXH3_64bits_digest(&hash_->state) != expected) fail("is damaged");
+  if (checksum_.value() != expected) fail("is damaged");
 }
 
 void WorkReader::fail(const char* what) const { throw DamagedWorkFile(file_, file_.string() + " " + what); }

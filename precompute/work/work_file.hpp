@@ -1,6 +1,8 @@
 // A file of a bake's work folder: complete or absent, even when its writer is killed.
 #pragma once
 
+#include "runtime/src/model/checksum.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <optional>
@@ -32,14 +34,13 @@ class WorkWriter {
   void flush();
   [[noreturn]] void fail(const char* action, int error) const;
 
-  struct Hash;
   std::filesystem::path file_, temporary_;  // temporary_ is empty once renamed
   WorkName name_;
   bool is_durable_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;  // of the content
   std::vector<std::byte> buffer_;
-  std::unique_ptr<Hash> hash_;
+  RunningChecksum checksum_;
 };
 
 /// A finished file whose bytes are not those that were written; it must be removed and made again.
@@ -77,13 +78,12 @@ class WorkReader {
   [[noreturn]] void fail_to_read(const char* what) const;
   void read(std::span<std::byte> bytes);
 
-  struct Hash;
   std::filesystem::path file_;
   int descriptor_ = -1;
   std::uint64_t rest_ = 0;
   std::vector<std::byte> buffer_;
   std::size_t next_ = 0, filled_ = 0;  // of the buffer
-  std::unique_ptr<Hash> hash_;
+  RunningChecksum checksum_;
 };
 
 /// Whether the file exists under its final name with this kind, this key and the size in its header. Reads only the

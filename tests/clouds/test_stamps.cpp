@@ -1,5 +1,4 @@
 #include "adapters/clouds/point_cloud.hpp"
-#include "adapters/clouds/stamps.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"

@@ -1,8 +1,7 @@
 // Short recordings made by the programs: whole, cut, or during a fault.
 #pragma once
 
-#include "adapters/mcap/file_check.hpp"
-#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/salvage.hpp"
 #include "adapters/mcap/sink.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"

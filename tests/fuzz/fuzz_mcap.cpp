@@ -1,6 +1,5 @@
 // Any bytes as a recording: the check stays within their bounds, and the recovered file is sound.
-#include "adapters/mcap/file_check.hpp"
-#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/salvage.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,6 +1,6 @@
 // Arbitrary bytes as one of the small configuration files; the first byte chooses which. Refused with a message, or
 // read.
-#include "adapters/clouds/stamps.hpp"
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/wire/access/keys.hpp"

@@ -1,6 +1,6 @@
 #include "tests/mcap/conformance.hpp"
 
-#include "adapters/mcap/file_check.hpp"
+#include "adapters/mcap/salvage.hpp"
 
 #include <doctest/doctest.h>
 

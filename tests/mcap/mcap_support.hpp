@@ -1,7 +1,7 @@
 // Recordings in memory, disks that fail on demand, and the messages that a reader finds.
 #pragma once
 
-#include "adapters/mcap/file_check.hpp"
+#include "adapters/mcap/salvage.hpp"
 #include "adapters/mcap/writer.hpp"
 
 #include <cerrno>

@@ -5,8 +5,8 @@
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
-#include "adapters/mcap/compression.hpp"
-#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/bytes.hpp"
+#include "adapters/mcap/salvage.hpp"
 
 #include <doctest/doctest.h>
 

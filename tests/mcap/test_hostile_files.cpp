@@ -1,7 +1,7 @@
 // Small files that claim much: time and memory follow the size of the file.
 #include "tests/mcap/mcap_support.hpp"
 
-#include "adapters/mcap/compression.hpp"
+#include "adapters/mcap/bytes.hpp"
 
 #include <doctest/doctest.h>
 

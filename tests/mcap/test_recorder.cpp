@@ -1,5 +1,5 @@
 // The recorder under load with disks that fail, stall and fill up: exactly the missing messages are counted.
-#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/salvage.hpp"
 #include "tools/shared/recording/recorder.hpp"
 #include "tools/shared/recording/recording_file.hpp"
 #include "tools/shared/recording/recording_format.hpp"

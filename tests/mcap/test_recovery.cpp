@@ -1,7 +1,7 @@
 // Files cut or damaged at any byte: every whole chunk is recovered, and the new file is sound.
 #include "tests/mcap/mcap_support.hpp"
 
-#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/salvage.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,4 +1,4 @@
-#include "precompute/basis/vertex_tree.hpp"
+#include "precompute/basis/reference_basis.hpp"
 
 #include "tests/support/nearest_vertex.hpp"
 

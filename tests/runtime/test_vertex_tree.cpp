@@ -1,5 +1,5 @@
-#include "precompute/basis/vertex_tree.hpp"
-#include "runtime/src/model/vertex_tree.hpp"
+#include "precompute/basis/reference_basis.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "tests/runtime/brute_force.hpp"
 #include "tests/support/nearest_vertex.hpp"
 

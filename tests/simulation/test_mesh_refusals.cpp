@@ -2,7 +2,6 @@
 #include <doctest/doctest.h>
 
 #include "adapters/simulation/open.hpp"
-#include "adapters/simulation/series.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"

@@ -1,7 +1,7 @@
 // Searches a baked tree, to show that it finds the nearest vertices. The matcher needs no such search.
 #pragma once
 
-#include "runtime/src/model/vertex_tree.hpp"
+#include "runtime/src/model/model_view.hpp"
 
 #include <algorithm>
 #include <cmath>

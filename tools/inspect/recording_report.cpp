@@ -1,6 +1,6 @@
 #include "tools/inspect/recording_report.hpp"
 
-#include "adapters/mcap/recovery.hpp"
+#include "adapters/mcap/salvage.hpp"
 #include "tools/inspect/text.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 

@@ -1,7 +1,6 @@
 #include "tools/send/playlist.hpp"
 
 #include "adapters/clouds/point_cloud.hpp"
-#include "adapters/clouds/stamps.hpp"
 #include "adapters/wire/codec/codec.hpp"
 
 #include <map>

@@ -1,6 +1,6 @@
 #include "adapters/simulation/d3plot/database.hpp"
 
-#include "precompute/work/folder_names.hpp"
+#include "precompute/work/stale_files.hpp"
 
 #include <algorithm>
 #include <charconv>

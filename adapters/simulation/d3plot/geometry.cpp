@@ -1,4 +1,4 @@
-#include "adapters/simulation/d3plot/geometry.hpp"
+#include "adapters/simulation/d3plot/database.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "adapters/simulation/d3plot/header.hpp"
+#include "adapters/simulation/d3plot/database.hpp"
 
 #include <algorithm>
 

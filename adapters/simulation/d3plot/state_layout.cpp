@@ -1,4 +1,4 @@
-#include "adapters/simulation/d3plot/state_layout.hpp"
+#include "adapters/simulation/d3plot/database.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "adapters/wire/access/keys.hpp"
 
-#include "adapters/files/atomic_file.hpp"
+#include "runtime/src/model/mapped_file.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -45,15 +45,15 @@ void check_rights(const std::filesystem::path& file, const struct stat& found, b
 }
 
 std::string read_text(const std::filesystem::path& file, bool is_secret) {
-  const io::Descriptor open{::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  const Descriptor open(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat found;
-  if (open.value < 0 || ::fstat(open.value, &found) != 0)
+  if (open.value() < 0 || ::fstat(open.value(), &found) != 0)
     throw Error{Status::file_not_found, file.string() + ": cannot read this key file (" + std::strerror(errno) +
                                             "); check its path, or make one with lbea-keygen"};
   if (!S_ISREG(found.st_mode) || found.st_size < 0 || static_cast<std::size_t>(found.st_size) > max_file_bytes)
     refuse(file, "is not a key file; make one with lbea-keygen");
   std::string text(static_cast<std::size_t>(found.st_size), '\0');
-  const ssize_t got = ::read(open.value, text.data(), text.size());
+  const ssize_t got = ::read(open.value(), text.data(), text.size());
   if (got < 0) refuse(file, std::string("cannot be read (") + std::strerror(errno) + ")");
   text.resize(static_cast<std::size_t>(got));
   if (text.starts_with("\xEF\xBB\xBF"))
@@ -84,14 +84,14 @@ std::vector<KeyLine> read_lines(const std::filesystem::path& file, bool is_secre
 }
 
 void write_file(const std::filesystem::path& file, const std::string& text, mode_t mode) {
-  const io::Descriptor open{::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode)};
-  if (open.value < 0)
+  const Descriptor open(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode));
+  if (open.value() < 0)
     throw Error{Status::write_failed,
                 file.string() + ": " +
                     (errno == EEXIST ? "exists; keys are never overwritten, choose another name"
                                      : std::string("cannot be written (") + std::strerror(errno) + ")")};
-  const ssize_t written = ::write(open.value, text.data(), text.size());
-  if (written == static_cast<ssize_t>(text.size()) && ::fsync(open.value) == 0) return;
+  const ssize_t written = ::write(open.value(), text.data(), text.size());
+  if (written == static_cast<ssize_t>(text.size()) && ::fsync(open.value()) == 0) return;
   ::unlink(file.c_str());
   throw Error{Status::write_failed, file.string() + ": cannot be written (" + std::strerror(errno) + ")"};
 }

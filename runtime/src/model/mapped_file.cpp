@@ -8,7 +8,6 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 namespace lbea {
 namespace {
@@ -29,13 +28,8 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
 
 }  // namespace
 
-Descriptor::Descriptor(const char* path) noexcept : value_(::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
-
-Descriptor::~Descriptor() {
-  if (value_ >= 0) ::close(value_);
-}
-
-MappedFile::MappedFile(const std::filesystem::path& file) : file_(file), descriptor_(file.c_str()) {
+MappedFile::MappedFile(const std::filesystem::path& file)
+    : file_(file), descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   if (descriptor_.value() < 0) fail(file, "cannot open the model");
   struct stat info {};
   if (::fstat(descriptor_.value(), &info) != 0) fail(file, "cannot read the size of the model");

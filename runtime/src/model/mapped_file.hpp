@@ -6,13 +6,17 @@
 #include <filesystem>
 #include <span>
 
+#include <unistd.h>
+
 namespace lbea {
 
 /// A file descriptor, closed at the end.
 class Descriptor {
  public:
-  explicit Descriptor(const char* path) noexcept;
-  ~Descriptor();
+  explicit Descriptor(int value) noexcept : value_(value) {}
+  ~Descriptor() {
+    if (value_ >= 0) ::close(value_);
+  }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   [[nodiscard]] int value() const noexcept { return value_; }

@@ -170,15 +170,14 @@ SectionContent SectionReader::check_content(const SectionEntry& entry, const Rel
   constexpr std::size_t piece_size = std::size_t{1} << 20;  // stays in the cache between checksum and inspection
   const bool is_released = release && is_cold(entry);
   const auto section = image_.subspan(entry.offset, entry.length);
-  XXH3_state_t state;
-  XXH3_64bits_reset(&state);
+  RunningChecksum checksum;
   for (std::size_t begin = 0; begin < section.size(); begin += piece_size) {
     const auto piece = section.subspan(begin, std::min(piece_size, section.size() - begin));
-    XXH3_64bits_update(&state, piece.data(), piece.size());
+    checksum.add(piece);
     inspect(piece, entry.element_type, content);
     if (is_released) release(piece);
   }
-  if (XXH3_64bits_digest(&state) != entry.checksum) fail(id, entry.part, "checksum does not match");
+  if (checksum.value() != entry.checksum) fail(id, entry.part, "checksum does not match");
   return content;
 }
 

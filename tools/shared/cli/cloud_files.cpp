@@ -1,7 +1,6 @@
 #include "tools/shared/cli/cloud_files.hpp"
 
 #include "adapters/clouds/point_cloud.hpp"
-#include "adapters/clouds/stamps.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,7 +1,7 @@
 // The settings of a recorder, what its file starts with, and its status.
 #pragma once
 
-#include "adapters/mcap/compression.hpp"
+#include "adapters/mcap/bytes.hpp"
 #include "adapters/wire/codec/messages.hpp"
 
 #include <chrono>

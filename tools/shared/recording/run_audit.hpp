@@ -1,7 +1,7 @@
 // Whether a recording is whole: an undamaged file, every capture of the run, and a result for each frame.
 #pragma once
 
-#include "adapters/mcap/file_check.hpp"
+#include "adapters/mcap/salvage.hpp"
 #include "tools/shared/recording/recording_format.hpp"
 
 namespace lbea::tool {
