@@ -7,7 +7,6 @@
 #include "precompute/survey/survey.hpp"
 
 namespace lbea::bake {
-
 BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& description,
                        const std::filesystem::path& output, const BakeOptions& options) {
   check_replaceable(output);
@@ -35,5 +34,4 @@ BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& desc
   summary.seconds.samples = samples_seconds;
   return summary;
 }
-
 }  // namespace lbea::bake

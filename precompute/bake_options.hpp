@@ -10,7 +10,6 @@
 #include <mutex>
 
 namespace lbea::bake {
-
 struct BakeProgress {
   std::string_view stage;  // "reading", "bases", "samples", "merging"
   std::uint64_t done = 0, total = 0;
@@ -98,5 +97,4 @@ struct BakeSummary {
 [[nodiscard]] inline double seconds_since(std::chrono::steady_clock::time_point begin) noexcept {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
-
 }  // namespace lbea::bake

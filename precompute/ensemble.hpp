@@ -10,7 +10,6 @@
 #include <optional>
 
 namespace lbea::bake {
-
 /// Which stored states of every run become samples.
 struct StepSelection {
   std::uint32_t first = 0;
@@ -80,5 +79,4 @@ struct Ensemble {
   std::vector<std::string> parameter_names;
   std::size_t reference_run = 0;  // index into runs
 };
-
 }  // namespace lbea::bake

@@ -10,7 +10,6 @@
 
 namespace lbea::bake {
 namespace {
-
 struct Failure {
   std::mutex mutex;
   std::size_t job = std::numeric_limits<std::size_t>::max();
@@ -23,7 +22,6 @@ struct Failure {
     exception = std::move(thrown);
   }
 };
-
 }  // namespace
 
 void work_in_parallel(std::size_t count, unsigned threads,
@@ -52,5 +50,4 @@ void work_in_parallel(std::size_t count, unsigned threads,
   }
   if (failure.exception) std::rethrow_exception(failure.exception);
 }
-
 }  // namespace lbea::bake

@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace lbea::bake {
-
 /// A surface element by its nodes: a quad, split along its nodes 0-2; a triangle repeats its last node.
 using Quad = std::array<std::uint32_t, 4>;
 
@@ -66,5 +65,4 @@ class SimulationReader {
   /// The files the run consists of, in reading order: hashed into the model's provenance.
   [[nodiscard]] virtual std::vector<std::filesystem::path> files() const = 0;
 };
-
 }  // namespace lbea::bake

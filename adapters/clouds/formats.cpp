@@ -8,14 +8,12 @@
 #include "adapters/files/atomic_file.hpp"
 
 namespace lbea::io {
-
 /// Whether a file of `bytes` bytes that begins with `start` has the format.
 using IsCloudFormat = bool(std::string_view start, std::size_t bytes) noexcept;
 IsCloudFormat is_ply, is_pcd, is_stl, is_xyz;
 ParseCloud parse_ply, parse_pcd, parse_stl, parse_xyz;
 
 namespace {
-
 constexpr std::size_t start_bytes = 4096;
 
 struct CloudFormat {
@@ -38,7 +36,6 @@ bool is_named_so(const CloudFormat& format, const std::string& extension) {
   return !extension.empty() &&
          (" " + std::string(format.extensions) + " ").find(" " + extension + " ") != std::string::npos;
 }
-
 }  // namespace
 
 CloudName cloud_name(const std::filesystem::path& file) {
@@ -76,5 +73,4 @@ std::string list_cloud_formats() {
   return list +
          "Stamps: stamps.csv beside the clouds or --stamps, else in the file, else in its name (cloud_12.5ms.ply)\n";
 }
-
 }  // namespace lbea::io

@@ -13,7 +13,6 @@ extern "C" {
 
 namespace lbea::io {
 namespace {
-
 enum class PcdStorage { text, binary, compressed };
 
 struct PcdField {
@@ -239,7 +238,6 @@ void remove_empty_pixels(std::vector<Point>& points) {
            (point.x == 0 && point.y == 0 && point.z == 0);
   });
 }
-
 }  // namespace
 
 bool is_pcd(std::string_view start, std::size_t) noexcept {
@@ -254,5 +252,4 @@ PointCloud parse_pcd(std::span<const std::byte> bytes, const std::string& name) 
   if (header.is_organized) remove_empty_pixels(cloud.points);
   return cloud;
 }
-
 }  // namespace lbea::io

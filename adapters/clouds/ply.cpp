@@ -10,7 +10,6 @@
 
 namespace lbea::io {
 namespace {
-
 constexpr std::size_t no_axis = 3;
 
 /// 0, 1, 2 for the properties x, y, z; no_axis for any other.
@@ -195,7 +194,6 @@ void check_axes(const ply::Header& header, const std::string& name) {
   if (found[0] != 1 || found[1] != 1 || found[2] != 1)
     throw Error(Status::bad_input, name + ": the element \"vertex\" needs the properties x, y and z, each once");
 }
-
 }  // namespace
 
 bool is_ply(std::string_view start, std::size_t) noexcept {
@@ -232,5 +230,4 @@ void write_ply(const std::filesystem::path& path, std::span<const Point> points,
   file.write(std::as_bytes(points));
   file.commit();
 }
-
 }  // namespace lbea::io

@@ -11,7 +11,6 @@
 #include <string_view>
 
 namespace lbea::io {
-
 struct PointCloud {
   std::vector<Point> points;             // as in the file, including points that are not finite; no empty pixels
   std::optional<std::int64_t> stamp_ns;  // from a comment "... stamp_ns 1000050 ..."
@@ -72,5 +71,4 @@ class CloudStamps {
 
 /// The name of the table that is read when it is in the folder of the clouds.
 inline constexpr const char* stamp_table_name = "stamps.csv";
-
 }  // namespace lbea::io

@@ -9,7 +9,6 @@
 
 namespace lbea::io {
 namespace {
-
 constexpr std::array<std::pair<std::string_view, std::int64_t>, 4> units{
     {{"ns", 1}, {"us", 1'000}, {"ms", 1'000'000}, {"s", 1'000'000'000}}};
 constexpr std::int64_t second = 1'000'000'000;
@@ -97,7 +96,6 @@ std::optional<TableColumns> columns_of(const std::vector<std::string_view>& name
   }
   return columns.file < names.size() && columns.time < names.size() ? std::optional(columns) : std::nullopt;
 }
-
 }  // namespace
 
 std::optional<std::int64_t> stamp_in_name(std::string_view stem) noexcept {
@@ -162,5 +160,4 @@ std::optional<std::int64_t> CloudStamps::of(const std::filesystem::path& file,
             ": is not in the table of stamps; clouds of one test need one clock, so add its line or remove the table"};
   return in_file ? in_file : stamp_in_name(file.stem().string());
 }
-
 }  // namespace lbea::io

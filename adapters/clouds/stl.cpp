@@ -6,7 +6,6 @@
 #include <numeric>
 
 namespace lbea::io {
-
 bool is_stl(std::string_view start, std::size_t bytes) noexcept {
   return stl::is_binary(start, bytes) || stl::is_text(start);
 }
@@ -28,5 +27,4 @@ PointCloud parse_stl(std::span<const std::byte> bytes, const std::string& name) 
     if (is_first[i]) cloud.points.push_back({corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]});
   return cloud;
 }
-
 }  // namespace lbea::io

@@ -7,7 +7,6 @@
 
 namespace lbea::io {
 namespace {
-
 constexpr std::size_t longest_number = 64;
 constexpr std::size_t no_column = std::numeric_limits<std::size_t>::max();
 
@@ -241,7 +240,6 @@ class XyzParser {
   std::optional<XyzColumns> columns_;
   std::size_t last_column_ = 0;
 };
-
 }  // namespace
 
 /// Any file without a zero byte, so this format is tried last.
@@ -259,5 +257,4 @@ PointCloud parse_text_cloud(std::span<const std::byte> bytes, const std::string&
   if (bytes.empty()) throw Error(Status::bad_input, name + ": the file is empty");
   return XyzParser(text::without_byte_order_mark(as_text(bytes)), name, columns).parse();
 }
-
 }  // namespace lbea::io

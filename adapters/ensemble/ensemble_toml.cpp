@@ -13,7 +13,6 @@
 
 namespace lbea::io {
 namespace {
-
 /// The index of the word under `key`; `otherwise` when the key is absent.
 std::size_t read_choice(TomlTable& table, const char* key, const std::vector<std::string>& words,
                         std::size_t otherwise) {
@@ -175,7 +174,6 @@ std::string literal(const std::string& path) {
 std::filesystem::path without_trailing_slash(const std::filesystem::path& path) {
   return path.has_filename() ? path : path.parent_path();
 }
-
 }  // namespace
 
 bake::EnsembleDescription read_ensemble_toml(const std::filesystem::path& path) {
@@ -208,5 +206,4 @@ bool means_run(const std::string& name, const std::filesystem::path& folder, con
     return true;
   return ::fnmatch(name.c_str(), run.filename().c_str(), FNM_PATHNAME) == 0;
 }
-
 }  // namespace lbea::io

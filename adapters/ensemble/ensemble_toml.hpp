@@ -6,7 +6,6 @@
 #include <optional>
 
 namespace lbea::io {
-
 /// Reads ensemble.toml; every key is described in ENSEMBLE.md beside this file. Paths in it are relative to its
 /// folder and are returned resolved, with patterns expanded and sorted by name.
 /// Throws Error{file_not_found | bad_input} that names file, line and key.
@@ -39,5 +38,4 @@ struct ParameterTable {
 /// Reads node ids in the solver's numbering, separated by blanks, commas, semicolons or lines; # begins a comment.
 /// Throws Error{file_not_found | bad_input} that names file and line.
 [[nodiscard]] std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path);
-
 }  // namespace lbea::io

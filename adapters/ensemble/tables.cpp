@@ -8,7 +8,6 @@
 
 namespace lbea::io {
 namespace {
-
 std::string_view trimmed(std::string_view text) { return text::trimmed(text, " \t\r"); }
 
 /// Fields of a line; separators inside double quotes are part of a field.
@@ -117,7 +116,6 @@ void read_ids(const text::LineReader& lines, std::string_view line, std::vector<
     at = end;
   }
 }
-
 }  // namespace
 
 std::optional<std::span<const double>> ParameterTable::row(std::string_view run) const {
@@ -141,5 +139,4 @@ std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path) {
   if (ids.empty()) throw Error(Status::bad_input, name + ": no node ids");
   return ids;
 }
-
 }  // namespace lbea::io

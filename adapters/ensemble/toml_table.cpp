@@ -15,7 +15,6 @@
 
 namespace lbea::io {
 namespace {
-
 template <class T>
 std::optional<T> as(const toml::node& node);
 
@@ -61,7 +60,6 @@ std::optional<std::size_t> line_of_deep_key(std::string_view text) {
   }
   return {};
 }
-
 }  // namespace
 
 struct TomlTable::Node {
@@ -177,7 +175,6 @@ void TomlTable::refuse_unknown_keys() const {
 }
 
 std::filesystem::path TomlTable::folder() const { return node_->file.parent_path(); }
-
 void TomlTable::fail(const char* key, const std::string& what) const { node_->fail(key, what); }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -204,5 +201,4 @@ std::string suggestion(std::string_view word, std::span<const std::string> known
   for (const std::string& other : known) list += (list.empty() ? "" : ", ") + other;
   return "; known here: " + list;
 }
-
 }  // namespace lbea::io

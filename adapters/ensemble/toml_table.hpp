@@ -11,7 +11,6 @@
 #include <vector>
 
 namespace lbea::io {
-
 class TomlTable {
  public:
   /// The top table of a file. Throws Error{file_not_found | bad_input}.
@@ -54,5 +53,4 @@ class TomlTable {
 
 /// The least number of letters inserted, removed or replaced that turns `a` into `b`.
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
-
 }  // namespace lbea::io

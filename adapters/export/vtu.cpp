@@ -10,7 +10,6 @@
 
 namespace lbea::io {
 namespace {
-
 static_assert(std::endian::native == std::endian::little, "values are written in their memory layout");
 
 /// `text` between quotes. Throws Error{bad_config} for control characters, which XML cannot hold.
@@ -167,7 +166,6 @@ std::string relative_name(const std::filesystem::path& file, const std::filesyst
   const fs::path folder = fs::absolute(pvd).lexically_normal().parent_path();
   return from_here.lexically_relative(folder).generic_string();
 }
-
 }  // namespace
 
 void write_vtu(const std::filesystem::path& path, const VtuGrid& grid) { VtuWriter(path, grid).write(); }
@@ -183,5 +181,4 @@ void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entr
   }
   write_file(path, text + "</Collection>\n</VTKFile>\n");
 }
-
 }  // namespace lbea::io

@@ -10,7 +10,6 @@
 #include <vector>
 
 namespace lbea::io {
-
 /// Values per point or per cell, `components` in a row for each.
 struct VtuArray {
   std::string name;
@@ -39,5 +38,4 @@ struct PvdEntry {
 /// Writes the collection; files are named relative to its folder, so the folder may be moved.
 /// Throws Error{bad_config} for a time that is not finite or a file without a name, Error{write_failed}.
 void write_pvd(const std::filesystem::path& path, std::span<const PvdEntry> entries);
-
 }  // namespace lbea::io

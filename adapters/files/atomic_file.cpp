@@ -11,7 +11,6 @@
 
 namespace lbea::io {
 namespace {
-
 constexpr std::size_t buffer_size = std::size_t{1} << 18;
 constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // one read() or write() moves at most 2^31 - 4096 bytes
 constexpr int temporary_names = 1000;
@@ -21,7 +20,6 @@ std::string reason(int error) { return std::generic_category().message(error); }
 std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
-
 }  // namespace
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
@@ -133,5 +131,4 @@ std::vector<std::byte> read_file(const std::filesystem::path& path) {
   file.read(0, bytes);
   return bytes;
 }
-
 }  // namespace lbea::io

@@ -8,7 +8,6 @@
 #include <vector>
 
 namespace lbea::io {
-
 /// A file that appears under its name only when it is complete. Bytes go to a temporary file in the same folder;
 /// commit() flushes it to the disk and renames it. Without commit() the destructor removes it, and an earlier file of
 /// that name stays as it was.
@@ -73,5 +72,4 @@ class InputFile {
 [[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) noexcept {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
-
 }  // namespace lbea::io

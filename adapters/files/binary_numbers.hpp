@@ -8,7 +8,6 @@
 #include <limits>
 
 namespace lbea::io::binary {
-
 enum class Scalar { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 
 /// Bytes.
@@ -50,5 +49,4 @@ enum class Scalar { int8, uint8, int16, uint16, int32, uint32, int64, uint64, fl
   std::uint64_t product = 0;
   return __builtin_mul_overflow(a, b, &product) ? std::numeric_limits<std::uint64_t>::max() : product;
 }
-
 }  // namespace lbea::io::binary

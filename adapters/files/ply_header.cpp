@@ -6,7 +6,6 @@
 
 namespace lbea::io::ply {
 namespace {
-
 struct ScalarNames {
   Scalar type;
   std::string_view name, other_name;
@@ -100,9 +99,7 @@ class HeaderParser {
   Header header_;
   bool has_format_ = false;
 };
-
 }  // namespace
 
 Header parse_header(std::string_view text, const std::string& name) { return HeaderParser(text, name).parse(); }
-
 }  // namespace lbea::io::ply

@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace lbea::io::ply {
-
 enum class Format { ascii, little_endian, big_endian };
 using binary::Scalar;
 
@@ -35,5 +34,4 @@ struct Header {
 
 /// Throws Error{bad_input | unsupported_input} with the line.
 [[nodiscard]] Header parse_header(std::string_view text, const std::string& name);
-
 }  // namespace lbea::io::ply

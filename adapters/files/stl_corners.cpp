@@ -9,7 +9,6 @@
 
 namespace lbea::io::stl {
 namespace {
-
 constexpr std::size_t head_bytes = 84, triangle_bytes = 50, normal_bytes = 12;
 constexpr double least_float = 1.17549435e-38;  // below, floats are denormal
 
@@ -48,7 +47,6 @@ std::vector<float> text_corners(std::string_view bytes, const std::string& name)
   if (in_facet != 0) lines.fail("the file ends within a facet; it is cut short");
   return corners;
 }
-
 }  // namespace
 
 // Another binary file may have a matching number there by chance. Its next words are then usually small integers, which
@@ -77,5 +75,4 @@ std::vector<float> corners(std::string_view bytes, const std::string& name) {
                                      ", byte 80: is neither binary STL (its number of triangles does not match its "
                                      "size) nor text; the file is damaged or cut short"};
 }
-
 }  // namespace lbea::io::stl

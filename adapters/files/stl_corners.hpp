@@ -7,7 +7,6 @@
 #include <vector>
 
 namespace lbea::io::stl {
-
 /// Whether a file that begins with `start` is binary STL: its number of triangles matches its size.
 [[nodiscard]] bool is_binary(std::string_view start, std::uint64_t file_bytes) noexcept;
 /// Whether a file that begins with `start` is text STL.
@@ -15,5 +14,4 @@ namespace lbea::io::stl {
 
 /// Triangles x 3 corners x 3 coordinates, in file order. Throws Error{bad_input} with line or byte.
 [[nodiscard]] std::vector<float> corners(std::string_view bytes, const std::string& name);
-
 }  // namespace lbea::io::stl

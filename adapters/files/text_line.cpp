@@ -118,5 +118,4 @@ std::optional<std::int64_t> find_stamp(std::string_view comment) noexcept {
   const auto result = std::from_chars(rest.data(), rest.data() + rest.size(), stamp);
   return result.ec == std::errc{} ? std::optional(stamp) : std::nullopt;
 }
-
 }  // namespace lbea::io::text

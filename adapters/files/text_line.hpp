@@ -8,7 +8,6 @@
 #include <system_error>
 
 namespace lbea::io::text {
-
 /// Reads a text line by line; "\n" and "\r\n" end a line, in a text without "\n" also "\r".
 class LineReader {
  public:
@@ -84,5 +83,4 @@ template <class Integer>
 
 /// The number after the word "stamp_ns" in a comment.
 [[nodiscard]] std::optional<std::int64_t> find_stamp(std::string_view comment) noexcept;
-
 }  // namespace lbea::io::text

@@ -9,7 +9,6 @@
 
 namespace lbea::http {
 namespace {
-
 std::string number(double value) {
   if (std::isnan(value)) return "NaN";
   if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
@@ -48,7 +47,6 @@ bool is_local_name(std::string_view host) {
   const std::string name(host_name(host));
   return name.empty() || name == "localhost" || is_loopback_address(name);
 }
-
 }  // namespace
 
 MetricsText& MetricsText::metric(std::string_view name, std::string_view type, std::string_view help) {
@@ -107,5 +105,4 @@ Response MetricsServer::respond(const Request& request) {
     response.body = page_();
   return response;
 }
-
 }  // namespace lbea::http

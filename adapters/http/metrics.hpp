@@ -10,7 +10,6 @@
 #include <string_view>
 
 namespace lbea::http {
-
 /// The Prometheus text format, version 0.0.4: one block per metric, one line per set of labels.
 class MetricsText {
  public:
@@ -46,5 +45,4 @@ class MetricsServer final : private Handler {
   std::function<std::string()> page_;
   Server server_;
 };
-
 }  // namespace lbea::http

@@ -4,7 +4,6 @@
 #include <lbea/lbea.hpp>
 
 namespace lbea::http {
-
 struct Server::State {
   Address address;
 };
@@ -16,5 +15,4 @@ Server::~Server() = default;
 void Server::start(Handler&) {}
 const Address& Server::address() const noexcept { return state_->address; }
 void Server::post(std::function<void()>) {}
-
 }  // namespace lbea::http

@@ -18,7 +18,6 @@
 
 namespace lbea::http {
 namespace {
-
 using namespace std::chrono_literals;
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -169,7 +168,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
   ~Connection() { stop_waiting(); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
-
   [[nodiscard]] const asio::ip::address& address() const noexcept { return address_; }
   void close() {
     stop_waiting();
@@ -237,7 +235,6 @@ tcp::acceptor bind(asio::io_context& io, const Address& address) {
                                                   "); stop the program that uses it or choose another port");
   }
 }
-
 }  // namespace
 
 bool read_request(std::string_view bytes, std::size_t request_bytes, const std::function<void(const Request&)>& use) {
@@ -292,7 +289,5 @@ void Server::start(Handler& handler) {
 }
 
 const Address& Server::address() const noexcept { return state_->address; }
-
 void Server::post(std::function<void()> task) { asio::post(state_->io, std::move(task)); }
-
 }  // namespace lbea::http

@@ -8,7 +8,6 @@
 #include <fcntl.h>
 
 namespace lbea::mcap {
-
 std::uint32_t crc32(Bytes bytes, std::uint32_t before) noexcept {
   if (bytes.empty()) return before;
   return crc32_gzip_refl(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
@@ -26,5 +25,4 @@ void MemorySource::read(std::uint64_t offset, std::span<std::byte> into) const {
 FileSource::FileSource(const std::filesystem::path& path) : file_(path) {
   ::posix_fadvise(file_.descriptor(), 0, 0, POSIX_FADV_SEQUENTIAL);
 }
-
 }  // namespace lbea::mcap

@@ -9,7 +9,6 @@
 #include <optional>
 
 namespace lbea::mcap {
-
 using Bytes = std::span<const std::byte>;
 using Buffer = std::vector<std::byte>;
 
@@ -117,5 +116,4 @@ enum class Compression : std::uint8_t { none, lz4, zstd };
 /// Replaces `out` with the decompressed `bytes`. False unless they are intact and decompress to exactly `size` bytes.
 /// Memory is allocated as output is produced, because `size` is not trusted.
 [[nodiscard]] bool decompress(Compression compression, Bytes bytes, std::uint64_t size, Buffer& out);
-
 }  // namespace lbea::mcap

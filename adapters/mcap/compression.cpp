@@ -8,7 +8,6 @@
 
 namespace lbea::mcap {
 namespace {
-
 constexpr std::array<std::string_view, 3> names{"", "lz4", "zstd"};
 constexpr std::size_t first_room = std::size_t{1} << 16;
 
@@ -117,7 +116,6 @@ bool decompress_zstd(Bytes bytes, std::uint64_t size, Buffer& out) {
     return {to.pos, stuck ? -1 : 0};
   });
 }
-
 }  // namespace
 
 std::string_view name_of(Compression compression) noexcept { return names[static_cast<std::size_t>(compression)]; }
@@ -138,5 +136,4 @@ bool decompress(Compression compression, Bytes bytes, std::uint64_t size, Buffer
   out.assign(bytes.begin(), bytes.end());
   return out.size() == size;
 }
-
 }  // namespace lbea::mcap

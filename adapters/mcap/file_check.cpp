@@ -5,7 +5,6 @@
 
 namespace lbea::mcap {
 namespace {
-
 constexpr std::uint64_t footer_content_bytes = 2 * sizeof(std::uint64_t) + sizeof(std::uint32_t);
 constexpr std::uint64_t footer_bytes = record_prefix_bytes + footer_content_bytes;
 
@@ -242,7 +241,6 @@ void check_summary(const ByteSource& source, std::uint64_t data_end, DataCheck& 
   if (!rest.empty()) data.add_error(tail.begin() + offset, "the summary is damaged");
   check.close();
 }
-
 }  // namespace
 
 FileCheck check_file(const ByteSource& source, const MessageVisitor& visit) {
@@ -267,5 +265,4 @@ FileCheck check_file(const ByteSource& source, const MessageVisitor& visit) {
   if (reader.reached_data_end()) check_summary(source, reader.position(), data, result);
   return result;
 }
-
 }  // namespace lbea::mcap

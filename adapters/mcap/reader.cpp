@@ -17,7 +17,6 @@ bool same_or_new(Known& known, Item& item) {
   const auto [place, is_new] = known.try_emplace(id, std::move(item));
   return is_new || place->second == item;  // try_emplace does not move from `item` when the id is known
 }
-
 }  // namespace
 
 std::optional<Record> FileReader::next() {
@@ -94,5 +93,4 @@ bool are_whole(Bytes records) {
   }
   return true;
 }
-
 }  // namespace lbea::mcap

@@ -4,7 +4,6 @@
 #include "adapters/mcap/records.hpp"
 
 namespace lbea::mcap {
-
 struct Record {
   Opcode opcode{};
   std::uint64_t offset = 0;  // of its prefix
@@ -69,5 +68,4 @@ struct Definitions {
 
 /// Whether `records` are whole records to the last byte and every message in them can be parsed.
 [[nodiscard]] bool are_whole(Bytes records);
-
 }  // namespace lbea::mcap

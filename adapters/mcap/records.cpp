@@ -4,7 +4,6 @@
 
 namespace lbea::mcap {
 namespace {
-
 template <class Type, class RecordType>
 concept Is = std::same_as<std::remove_const_t<Type>, RecordType>;
 template <class Type>
@@ -45,7 +44,6 @@ class FieldWriter {
   void write(const Texts& texts) { list(texts); }
   void write(const NumberByChannel& numbers) { list(numbers); }
   void write(const std::vector<MessageIndex::Entry>& entries) { list(entries); }
-
   void append(Bytes data) { out_.insert(out_.end(), data.begin(), data.end()); }
   template <class Length>
   void block(Bytes data) {
@@ -169,13 +167,9 @@ void fields(auto& each, Is<Statistics> auto& record) {
 }
 
 void fields(auto& each, Is<Metadata> auto& record) { each(record.name, record.texts); }
-
 void fields(auto& each, Is<MetadataIndex> auto& record) { each(record.offset, record.length, record.name); }
-
 void fields(auto& each, Is<SummaryOffset> auto& record) { each(record.group, record.group_start, record.group_length); }
-
 void fields(auto& each, Is<DataEnd> auto& record) { each(record.data_section_crc); }
-
 }  // namespace
 
 template <class RecordType>
@@ -248,5 +242,4 @@ LBEA_RECORD(Metadata)
 LBEA_RECORD(MetadataIndex)
 LBEA_RECORD(SummaryOffset)
 LBEA_RECORD(DataEnd)
-
 }  // namespace lbea::mcap

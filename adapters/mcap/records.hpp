@@ -12,7 +12,6 @@
 #include <optional>
 
 namespace lbea::mcap {
-
 inline constexpr std::array<std::uint8_t, 8> magic{0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
 inline constexpr std::size_t record_prefix_bytes = 9;  // opcode u8, length of the content u64
 
@@ -177,5 +176,4 @@ void append_chunk_head(Buffer& out, const Chunk& chunk, std::uint64_t records_by
 /// Prefix and header of a message whose `data_bytes` bytes of data follow; message.data is not used.
 std::array<std::byte, record_prefix_bytes + message_header_bytes> message_head(const Message& message,
                                                                                std::uint64_t data_bytes) noexcept;
-
 }  // namespace lbea::mcap

@@ -7,7 +7,6 @@
 
 namespace lbea::mcap {
 namespace {
-
 constexpr std::size_t new_chunk_bytes = std::size_t{1} << 20;
 
 /// All definitions in the readable part. The first one with an id is used.
@@ -110,7 +109,6 @@ class Rebuilder {
   std::set<std::uint16_t> defined_, schemas_;
   Buffer waiting_;
 };
-
 }  // namespace
 
 std::uint64_t Recovery::lost_bytes() const noexcept {
@@ -133,5 +131,4 @@ Recovery recover(const ByteSource& source, Sink& sink) {
   rebuilder.done.was_closed = reader.reached_data_end();
   return rebuilder.finish(sink);
 }
-
 }  // namespace lbea::mcap

@@ -4,7 +4,6 @@
 
 namespace lbea::mcap {
 namespace {
-
 constexpr std::size_t window_bytes = std::size_t{1} << 20;
 // Headers of chunks may be nested, each of which claims the rest of the file.
 constexpr std::uint64_t least_search = std::uint64_t{64} << 20, searches_per_file = 8;
@@ -67,7 +66,6 @@ std::optional<std::uint64_t> sound_size(const Record& record) {
     size = fixed_chunk_bytes + chunk->compression.size() + chunk->records.size();
   return size;
 }
-
 }  // namespace
 
 SalvageReader::SalvageReader(const ByteSource& source)
@@ -160,5 +158,4 @@ bool SalvageReader::is_anchor(std::uint64_t at) {
   return chunk_.open(record->content) == ChunkDamage::none && are_whole(chunk_.records()) &&
          chunk_.chunk().uncompressed_crc != 0;
 }
-
 }  // namespace lbea::mcap

@@ -7,7 +7,6 @@
 #include <functional>
 
 namespace lbea::mcap {
-
 /// Bytes that are not a record or a damaged one.
 struct Gap {
   std::uint64_t begin = 0, end = 0;
@@ -25,7 +24,6 @@ class SalvageReader {
   [[nodiscard]] std::optional<Record> next();
   /// The chunk that next() returned last.
   [[nodiscard]] const OpenChunk& chunk() const noexcept { return chunk_; }
-
   [[nodiscard]] const std::vector<Gap>& gaps() const noexcept { return gaps_; }
   [[nodiscard]] bool starts_with_magic() const noexcept { return starts_with_magic_; }
   /// Whether the record that ends the data was found. Then position() is the offset of the summary or footer.
@@ -84,5 +82,4 @@ struct Recovery {
 /// not, and writes messages outside chunks to new chunks. Writes to `sink` and commits it. Throws Error{bad_input} when
 /// `source` cannot be read or contains no MCAP record, and Error{write_failed}.
 Recovery recover(const ByteSource& source, Sink& sink);
-
 }  // namespace lbea::mcap

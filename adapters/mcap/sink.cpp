@@ -13,7 +13,6 @@
 
 namespace lbea::mcap {
 namespace {
-
 // Write-back is started early and often, because otherwise the system collects gigabytes and then stalls.
 constexpr std::uint64_t write_back_bytes = std::uint64_t{8} << 20;
 constexpr std::size_t most_pieces = 64;
@@ -53,7 +52,6 @@ void sync_folder(const std::filesystem::path& folder) noexcept {
   static_cast<void>(::fsync(descriptor));
   ::close(descriptor);
 }
-
 }  // namespace
 
 std::filesystem::path partial_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
@@ -126,5 +124,4 @@ int PartialFile::commit() noexcept {
   sync_folder(folder_);
   return ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
 }
-
 }  // namespace lbea::mcap

@@ -6,7 +6,6 @@
 #include <limits>
 
 namespace lbea::mcap {
-
 /// Functions return 0 or the system's error number. One thread at a time, except sync().
 class Sink {
  public:
@@ -52,5 +51,4 @@ class PartialFile final : public Sink {
   bool kept_ = false, committed_ = false;
   int broken_ = 0;  // the error of a failed append that could not be undone
 };
-
 }  // namespace lbea::mcap

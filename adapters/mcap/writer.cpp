@@ -5,7 +5,6 @@
 
 namespace lbea::mcap {
 namespace {
-
 constexpr std::size_t footer_crc_bytes = sizeof(std::uint32_t);
 
 /// Appends groups of summary records, and for each non-empty group its offset.
@@ -29,7 +28,6 @@ class SummaryBuilder {
   }
   std::uint64_t start_;
 };
-
 }  // namespace
 
 Writer::Writer(Sink& sink, Compression compression) : sink_(sink), compression_(compression) {}
@@ -207,5 +205,4 @@ int Writer::finish() {
   if (error == 0) size_ += total_size(pieces);
   return error;
 }
-
 }  // namespace lbea::mcap

@@ -7,7 +7,6 @@
 #include "adapters/mcap/sink.hpp"
 
 namespace lbea::mcap {
-
 class Writer {
  public:
   explicit Writer(Sink& sink, Compression compression = Compression::none);
@@ -62,5 +61,4 @@ class Writer {
   std::vector<AttachmentIndex> attachments_;
   Buffer buffer_, head_, index_;
 };
-
 }  // namespace lbea::mcap

@@ -15,7 +15,6 @@
 #include <fstream>
 
 namespace lbea::io {
-
 namespace grid {
 IsFormat is_keyword, is_ply, is_obj;
 bool is_stl(const std::filesystem::path& file, std::string_view start);
@@ -23,7 +22,6 @@ ParseGrid parse_keyword, parse_ply, parse_stl, parse_obj;
 }  // namespace grid
 
 namespace {
-
 namespace fs = std::filesystem;
 using Reader = std::unique_ptr<bake::SimulationReader>;
 
@@ -124,7 +122,6 @@ fs::path first_file(const fs::path& path) {
   const fs::path d3plot = path / "d3plot";
   return fs::exists(d3plot, error) ? d3plot : only_run(path);
 }
-
 }  // namespace
 
 Reader open_simulation(const fs::path& path, bool is_alone) {
@@ -150,5 +147,4 @@ std::string list_simulation_formats() {
   }
   return list;
 }
-
 }  // namespace lbea::io

@@ -10,7 +10,6 @@
 #include <vector>
 
 namespace lbea::io {
-
 /// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another
 /// format. The format is recognized by content, not by name. Files whose names differ in the number before the
 /// extension are states of one run: they share one mesh, as do all states. Their times are the files' own, in their
@@ -52,5 +51,4 @@ std::unique_ptr<bake::SimulationReader> open_d3plot(const std::filesystem::path&
 
 /// The first file of every series in a folder, sorted by name.
 [[nodiscard]] std::vector<std::filesystem::path> first_files(const std::filesystem::path& folder);
-
 }  // namespace lbea::io

@@ -10,7 +10,6 @@
 
 namespace lbea::io {
 namespace {
-
 namespace fs = std::filesystem;
 
 struct NumberedName {
@@ -39,7 +38,6 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   std::sort(files.begin(), files.end());
   return files;
 }
-
 }  // namespace
 
 std::vector<fs::path> find_series(const fs::path& file) {
@@ -75,5 +73,4 @@ std::vector<fs::path> first_files(const fs::path& folder) {
   for (const auto& [key, file] : first) files.push_back(file);
   return files;
 }
-
 }  // namespace lbea::io

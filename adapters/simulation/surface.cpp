@@ -7,7 +7,6 @@
 
 namespace lbea::io {
 namespace {
-
 // Corners of a hexahedron's and a tetrahedron's faces, counter-clockwise seen from outside.
 constexpr std::array<std::array<std::uint8_t, 4>, 6> hexahedron_faces{
     {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}};
@@ -55,7 +54,6 @@ Quad face_key(Quad nodes) {
   std::sort(nodes.begin(), nodes.end());
   return nodes;
 }
-
 }  // namespace
 
 std::vector<SurfaceElement> shell_faces(std::span<const Quad> shells) {
@@ -90,5 +88,4 @@ SolidFaces solid_faces(std::span<const Hexahedron> solids) {
   for (const std::uint32_t f : outer) result.outer.push_back(faces[f]);
   return result;
 }
-
 }  // namespace lbea::io

@@ -7,7 +7,6 @@
 #include <vector>
 
 namespace lbea::io {
-
 using Quad = std::array<std::uint32_t, 4>;  // a triangle repeats its last node
 using Hexahedron = std::array<std::uint32_t, 8>;
 
@@ -27,5 +26,4 @@ struct SolidFaces {
 /// The faces of solids, with outward normals when nodes are in LS-DYNA's order.
 /// Wedges, pyramids and tetrahedra are hexahedra with repeated nodes; faces without area are left out.
 [[nodiscard]] SolidFaces solid_faces(std::span<const Hexahedron> solids);
-
 }  // namespace lbea::io

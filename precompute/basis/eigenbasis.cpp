@@ -13,7 +13,6 @@
 
 namespace lbea::bake {
 namespace {
-
 using Sparse = Eigen::SparseMatrix<double>;
 using Eigen::Index;
 
@@ -177,7 +176,6 @@ void check_count(std::uint32_t p, Index vertices) {
     throw Error(Status::bad_config, std::to_string(p) + " modes asked of a region with " + std::to_string(vertices) +
                                         " vertices; ask for 1 to " + std::to_string(vertices));
 }
-
 }  // namespace
 
 Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& a, double shift) {
@@ -207,5 +205,4 @@ Eigenbasis eigenbasis(const MeshLaplacian& laplacian, std::uint32_t p) {
   fix_signs(modes);
   return {pairs.values, std::move(modes), residual, dense ? "dense" : "shift-invert Lanczos, count verified"};
 }
-
 }  // namespace lbea::bake

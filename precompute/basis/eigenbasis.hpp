@@ -6,7 +6,6 @@
 #include <Eigen/Dense>
 
 namespace lbea::bake {
-
 struct Eigenbasis {
   Eigen::VectorXd eigenvalues;  // p, ascending
   Eigen::MatrixXd modes;        // psi, n x p, psi' M psi = I; the entry of largest magnitude is positive
@@ -23,5 +22,4 @@ struct Eigenbasis {
 /// Number of eigenvalues of the symmetric A below `shift`: the negative pivots of A - shift I = P' L D L' P
 /// (Sylvester). Throws Error{bad_input} when the factorization fails.
 [[nodiscard]] Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& a, double shift);
-
 }  // namespace lbea::bake

@@ -8,7 +8,6 @@
 
 namespace lbea::bake {
 namespace {
-
 // Height over longest side below which a triangle has no area: float positions do not resolve it, and its
 // cotangents would drown all others.
 constexpr double flattest_triangle = 1e-8;
@@ -61,7 +60,6 @@ void check_indices(const Quad& element, std::size_t number, std::size_t vertices
 }
 
 bool has_distinct_nodes(const Triangle& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
-
 }  // namespace
 
 MeshLaplacian mesh_laplacian(std::span<const float> positions, std::span<const Quad> elements) {
@@ -79,5 +77,4 @@ MeshLaplacian mesh_laplacian(std::span<const float> positions, std::span<const Q
   result.stiffness.setFromTriplets(assembly.entries.begin(), assembly.entries.end());
   return result;
 }
-
 }  // namespace lbea::bake

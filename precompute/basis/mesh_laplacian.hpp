@@ -9,7 +9,6 @@
 #include <span>
 
 namespace lbea::bake {
-
 struct MeshLaplacian {
   Eigen::SparseMatrix<double> stiffness;  // L, n x n, cotangents, positive semi-definite, without unit
   Eigen::VectorXd mass;                   // diagonal of M, n, barycentric: a third of each adjoining triangle, area
@@ -20,5 +19,4 @@ struct MeshLaplacian {
 /// A vertex without area around it gets the mass 0: no basis exists then.
 /// Throws Error{bad_input} for an index that is not a vertex.
 [[nodiscard]] MeshLaplacian mesh_laplacian(std::span<const float> positions, std::span<const Quad> elements);
-
 }  // namespace lbea::bake

@@ -6,7 +6,6 @@
 #include "precompute/survey/reference.hpp"
 
 namespace lbea::bake {
-
 /// The KD-tree of runtime/FORMAT.md sections 38 and 39: flat, index-based, the same for the same points. Preorder: node
 /// 0 is the root, the left child of node k is k + 1. No points, no nodes.
 struct BakedTree {
@@ -42,5 +41,4 @@ class WorkFolder;
 /// The basis on every reference mesh, written to the work folder. Sets plan.bases to their keys and plan.bases_seconds.
 /// Finished ones are not solved again.
 void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& reference, const BakeOptions& options);
-
 }  // namespace lbea::bake

@@ -10,7 +10,6 @@
 
 namespace lbea::bake {
 namespace {
-
 namespace fs = std::filesystem;
 
 void check(const Shard& shard) {
@@ -66,7 +65,6 @@ std::set<std::string> files_being_written(const WorkFolder& work, WorkKind kind,
   }
   return names;
 }
-
 }  // namespace
 
 void survey_shard(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
@@ -138,5 +136,4 @@ std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, 
   }
   return status;
 }
-
 }  // namespace lbea::bake

@@ -4,7 +4,6 @@
 #include "precompute/work/bake_plan.hpp"
 
 namespace lbea::bake {
-
 /// One of `of` processes that share the work, counted from 0: it makes every of-th run.
 struct Shard {
   std::uint32_t index = 0, of = 1;
@@ -47,5 +46,4 @@ struct RunStatus {
 /// One per run. A run is running while a process writes its files. When that process is killed, the run is waiting: on
 /// this machine at once, on another machine after `patience_s` seconds without a write.
 [[nodiscard]] std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, double patience_s = 300);
-
 }  // namespace lbea::bake

@@ -6,7 +6,6 @@
 
 namespace lbea::bake {
 namespace {
-
 /// A plan of only the first samples of the reference run, with keys of its own.
 BakePlan probe(const BakePlan& plan, std::size_t samples) {
   std::vector<bool> is_kept(plan.runs.size(), false);
@@ -94,7 +93,6 @@ BakeEstimate sizes(const WorkFolder& work, const BakePlan& plan) {
   result.thread_bytes = 2 * sample.bytes() + 160 * nodes + 80 * vertices + moments;
   return result;
 }
-
 }  // namespace
 
 void check_space(const WorkFolder& work, const BakePlan& plan) {
@@ -113,5 +111,4 @@ BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOp
   result.seconds_per_sample = seconds_of_a_sample(work, plan, options);
   return result;
 }
-
 }  // namespace lbea::bake

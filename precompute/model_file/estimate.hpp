@@ -4,7 +4,6 @@
 #include "precompute/work/bake_plan.hpp"
 
 namespace lbea::bake {
-
 struct BakeEstimate {
   std::size_t runs = 0, samples = 0;
   std::uint64_t model_bytes = 0;   // exact, when no run fails
@@ -20,5 +19,4 @@ void check_space(const WorkFolder& work, const BakePlan& plan);
 
 /// Throws what a shard throws.
 [[nodiscard]] BakeEstimate estimate(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options);
-
 }  // namespace lbea::bake

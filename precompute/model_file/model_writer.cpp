@@ -17,7 +17,6 @@
 
 namespace lbea::bake {
 namespace {
-
 constexpr std::size_t largest_transfer = std::size_t{1} << 30;  // one pwrite() moves at most 2^31 - 4096 bytes
 
 std::uint64_t product(std::uint64_t a, std::uint64_t b) {
@@ -77,7 +76,6 @@ std::filesystem::path replaceable(std::filesystem::path file) {
                 file.string() + ": exists and is not a model; nothing was overwritten, choose another name");
   return file;
 }
-
 }  // namespace
 
 void check_replaceable(const std::filesystem::path& file) { (void)replaceable(file); }
@@ -230,5 +228,4 @@ void ModelWriter::fail(const std::string& action, const std::string& where, int 
                                         "): " + std::generic_category().message(error) +
                                         "; check the folder, its rights and the free space");
 }
-
 }  // namespace lbea::bake

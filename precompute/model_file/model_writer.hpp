@@ -11,7 +11,6 @@
 #include <vector>
 
 namespace lbea::bake {
-
 struct PlannedSection {
   format::SectionId id{};
   std::uint32_t part = 0;
@@ -79,5 +78,4 @@ class ModelWriter {
   std::vector<format::SectionEntry> directory_;
   std::unique_ptr<Written[]> written_;  // per section
 };
-
 }  // namespace lbea::bake

@@ -7,7 +7,6 @@
 
 namespace lbea::bake {
 namespace {
-
 std::string json_string(std::string_view text) {
   constexpr std::string_view digits = "0123456789abcdef";
   std::string json = "\"";
@@ -116,7 +115,6 @@ std::string basis_json(const std::vector<ReferenceBasis>& references) {
       .add("largest_residual", json_number(worst->residual))
       .text();
 }
-
 }  // namespace
 
 std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references, double kept_variance,
@@ -132,5 +130,4 @@ std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBas
   if (!left_out.empty()) json.add("left_out", names_json(left_out));
   return json.text();
 }
-
 }  // namespace lbea::bake

@@ -4,7 +4,6 @@
 #include "precompute/work/bake_plan.hpp"
 
 namespace lbea::bake {
-
 /// The finished runs, and those that are left out.
 struct CollectedRuns {
   BakePlan plan;  // without the runs that are left out
@@ -18,5 +17,4 @@ struct CollectedRuns {
 /// Throws DamagedWorkFile, Error{write_failed} and BakeCancelled; the output is complete or absent.
 BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const std::filesystem::path& output,
                         const BakeOptions& options);
-
 }  // namespace lbea::bake

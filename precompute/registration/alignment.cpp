@@ -9,7 +9,6 @@
 
 namespace lbea::bake {
 namespace {
-
 constexpr int most_steps = 30;
 constexpr double still = 1e-5;    // of the scale: smaller steps end the iteration
 constexpr double damping = 1e-6;  // of the mean: unobservable motions stay zero
@@ -82,7 +81,6 @@ class EquationSum {
   double arm_;
   Eigen::VectorXd row_;
 };
-
 }  // namespace
 
 AlignmentTarget::AlignmentTarget(std::span<const float> positions,
@@ -204,5 +202,4 @@ Eigen::Isometry3d align(const AlignmentTarget& target, const AlignmentCloud& clo
   }
   return pose;
 }
-
 }  // namespace lbea::bake

@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 
 namespace lbea::bake {
-
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -110,5 +109,4 @@ struct AlignmentSettings {
 
 /// The motion that solves the equations' first six; unobservable motions are zero.
 [[nodiscard]] Eigen::VectorXd solve_damped(const AlignmentEquations& equations, const Eigen::VectorXd& prior);
-
 }  // namespace lbea::bake

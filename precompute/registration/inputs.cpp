@@ -6,7 +6,6 @@
 #include <cmath>
 
 namespace lbea::bake {
-
 std::optional<double> unit_factor(double cloud_diagonal, double mesh_diagonal) {
   constexpr double slack = 0.4;  // decades: a cloud shows a part of the component, or more than it
   if (!(cloud_diagonal > 0 && mesh_diagonal > 0)) return std::nullopt;
@@ -73,5 +72,4 @@ ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double le
   }
   return result;
 }
-
 }  // namespace lbea::bake

@@ -12,7 +12,6 @@
 
 namespace lbea::bake {
 namespace {
-
 constexpr std::size_t least_points = 100;
 constexpr double degrees = 180 / std::numbers::pi;
 // Residuals after alignment are mostly shape differences, correlated over whole faces: they carry the information of so
@@ -253,12 +252,10 @@ Registration Registrar::report(const std::vector<Candidate>& refined, const std:
   result.doubt = doubt(refined, result.least_certain);
   return result;
 }
-
 }  // namespace
 
 Registration register_cloud(const ReferenceSurface& surface, std::span<const Point> points, const RigidTransform& rough,
                             const RegistrationSettings& settings) {
   return Registrar(surface, points, rough, settings).run();
 }
-
 }  // namespace lbea::bake

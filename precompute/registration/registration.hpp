@@ -8,7 +8,6 @@
 #include <optional>
 
 namespace lbea::bake {
-
 /// The undeformed component; the caller owns the memory.
 struct ReferenceSurface {
   std::span<const float> positions;                        // nodes x 3, reference coordinates
@@ -71,5 +70,4 @@ struct ShapeModes {
 /// square) are left out, and all beyond the first `most`. One shape alone has no modes.
 [[nodiscard]] ShapeModes shape_modes(std::span<const std::span<const float>> shapes, double least,
                                      std::size_t most = 6);
-
 }  // namespace lbea::bake

@@ -7,7 +7,6 @@
 
 namespace lbea::bake {
 namespace {
-
 using Vec = std::array<double, 3>;
 
 Vec minus(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -50,7 +49,6 @@ double squared_distance(const Vec& p, const Vec& low, const Vec& high) {
 }
 
 constexpr std::uint32_t leaf_size = 4;
-
 }  // namespace
 
 SurfaceTree::SurfaceTree(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
@@ -134,5 +132,4 @@ SurfacePlace SurfaceTree::nearest(const std::array<double, 3>& point, double rea
   }
   return best;
 }
-
 }  // namespace lbea::bake

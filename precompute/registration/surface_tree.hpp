@@ -8,7 +8,6 @@
 #include <vector>
 
 namespace lbea::bake {
-
 struct SurfacePlace {
   std::uint32_t element = std::numeric_limits<std::uint32_t>::max();  // none within reach: this
   std::array<std::uint32_t, 3> nodes{};                               // the triangle's corners
@@ -47,5 +46,4 @@ class SurfaceTree {
   std::vector<Triangle> triangles_;
   std::vector<Branch> branches_;
 };
-
 }  // namespace lbea::bake

@@ -75,5 +75,4 @@ bool PinholeImage::sees(const Vec3& point) const {
   const double u = focal_ * point.x / point.z + 0.5 * width_, v = focal_ * point.y / point.z + 0.5 * height_;
   return u >= 0 && u < width_ && v >= 0 && v < height_;
 }
-
 }  // namespace lbea::bake

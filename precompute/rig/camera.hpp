@@ -4,7 +4,6 @@
 #include "precompute/rig/stereo_sensor.hpp"
 
 namespace lbea::bake {
-
 struct Vec3 {
   double x = 0, y = 0, z = 0;
 };
@@ -43,5 +42,4 @@ class PinholeImage {
   std::uint32_t width_, height_;
   double focal_;
 };
-
 }  // namespace lbea::bake

@@ -6,7 +6,6 @@
 #include <numbers>
 
 namespace lbea::bake {
-
 /// The finalizer of splitmix64: a bijection that spreads every input bit.
 [[nodiscard]] constexpr std::uint64_t splitmix(std::uint64_t x) noexcept {
   x += 0x9e3779b97f4a7c15u;
@@ -39,5 +38,4 @@ class CounterRandom {
  private:
   std::uint64_t key_;
 };
-
 }  // namespace lbea::bake

@@ -5,7 +5,6 @@
 
 namespace lbea::bake::sensing {
 namespace {
-
 constexpr double outlier_reach = 0.03;  // share of the distance
 constexpr double wall_distance = 1.2;   // times the depth of the farthest node
 
@@ -60,7 +59,6 @@ struct Background {
     probability = share * static_cast<double>(measured) / static_cast<double>(empty);
   }
 };
-
 }  // namespace
 
 std::vector<Point> measure(const Rig& rig, const PlacedMesh& mesh, const SensingNoise& noise, std::uint64_t seed) {
@@ -84,5 +82,4 @@ std::vector<Point> measure(const Rig& rig, const PlacedMesh& mesh, const Sensing
   }
   return points;
 }
-
 }  // namespace lbea::bake::sensing

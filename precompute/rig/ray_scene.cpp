@@ -7,7 +7,6 @@
 
 namespace lbea::bake {
 namespace {
-
 void check(RTCDevice device) {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_NONE) return;
@@ -35,7 +34,6 @@ RTCRay make_ray(const Vec3& origin, const Vec3& direction, float far) {
   ray.mask = std::numeric_limits<unsigned>::max();
   return ray;
 }
-
 }  // namespace
 
 struct RayDevice::Handle {
@@ -105,5 +103,4 @@ bool RayScene::blocked(const Vec3& eye, const Vec3& point, double tolerance) con
   rtcOccluded1(handle_->scene, &context, &ray);
   return ray.tfar < 0;  // Embree's answer: minus infinity
 }
-
 }  // namespace lbea::bake

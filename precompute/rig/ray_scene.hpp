@@ -6,7 +6,6 @@
 #include <optional>
 
 namespace lbea::bake {
-
 /// What builds scenes; shared by all scenes of one sensor. Safe to use from several threads.
 class RayDevice {
  public:
@@ -45,5 +44,4 @@ class RayScene {
   struct Handle;
   std::unique_ptr<Handle> handle_;
 };
-
 }  // namespace lbea::bake

@@ -7,7 +7,6 @@
 
 namespace lbea::bake::sensing {
 namespace {
-
 /// Share of the distance before a point within which nothing hides it: a surface must not hide itself by rounding.
 constexpr double self_occlusion_tolerance = 1e-4;
 
@@ -43,7 +42,6 @@ void for_each_row(std::uint32_t rows, unsigned threads, const Row& row) {
   for (unsigned helper = 1; helper < threads; ++helper) helpers.emplace_back(work);
   work();
 }
-
 }  // namespace
 
 Rig::Rig(const StereoSensor& description, std::size_t node_count, std::span<const std::array<std::uint32_t, 4>> quads,
@@ -143,5 +141,4 @@ void PlacedMesh::render_row(std::uint32_t row, double min_cos_incidence, SensorI
                            !hidden_from_right(point);
   }
 }
-
 }  // namespace lbea::bake::sensing

@@ -6,7 +6,6 @@
 #include "precompute/rig/virtual_sensor.hpp"
 
 namespace lbea::bake::sensing {
-
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// What stays the same from state to state: the cameras and the mesh topology.
@@ -64,5 +63,4 @@ class PlacedMesh {
 /// From what the cameras see to what the rig delivers: noise, dropouts, outliers, background. See VirtualSensor::sense.
 [[nodiscard]] std::vector<Point> measure(const Rig& rig, const PlacedMesh& mesh, const SensingNoise& noise,
                                          std::uint64_t seed);
-
 }  // namespace lbea::bake::sensing

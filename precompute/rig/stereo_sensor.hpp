@@ -4,7 +4,6 @@
 #include <lbea/lbea.hpp>
 
 namespace lbea::bake {
-
 /// Two equal pinhole cameras. Axes x right, y down, z forward; the origin is the left camera's eye, the
 /// principal point the image centre. Both poses map to reference coordinates, in the mesh's length unit.
 struct StereoSensor {
@@ -22,5 +21,4 @@ struct SensingNoise {
   float dropout = 0;                // share of points lost at random
   float background = 0;             // share of extra points from a floor or wall behind the component
 };
-
 }  // namespace lbea::bake

@@ -29,7 +29,6 @@ VirtualSensor::VirtualSensor(const StereoSensor& sensor, std::size_t nodes,
 VirtualSensor::~VirtualSensor() = default;
 VirtualSensor::VirtualSensor(VirtualSensor&&) noexcept = default;
 VirtualSensor& VirtualSensor::operator=(VirtualSensor&&) noexcept = default;
-
 const StereoSensor& VirtualSensor::sensor() const noexcept { return rig_->sensor; }
 
 SensorImage VirtualSensor::image(const SurfaceState& state, float min_cos_incidence) const {
@@ -66,5 +65,4 @@ std::vector<std::uint8_t> VirtualSensor::visible_elements(const SurfaceState& st
     if (seen.measured[pixel] != 0) visible[seen.element[pixel]] = 1;
   return visible;
 }
-
 }  // namespace lbea::bake

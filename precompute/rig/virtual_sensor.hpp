@@ -4,7 +4,6 @@
 #include "precompute/rig/stereo_sensor.hpp"
 
 namespace lbea::bake {
-
 namespace sensing {
 struct Rig;
 }
@@ -72,5 +71,4 @@ class VirtualSensor {
  private:
   std::unique_ptr<const sensing::Rig> rig_;
 };
-
 }  // namespace lbea::bake

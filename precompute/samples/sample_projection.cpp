@@ -8,7 +8,6 @@
 
 namespace lbea::bake {
 namespace {
-
 // Psi' M f, summed vertex by vertex: the order of summation of a library's product depends on the processor's cache
 // sizes, which differ between the nodes of a cluster. Blocks of eight modes stay in registers.
 Eigen::MatrixXd product(const Eigen::MatrixXd& projection, const Eigen::MatrixXd& f) {
@@ -219,7 +218,6 @@ class RunSamples {
   std::vector<std::uint32_t> node_indices_;  // in the surveys
   std::unique_ptr<DepthRenderer> renderer_;
 };
-
 }  // namespace
 
 std::vector<std::size_t> surveyed_runs(const BakePlan& plan) {
@@ -250,5 +248,4 @@ std::size_t make_samples(const WorkFolder& work, const BakePlan& plan, const std
   });
   return failed;
 }
-
 }  // namespace lbea::bake

@@ -5,14 +5,12 @@
 #include <numeric>
 
 namespace lbea::bake {
-
 // Not in an unnamed namespace: the archive finds it by argument-dependent lookup.
 static void members(auto& a, Moments& m) {
   a(m.samples, m.squared_positions, m.squared_coefficients, m.sum_positions, m.sum_coefficients, m.sum_squares);
 }
 
 namespace {
-
 // The order of a sample's rows in the file.
 void for_each_row(auto& sample, const auto& row) {
   row(sample.positions);
@@ -31,7 +29,6 @@ void add_to(Eigen::MatrixXd& sum, const Eigen::MatrixXd& term) {
   else
     sum += term;
 }
-
 }  // namespace
 
 SampleRecord::SampleRecord(const BakePlan& plan, const std::vector<ReferenceBasis>& bases)
@@ -124,5 +121,4 @@ void GridAndImagesReader::envelope(EnvelopeBuilder& into) {
   file_.finish();
   into.add(bits);
 }
-
 }  // namespace lbea::bake

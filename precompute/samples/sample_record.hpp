@@ -6,7 +6,6 @@
 #include "precompute/work/bake_plan.hpp"
 
 namespace lbea::bake {
-
 /// One sample's rows of the model's sections.
 struct SampleRecord {
   std::vector<float> positions;                            // N x 3
@@ -74,5 +73,4 @@ void plan_samples(BakePlan& plan, const BakeOptions& options);
 /// write_failed} and BakeCancelled.
 std::size_t make_samples(const WorkFolder& work, const BakePlan& plan, const std::vector<std::size_t>& runs,
                          const BakeOptions& options);
-
 }  // namespace lbea::bake

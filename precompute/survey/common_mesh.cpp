@@ -8,7 +8,6 @@
 
 namespace lbea::bake {
 namespace {
-
 constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
 
 using NodeIndex = std::unordered_map<std::uint32_t, std::uint32_t>;  // id -> index
@@ -52,7 +51,6 @@ ElementIndex index_elements(const SimulationMesh& mesh) {
 bool same_numbering(const SimulationMesh& a, const SimulationMesh& b) {
   return a.node_ids == b.node_ids && a.element_ids == b.element_ids && a.elements == b.elements;
 }
-
 }  // namespace
 
 std::vector<Presence> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
@@ -163,5 +161,4 @@ MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh, con
   }
   return mapping;
 }
-
 }  // namespace lbea::bake

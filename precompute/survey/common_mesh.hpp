@@ -6,7 +6,6 @@
 #include <span>
 
 namespace lbea::bake {
-
 /// The nodes and elements that every sample has, in the order of the reference run.
 struct CommonMesh {
   std::vector<std::uint32_t> node_ids;       // N, the solver's numbering
@@ -60,5 +59,4 @@ class CommonMeshBuilder {
 
 /// Throws Error{bad_input} when the mesh lacks a node or an element of `common`.
 [[nodiscard]] MeshMapping map_common(const CommonMesh& common, const SimulationMesh& mesh, const std::string& run);
-
 }  // namespace lbea::bake

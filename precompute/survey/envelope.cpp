@@ -8,7 +8,6 @@
 #include <cmath>
 
 namespace lbea::bake {
-
 /// 4 x 4 x 4 cells as the bits of a word: x + 4 y + 16 z from the first one.
 struct CellBlock {
   /// The cells with the same x, the same y and the same z as a position.
@@ -37,7 +36,6 @@ struct CellBlock {
 };
 
 namespace {
-
 constexpr double most_cells = 1 << 17;   // about; the 16 KiB stay in the cache of the thread that culls points
 constexpr double margin_per_edge = 4;    // cells need not be finer than this
 constexpr double rounding_slack = 0.01;  // cells; floats of the runtime may round a point into the next cell
@@ -100,7 +98,6 @@ void mark_row(EnvelopeGrid& grid, std::size_t begin, const Row& row) {
   for (std::size_t x = 0; x < grid.cells[0]; ++x)
     grid.bits[(begin + x) / 64] |= (row[x / 64] >> (x % 64) & 1) << ((begin + x) % 64);
 }
-
 }  // namespace
 
 bool EnvelopeGrid::contains(const std::array<float, 3>& point) const noexcept {
@@ -212,5 +209,4 @@ EnvelopeGrid EnvelopeBuilder::finish() const {
   for (std::size_t row = 0; row < wide.size(); ++row) mark_row(grid, surface_.cells[0] * row, wide[row]);
   return grid;
 }
-
 }  // namespace lbea::bake

@@ -6,7 +6,6 @@
 #include <span>
 
 namespace lbea::bake {
-
 struct CellBlock;
 
 /// Cubic cells over a box; cell x + nx (y + ny z) is bit (cell mod 64) of word (cell div 64).
@@ -44,5 +43,4 @@ class EnvelopeBuilder {
   EnvelopeGrid surface_;
   double margin_cells_;
 };
-
 }  // namespace lbea::bake

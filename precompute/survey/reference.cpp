@@ -7,7 +7,6 @@
 
 namespace lbea::bake {
 namespace {
-
 using Mask = std::vector<std::uint8_t>;
 using Ids = std::unordered_set<std::uint32_t>;
 
@@ -116,7 +115,6 @@ std::vector<ReferenceState> reference_states(ReferenceMode mode, ReferenceRun& r
     throw Error(Status::bad_input, "the times of the reference run do not ascend");
   return states;
 }
-
 }  // namespace
 
 ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> positions, const RegionCriteria& criteria,
@@ -155,5 +153,4 @@ Reference choose_reference(const BakePlan& plan, const BakeOptions& options) {
       reference_states(plan.description.mode, run, impact, plan.survey.runs[plan.ensemble.reference_run].steps);
   return reference;
 }
-
 }  // namespace lbea::bake

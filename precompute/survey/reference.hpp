@@ -6,7 +6,6 @@
 #include "precompute/survey/common_mesh.hpp"
 
 namespace lbea::bake {
-
 /// A node is chosen when it meets every given criterion, an element when its part and all its nodes are chosen.
 struct RegionCriteria {
   std::vector<std::uint32_t> parts;     // empty: any
@@ -42,5 +41,4 @@ struct BakePlan;
 
 /// plan: after the survey. Throws Error{bad_config | bad_input}.
 [[nodiscard]] Reference choose_reference(const BakePlan& plan, const BakeOptions& options);
-
 }  // namespace lbea::bake

@@ -9,7 +9,6 @@
 
 namespace lbea::bake {
 namespace {
-
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr Extent empty_extent{infinity, infinity, infinity, -infinity, -infinity, -infinity};
 
@@ -134,7 +133,6 @@ std::vector<SimulationField> chosen_fields(const std::vector<std::string>& names
   for (std::size_t i = 0; const std::uint32_t place : find_fields(chosen, present, run)) chosen[i++] = present[place];
   return chosen;
 }
-
 }  // namespace
 
 void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
@@ -262,5 +260,4 @@ std::array<std::array<float, 3>, 2> box_of(const std::vector<Extent>& extents,
   for (const std::uint32_t place : places) widen(all, extents.at(place));
   return {{{all[0], all[1], all[2]}, {all[3], all[4], all[5]}}};
 }
-
 }  // namespace lbea::bake

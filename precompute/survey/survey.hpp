@@ -6,7 +6,6 @@
 #include "precompute/survey/common_mesh.hpp"
 
 namespace lbea::bake {
-
 struct BakePlan;
 class WorkFolder;
 
@@ -95,5 +94,4 @@ class SurveyCollection {
 /// Only the part that reads, of some runs; survey_runs() finds the surveys later.
 void survey_some(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
                  const std::vector<std::size_t>& runs, const BakeOptions& options);
-
 }  // namespace lbea::bake

@@ -10,7 +10,6 @@
 
 namespace lbea::bake {
 namespace {
-
 void check(const Ensemble& ensemble, const EnsembleDescription& description) {
   if (ensemble.runs.empty()) throw Error(Status::bad_config, "the ensemble has no runs; name at least one");
   if (ensemble.reference_run >= ensemble.runs.size())
@@ -128,7 +127,6 @@ void collect(const WorkFolder& work, BakePlan& plan, const SimulationReader& ref
     throw Error(Status::bad_input, "the reference run cannot be read, and cannot be left out: " + failure);
   plan.survey = collection.finish();
 }
-
 }  // namespace
 
 void survey_some(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
@@ -157,5 +155,4 @@ BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const Ens
   plan.reading_seconds = seconds_since(begin);
   return plan;
 }
-
 }  // namespace lbea::bake

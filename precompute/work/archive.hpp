@@ -9,7 +9,6 @@
 #include <type_traits>
 
 namespace lbea::bake {
-
 /// Numbers and arrays of numbers are written as they are in memory.
 template <class T>
 inline constexpr bool is_plain = std::is_arithmetic_v<T> || std::is_enum_v<T>;
@@ -135,5 +134,4 @@ template <class... T>
   Saver{sink}(values...);
   return sink.key();
 }
-
 }  // namespace lbea::bake

@@ -4,11 +4,9 @@
 
 namespace lbea::bake {
 namespace {
-
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
 constexpr std::uint32_t work_version = 2;
 constexpr WorkName plan_name{WorkKind::plan, 3};  // the number: to be raised with every change of the content of a plan
-
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
@@ -52,7 +50,6 @@ static void members(auto& a, ObservedRegion& r) { a(r.nodes, r.elements); }
 static void members(auto& a, SimulationMesh& m) { a(m.node_ids, m.elements, m.element_ids, m.element_parts); }
 
 namespace {
-
 template <class T>
 void write_value(const WorkFolder& work, WorkName name, const T& value) {
   WorkWriter file = work.writer(name);
@@ -68,7 +65,6 @@ T read_value(const WorkFolder& work, WorkName name) {
   file.finish();
   return value;
 }
-
 }  // namespace
 
 void write_plan(const WorkFolder& work, const BakePlan& plan) { write_value(work, plan_name, plan); }
@@ -164,5 +160,4 @@ BakePlan without_runs(const BakePlan& plan, const std::vector<bool>& is_kept) {
   }
   return kept;
 }
-
 }  // namespace lbea::bake

@@ -7,7 +7,6 @@
 #include "runtime/src/depth/depth_images.hpp"
 
 namespace lbea::bake {
-
 /// The work files of one run. A key is a hash of everything that the file's content depends on: the next plan finds
 /// what is finished and has not changed.
 struct PlannedRun {
@@ -59,5 +58,4 @@ void set_keys(BakePlan& plan);
 
 /// The plan without some of its runs. is_kept: per run.
 [[nodiscard]] BakePlan without_runs(const BakePlan& plan, const std::vector<bool>& is_kept);
-
 }  // namespace lbea::bake

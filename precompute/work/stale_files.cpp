@@ -12,7 +12,6 @@
 
 namespace lbea::bake {
 namespace {
-
 namespace fs = std::filesystem;
 
 void remove_below(int parent, const char* name) noexcept;
@@ -59,7 +58,6 @@ std::optional<pid_t> process_in(std::string_view name, std::string_view model) {
   }
   return std::nullopt;
 }
-
 }  // namespace
 
 bool is_alive(int process) noexcept { return ::kill(process, 0) == 0 || errno != ESRCH; }
@@ -113,5 +111,4 @@ void remove_stale_files(const fs::path& model) {
   }
   for (const fs::path& path : stale) remove_all_of(path);
 }
-
 }  // namespace lbea::bake

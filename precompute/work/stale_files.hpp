@@ -13,7 +13,6 @@
 #include <dirent.h>
 
 namespace lbea::bake {
-
 /// Names in `folder`, unordered, without "." and ".."; empty, and `error` set, when it cannot be read. The standard
 /// library's directory iterators terminate the program when memory runs out (GCC 12), which would leave temporary files
 /// behind.
@@ -59,5 +58,4 @@ void remove_all_of(const std::filesystem::path& path) noexcept;
 /// Removes the temporary files and folders of killed bakes of `model`: no process here has their number, and no process
 /// on any machine holds their lock. In case of doubt they stay.
 void remove_stale_files(const std::filesystem::path& model);
-
 }  // namespace lbea::bake

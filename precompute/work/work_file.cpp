@@ -13,7 +13,6 @@
 
 namespace lbea::bake {
 namespace {
-
 constexpr std::size_t buffer_size = std::size_t{1} << 20;
 constexpr std::uint32_t layout_version = 1;
 constexpr std::array<char, 8> work_magic{'\x89', 'L', 'B', 'W', 'F', '\r', '\n', '\x1a'};
@@ -47,7 +46,6 @@ void write_all(int descriptor, std::span<const std::byte> bytes, const auto& fai
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
 }
-
 }  // namespace
 
 WorkWriter::WorkWriter(std::filesystem::path file, WorkName name, bool is_durable)
@@ -182,5 +180,4 @@ bool is_finished(const std::filesystem::path& file, WorkName name) {
   ::close(descriptor);
   return whole;
 }
-
 }  // namespace lbea::bake

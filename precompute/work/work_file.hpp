@@ -8,7 +8,6 @@
 #include <optional>
 
 namespace lbea::bake {
-
 enum class WorkKind : std::uint32_t { survey = 1, basis, plan, record, grid_and_images, failure };
 
 /// Identity of a work file: its kind, and the hash of everything that its content depends on.
@@ -89,5 +88,4 @@ class WorkReader {
 /// Whether the file exists under its final name with this kind, this key and the size in its header. Reads only the
 /// header.
 [[nodiscard]] bool is_finished(const std::filesystem::path& file, WorkName name);
-
 }  // namespace lbea::bake

@@ -13,7 +13,6 @@
 
 namespace lbea::bake {
 namespace {
-
 namespace fs = std::filesystem;
 
 constexpr std::array kind_names{"", "survey", "basis", "plan", "record", "footprint", "failure"};  // by WorkKind
@@ -22,7 +21,6 @@ constexpr std::array kind_names{"", "survey", "basis", "plan", "record", "footpr
   throw Error(Status::write_failed, "cannot create " + folder.string() + ": " + reason +
                                         "; check its parent folder, the rights and the free space");
 }
-
 }  // namespace
 
 WorkFolder::WorkFolder(fs::path folder, bool is_durable) : folder_(std::move(folder)), is_durable_(is_durable) {}
@@ -109,5 +107,4 @@ TemporaryWorkFolder::TemporaryWorkFolder(const fs::path& model)
   remove_stale_files(model);
   folder_.create();
 }
-
 }  // namespace lbea::bake

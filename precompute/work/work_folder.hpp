@@ -4,7 +4,6 @@
 #include "precompute/work/work_file.hpp"
 
 namespace lbea::bake {
-
 class WorkFolder {
  public:
   /// Creates nothing yet. is_durable: see WorkWriter.
@@ -59,5 +58,4 @@ class TemporaryWorkFolder {
   Place place_;
   WorkFolder folder_;
 };
-
 }  // namespace lbea::bake

@@ -8,7 +8,6 @@
 
 namespace lbea::io::d3plot {
 namespace {
-
 namespace fs = std::filesystem;
 
 /// 7 for "07", 100 for "100"; nothing for names that no solver writes: one digit, "007".
@@ -169,7 +168,6 @@ std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::u
   }
   return states;
 }
-
 }  // namespace
 
 Database open_database(const std::filesystem::path& first_file) {
@@ -202,5 +200,4 @@ void StateFile::read(const StatePlace& place, std::uint64_t start, std::span<flo
   open_ = place.file;
   file_->reals(place.word + start, into, "a state");
 }
-
 }  // namespace lbea::io::d3plot

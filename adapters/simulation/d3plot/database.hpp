@@ -5,7 +5,6 @@
 #include "precompute/simulation.hpp"
 
 namespace lbea::io::d3plot {
-
 enum class Deletion { none, nodes, elements };
 
 /// Names in comments are those of the LS-DYNA database manual.
@@ -140,5 +139,4 @@ class StateFile {
   std::uint32_t open_ = 0;
   std::optional<WordFile> file_;
 };
-
 }  // namespace lbea::io::d3plot

@@ -5,7 +5,6 @@
 
 namespace lbea::io::d3plot {
 namespace {
-
 constexpr std::uint64_t short_header = 10;
 constexpr std::uint64_t long_header = 16;  // NSORT < 0: part ids follow those of the elements
 
@@ -80,7 +79,6 @@ void read_numbering(const WordFile& file, std::uint64_t word, const Header& head
 class Cursor {
  public:
   Cursor(const WordFile& file, std::uint64_t word) : file_(file), word_(word) {}
-
   std::uint64_t word() const { return word_; }
   void skip(std::uint64_t words) { word_ = plus(word_, words); }
   std::vector<std::int64_t> integers(std::uint64_t count, const std::string& what) {
@@ -183,7 +181,6 @@ std::uint64_t skip_titles(const WordFile& file, std::uint64_t word) {
   }
   return word;
 }
-
 }  // namespace
 
 Geometry read_geometry(const WordFile& file, const Header& header) {
@@ -211,5 +208,4 @@ Geometry read_geometry(const WordFile& file, const Header& header) {
   geometry.end_word = skip_titles(file, cursor.word());
   return geometry;
 }
-
 }  // namespace lbea::io::d3plot

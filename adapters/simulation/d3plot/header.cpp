@@ -6,7 +6,6 @@
 
 namespace lbea::io::d3plot {
 namespace {
-
 // Positions of the control words.
 enum Word : std::uint64_t {};
 constexpr Word file_type{file_type_word}, ndim{dimensions_word}, numnp{16}, nglbv{18}, it{19}, iu{20}, iv{21}, ia{22},
@@ -176,7 +175,6 @@ bool stores_strain(const ControlWords& words, const Header& header) {
   if (words[idtdt] > 100) return words.digit(idtdt, 10'000) == 1;
   return header.shell_words > plus(shell_words_without_strain(header), 1);
 }
-
 }  // namespace
 
 Header read_header(WordFile& file) {
@@ -207,5 +205,4 @@ Header read_header(WordFile& file) {
   header.has_strain = stores_strain(words, header);
   return header;
 }
-
 }  // namespace lbea::io::d3plot

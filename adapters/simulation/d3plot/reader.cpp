@@ -7,7 +7,6 @@
 
 namespace lbea::io::d3plot {
 namespace {
-
 /// A d3plot family as a SimulationReader.
 class Reader final : public bake::SimulationReader {
  public:
@@ -181,14 +180,11 @@ std::vector<std::vector<float>> Reader::read_rows(const StatePlace& place, const
   }
   return values;
 }
-
 }  // namespace
 }  // namespace lbea::io::d3plot
 
 namespace lbea::io {
-
 std::unique_ptr<bake::SimulationReader> open_d3plot(const std::filesystem::path& first_file) {
   return std::make_unique<d3plot::Reader>(first_file);
 }
-
 }  // namespace lbea::io

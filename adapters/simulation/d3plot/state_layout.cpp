@@ -5,7 +5,6 @@
 
 namespace lbea::io::d3plot {
 namespace {
-
 // Per point: stress, plastic strain, history. Its last six history values are the strain when strains are stored.
 RowFields solid_fields(const Header& header) {
   const std::uint64_t stress = header.has_solid_stress ? 6 : 0, plastic = header.has_solid_plastic_strain ? 1 : 0;
@@ -111,7 +110,6 @@ float largest(std::uint64_t count, std::uint64_t start, std::uint64_t stride, Va
   for (std::uint64_t i = 1; i < count; ++i) most = std::max(most, value(start + i * stride));
   return static_cast<float>(most);
 }
-
 }  // namespace
 
 StateLayout lay_out_state(const WordFile& file, const Header& header, const Geometry& geometry) {
@@ -174,5 +172,4 @@ float field_value(Field field, const RowFields& fields, std::span<const float> r
   }
   return 0;
 }
-
 }  // namespace lbea::io::d3plot

@@ -11,7 +11,6 @@
 
 namespace lbea::io::d3plot {
 namespace {
-
 constexpr std::size_t chunk_bytes = 1 << 18;
 
 std::int64_t integer_at(std::span<const std::byte> bytes, std::uint64_t word, Encoding encoding) {
@@ -19,7 +18,6 @@ std::int64_t integer_at(std::span<const std::byte> bytes, std::uint64_t word, En
   const std::uint64_t bits = binary::load_bits(bytes.data() + word * size, size, encoding.is_big_endian);
   return size == 8 ? static_cast<std::int64_t>(bits) : static_cast<std::int32_t>(bits);
 }
-
 }  // namespace
 
 static_assert(std::endian::native == std::endian::little, "words are read in their memory layout");
@@ -145,5 +143,4 @@ std::optional<Encoding> detect_encoding(const WordFile& file) {
   }
   return std::nullopt;
 }
-
 }  // namespace lbea::io::d3plot

@@ -8,7 +8,6 @@
 #include <optional>
 
 namespace lbea::io::d3plot {
-
 using binary::plus;
 using binary::times;
 
@@ -20,7 +19,6 @@ class WordFile {
   ~WordFile();
   WordFile(const WordFile&) = delete;
   WordFile& operator=(const WordFile&) = delete;
-
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_; }
   [[nodiscard]] std::uint64_t words() const noexcept { return bytes_ / word_bytes_; }
@@ -71,5 +69,4 @@ struct Encoding {
 /// Word size and byte order, from two control words with known values. Nothing when the file does not begin like the
 /// first file of a d3plot database.
 [[nodiscard]] std::optional<Encoding> detect_encoding(const WordFile& file);
-
 }  // namespace lbea::io::d3plot

@@ -5,7 +5,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 using Corners = std::array<std::uint8_t, 8>;
 constexpr Corners triangle{0, 1, 2, 2}, four_corners{0, 1, 2, 3}, tetrahedron{0, 1, 2, 3, 3, 3, 3, 3},
     pyramid{0, 1, 2, 3, 4, 4, 4, 4}, wedge{0, 1, 2, 2, 3, 4, 5, 5}, hexahedron{0, 1, 2, 3, 4, 5, 6, 7};
@@ -49,7 +48,6 @@ void check_arrays(const std::vector<Array>& arrays, std::size_t rows, const char
 bool equal_letters(char a, char b) {
   return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
 }
-
 }  // namespace
 
 const CellShape* shape_of(CellKind kind) noexcept {
@@ -83,5 +81,4 @@ void check_grid(const Grid& grid, const std::string& file) {
   check_arrays(grid.point_arrays, grid.points(), "points", file);
   check_arrays(grid.cell_arrays, grid.cells.size(), "cells", file);
 }
-
 }  // namespace lbea::io::grid

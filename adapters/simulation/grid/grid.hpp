@@ -6,7 +6,6 @@
 #include <optional>
 
 namespace lbea::io::grid {
-
 /// Kinds of cells, with VTK's numbers. Cells of higher order list their corners first.
 enum class CellKind : std::uint8_t {
   vertex = 1,
@@ -94,5 +93,4 @@ using ReadGrid = Grid (*)(const std::filesystem::path& file);
 /// Checks the sizes of arrays, and that every cell refers to existing points and has as many as its kind needs.
 /// Throws Error{bad_input} that names file and cell.
 void check_grid(const Grid& grid, const std::string& file);
-
 }  // namespace lbea::io::grid

@@ -11,7 +11,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 // Names of arrays with ids and flags, in the spellings of several programs; case is ignored.
 constexpr std::array node_id_names{"NODE_ID", "NodeID", "GlobalNodeId"};
 constexpr std::array element_id_names{"ELEMENT_ID", "ElementID", "GlobalElementId"};
@@ -174,7 +173,6 @@ bool is_field(const Array& array, const std::string& suffix) {
 const Array* source_array(const std::vector<Array>& arrays, const std::string& name, const std::string& suffix) {
   return name.empty() ? nullptr : find_array(arrays, name + suffix);
 }
-
 }  // namespace
 
 SourcedMesh mesh_of(const Grid& grid, const std::string& file) {
@@ -247,5 +245,4 @@ std::vector<std::uint8_t> alive_elements(const Grid& grid, const SourcedMesh& so
     for (std::size_t e = 0; e < alive.size(); ++e) alive[e] = flags->values[sourced.element_source[e]] != 0 ? 1 : 0;
   return alive;
 }
-
 }  // namespace lbea::io::grid

@@ -8,7 +8,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 constexpr std::string_view displacement = "displacement";
 
 struct CornerHash {
@@ -69,7 +68,6 @@ void require_finite(const std::vector<float>& positions, const std::vector<std::
               file.string() + ": node " + std::to_string(node_ids[node]) +
                   " has a position that is not a number; the run has diverged or the file is damaged"};
 }
-
 }  // namespace
 
 GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time) : read_(read_grid) {
@@ -179,5 +177,4 @@ void GridReader::read(std::uint32_t state, bake::SimulationState& into) {
   for (std::size_t f = 0; f < sources_.size(); ++f)
     into.fields[f] = field_values(grid_, sourced_, sources_[f], at.suffix);
 }
-
 }  // namespace lbea::io::grid

@@ -4,7 +4,6 @@
 #include "adapters/simulation/grid/grid_mesh.hpp"
 
 namespace lbea::io::grid {
-
 struct GridState {
   std::filesystem::path file;
   std::optional<double> time;  // default: the file's own time, else the number of the state
@@ -50,5 +49,4 @@ class GridReader final : public bake::SimulationReader {
   Grid grid_;  // of the last file read
   std::size_t loaded_ = 0;
 };
-
 }  // namespace lbea::io::grid

@@ -6,7 +6,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 std::string in_capitals(std::string_view text) {
   std::string result(text);
   std::transform(result.begin(), result.end(), result.begin(),
@@ -206,7 +205,6 @@ class KeywordParser {
   std::vector<CellKind> kinds_;
   std::vector<std::size_t> lines_of_;
 };
-
 }  // namespace
 
 bool is_keyword(std::string_view start) noexcept {
@@ -222,5 +220,4 @@ bool is_keyword(std::string_view start) noexcept {
 /// keywords are skipped, also *INCLUDE. Shells may have the options THICKNESS, BETA, MCID, OFFSET and DOF; solids take
 /// one card or two.
 Grid parse_keyword(std::string_view text, const std::string& name) { return KeywordParser(text, name).parse(); }
-
 }  // namespace lbea::io::grid

@@ -5,7 +5,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 constexpr std::array<std::string_view, 17> keywords{"v", "vn", "vt",     "vp",     "f",      "l",   "p",    "o",  "g",
                                                     "s", "mg", "mtllib", "usemtl", "cstype", "deg", "surf", "end"};
 
@@ -54,7 +53,6 @@ class ObjParser {
   Grid grid_;
   std::vector<std::uint32_t> corners_;
 };
-
 }  // namespace
 
 /// Every line of the start begins with a keyword of OBJ, and one of them is a vertex.
@@ -74,5 +72,4 @@ bool is_obj(std::string_view start) noexcept {
 /// Reads vertices and faces; faces by position, texture and normal ("f 1/2/3 ..."), also with indices that count back
 /// from the last vertex. All other lines are skipped.
 Grid parse_obj(std::string_view text, const std::string& name) { return ObjParser(text, name).parse(); }
-
 }  // namespace lbea::io::grid

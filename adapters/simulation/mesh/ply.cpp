@@ -4,7 +4,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 class PlyMeshParser {
  public:
   PlyMeshParser(std::string_view bytes, const std::string& name)
@@ -118,7 +117,6 @@ class PlyMeshParser {
   std::size_t at_;
   Grid grid_;
 };
-
 }  // namespace
 
 bool is_ply(std::string_view start) noexcept {
@@ -127,5 +125,4 @@ bool is_ply(std::string_view start) noexcept {
 
 /// The elements "vertex" and "face", text or binary. Other values of vertices become arrays.
 Grid parse_ply(std::string_view bytes, const std::string& name) { return PlyMeshParser(bytes, name).parse(); }
-
 }  // namespace lbea::io::grid

@@ -2,7 +2,6 @@
 #include "adapters/simulation/grid/grid.hpp"
 
 namespace lbea::io::grid {
-
 /// Binary when the number of triangles matches the file's size, whatever the file begins with; else text when it begins
 /// with "solid" and has a "facet".
 bool is_stl(const std::filesystem::path& file, std::string_view start) {
@@ -19,5 +18,4 @@ Grid parse_stl(std::string_view bytes, const std::string& name) {
     grid.cells.add(CellKind::triangle, std::array{point, point + 1, point + 2});
   return grid;
 }
-
 }  // namespace lbea::io::grid

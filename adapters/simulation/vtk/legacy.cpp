@@ -11,7 +11,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 constexpr std::string_view mark = "# vtk DataFile Version";
 constexpr std::size_t head_bytes = 1 << 16;
 
@@ -323,7 +322,6 @@ class LegacyParser {
   std::vector<Array>* arrays_ = nullptr;
   std::uint64_t rows_ = 0;
 };
-
 }  // namespace
 
 bool is_vtk_legacy(std::string_view start) noexcept { return start.starts_with(mark); }
@@ -344,5 +342,4 @@ Grid read_vtk_legacy_time(const std::filesystem::path& file) {
     return parse_vtk_legacy(as_text(read_file(file)), file.string());
   }
 }
-
 }  // namespace lbea::io::grid

@@ -4,7 +4,6 @@
 #include "adapters/simulation/grid/grid_reader.hpp"
 
 namespace lbea::io::grid {
-
 [[nodiscard]] bool is_vtk_legacy(std::string_view start) noexcept;
 [[nodiscard]] bool is_vtk_xml(std::string_view start) noexcept;
 [[nodiscard]] bool is_vtk_collection(std::string_view start) noexcept;
@@ -25,5 +24,4 @@ namespace lbea::io::grid {
 /// The files of a collection, sorted by time; relative names are resolved against its folder.
 /// Throws Error{file_not_found | bad_input | unsupported_input}; unsupported are several files at one time.
 [[nodiscard]] std::vector<GridState> read_vtk_collection(const std::filesystem::path& file);
-
 }  // namespace lbea::io::grid

@@ -11,7 +11,6 @@
 
 namespace lbea::io::grid {
 namespace {
-
 using binary::plus;
 using binary::Scalar;
 using binary::times;
@@ -112,7 +111,6 @@ std::vector<std::byte> decompressed(Block& block, const XmlStorage& storage, std
   }
   return result;
 }
-
 }  // namespace
 
 std::optional<Scalar> xml_type(std::string_view name) {
@@ -161,5 +159,4 @@ std::vector<double> block_values(std::string_view text, bool is_raw, const XmlSt
     values[i] = binary::load(bytes.data() + i * size, type, storage.is_big_endian);
   return values;
 }
-
 }  // namespace lbea::io::grid

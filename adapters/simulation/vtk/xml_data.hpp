@@ -9,7 +9,6 @@
 #include "adapters/files/binary_numbers.hpp"
 
 namespace lbea::io::grid {
-
 enum class Compressor { none, zlib, lz4 };
 
 /// How a file stores its binary blocks.
@@ -28,5 +27,4 @@ struct XmlStorage {
 [[nodiscard]] std::vector<double> text_values(std::string_view text, std::uint64_t count, const std::string& what);
 [[nodiscard]] std::vector<double> block_values(std::string_view block, bool is_raw, const XmlStorage& storage,
                                                binary::Scalar type, std::uint64_t count, const std::string& what);
-
 }  // namespace lbea::io::grid

@@ -13,7 +13,6 @@
 
 namespace lbea::wire {
 namespace {
-
 constexpr std::size_t key_characters = 40;
 constexpr std::size_t key_bytes = 32;
 constexpr std::size_t max_file_bytes = 1 << 20;
@@ -95,7 +94,6 @@ void write_file(const std::filesystem::path& file, const std::string& text, mode
   ::unlink(file.c_str());
   throw Error{Status::write_failed, file.string() + ": cannot be written (" + std::strerror(errno) + ")"};
 }
-
 }  // namespace
 
 CurveKeyPair generate_key_pair() {
@@ -170,5 +168,4 @@ void check_access(const ServerAccess& access) {
     throw Error{Status::bad_config,
                 "an allow-list (--allow) without a secret key would not be looked at; give --key too"};
 }
-
 }  // namespace lbea::wire

@@ -11,7 +11,6 @@
 #include <vector>
 
 namespace lbea::wire {
-
 struct CurveKeyPair {
   std::string public_key, secret_key;  // Z85, 40 characters
 };
@@ -49,5 +48,4 @@ void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys,
 
 /// Throws Error{bad_config} for keys without an allow-list, which ZeroMQ treats as "allow all", and for the reverse.
 void check_access(const ServerAccess& access);
-
 }  // namespace lbea::wire

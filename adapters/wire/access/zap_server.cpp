@@ -9,7 +9,6 @@
 
 namespace lbea::wire::detail {
 namespace {
-
 using namespace std::chrono_literals;
 
 constexpr auto retry_delay = 10ms;  // after a failed allocation or a failed poll
@@ -53,7 +52,6 @@ bool is_from(std::int32_t descriptor, std::string_view address) noexcept {
                                   NI_NUMERICHOST);
   return error == 0 && address == host.data();
 }
-
 }  // namespace
 
 PeerAdmission::PeerAdmission(const ServerAccess& access)
@@ -269,5 +267,4 @@ void ZapServer::answer_request() noexcept {
   for (std::size_t i = 0; i < reply.size(); ++i)
     zmq_send(requests_.handle(), reply[i].data(), reply[i].size(), i + 1 < reply.size() ? ZMQ_SNDMORE : 0);
 }
-
 }  // namespace lbea::wire::detail

@@ -15,7 +15,6 @@
 #include <zmq.hpp>
 
 namespace lbea::wire::detail {
-
 /// The admission rules of one bound socket, and the counts of its peers. The ZapServer's thread writes the counts, any
 /// thread may read them.
 class PeerAdmission {
@@ -95,5 +94,4 @@ class ZapServer {
   std::vector<Watch> watches_;  // the thread's
   std::thread thread_;
 };
-
 }  // namespace lbea::wire::detail

@@ -16,7 +16,6 @@
 
 namespace lbea::wire {
 namespace {
-
 constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr flatbuffers::uoffset_t max_frame_tables = 64;
 constexpr std::size_t float_bytes = sizeof(float);
@@ -93,7 +92,6 @@ void build_cloud(flatbuffers::FlatBufferBuilder& builder, const Frame& frame, st
   const foxglove::Time time = to_time(frame.stamp_ns);
   builder.Finish(foxglove::CreatePointCloud(builder, &time, name, 0, sizeof(Point), fields, data));
 }
-
 }  // namespace
 
 std::span<const std::byte> point_cloud_schema() noexcept { return bytes_of<foxglove::PointCloudBinarySchema>(); }
@@ -263,5 +261,4 @@ WireStatus decode_inference(std::span<const std::byte> message, WireInference& i
           from->model_checksum()};
   return into.spread.size() == into.values.size() ? WireStatus::ok : WireStatus::damaged;
 }
-
 }  // namespace lbea::wire

@@ -5,7 +5,6 @@
 #include "adapters/wire/codec/messages.hpp"
 
 namespace lbea::wire {
-
 enum class MessageKind : std::uint8_t { unknown, frame, result, state, control, inference };
 /// Reads the file identifier only; the decoders check the rest.
 [[nodiscard]] MessageKind message_kind(std::span<const std::byte> message) noexcept;
@@ -94,5 +93,4 @@ void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t 
 [[nodiscard]] std::span<const std::byte> frame_schema() noexcept;        // lbea.wire.Frame
 [[nodiscard]] std::span<const std::byte> result_schema() noexcept;       // lbea.wire.Result
 [[nodiscard]] std::span<const std::byte> state_schema() noexcept;        // lbea.wire.State
-
 }  // namespace lbea::wire

@@ -10,7 +10,6 @@
 #include <cstring>
 
 namespace lbea::wire {
-
 struct Encoder::Buffers {
   flatbuffers::FlatBufferBuilder cloud;  // the inner buffer of a frame
   flatbuffers::FlatBufferBuilder message;
@@ -21,7 +20,6 @@ struct Encoder::Buffers {
 };
 
 namespace detail {
-
 static_assert(std::endian::native == std::endian::little, "points are copied from the message as they are");
 
 inline constexpr std::size_t flatbuffer_alignment = 8;  // of the widest scalar, relative to the buffer's begin
@@ -74,7 +72,5 @@ std::pair<const Root*, WireStatus> open(std::span<const std::byte> message, cons
   const auto* root = verified_root<Root>(aligned(message, scratch), limits.tables);
   return {root, root == nullptr ? WireStatus::damaged : WireStatus::ok};
 }
-
 }  // namespace detail
-
 }  // namespace lbea::wire

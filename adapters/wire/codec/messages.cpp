@@ -2,7 +2,6 @@
 
 namespace lbea::wire {
 namespace {
-
 struct StatusText {
   std::string_view name;
   Fate fate;
@@ -48,7 +47,6 @@ std::string_view name_of(Enum value, std::initializer_list<std::string_view> nam
   const auto index = static_cast<std::size_t>(value);
   return index < names.size() ? names.begin()[index] : unknown;
 }
-
 }  // namespace
 
 std::string_view to_string(WireStatus status) noexcept { return text_of(status).name; }
@@ -75,5 +73,4 @@ std::uint64_t Counters::sum(Fate fate) const noexcept {
   }
   return total;
 }
-
 }  // namespace lbea::wire

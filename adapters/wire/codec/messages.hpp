@@ -7,7 +7,6 @@
 #include <optional>
 
 namespace lbea::wire {
-
 /// The system's clock: ns since 1970.
 [[nodiscard]] inline std::int64_t system_clock_ns() noexcept {
   return std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -246,5 +245,4 @@ struct WireState {
   std::vector<WireSender> senders{};         // the latest ones
   std::optional<WireRecording> recording{};  // none: nothing is recorded
 };
-
 }  // namespace lbea::wire

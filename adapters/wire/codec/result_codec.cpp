@@ -8,7 +8,6 @@
 
 namespace lbea::wire {
 namespace {
-
 using detail::text;
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
@@ -192,7 +191,6 @@ ModelSummary read(const schema::ModelSummary* from) {
   for (const auto* name : *from->simulations()) model.simulations.push_back(text(name));
   return model;
 }
-
 }  // namespace
 
 std::span<const std::byte> Encoder::result(const WireResult& result) {
@@ -291,5 +289,4 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
   for (const auto* sender : *from->senders()) into.senders.push_back(read(*sender));
   return WireStatus::ok;
 }
-
 }  // namespace lbea::wire

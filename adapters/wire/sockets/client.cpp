@@ -11,7 +11,6 @@
 
 namespace lbea::wire {
 namespace {
-
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
@@ -23,7 +22,6 @@ void block_signals() {  // the program's own threads handle them
   ::sigfillset(&all);
   ::pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
-
 }  // namespace
 
 std::uint64_t new_session() {
@@ -108,7 +106,6 @@ FrameSender::~FrameSender() {
   if (state_) finish();
 }
 FrameSender::FrameSender(FrameSender&&) noexcept = default;
-
 std::uint64_t FrameSender::session() const noexcept { return state_->session; }
 std::uint64_t FrameSender::next_id() const noexcept { return state_->next_id; }
 
@@ -183,5 +180,4 @@ void ResultReceiver::count(std::uint64_t sequence) {
   if (next_sequence_ && sequence > *next_sequence_) lost_ += sequence - *next_sequence_;
   next_sequence_ = sequence + 1;
 }
-
 }  // namespace lbea::wire

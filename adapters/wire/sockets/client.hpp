@@ -5,7 +5,6 @@
 #include "adapters/wire/sockets/streams.hpp"
 
 namespace lbea::wire {
-
 /// A random number for a new session of a sender.
 [[nodiscard]] std::uint64_t new_session();
 
@@ -78,5 +77,4 @@ class ResultReceiver {
   std::optional<std::uint64_t> next_sequence_;
   std::uint64_t lost_ = 0, damaged_ = 0;
 };
-
 }  // namespace lbea::wire

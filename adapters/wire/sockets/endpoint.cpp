@@ -14,7 +14,6 @@
 
 namespace lbea::wire {
 namespace {
-
 constexpr std::string_view known_forms = "write ipc:///tmp/frames.ipc or tcp://127.0.0.1:5555";
 
 [[noreturn]] void refuse(const std::string& address, const std::string& why) {
@@ -79,7 +78,6 @@ int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) 
                                                 file.string() + " (" + std::strerror(errno) +
                                                 "); choose a path in a folder you may write to"};
 }
-
 }  // namespace
 
 Endpoint parse_endpoint(const std::string& address) {
@@ -152,5 +150,4 @@ EndpointLock& EndpointLock::operator=(EndpointLock&& other) noexcept {
   std::swap(descriptor_, other.descriptor_);
   return *this;
 }
-
 }  // namespace lbea::wire

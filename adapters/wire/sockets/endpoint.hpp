@@ -8,7 +8,6 @@
 #include <string>
 
 namespace lbea::wire {
-
 enum class Transport { ipc, tcp, inproc };
 
 struct Endpoint {
@@ -40,5 +39,4 @@ class EndpointLock {
   std::filesystem::path file_;
   int descriptor_ = -1;
 };
-
 }  // namespace lbea::wire

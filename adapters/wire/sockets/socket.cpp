@@ -5,7 +5,6 @@
 
 namespace lbea::wire {
 namespace {
-
 constexpr int io_threads = 1;  // one carries 5 GB/s
 
 /// ZeroMQ starts its threads with the first socket. A context that failed to start them, with an error or with
@@ -24,11 +23,9 @@ zmq::context_t started_context() {
   const std::unique_ptr<zmq::context_t> started(context);
   return std::move(*started);
 }
-
 }  // namespace
 
 bool has_peer_bounds() noexcept { return zmq_has("peer-bounds") != 0; }
-
 WireContext::WireContext() : state_(std::make_unique<State>(started_context())) {}
 WireContext::~WireContext() {
   [[maybe_unused]] static zmq::context_t* leaked = nullptr;
@@ -36,9 +33,7 @@ WireContext::~WireContext() {
 }
 
 namespace detail {
-
 namespace {
-
 // The kernel detects a peer whose machine has failed after idle + count * interval. ZeroMQ's own heartbeats are off: a
 // heartbeat that is due on a connection whose peer closed while the receiver's queue was full aborts the process
 // ("Assertion failed: !_io_error", libzmq 4.3.4).
@@ -55,7 +50,6 @@ Io outcome(int returned) noexcept {
   const int error = zmq_errno();
   return error == EAGAIN || error == EINTR ? Io::would_block : Io::closed;
 }
-
 }  // namespace
 
 zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options) {
@@ -140,7 +134,5 @@ Io wait(zmq::socket_t& socket, short events, std::chrono::milliseconds timeout) 
   const int ready = zmq_poll(&item, 1, static_cast<long>(timeout.count()));
   return ready == 0 ? Io::would_block : outcome(ready);
 }
-
 }  // namespace detail
-
 }  // namespace lbea::wire

@@ -9,7 +9,6 @@
 #include <zmq.hpp>
 
 namespace lbea::wire {
-
 struct WireContext::State {
   explicit State(zmq::context_t&& started) : context(std::move(started)) {}
   zmq::context_t context;
@@ -18,7 +17,6 @@ struct WireContext::State {
 };
 
 namespace detail {
-
 struct SocketOptions {
   int high_water_mark = 16;            // messages held per peer and direction
   std::int64_t max_message_bytes = 0;  // larger ones are not delivered and their sender is disconnected
@@ -59,7 +57,5 @@ Io wait(zmq::socket_t& socket, short events, std::chrono::milliseconds timeout) 
 inline std::span<const std::byte> bytes_of(const zmq::message_t& message) noexcept {
   return {static_cast<const std::byte*>(message.data()), message.size()};
 }
-
 }  // namespace detail
-
 }  // namespace lbea::wire

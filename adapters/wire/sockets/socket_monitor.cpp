@@ -10,7 +10,6 @@
 
 namespace lbea::wire::detail {
 namespace {
-
 // When its descriptor is read the connection may already be closed, and the descriptor that of another file.
 bool leads_to(int connection, const std::string& path) noexcept {
   sockaddr_un peer{};
@@ -18,7 +17,6 @@ bool leads_to(int connection, const std::string& path) noexcept {
   return getpeername(connection, reinterpret_cast<sockaddr*>(&peer), &size) == 0 && peer.sun_family == AF_UNIX &&
          path == peer.sun_path;
 }
-
 }  // namespace
 
 zmq::socket_t monitor(zmq::context_t& context, zmq::socket_t& socket, const std::string& address, int events) {
@@ -63,5 +61,4 @@ bool SendBuffer::has_unread() const noexcept {
   int bytes = 0;
   return connection_ >= 0 && leads_to(connection_, path_) && ioctl(connection_, SIOCOUTQ, &bytes) == 0 && bytes > 0;
 }
-
 }  // namespace lbea::wire::detail

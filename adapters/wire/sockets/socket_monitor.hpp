@@ -8,7 +8,6 @@
 #include <zmq.hpp>
 
 namespace lbea::wire::detail {
-
 struct SocketEvent {
   std::uint16_t kind = 0;  // ZMQ_EVENT_...
   std::int32_t value = 0;  // depends on the kind: a file descriptor, an error number, ...
@@ -44,5 +43,4 @@ class SendBuffer {
   int connection_ = -1;
   zmq::socket_t monitor_;
 };
-
 }  // namespace lbea::wire::detail

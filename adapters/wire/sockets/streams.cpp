@@ -8,7 +8,6 @@
 #include <thread>
 
 namespace lbea::wire {
-
 namespace detail {
 /// What the socket has accepted and still holds in this process.
 struct InFlight {
@@ -17,7 +16,6 @@ struct InFlight {
 }  // namespace detail
 
 namespace {
-
 constexpr std::int64_t control_socket_limit = 1024;  // of a message from a receiver to a sender
 constexpr int result_linger_ms = 1000;
 constexpr std::int64_t max_subscription_bytes = 1024;
@@ -48,7 +46,6 @@ std::optional<Message> receive_within(std::chrono::milliseconds timeout, zmq::so
   if (detail::receive(socket, message, ZMQ_DONTWAIT) != detail::Io::done) return {};
   return detail::bytes_of(message);
 }
-
 }  // namespace
 
 struct FrameSource::State {
@@ -62,15 +59,11 @@ FrameSource::FrameSource(WireContext& context, const std::string& address, WireL
                                       .max_message_bytes = static_cast<std::int64_t>(limits.max_message_bytes())};
   state_.reset(new State{{context, zmq::socket_type::pull, options, address, access}, {}});
 } catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
-
 FrameSource::~FrameSource() = default;
 FrameSource::FrameSource(FrameSource&&) noexcept = default;
 FrameSource& FrameSource::operator=(FrameSource&&) noexcept = default;
-
 const std::string& FrameSource::endpoint() const noexcept { return state_->bound.endpoint; }
-
 PeerCounts FrameSource::peers() const noexcept { return state_->bound.peers(); }
-
 std::vector<PeerVisit> FrameSource::visits() { return state_->bound.visits(); }
 
 std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) noexcept {
@@ -98,11 +91,9 @@ FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint
   detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), std::move(send_buffer)});
 } catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
-
 FrameSink::~FrameSink() = default;
 FrameSink::FrameSink(FrameSink&&) noexcept = default;
 FrameSink& FrameSink::operator=(FrameSink&&) noexcept = default;
-
 const FrameSink::Tally& FrameSink::tally() const noexcept { return state_->tally; }
 
 bool FrameSink::wait_ready(std::chrono::milliseconds timeout) noexcept {
@@ -167,11 +158,9 @@ ResultSink::ResultSink(WireContext& context, const std::string& address, int hel
   state_->bound.socket.set(zmq::sockopt::xpub_verbose,
                            true);  // report every subscription, not only the first to a topic
 } catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
-
 ResultSink::~ResultSink() = default;
 ResultSink::ResultSink(ResultSink&&) noexcept = default;
 ResultSink& ResultSink::operator=(ResultSink&&) noexcept = default;
-
 const std::string& ResultSink::endpoint() const noexcept { return state_->bound.endpoint; }
 
 bool ResultSink::send(Message bytes) noexcept {
@@ -192,7 +181,6 @@ bool ResultSink::has_newcomer() noexcept {
 }
 
 PeerCounts ResultSink::peers() const noexcept { return state_->bound.peers(); }
-
 std::vector<PeerVisit> ResultSink::visits() { return state_->bound.visits(); }
 
 struct ResultSource::State {
@@ -207,7 +195,6 @@ ResultSource::ResultSource(WireContext& context, const std::string& address, int
   detail::connect(socket, endpoint, access);
   state_.reset(new State{std::move(socket), {}});
 } catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
-
 ResultSource::~ResultSource() = default;
 ResultSource::ResultSource(ResultSource&&) noexcept = default;
 ResultSource& ResultSource::operator=(ResultSource&&) noexcept = default;
@@ -215,5 +202,4 @@ ResultSource& ResultSource::operator=(ResultSource&&) noexcept = default;
 std::optional<Message> ResultSource::receive(std::chrono::milliseconds timeout) noexcept {
   return receive_within(timeout, state_->socket, state_->message);
 }
-
 }  // namespace lbea::wire

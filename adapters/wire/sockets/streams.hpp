@@ -13,7 +13,6 @@
 #include <optional>
 
 namespace lbea::wire {
-
 /// One per process; must outlive all streams.
 class WireContext {
  public:
@@ -143,5 +142,4 @@ class ResultSource {
   struct State;
   std::unique_ptr<State> state_;
 };
-
 }  // namespace lbea::wire

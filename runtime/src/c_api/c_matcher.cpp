@@ -3,7 +3,6 @@
 
 namespace lbea {
 namespace {
-
 static_assert(sizeof(lbea_status) == 4 && sizeof(lbea_method) == 4 && sizeof(lbea_verdict) == 4,
               "enums are four bytes wide");
 static_assert(sizeof(lbea_point) == sizeof(Point) && alignof(lbea_point) == alignof(Point));
@@ -116,7 +115,6 @@ lbea_status refuse(lbea_result* result, std::string_view sentence) noexcept {
   write_c_struct(empty, result);
   return bad_argument(sentence);
 }
-
 }  // namespace
 }  // namespace lbea
 

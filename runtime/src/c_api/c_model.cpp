@@ -4,7 +4,6 @@
 using namespace lbea;
 
 namespace {
-
 // Sizes of the structs in the first version that had them: every caller knows at least these fields.
 constexpr std::size_t least_model_info = offsetof(lbea_model_info, length_unit) + sizeof(char*);
 constexpr std::size_t least_field_info = offsetof(lbea_field_info, unit) + sizeof(char*);
@@ -21,7 +20,6 @@ lbea_status open_model(const void* source, lbea_model** model, Open&& open) noex
     return LBEA_OK;
   });
 }
-
 }  // namespace
 
 lbea_status lbea_model_open(const char* path, lbea_model** model) {

@@ -4,7 +4,6 @@
 
 namespace lbea {
 namespace {
-
 thread_local std::array<char, 1'024> sentence_of_last_error{};
 
 // By Status. The ones after bad_config are errors of the programs, which the runtime does not return.
@@ -12,7 +11,6 @@ constexpr lbea_status c_statuses[] = {
     LBEA_OK,          LBEA_EMPTY_FRAME,         LBEA_TOO_MANY_POINTS, LBEA_LOW_COVERAGE, LBEA_FILE_NOT_FOUND,
     LBEA_NOT_A_MODEL, LBEA_UNSUPPORTED_VERSION, LBEA_CORRUPT_MODEL,   LBEA_BAD_CONFIG};
 static_assert(std::size(c_statuses) == static_cast<std::size_t>(Status::bad_config) + 1);
-
 }  // namespace
 
 const char* last_error() noexcept { return sentence_of_last_error.data(); }
@@ -27,7 +25,6 @@ lbea_status to_c(Status status) noexcept {
   const auto i = static_cast<std::size_t>(status);
   return i < std::size(c_statuses) ? c_statuses[i] : LBEA_INTERNAL_ERROR;
 }
-
 }  // namespace lbea
 
 const char* lbea_status_string(lbea_status status) {

@@ -44,7 +44,6 @@ struct lbea_tracker {
 };
 
 namespace lbea {
-
 /// Stores the sentence for this thread's lbea_last_error() and returns the status. Does not allocate.
 lbea_status failed(lbea_status status, std::string_view sentence) noexcept;
 [[nodiscard]] const char* last_error() noexcept;
@@ -98,5 +97,4 @@ bool read_c_struct(const T* in, T& full) noexcept {
   std::memcpy(&full, bytes, shared);
   return std::all_of(bytes + shared, bytes + in->struct_size, [](unsigned char byte) { return byte == 0; });
 }
-
 }  // namespace lbea

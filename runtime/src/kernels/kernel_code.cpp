@@ -4,7 +4,6 @@
 
 namespace lbea::LBEA_KERNELS {
 namespace {
-
 // Conversion of sixteen points between layouts: packed x y z, planes of one coordinate, x y z and number per point,
 // leaves.
 constexpr float infinity = __builtin_inff();
@@ -332,7 +331,6 @@ void subtract_depths(const float* observed, const std::uint16_t* sample, std::si
     store(residual + i, choose(in_frame & in_sample, capped, either));
   }
 }
-
 }  // namespace
 
 extern const Kernels table;
@@ -341,5 +339,4 @@ extern const Kernels table;
 const Kernels table{
     LBEA_NAME(LBEA_KERNELS), place,      find_runs,      fill_leaves,    enclose, nearest, nearest_16, project,
     mode_distance,           add_depths, compare_depths, subtract_depths};
-
 }  // namespace lbea::LBEA_KERNELS

@@ -5,7 +5,6 @@
 
 namespace lbea::LBEA_KERNELS {
 namespace {
-
 constexpr float infinity = __builtin_inff(), largest_finite = 3.4028234e38f;
 
 void search_leaf(const Leaf& leaf, const float query[3], NearestPoint& best) {
@@ -256,7 +255,6 @@ void search_group_16(Search& search, std::size_t level, std::size_t group) {
       if (is_flooded(search)) return;
     }
 }
-
 }  // namespace
 
 NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound) {
@@ -308,5 +306,4 @@ float mode_distance(const float* const e[3], const float* sample, std::size_t st
   }
   return sum(distances);
 }
-
 }  // namespace lbea::LBEA_KERNELS

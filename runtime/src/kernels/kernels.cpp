@@ -1,7 +1,6 @@
 #include "runtime/src/kernels/kernels.hpp"
 
 namespace lbea {
-
 #ifdef LBEA_X86_KERNELS
 namespace kernels_avx512 {
 extern const Kernels table;
@@ -15,7 +14,6 @@ extern const Kernels table;
 }
 
 namespace {
-
 struct Choice {
   const Kernels* found[4]{};
 
@@ -34,10 +32,8 @@ const Choice& choice() noexcept {
   static const Choice made;
   return made;
 }
-
 }  // namespace
 
 const Kernels& kernels() noexcept { return *choice().found[0]; }
 const Kernels* const* available_kernels() noexcept { return choice().found; }
-
 }  // namespace lbea

@@ -5,7 +5,6 @@
 #include <cstdint>
 
 namespace lbea {
-
 /// 16 points of a cloud, in reference coordinates. Lanes without a point are at infinity.
 struct alignas(64) Leaf {
   float x[16], y[16], z[16];
@@ -131,17 +130,14 @@ struct Kernels {
 
 /// All that this processor supports, the fastest first, terminated by a null pointer: for tests and benchmarks.
 [[nodiscard]] const Kernels* const* available_kernels() noexcept;
-
 }  // namespace lbea
 
 #ifdef LBEA_KERNELS
 // Members of the table from kernel_search.cpp, in the namespace of the instruction set being compiled.
 namespace lbea::LBEA_KERNELS {
-
 NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound);
 void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
 void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
 float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound);
-
 }  // namespace lbea::LBEA_KERNELS
 #endif

@@ -4,7 +4,6 @@
 
 namespace lbea {
 namespace {
-
 constexpr std::size_t most_octants = 1 << 20;  // an index needs eight bytes for each
 // Relative to a cell. From a vertex farther away than a few cells, points nearer to each other are equally distant in
 // floats.
@@ -83,7 +82,6 @@ Box box_of(const std::byte* points, std::size_t count) noexcept {
   }
   return box;
 }
-
 }  // namespace
 
 CellGrid envelope_grid(const EnvelopeView& envelope) {
@@ -296,5 +294,4 @@ void CloudIndex::find_first_places() noexcept {
                                ? std::ranges::min(std::span(first_[level - 1]).subspan(box * fanout, fanout))
                                : NearestPoint::none;
 }
-
 }  // namespace lbea

@@ -7,7 +7,6 @@
 #include <lbea/lbea.hpp>
 
 namespace lbea {
-
 /// A grid of cubic cells, numbered along a Morton curve: cells that are near in space are mostly near in number.
 struct CellGrid {
   static constexpr std::uint32_t outside = std::numeric_limits<std::uint32_t>::max();
@@ -139,5 +138,4 @@ class CloudIndex {
   CrowdedCells crowded_;
   CloudTree tree_{};
 };
-
 }  // namespace lbea

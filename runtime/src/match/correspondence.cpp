@@ -4,7 +4,6 @@
 
 namespace lbea {
 namespace {
-
 constexpr std::size_t group = CloudIndex::fanout;
 
 // Sixteen queries, which the index answers together.
@@ -82,7 +81,6 @@ std::vector<double> masses(const ModelView& model, const ReferenceView& referenc
   for (std::uint32_t v = 0; v < n; ++v) sums[landmark_of_node[reference.vertex_nodes[v]]] += reference.mass[v];
   return sums;
 }
-
 }  // namespace
 
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
@@ -133,5 +131,4 @@ float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> po
   for (std::size_t v = 0; v < positions.size(); ++v) coverage.add(positions[v], mass[v]);
   return static_cast<float>(coverage.share());
 }
-
 }  // namespace lbea

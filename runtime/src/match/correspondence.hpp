@@ -6,7 +6,6 @@
 #include "runtime/src/model/model_view.hpp"
 
 namespace lbea {
-
 /// n positions as x, y and z planes, padded with zeros to whole 64-byte lines.
 struct Positions {
   explicit Positions(std::size_t n) : count(n), planes{plane(n), plane(n), plane(n)} {}
@@ -54,5 +53,4 @@ class SampleSurface {
 /// within `trusted_distance`, over the mass of all.
 [[nodiscard]] float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions,
                              std::span<const double> mass, float trusted_distance) noexcept;
-
 }  // namespace lbea

@@ -2,7 +2,6 @@
 #include "runtime/src/match/matcher.hpp"
 
 namespace lbea {
-
 MatchResult Matcher::match(const Frame& frame) noexcept {
   State& s = *state_;
   MatchResult result;
@@ -91,7 +90,6 @@ void Matcher::State::publish(MatchResult& result) noexcept {
 // Set-up.
 
 namespace {
-
 constexpr std::uint32_t most_points = 1u << 28;
 
 void require(bool holds, const std::string& sentence) {
@@ -136,7 +134,6 @@ void check(const MatcherConfig& config, const ModelView& model, const SensorView
   require(is_rigid(config.T_reference_sensor),
           "T_reference_sensor is not a rigid transform; its left 3x3 part must be a rotation (no scale, no mirror)");
 }
-
 }  // namespace
 
 MatcherConfig completed(MatcherConfig config, const Model& model) {
@@ -174,5 +171,4 @@ Matcher::Matcher(Matcher&&) noexcept = default;
 Matcher& Matcher::operator=(Matcher&&) noexcept = default;
 const Model& Matcher::model() const noexcept { return state_->model; }
 const MatcherConfig& Matcher::config() const noexcept { return state_->config; }
-
 }  // namespace lbea

@@ -13,7 +13,6 @@
 #include <optional>
 
 namespace lbea {
-
 /// Method step 2: the reference whose time is nearest to `since_trigger_s`; ties go to the earlier one.
 [[nodiscard]] std::uint32_t reference_at(const ModelView& model, double since_trigger_s) noexcept;
 
@@ -70,5 +69,4 @@ struct Matcher::State {
   std::vector<Match> matches;
   SampleSurface surface;  // of the best sample
 };
-
 }  // namespace lbea

@@ -4,7 +4,6 @@
 
 namespace lbea {
 namespace {
-
 constexpr std::size_t most_leading = 24;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
@@ -34,7 +33,6 @@ void prefetch(const float* sample, std::size_t stride) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t j = 0; j < std::min(modes, stride); j += line) __builtin_prefetch(sample + axis * stride + j);
 }
-
 }  // namespace
 
 void project(std::span<const float> projection, const Positions& positions, Positions& coefficients) noexcept {
@@ -192,5 +190,4 @@ void SampleTree::visit_leaf(Search& search, const Node& node, float distance_of_
     search.update();
   }
 }
-
 }  // namespace lbea

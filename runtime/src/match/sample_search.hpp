@@ -6,7 +6,6 @@
 #include "runtime/src/model/model_view.hpp"
 
 namespace lbea {
-
 /// alpha = Psi' M f for f = x, y, z. `projection` is Psi' M: coefficients.count rows of padded(positions.count) floats.
 void project(std::span<const float> projection, const Positions& positions, Positions& coefficients) noexcept;
 
@@ -83,5 +82,4 @@ class SampleTree {
   std::vector<Node> nodes_;
   std::vector<float> centers_;  // nodes x 3 x stride
 };
-
 }  // namespace lbea

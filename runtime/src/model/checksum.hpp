@@ -9,7 +9,6 @@
 #include <span>
 
 namespace lbea {
-
 inline std::uint64_t checksum(std::span<const std::byte> bytes) noexcept {
   return XXH3_64bits(bytes.data(), bytes.size());
 }
@@ -24,5 +23,4 @@ class RunningChecksum {
  private:
   XXH3_state_t state_;
 };
-
 }  // namespace lbea

@@ -10,7 +10,6 @@
 #include <span>
 
 namespace lbea {
-
 using FieldCode = std::uint16_t;
 
 // Infinities and NaN have codes of their own.
@@ -63,5 +62,4 @@ inline void decode(std::span<const FieldCode> codes, const FieldRange& range, st
   const double steps = std::round((double{value} - double{range.low}) / range.step());
   return static_cast<FieldCode>(std::clamp(steps, 0.0, double{last_code}));
 }
-
 }  // namespace lbea

@@ -11,7 +11,6 @@
 
 namespace lbea {
 namespace {
-
 /// The whole pages that hold `bytes`.
 std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
   static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
@@ -25,7 +24,6 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
   throw Error(Status::file_not_found,
               file.string() + ": " + what + ": " + std::strerror(errno) + "; check its path and permissions");
 }
-
 }  // namespace
 
 MappedFile::MappedFile(const std::filesystem::path& file)
@@ -95,5 +93,4 @@ bool lock_pages(std::span<const std::byte> bytes, bool is_locked) noexcept {
   const auto pages = pages_of(bytes);
   return (is_locked ? ::mlock(pages.data(), pages.size()) : ::munlock(pages.data(), pages.size())) == 0;
 }
-
 }  // namespace lbea

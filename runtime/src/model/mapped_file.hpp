@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 namespace lbea {
-
 /// A file descriptor, closed at the end.
 class Descriptor {
  public:
@@ -61,5 +60,4 @@ void release_pages(std::span<const std::byte> bytes) noexcept;
 void load_pages(std::span<const std::byte> bytes) noexcept;
 /// Locks or unlocks a part of a mapping in memory. False, with errno, when the system refuses.
 bool lock_pages(std::span<const std::byte> bytes, bool is_locked) noexcept;
-
 }  // namespace lbea

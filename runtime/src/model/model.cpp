@@ -9,7 +9,6 @@
 
 namespace lbea {
 namespace {
-
 constexpr std::array<std::string_view, status_count> status_names{"ok",
                                                                   "empty_frame",
                                                                   "too_many_points",
@@ -62,7 +61,6 @@ bool fits_into_memory(std::uint64_t bytes) noexcept {
   const auto pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
   return bytes <= static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page) / 4 * 3;
 }
-
 }  // namespace
 
 std::string_view to_string(Status status) noexcept {
@@ -192,5 +190,4 @@ std::uint32_t Model::branch_of(std::uint32_t simulation) const noexcept {
   return view_->simulation_branches[simulation];
 }
 double Model::reference_time_s(std::uint32_t reference) const noexcept { return view_->reference_times[reference]; }
-
 }  // namespace lbea

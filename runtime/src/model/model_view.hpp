@@ -9,7 +9,6 @@
 #include <functional>
 
 namespace lbea {
-
 /// The baked KD-tree over the vertices of a reference mesh. Layout in FORMAT.md, sections 34, 38 and 39. Checked when
 /// the model is opened.
 struct VertexTree {
@@ -99,5 +98,4 @@ struct ModelView {
 /// Throws Error{not_a_model | unsupported_version | corrupt_model}.
 [[nodiscard]] ModelView read_model(std::span<const std::byte> image, const std::string& name,
                                    const std::function<void(std::span<const std::byte>)>& release = {});
-
 }  // namespace lbea

@@ -9,7 +9,6 @@
 
 namespace lbea {
 namespace {
-
 using format::SectionEntry;
 using format::SectionId;
 
@@ -73,7 +72,6 @@ void inspect(std::span<const std::byte> bytes, std::uint32_t element_type, Secti
 }
 
 const char* const bake_again = "; copy the file again or bake it again";
-
 }  // namespace
 
 std::string title(SectionId id) {
@@ -226,5 +224,4 @@ void SectionReader::fail(SectionId id, std::uint32_t part, const std::string& wh
 }
 
 void SectionReader::fail_missing(SectionId id, std::uint32_t part) const { fail(id, part, "missing"); }
-
 }  // namespace lbea

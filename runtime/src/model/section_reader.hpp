@@ -14,7 +14,6 @@
 #include <vector>
 
 namespace lbea {
-
 /// Facts about a section's elements, collected while its checksum is computed, so that its bytes are read once.
 struct SectionContent {
   bool is_measured = true;     // f32 and f64: all finite, none beyond format::largest_measure
@@ -99,5 +98,4 @@ class SectionReader {
 
 /// The section's title in FORMAT.md, "unknown" for an id that has none.
 [[nodiscard]] std::string title(format::SectionId id);
-
 }  // namespace lbea
