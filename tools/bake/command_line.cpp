@@ -1,6 +1,7 @@
 #include "tools/bake/command_line.hpp"
 
 #include "adapters/ensemble/ensemble_toml.hpp"
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <algorithm>
@@ -10,18 +11,11 @@
 namespace lbea::tool {
 namespace {
 
-std::optional<std::uint32_t> parse_number(const std::string& text) {
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 std::optional<std::vector<std::uint32_t>> parse_numbers(const std::string& text, char separator) {
   std::vector<std::uint32_t> numbers;
   std::string field;
   for (std::istringstream fields(text); std::getline(fields, field, separator);) {
-    const auto number = parse_number(field);
+    const auto number = parsed<std::uint32_t>(field);
     if (!number) return std::nullopt;
     numbers.push_back(*number);
   }

@@ -3,6 +3,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/tool.hpp"
 
@@ -77,10 +78,8 @@ constexpr double longest_s = 4e9;
 
 std::optional<double> seconds(std::string_view text, double if_empty) {
   if (text.empty()) return if_empty;
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(std::abs(value) <= longest_s)) return std::nullopt;
-  return value;
+  const auto value = parsed<double>(text);
+  return value && std::abs(*value) <= longest_s ? value : std::nullopt;
 }
 
 std::optional<RecordedMessage> next_frame(RecordedRun& run) {
@@ -107,9 +106,9 @@ Range::Range(const std::string& words) : text(words), from_s(-longest_s), to_s(l
   if (text.empty()) return;
   const auto colon = text.find(':');
   const std::string_view view = text;
-  const auto from = colon == std::string::npos ? std::nullopt : seconds(view.substr(0, colon), -longest_s);
-  const auto to = colon == std::string::npos ? std::nullopt : seconds(view.substr(colon + 1), longest_s);
-  if (!from || !to) throw WrongUsage("--range \"" + text + "\": not FROM:TO in seconds; write e.g. 0.5:2");
+  const auto from = seconds(view.substr(0, colon), -longest_s), to = seconds(view.substr(colon + 1), longest_s);
+  if (colon == std::string::npos || !from || !to)
+    throw WrongUsage("--range \"" + text + "\": not FROM:TO in seconds; write e.g. 0.5:2");
   if (*from > *to) throw WrongUsage("--range \"" + text + "\": it ends before it begins; write FROM:TO, e.g. 0.5:2");
   from_s = *from;
   to_s = *to;

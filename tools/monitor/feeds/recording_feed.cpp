@@ -1,6 +1,7 @@
 #include "tools/monitor/feeds/recording_feed.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
@@ -17,10 +18,7 @@ constexpr std::size_t rows_per_batch = 2048;
 
 template <class Number>
 Number number_in(std::string_view target, std::string_view key, Number otherwise) {
-  const std::string_view text = http::query_value(target, key);
-  Number number = otherwise;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc{} && stop == text.data() + text.size() ? number : otherwise;
+  return parsed<Number>(http::query_value(target, key)).value_or(otherwise);
 }
 
 std::string summary_of(const RunAudit& audit) { return audit.is_complete() ? "complete" : audit.flaws().front(); }

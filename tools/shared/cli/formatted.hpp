@@ -1,18 +1,30 @@
-// printf into a string.
+// Numbers as text and back.
 #pragma once
 
 #include <array>
+#include <charconv>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace lbea::tool {
 
-/// Truncates after 511 characters.
+/// printf into a string. Truncates after 511 characters.
 template <typename... Values>
 std::string formatted(const char* pattern, Values... values) {
   std::array<char, 512> line{};
   std::snprintf(line.data(), line.size(), pattern, values...);
   return line.data();
+}
+
+/// The whole of `text` as a number; nothing when it is anything else or outside the type's range. An integer may have
+/// another base than 10.
+template <class Number, class... Base>
+std::optional<Number> parsed(std::string_view text, Base... base) {
+  Number number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base...);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
 }  // namespace lbea::tool

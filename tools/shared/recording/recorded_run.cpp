@@ -1,5 +1,7 @@
 #include "tools/shared/recording/recorded_run.hpp"
 
+#include "tools/shared/cli/formatted.hpp"
+
 #include <algorithm>
 #include <charconv>
 
@@ -15,12 +17,9 @@ std::int64_t time_of(std::uint64_t ns) {
   return static_cast<std::int64_t>(std::min<std::uint64_t>(ns, static_cast<std::uint64_t>(last_time)));
 }
 
-bool read_hexadecimal(const mcap::Texts& texts, std::string_view key, std::uint64_t& into) {
+std::optional<std::uint64_t> hexadecimal_in(const mcap::Texts& texts, std::string_view key) {
   const auto found = texts.find(std::string(key));
-  if (found == texts.end()) return false;
-  const std::string& text = found->second;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), into, 16);
-  return error == std::errc() && end == text.data() + text.size();
+  return found == texts.end() ? std::nullopt : parsed<std::uint64_t>(found->second, 16);
 }
 
 bool has_magic_at(const mcap::ByteSource& source, std::uint64_t offset) {
@@ -35,11 +34,9 @@ std::optional<RecordedChannel> channel_of(const mcap::Channel& channel) {
   if (channel.topic == results_topic) return RecordedChannel{Kind::result};
   if (channel.topic == state_topic) return RecordedChannel{Kind::state};
   if (channel.topic != frames_topic) return RecordedChannel{};
-  RecordedChannel frames{Kind::frame};
-  const bool is_valid = read_hexadecimal(channel.metadata, session_key, frames.session) &&
-                        read_hexadecimal(channel.metadata, id_high_key, frames.id_high) && frames.id_high >> 32 == 0;
-  if (!is_valid) return std::nullopt;
-  return frames;
+  const auto session = hexadecimal_in(channel.metadata, session_key),
+             id = hexadecimal_in(channel.metadata, id_high_key);
+  return session && id && *id >> 32 == 0 ? std::optional(RecordedChannel{Kind::frame, *session, *id}) : std::nullopt;
 }
 
 RecordedMessage recorded_message(const mcap::Message& message, const RecordedChannel& channel) {

@@ -1,5 +1,7 @@
 #include "tools/shared/recording/recording_options.hpp"
 
+#include "tools/shared/cli/formatted.hpp"
+
 #include <spdlog/spdlog.h>
 
 #include <charconv>
@@ -24,11 +26,9 @@ const std::map<std::string, mcap::Compression> compression_names{
     {"none", mcap::Compression::none}, {"lz4", mcap::Compression::lz4}, {"zstd", mcap::Compression::zstd}};
 
 std::optional<std::chrono::nanoseconds> seconds(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= most_window_s))
-    return std::nullopt;
-  return std::chrono::nanoseconds(static_cast<std::int64_t>(value * 1e9));
+  const auto value = parsed<double>(text);
+  if (!value || !(*value >= 0 && *value <= most_window_s)) return std::nullopt;
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(*value * 1e9));
 }
 
 RecordWindow parse_window(const std::string& text) {
