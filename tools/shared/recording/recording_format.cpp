@@ -14,66 +14,66 @@ std::string text(Number number) {
   return {digits.data(), end};
 }
 
+std::string text(const std::string& value) { return value; }
+std::string text(Method method) { return text(static_cast<std::int32_t>(method)); }
 std::string text(const RigidTransform& transform) {
   std::string line;
   for (const float value : transform) line += (line.empty() ? "" : " ") + text(value);
   return line;
 }
 
-/// Reads values by key; an absent key leaves the value unchanged.
-class SettingsReader {
- public:
-  SettingsReader(const mcap::Texts& texts, std::string file) : texts_(texts), file_(std::move(file)) {}
-  void read(const char* key, std::string& into) const {
-    if (const auto found = texts_.find(key); found != texts_.end()) into = found->second;
-  }
-  template <class Number>
-  void read(const char* key, Number& into) const {
-    const auto found = texts_.find(key);
-    if (found == texts_.end()) return;
-    const char* from = found->second.data();
-    const char* const end = from + found->second.size();
-    if (!parse(from, end, into) || from != end) fail(key);
-  }
-  void read(const char* key, RigidTransform& into) const {
-    const auto found = texts_.find(key);
-    if (found == texts_.end()) return;
-    const char* from = found->second.data();
-    const char* const end = from + found->second.size();
-    for (float& value : into) {
-      if (from != end && *from == ' ') ++from;
-      if (!parse(from, end, value)) fail(key);
-    }
-    if (from != end) fail(key);
-  }
+/// Takes a value from the front of `from`; false when there is none.
+template <class Number>
+bool take(std::string_view& from, Number& into) {
+  const auto [next, error] = std::from_chars(from.data(), from.data() + from.size(), into);
+  from.remove_prefix(static_cast<std::size_t>(next - from.data()));
+  return error == std::errc();
+}
+bool take(std::string_view& from, std::string& into) {
+  into = std::exchange(from, {});
+  return true;
+}
+bool take(std::string_view& from, Method& into) {
+  std::int32_t number = 0;
+  if (!take(from, number)) return false;
+  into = static_cast<Method>(number);
+  return true;
+}
+bool take(std::string_view& from, RigidTransform& into) {
+  return std::ranges::all_of(into, [&](float& value) {
+    if (from.starts_with(' ')) from.remove_prefix(1);
+    return take(from, value);
+  });
+}
 
- private:
-  template <class Number>
-  static bool parse(const char*& from, const char* end, Number& into) {
-    const auto [next, error] = std::from_chars(from, end, into);
-    from = next;
-    return error == std::errc();
-  }
-  [[noreturn]] void fail(const std::string& key) const {
-    throw Error(Status::bad_input, file_ + ": its metadata \"" + std::string(settings_metadata_name) +
-                                       "\" has no valid number in \"" + key +
-                                       "\"; set it on the command line of a matcher instead of replaying into a model");
-  }
-  const mcap::Texts& texts_;
-  std::string file_;
-};
+/// The settings with their keys in the file. Settings: RunSettings, also const.
+template <class Settings, class Visit>
+void for_each_setting(Settings& settings, const Visit& visit) {
+  auto& matcher = settings.matcher;
+  visit("program", settings.program);
+  visit("model_file", settings.model_file);
+  visit("model_checksum", settings.model_checksum);
+  visit("method", settings.method);
+  visit("method_number", matcher.method);
+  visit("max_points", matcher.max_points);
+  visit("max_matches", matcher.max_matches);
+  visit("trusted_distance", matcher.trusted_distance);
+  visit("min_coverage", matcher.min_coverage);
+  visit("trigger_ns", matcher.trigger_ns);
+  visit("T_reference_sensor", matcher.T_reference_sensor);
+  visit("sensor_json", settings.sensor_json);
+  visit("start_ns", settings.start_ns);
+  visit("record_window", settings.record_window);
+}
 
 constexpr std::array<std::string_view, 3> condition_names{"active", "ended", "silent"};
 
 bool read(std::istream& in, wire::SenderCondition& condition) {
   std::string name;
   in >> name;
-  for (std::size_t i = 0; i < condition_names.size(); ++i) {
-    if (name != condition_names[i]) continue;
-    condition = static_cast<wire::SenderCondition>(i);
-    return true;
-  }
-  return false;
+  const auto known = std::ranges::find(condition_names, name);
+  condition = static_cast<wire::SenderCondition>(known - condition_names.begin());
+  return known != condition_names.end();
 }
 
 }  // namespace
@@ -86,45 +86,23 @@ std::uint32_t checked_max_points(std::uint32_t points, const std::string& file) 
 }
 
 mcap::Metadata to_metadata(const RunSettings& settings) {
-  const MatcherConfig& matcher = settings.matcher;
-  return {std::string(settings_metadata_name),
-          {{"program", settings.program},
-           {"model_file", settings.model_file},
-           {"model_checksum", text(settings.model_checksum)},
-           {"method", settings.method},
-           {"method_number", text(static_cast<std::int32_t>(matcher.method))},
-           {"max_points", text(matcher.max_points)},
-           {"max_matches", text(matcher.max_matches)},
-           {"trusted_distance", text(matcher.trusted_distance)},
-           {"min_coverage", text(matcher.min_coverage)},
-           {"trigger_ns", text(matcher.trigger_ns)},
-           {"T_reference_sensor", text(matcher.T_reference_sensor)},
-           {"sensor_json", settings.sensor_json},
-           {"start_ns", text(settings.start_ns)},
-           {"record_window", settings.record_window}}};
+  mcap::Metadata metadata{std::string(settings_metadata_name), {}};
+  for_each_setting(settings, [&](const char* key, const auto& value) { metadata.texts[key] = text(value); });
+  return metadata;
 }
 
 RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file) {
-  const SettingsReader from(metadata.texts, file);
   RunSettings settings;
-  MatcherConfig& matcher = settings.matcher;
-  from.read("program", settings.program);
-  from.read("model_file", settings.model_file);
-  from.read("model_checksum", settings.model_checksum);
-  from.read("method", settings.method);
-  auto method = static_cast<std::int32_t>(matcher.method);
-  from.read("method_number", method);
-  matcher.method = static_cast<Method>(method);
-  from.read("max_points", matcher.max_points);
-  matcher.max_points = checked_max_points(matcher.max_points, file);
-  from.read("max_matches", matcher.max_matches);
-  from.read("trusted_distance", matcher.trusted_distance);
-  from.read("min_coverage", matcher.min_coverage);
-  from.read("trigger_ns", matcher.trigger_ns);
-  from.read("T_reference_sensor", matcher.T_reference_sensor);
-  from.read("sensor_json", settings.sensor_json);
-  from.read("start_ns", settings.start_ns);
-  from.read("record_window", settings.record_window);
+  for_each_setting(settings, [&](const std::string& key, auto& value) {
+    const auto found = metadata.texts.find(key);
+    if (found == metadata.texts.end()) return;
+    std::string_view rest = found->second;
+    if (!take(rest, value) || !rest.empty())
+      throw Error(Status::bad_input,
+                  file + ": its metadata \"" + metadata.name + "\" has no valid number in \"" + key +
+                      "\"; set it on the command line of a matcher instead of replaying into a model");
+  });
+  settings.matcher.max_points = checked_max_points(settings.matcher.max_points, file);
   return settings;
 }
 
