@@ -40,14 +40,6 @@ Recorder::~Recorder() {
   finish();
 }
 
-bool Recorder::put(Queue queue, const mcap::Message& message) noexcept {
-  return (queue == Queue::frames ? frames_ : notes_).put(message);
-}
-
-bool Recorder::put_channel(Queue queue, mcap::Bytes record) noexcept {
-  return (queue == Queue::frames ? frames_ : notes_).put_channel(record);
-}
-
 void Recorder::trigger(std::int64_t log_time_ns) noexcept {
   std::int64_t expected = no_trigger;
   trigger_ns_.compare_exchange_strong(expected, log_time_ns);
@@ -83,26 +75,20 @@ bool Recorder::try_tick(bool last) noexcept {
 }
 
 void Recorder::tick(bool last) {
-  if (phase_ == RecordingPhase::armed && trigger_ns_ != no_trigger) begin_window();
-  switch (phase_) {
-    case RecordingPhase::armed:
-      return last ? discard_rest() : discard_old();
-    case RecordingPhase::recording:
-      return record(last);
-    case RecordingPhase::finished:
-    case RecordingPhase::failed:
-      return discard_rest();
+  const std::array queues{&notes_, &frames_};
+  if (phase_ == RecordingPhase::armed && trigger_ns_ != no_trigger) {
+    for (RecordQueue* queue : queues) queue->begin_window(window_begin_ns());
+    phase_ = RecordingPhase::recording;
   }
-}
-
-void Recorder::discard_old() {
-  const std::int64_t oldest_ns = wire::wall_clock_ns() - config_.window->before.count();
-  for (RecordQueue* queue : {&notes_, &frames_}) queue->discard_before(oldest_ns);
-}
-
-void Recorder::begin_window() {
-  for (RecordQueue* queue : {&notes_, &frames_}) queue->begin_window(window_begin_ns());
-  phase_ = RecordingPhase::recording;
+  if (phase_ == RecordingPhase::recording) return record(last);
+  const bool is_armed = phase_ == RecordingPhase::armed;
+  const std::int64_t oldest_ns = is_armed ? wire::wall_clock_ns() - config_.window->before.count() : 0;
+  for (RecordQueue* queue : queues) {
+    if (is_armed && !last)
+      queue->discard_before(oldest_ns);
+    else  // messages after the end of the file are not wanted, or lost after a failure
+      queue->discard_all(phase_ == RecordingPhase::failed);
+  }
 }
 
 void Recorder::record(bool last) {
@@ -167,11 +153,6 @@ void Recorder::end_file() noexcept {
   const bool ended = file_.write_last_report(status()) &&
                      (!stopping_ || !last_metadata_ || file_.write(*last_metadata_)) && file_.close(status());
   phase_ = ended ? RecordingPhase::finished : RecordingPhase::failed;
-}
-
-/// The file has ended: further messages are not wanted, or lost after a failure.
-void Recorder::discard_rest() {
-  for (RecordQueue* queue : {&notes_, &frames_}) queue->discard_all(phase_ == RecordingPhase::failed);
 }
 
 }  // namespace lbea::tool

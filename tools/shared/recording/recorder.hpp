@@ -18,9 +18,9 @@ class Recorder {
 
   // One thread per queue; neither function blocks or allocates.
   /// False when the message was lost, which is counted.
-  bool put(Queue queue, const mcap::Message& message) noexcept;
+  bool put(Queue queue, const mcap::Message& message) noexcept { return at(queue).put(message); }
   /// The record of a channel, before its first message. False when there is no room; nothing is counted.
-  bool put_channel(Queue queue, mcap::Bytes record) noexcept;
+  bool put_channel(Queue queue, mcap::Bytes record) noexcept { return at(queue).put_channel(record); }
 
   /// With a window: records around this time. Only the first call counts.
   void trigger(std::int64_t log_time_ns) noexcept;
@@ -34,16 +34,14 @@ class Recorder {
  private:
   using Clock = std::chrono::steady_clock;
 
+  RecordQueue& at(Queue queue) noexcept { return queue == Queue::frames ? frames_ : notes_; }
   void run() noexcept;
   bool try_tick(bool last) noexcept;
   void tick(bool last);
-  void discard_old();
-  void begin_window();
   void record(bool last);
   bool write_chunk();
   bool write_both(const RecordQueue::Batch& notes, const RecordQueue::Batch& frames);
   void end_file() noexcept;
-  void discard_rest();
   [[nodiscard]] std::size_t waiting_bytes() const noexcept { return frames_.used() + notes_.used(); }
   [[nodiscard]] std::int64_t window_begin_ns() const noexcept;
   [[nodiscard]] std::int64_t window_end_ns() const noexcept;

@@ -20,16 +20,6 @@ std::string losses_json(const RecorderStatus::Queue& queue) {
 
 }  // namespace
 
-DiskSyncer::DiskSyncer(mcap::Sink& sink, std::chrono::milliseconds interval, DiskStatus& disk)
-    : sink_(sink), interval_(interval), disk_(disk) {
-  if (interval_ > 0ms) thread_ = std::jthread([this](const std::stop_token& stopped) { run(stopped); });
-}
-
-void DiskSyncer::stop() noexcept {
-  thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
-}
-
 void DiskSyncer::run(const std::stop_token& stopped) noexcept {
   std::uint64_t synced = 0;
   auto due = std::chrono::steady_clock::now() + interval_;
@@ -43,17 +33,6 @@ void DiskSyncer::run(const std::stop_token& stopped) noexcept {
     }
     due = std::chrono::steady_clock::now() + interval_;
   }
-}
-
-RepeatedDefinitions::RepeatedDefinitions(const RecordingStart& start, std::chrono::milliseconds interval)
-    : interval_(interval) {
-  for (const mcap::Schema& schema : start.schemas) definitions_.schemas.emplace(schema.id, schema);
-  for (const mcap::Channel& channel : start.channels) definitions_.channels.emplace(channel.id, channel);
-}
-
-void RepeatedDefinitions::add(const mcap::Record& record) {
-  static_cast<void>(definitions_.add(record));
-  changed_ = true;
 }
 
 void RepeatedDefinitions::append_when_due(mcap::Buffer& front, bool has_messages) {
@@ -93,14 +72,6 @@ void LossReports::append_when_changed(mcap::Buffer& out, const RecorderStatus& s
   appended_ = std::move(report);
 }
 
-void LossReports::confirm(bool written) noexcept {
-  if (written && !appended_.empty()) {
-    last_ = std::move(appended_);
-    ++sequence_;
-  }
-  appended_.clear();
-}
-
 mcap::Metadata closing_metadata(const RecorderStatus& status) {
   const auto text = [](auto number) { return std::to_string(number); };
   mcap::Metadata closing{std::string(closing_metadata_name),
@@ -123,17 +94,13 @@ mcap::Metadata closing_metadata(const RecorderStatus& status) {
 RecordingFile::RecordingFile(mcap::Sink& sink, mcap::Compression compression, const RecordingStart& start,
                              RepeatedDefinitions& definitions, DiskStatus& disk)
     : sink_(sink), writer_(sink, compression), definitions_(definitions), reports_(start.status_channel), disk_(disk) {
-  if (const int error = write_start(start); error != 0)
-    throw Error(Status::write_failed, "the recording cannot be started: " + std::generic_category().message(error) +
-                                          "; check the folder and the free space");
-  disk_.bytes = writer_.size();
-}
-
-int RecordingFile::write_start(const RecordingStart& start) {
   int error = writer_.begin(start.header);
   for (const mcap::Metadata& metadata : start.metadata)
     if (error == 0) error = writer_.metadata(metadata);
-  return error;
+  if (error != 0)
+    throw Error(Status::write_failed, "the recording cannot be started: " + std::generic_category().message(error) +
+                                          "; check the folder and the free space");
+  disk_.bytes = writer_.size();
 }
 
 /// Runs a step that writes and updates the disk's status.
