@@ -1,9 +1,9 @@
 // lbea-monitor: a web page that shows a running test or a recording.
-#include "adapters/wire/codec/codec.hpp"
 #include "tools/monitor/feeds/live_feed.hpp"
 #include "tools/monitor/feeds/recording_feed.hpp"
 #include "tools/monitor/web/web_server.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/handshake.hpp"
 #include "tools/shared/intake/log.hpp"
 
 #include <spdlog/spdlog.h>
@@ -74,14 +74,8 @@ std::optional<Model> model_of_server(const std::string& results_endpoint) {
   wire::WireContext context;
   wire::ResultSource results(context, results_endpoint);
   spdlog::info("waiting for lbea-serve on {} to name its model", results_endpoint);
-  wire::WireState state;
-  while (stop_requested == 0) {
-    const auto message = results.receive(std::chrono::milliseconds(100));
-    if (message && wire::message_kind(*message) == wire::MessageKind::state &&
-        wire::decode_state(*message, state) == wire::WireStatus::ok)
-      return open_model(state.model.file, state.model.checksum);
-  }
-  return {};
+  const auto state = wait_for_state(results, [] { return stop_requested != 0; });
+  return state ? std::optional(open_model(state->model.file, state->model.checksum)) : std::nullopt;
 }
 
 void wait_for_stop() {

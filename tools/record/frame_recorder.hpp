@@ -4,7 +4,6 @@
 #include "tools/record/forwarder.hpp"
 #include "tools/shared/intake/frame_log.hpp"
 #include "tools/shared/intake/frame_receiver.hpp"
-#include "tools/shared/intake/peer_log.hpp"
 #include "tools/shared/recording/run_recorder.hpp"
 
 #include <atomic>
@@ -67,7 +66,7 @@ class FrameRecorder final : private IntakeSink {
       unforwarded_controls_{0};
   std::atomic<bool> stopping_{false};
   FrameLog log_;
-  PeerLog peers_{"frames", [this] { return receiver_.visits(); }, [this] { return receiver_.peers(); }};
+  PeerLog peers_{"frames", receiver_};
   std::thread frames_thread_, results_thread_;
 };
 

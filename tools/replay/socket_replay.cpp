@@ -23,17 +23,6 @@ constexpr auto longest_flush = 2000ms;
 constexpr auto longest_silence = 5000ms;
 constexpr std::int64_t longest_disorder_ns = 1'000'000'000, long_pause_ns = 10'000'000'000;
 
-std::optional<wire::WireState> first_state(wire::ResultSource& results, const std::function<bool()>& stop) {
-  wire::WireState state;
-  for (const auto deadline = Clock::now() + longest_silence; !stop() && Clock::now() < deadline;) {
-    const auto message = results.receive(ready_interval);
-    if (message && wire::message_kind(*message) == wire::MessageKind::state &&
-        wire::decode_state(*message, state) == wire::WireStatus::ok)
-      return state;
-  }
-  return {};
-}
-
 /// Round 0 keeps the recorded session; each other round has a new one.
 std::uint64_t session_of(std::uint64_t recorded, std::uint64_t round) {
   return recorded ^ (round * 0x9e37'79b9'7f4a'7c15);
@@ -117,7 +106,8 @@ MatcherReceipts::MatcherReceipts(wire::WireContext& context, const std::string& 
                                  const wire::ClientAccess& access, const std::function<bool()>& stop)
     : context_(context), endpoint_(results_endpoint), access_(access) {
   wire::ResultSource source = results();
-  auto state = first_state(source, stop);
+  auto state = wait_for_state(
+      source, [&, deadline = Clock::now() + longest_silence] { return stop() || Clock::now() >= deadline; });
   if (!state)
     throw Error(Status::endpoint_unavailable,
                 "endpoint \"" + endpoint_ +

@@ -25,24 +25,24 @@ using Level = Finding::Level;
 constexpr std::uint64_t mb = 1'000'000;
 constexpr rlim_t max_descriptors = 16'384;  // an unknown connection takes memory for two seconds
 
-Privilege pin(unsigned processor) {
+Finding pin(unsigned processor) {
   cpu_set_t set;
   CPU_ZERO(&set);
   if (processor < CPU_SETSIZE) CPU_SET(processor, &set);
   const int error = processor < CPU_SETSIZE ? ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set) : EINVAL;
   const std::string which = "processor " + std::to_string(processor);
-  if (error == 0) return {"pin", true, "the matching thread runs on " + which};
-  return {"pin", false,
+  if (error == 0) return {"pin", Level::ok, "the matching thread runs on " + which};
+  return {"pin", Level::warning,
           which + " is not available (" + std::strerror(error) + "); taskset -cp $$ lists those that are"};
 }
 
-Privilege become_realtime(int priority) {
+Finding become_realtime(int priority) {
   sched_param param{};
   param.sched_priority = priority;
   const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &param);
   const std::string which = "SCHED_FIFO priority " + std::to_string(priority);
-  if (error == 0) return {"realtime", true, "the matching thread has " + which};
-  return {"realtime", false,
+  if (error == 0) return {"realtime", Level::ok, "the matching thread has " + which};
+  return {"realtime", Level::warning,
           which + " was denied (" + std::strerror(error) +
               "); allow it with LimitRTPRIO= in the unit, rtprio in limits.conf, or CAP_SYS_NICE"};
 }
@@ -60,12 +60,12 @@ std::string describe(const Model* model, Method method) {
          std::to_string((model->bytes() - model->hot_bytes(method)) / mb) + " MB are read on demand";
 }
 
-Privilege lock_memory(const Model* model, Method method) {
-  if (lock_all(model, method)) return {"lock-memory", true, describe(model, method)};
+Finding lock_memory(const Model* model, Method method) {
+  if (lock_all(model, method)) return {"lock-memory", Level::ok, describe(model, method)};
   const int error = errno;
   rlimit limit{};
   ::getrlimit(RLIMIT_MEMLOCK, &limit);
-  return {"lock-memory", false,
+  return {"lock-memory", Level::warning,
           std::string("memory could not be locked (") + std::strerror(error) + "; the limit is " +
               std::to_string(limit.rlim_cur >> 20) +
               " MB); allow it with LimitMEMLOCK=infinity in the unit or memlock in limits.conf"};
@@ -128,14 +128,14 @@ WriteProbe probe_writing(int descriptor, std::uint64_t bytes) {
 
 }  // namespace
 
-std::vector<Privilege> request_for_thread(const PrivilegeRequest& request) {
-  std::vector<Privilege> answers;
+std::vector<Finding> request_for_thread(const PrivilegeRequest& request) {
+  std::vector<Finding> answers;
   if (request.pin) answers.push_back(pin(*request.pin));
   if (request.realtime) answers.push_back(become_realtime(*request.realtime));
   return answers;
 }
 
-std::vector<Privilege> request_for_process(const PrivilegeRequest& request, const Model* model, Method method) {
+std::vector<Finding> request_for_process(const PrivilegeRequest& request, const Model* model, Method method) {
   if (!request.lock_memory) return {};
   return {lock_memory(model, method)};
 }
@@ -173,12 +173,9 @@ Finding check_memory(std::uint64_t needed) {
 }
 
 std::vector<Finding> check_privileges(const PrivilegeRequest& request, const Model* model, Method method) {
-  std::vector<Privilege> answers;
-  std::thread([&] { answers = request_for_thread(request); }).join();
-  for (Privilege& answer : request_for_process(request, model, method)) answers.push_back(std::move(answer));
   std::vector<Finding> findings;
-  for (const Privilege& answer : answers)
-    findings.push_back({answer.name, answer.granted ? Level::ok : Level::warning, answer.detail});
+  std::thread([&] { findings = request_for_thread(request); }).join();
+  for (Finding& finding : request_for_process(request, model, method)) findings.push_back(std::move(finding));
   if (findings.empty())
     findings.push_back({"privileges", Level::ok, "none requested (--pin, --realtime, --lock-memory)"});
   const std::string governor = first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");

@@ -14,28 +14,22 @@ struct PrivilegeRequest {
   bool lock_memory = false;  // present and future memory of the process, except parts of the model that no frame needs
 };
 
-struct Privilege {
-  std::string name;  // "pin", "realtime", "lock-memory"
-  bool granted = false;
-  std::string detail;  // what was granted; or why not, and how to allow it
-};
-
-/// For the calling thread, which becomes the matching thread.
-[[nodiscard]] std::vector<Privilege> request_for_thread(const PrivilegeRequest& request);
-/// For the process, after it has opened its model (if any) and before it allocates much.
-[[nodiscard]] std::vector<Privilege> request_for_process(const PrivilegeRequest& request, const Model* model,
-                                                         Method method);
-/// Raises the process's limit of open descriptors to its maximum or 16,384, so that unknown connections use up neither
-/// those that peers need nor memory.
-void raise_descriptor_limit() noexcept;
-
-/// The result of one check.
+/// The result of one check, or the answer to one request, which is never failed.
 struct Finding {
   enum class Level { ok, warning, failed };
   std::string name;
   Level level = Level::ok;
   std::string text;
 };
+
+/// For the calling thread, which becomes the matching thread.
+[[nodiscard]] std::vector<Finding> request_for_thread(const PrivilegeRequest& request);
+/// For the process, after it has opened its model (if any) and before it allocates much.
+[[nodiscard]] std::vector<Finding> request_for_process(const PrivilegeRequest& request, const Model* model,
+                                                       Method method);
+/// Raises the process's limit of open descriptors to its maximum or 16,384, so that unknown connections use up neither
+/// those that peers need nor memory.
+void raise_descriptor_limit() noexcept;
 
 /// Whether the clock is synchronized, and fast to read.
 [[nodiscard]] std::vector<Finding> check_clock();

@@ -3,12 +3,10 @@
 #include "tools/serve/command_line.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/reports.hpp"
-#include "tools/serve/supervision.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/outlet.hpp"
 #include "tools/shared/cli/service_notify.hpp"
 #include "tools/shared/intake/log.hpp"
-#include "tools/shared/intake/peer_log.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
@@ -60,11 +58,77 @@ void require_memory(const ServeOptions& options) {
                             options.pipeline.queue_slots, options.matcher.max_points, needed >> 20, installed >> 20));
 }
 
-void report(const std::vector<Privilege>& privileges) {
-  for (const Privilege& privilege : privileges)
-    spdlog::log(privilege.granted ? spdlog::level::info : spdlog::level::warn, "--{}: {}", privilege.name,
-                privilege.detail);
+void report(const std::vector<Finding>& privileges) {
+  for (const auto& [name, level, text] : privileges)
+    spdlog::log(level == Finding::Level::ok ? spdlog::level::info : spdlog::level::warn, "--{}: {}", name, text);
 }
+
+/// Detects a thread of the pipeline that hangs.
+class Watchdog {
+ public:
+  using Clock = std::chrono::steady_clock;
+  explicit Watchdog(const Pipeline& pipeline) : pipeline_(pipeline), seen_(pipeline.rounds()), since_(Clock::now()) {}
+  /// Call often. True when every thread has advanced since it was last true. Logs an error when a thread has not
+  /// advanced for a second, and when it advances again.
+  bool poll(Clock::time_point now) {
+    const Pipeline::Rounds rounds = pipeline_.rounds();
+    std::size_t stalled = 0;
+    while (stalled < rounds.size() && rounds[stalled] != seen_[stalled]) ++stalled;
+    const bool all_advanced = stalled == rounds.size();
+    if (all_advanced) {
+      if (has_warned_) spdlog::info("all threads advance again");
+      seen_ = rounds;
+      since_ = now;
+      has_warned_ = false;
+    } else if (now - since_ > max_stall && !has_warned_) {
+      has_warned_ = true;
+      spdlog::error("the {} thread has not advanced for a second; {}", thread_names[stalled],
+                    stalled == 1 ? "it is matching frame " + std::to_string(pipeline_.current_frame())
+                                 : "check what it waits for");
+    }
+    return all_advanced;
+  }
+
+ private:
+  static constexpr std::array<const char*, 3> thread_names{"receiving", "matching", "publishing"};
+  static constexpr auto max_stall = std::chrono::seconds(1);
+  const Pipeline& pipeline_;
+  Pipeline::Rounds seen_;
+  Clock::time_point since_;
+  bool has_warned_ = false;
+};
+
+/// Notices that the model's file is written to while it is used.
+class ModelWatch {
+ public:
+  /// `needs_file`: frames are matched with what is in the file, not with a copy.
+  ModelWatch(const Model& model, std::string file, bool needs_file)
+      : model_(model), file_(std::move(file)), needs_file_(needs_file) {}
+  /// Call often. False when matches would be wrong from now on. Logs once what has happened.
+  bool poll() {
+    if (has_warned_ || !model_.file_was_written()) return !(has_warned_ && needs_file_);
+    has_warned_ = true;
+    if (needs_file_)
+      spdlog::error(
+          "{} was written to while frames are matched with it: the program ends, because they would be matched "
+          "wrongly; "
+          "replace a model by renaming another file (mv), then restart",
+          file_);
+    else
+      spdlog::warn(
+          "{} was written to: frames are still matched with the former model, but no field is inferred any more; "
+          "restart "
+          "to use the new model",
+          file_);
+    return !needs_file_;
+  }
+
+ private:
+  const Model& model_;
+  std::string file_;
+  bool needs_file_;
+  bool has_warned_ = false;
+};
 
 /// Runs until a stop signal; reports to systemd as long as all threads advance. False when the model was overwritten.
 bool supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog& recording, ModelWatch& model,
@@ -103,21 +167,6 @@ struct Publishers {
   }
 };
 
-std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
-  std::vector<PeerLog> logs;
-  logs.emplace_back(
-      "frames", [&] { return pipeline.frame_visits(); }, [&] { return pipeline.frame_peers(); });
-  logs.emplace_back(
-      "results", [&] { return pipeline.result_visits(); }, [&] { return pipeline.result_peers(); });
-  const auto add = [&](const char* endpoint, wire::ResultSink& sink) {
-    logs.emplace_back(
-        endpoint, [&sink] { return sink.visits(); }, [&sink] { return sink.peers(); });
-  };
-  if (publishers.preview) add("preview", publishers.preview->sink());
-  if (publishers.inference) add("inference", publishers.inference->sink());
-  return logs;
-}
-
 int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
@@ -146,7 +195,10 @@ int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
   ModelWatch model_watch(model, options.model_file, !is_held);
-  const bool has_model = supervise(pipeline, peer_logs(pipeline, publishers), recording, model_watch, service);
+  std::vector<PeerLog> peers = pipeline.peer_logs();
+  if (publishers.preview) peers.emplace_back("preview", publishers.preview->sink());
+  if (publishers.inference) peers.emplace_back("inference", publishers.inference->sink());
+  const bool has_model = supervise(pipeline, std::move(peers), recording, model_watch, service);
   service.stopping();
   pipeline.stop();
   pipeline.write_log();

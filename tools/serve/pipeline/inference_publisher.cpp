@@ -27,16 +27,7 @@ InferencePublisher::InferencePublisher(wire::WireContext& context, const std::st
               .unit = std::string(info.unit),
               .location = info.location,
               .model_checksum = model_.checksum()};
-  thread_ = std::thread(&InferencePublisher::run, this);
-}
-
-InferencePublisher::~InferencePublisher() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.notify_one();
-  thread_.join();
+  thread_ = std::jthread([this](const std::stop_token& stopped) { run(stopped); });
 }
 
 void InferencePublisher::result(wire::Message, const wire::WireResult& result) noexcept {
@@ -47,11 +38,9 @@ void InferencePublisher::result(wire::Message, const wire::WireResult& result) n
   wake_.notify_one();
 }
 
-void InferencePublisher::run() noexcept {
+void InferencePublisher::run(const std::stop_token& stopped) noexcept {
   std::unique_lock lock(mutex_);
-  while (true) {
-    wake_.wait(lock, [&] { return !waiting_.empty() || stopping_; });
-    if (waiting_.empty()) return;  // waiting requests are published before the end
+  while (wake_.wait(lock, stopped, [&] { return !waiting_.empty(); })) {  // publishes waiting requests before the end
     const Request request = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();

@@ -20,7 +20,6 @@ class InferencePublisher final : public RunObserver {
   /// Binds. Throws Error{endpoint_unavailable}.
   InferencePublisher(wire::WireContext& context, const std::string& endpoint, const wire::ServerAccess& access,
                      Model model, std::uint32_t field);
-  ~InferencePublisher() override;
 
   /// Copies the estimate and the candidates. Frames without an estimate are skipped. When the thread is too slow, the
   /// oldest waiting frame is dropped, which shows as a gap in the sequence.
@@ -34,7 +33,7 @@ class InferencePublisher final : public RunObserver {
     std::int64_t stamp_ns = 0;
     wire::WireFit fit;
   };
-  void run() noexcept;
+  void run(const std::stop_token& stopped) noexcept;
   void publish(const Request& request);
 
   Model model_;
@@ -45,10 +44,9 @@ class InferencePublisher final : public RunObserver {
   wire::WireInference message_;
   std::uint64_t requested_ = 0;  // pipeline's publishing thread
   std::mutex mutex_;             // guards the members below
-  std::condition_variable wake_;
+  std::condition_variable_any wake_;
   std::deque<Request> waiting_;
-  bool stopping_ = false;
-  std::thread thread_;
+  std::jthread thread_;
 };
 
 }  // namespace lbea::tool

@@ -21,8 +21,7 @@ class Pipeline {
   [[nodiscard]] wire::Counters counters() const noexcept { return publisher_.counters(); }
   [[nodiscard]] wire::PeerCounts frame_peers() const noexcept { return receiver_.peers(); }
   [[nodiscard]] wire::PeerCounts result_peers() const noexcept { return publisher_.peers(); }
-  [[nodiscard]] std::vector<wire::PeerVisit> frame_visits() { return receiver_.visits(); }
-  [[nodiscard]] std::vector<wire::PeerVisit> result_visits() { return publisher_.visits(); }
+  [[nodiscard]] std::vector<PeerLog> peer_logs() { return {{"frames", receiver_}, {"results", publisher_}}; }
   [[nodiscard]] std::size_t queue_used() const noexcept { return queues_.frames.used(); }
   [[nodiscard]] std::vector<wire::WireSender> senders() const { return queues_.account.senders.load(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return publisher_.match_times(); }

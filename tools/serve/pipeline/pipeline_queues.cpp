@@ -1,9 +1,8 @@
 #include "tools/serve/pipeline/pipeline_queues.hpp"
 
 namespace lbea::tool {
-namespace {
+
 constexpr std::uint64_t max_announced = 1000;  // results for one gap; the rest is only counted
-}
 
 bool RateLimit::allows(Clock::time_point now) noexcept {
   const double seconds = std::chrono::duration<double>(now - last_).count();

@@ -1,9 +1,8 @@
 #include "tools/serve/pipeline/result_publisher.hpp"
 
 namespace lbea::tool {
-namespace {
+
 constexpr std::chrono::milliseconds min_state_interval{10};  // also when states are requested more often
-}
 
 void LatencyHistogram::add(std::uint64_t ns) noexcept {
   std::size_t bucket = 0;

@@ -13,6 +13,10 @@ bool is_identified(wire::WireStatus status) {
          status != wire::WireStatus::message_too_large;
 }
 
+constexpr auto log_interval = std::chrono::seconds(1);
+
+std::string from(const std::string& address) { return address.empty() ? "" : " from " + address; }
+
 }  // namespace
 
 std::string frames_text(IdRange ids) {
@@ -24,18 +28,6 @@ void FrameLog::note(wire::WireStatus status, std::uint64_t session, IdRange ids)
   if (is_identified(status) && std::exchange(noted_session_, session) != session)
     push({Event::Kind::new_session, status, session, ids, 0});
   if (status != wire::WireStatus::ok) push({Event::Kind::status, status, session, ids, 0});
-}
-
-void FrameLog::note_refusal(std::uint64_t session, IdRange ids) noexcept {
-  push({Event::Kind::refusal, wire::WireStatus::ok, session, ids, 0});
-}
-
-void FrameLog::note_low_coverage(std::uint64_t session, std::uint64_t id, float coverage) noexcept {
-  push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage});
-}
-
-void FrameLog::push(const Event& event) noexcept {
-  if (!events_.push(event)) ++without_room_;
 }
 
 void FrameLog::write() {
@@ -106,6 +98,37 @@ void warn_of_unfinished(const std::vector<wire::WireSender>& senders) {
       spdlog::warn(
           "session {:016x} did not say goodbye: its captures are accounted for up to id {}; later ones are unknown",
           sender.session, sender.next_id - 1);
+}
+
+void PeerLog::poll(Clock::time_point now) {
+  using enum wire::PeerVisit::Answer;
+  if (now < next_) return;
+  next_ = now + log_interval;
+  std::string stranger, offender;
+  for (const wire::PeerVisit& visit : visits_()) {
+    if (visit.answer == admitted && !visit.name.empty())
+      spdlog::info("{}: {} connected{}", endpoint_, visit.name, from(visit.address));
+    if (visit.answer == unknown) stranger = ", one of them" + from(visit.address);
+    if (visit.answer == offending)
+      offender = "; the last one, " + (visit.name.empty() ? "unnamed" : visit.name) + from(visit.address) + ", sent " +
+                 visit.offense;
+  }
+  const wire::PeerCounts counts = counts_();
+  const auto warn = [&](std::uint64_t wire::PeerCounts::*count, const char* action, const std::string& which) {
+    if (counts.*count > logged_.*count)
+      spdlog::warn("{}: {} {} connections {}", endpoint_, action, counts.*count - logged_.*count, which);
+  };
+  warn(&wire::PeerCounts::unknown, "refused", "without an allowed key (--allow)" + stranger);
+  warn(&wire::PeerCounts::excess, "refused", "beyond --max-peers");
+  warn(&wire::PeerCounts::crowded, "refused", "because few descriptors are left (ulimit -n)");
+  warn(&wire::PeerCounts::malformed, "ended", "that did not speak ZeroMQ's protocol");
+  warn(&wire::PeerCounts::offending, "cut off", "whose peers broke a limit" + offender);
+  logged_ = counts;
+}
+
+void warn_of_unbounded_peers() {
+  if (!wire::has_peer_bounds())
+    spdlog::warn("built with the system's libzmq: one peer can end this program or use up its memory");
 }
 
 }  // namespace lbea::tool

@@ -1,8 +1,8 @@
-// The operator's log while frames arrive: at most one line per kind of problem and second.
+// The operator's log while frames arrive: at most one line per kind of problem and second; and the log of the peers.
 #pragma once
 
-#include "adapters/wire/codec/messages.hpp"
-#include "tools/shared/cli/log_line.hpp"
+#include <functional>
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/shared/intake/channel.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 
@@ -11,16 +11,46 @@ namespace lbea::tool {
 /// "frame 7", "frames 7 to 9".
 [[nodiscard]] std::string frames_text(IdRange ids);
 
+/// A log line that is written at most once a second.
+class LogLine {
+ public:
+  /// Whether to write the line now, for `times` occurrences. Otherwise they are counted for the next line.
+  [[nodiscard]] bool is_due(std::uint64_t times = 1) {
+    const auto now = Clock::now();
+    if (last_ != Clock::time_point{} && now - last_ < interval) {
+      suppressed_ += times;
+      return false;
+    }
+    last_ = now;
+    return true;
+  }
+  /// " (and 7 more since the last such line)"; empty when there are none.
+  [[nodiscard]] std::string suppressed_text() {
+    const std::uint64_t suppressed = std::exchange(suppressed_, 0);
+    return suppressed == 0 ? std::string() : " (and " + std::to_string(suppressed) + " more since the last such line)";
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr auto interval = std::chrono::seconds(1);
+  Clock::time_point last_{};
+  std::uint64_t suppressed_ = 0;
+};
+
 class FrameLog {
  public:
   // The thread that receives or publishes. Neither function blocks or allocates; what finds no room is counted.
   /// The status of these captures.
   void note(wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept;
   /// The matcher had no room for these frames.
-  void note_refusal(std::uint64_t session, IdRange ids) noexcept;
+  void note_refusal(std::uint64_t session, IdRange ids) noexcept {
+    push({Event::Kind::refusal, wire::WireStatus::ok, session, ids, 0});
+  }
 
   /// A frame covers little of the undeformed component.
-  void note_low_coverage(std::uint64_t session, std::uint64_t id, float coverage) noexcept;
+  void note_low_coverage(std::uint64_t session, std::uint64_t id, float coverage) noexcept {
+    push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage});
+  }
 
   // Another thread.
   /// Logs what was noted since the last call.
@@ -39,7 +69,9 @@ class FrameLog {
     IdRange ids;
     float coverage = 0;
   };
-  void push(const Event& event) noexcept;
+  void push(const Event& event) noexcept {
+    if (!events_.push(event)) ++without_room_;
+  }
   void write(const Event& event);
   void write_refusal(IdRange ids);
   void write_problem(wire::WireStatus status, IdRange ids);
@@ -55,5 +87,27 @@ class FrameLog {
 
 /// At the end of a run: logs a warning for each sender that did not say goodbye.
 void warn_of_unfinished(const std::vector<wire::WireSender>& senders);
+
+/// Logs admitted and disconnected peers and the number of refused connections, at most once a second.
+class PeerLog {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// `endpoint`: its name in the log. `socket`: has the functions visits() and peers().
+  template <class Socket>
+  PeerLog(const char* endpoint, Socket& socket)
+      : endpoint_(endpoint), visits_([&] { return socket.visits(); }), counts_([&] { return socket.peers(); }) {}
+  /// Call often.
+  void poll(Clock::time_point now);
+
+ private:
+  const char* endpoint_;
+  std::function<std::vector<wire::PeerVisit>()> visits_;
+  std::function<wire::PeerCounts()> counts_;
+  Clock::time_point next_{};
+  wire::PeerCounts logged_;
+};
+
+/// Warns when the program is built with a libzmq that does not survive every peer.
+void warn_of_unbounded_peers();
 
 }  // namespace lbea::tool

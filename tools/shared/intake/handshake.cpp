@@ -16,58 +16,67 @@ constexpr std::chrono::milliseconds receipt_timeout{5000};
 // A restarted matcher counts from 0.
 std::uint64_t increase(std::uint64_t before, std::uint64_t now) { return now >= before ? now - before : now; }
 
+std::optional<wire::WireSender> entry_of(const wire::WireState& state, std::uint64_t session) {
+  const auto own = std::ranges::find(state.senders, session, &wire::WireSender::session);
+  return own == state.senders.end() ? std::nullopt : std::optional(*own);
+}
+
 std::uint64_t dropped(const wire::WireState& state) { return state.counters.of(wire::WireStatus::queue_full); }
 
 }  // namespace
 
-std::optional<wire::WireState> Handshake::begin(const std::function<bool()>& stop) {
-  wire::Encoder encoder;
-  auto next_hello = Clock::now();
+std::optional<wire::WireState> wait_for_state(wire::ResultSource& results, const std::function<bool()>& stop) {
+  wire::WireState state;
   while (!stop()) {
-    if (Clock::now() >= next_hello) {
-      frames_.tell(encoder.control({session_, wire::ControlKind::hello, 0, 0}));
-      next_hello = Clock::now() + repeat_interval;
-    }
-    if (own_entry(repeat_interval) != nullptr) return state_;
+    const auto message = results.receive(repeat_interval);
+    if (message && wire::message_kind(*message) == wire::MessageKind::state &&
+        wire::decode_state(*message, state) == wire::WireStatus::ok)
+      return state;
   }
   return {};
+}
+
+std::optional<wire::WireState> Handshake::begin(const std::function<bool()>& stop) {
+  const auto is_known = [](const wire::WireSender&) { return true; };
+  return tell_until(is_known, {session_, wire::ControlKind::hello, 0, 0}, stop) ? std::optional(state_) : std::nullopt;
 }
 
 // A breaking connection loses the messages in transit, possibly the goodbye too. Repeating it changes nothing.
 std::optional<wire::WireSender> Handshake::end(std::uint64_t next_id, std::uint64_t withheld,
                                                std::chrono::milliseconds timeout) {
+  const auto is_complete = [next_id](const wire::WireSender& entry) {
+    return entry.next_id >= next_id && entry.condition == wire::SenderCondition::ended;
+  };
+  return tell_until(is_complete, {session_, wire::ControlKind::goodbye, next_id, withheld},
+                    [deadline = Clock::now() + timeout] { return Clock::now() >= deadline; });
+}
+
+std::optional<wire::WireSender> Handshake::tell_until(const std::function<bool(const wire::WireSender&)>& is_enough,
+                                                      const wire::Control& control, const std::function<bool()>& stop) {
   wire::Encoder encoder;
-  const auto deadline = Clock::now() + timeout;
-  for (auto next_goodbye = Clock::now(); Clock::now() < deadline;) {
-    if (Clock::now() >= next_goodbye) {
-      frames_.tell(encoder.control({session_, wire::ControlKind::goodbye, next_id, withheld}));
-      next_goodbye = Clock::now() + repeat_interval;
+  for (auto next = Clock::now(); !stop();) {
+    if (Clock::now() >= next) {
+      frames_.tell(encoder.control(control));
+      next = Clock::now() + repeat_interval;
     }
-    const wire::WireSender* entry = own_entry(repeat_interval);
-    if (entry != nullptr && entry->next_id >= next_id && entry->condition == wire::SenderCondition::ended)
-      return *entry;
+    const auto message = results_.receive(repeat_interval);
+    if (!message || wire::message_kind(*message) != wire::MessageKind::state) continue;
+    if (wire::decode_state(*message, state_) != wire::WireStatus::ok) continue;
+    const auto entry = entry_of(state_, session_);
+    if (entry && is_enough(*entry)) return entry;
   }
   return {};
 }
 
-const wire::WireSender* Handshake::own_entry(std::chrono::milliseconds timeout) {
-  const auto message = results_.receive(timeout);
-  if (!message || wire::message_kind(*message) != wire::MessageKind::state) return nullptr;
-  if (wire::decode_state(*message, state_) != wire::WireStatus::ok) return nullptr;
-  const auto own = std::ranges::find(state_.senders, session_, &wire::WireSender::session);
-  return own == state_.senders.end() ? nullptr : &*own;
-}
-
-wire::WireSender Receipts::before(std::uint64_t session) const {
-  const auto own = std::ranges::find(before_.senders, session, &wire::WireSender::session);
-  return own == before_.senders.end() ? wire::WireSender{} : *own;
+bool Receipts::knew(std::uint64_t session) const {
+  return entry_of(before_, session).value_or(wire::WireSender{}).received > 0;
 }
 
 void Receipts::collect(Handshake& handshake, std::uint64_t session, std::uint64_t next_id) {
   const auto now = handshake.end(next_id, 0, receipt_timeout);
   sum_.is_whole = sum_.is_whole && now;
   if (!now) return;
-  const wire::WireSender then = before(session);
+  const wire::WireSender then = entry_of(before_, session).value_or(wire::WireSender{});
   sum_.received += increase(then.received, now->received);
   sum_.missed += increase(then.missed, now->missed);
   sum_.withheld += increase(then.withheld, now->withheld);

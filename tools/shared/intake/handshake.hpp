@@ -12,6 +12,10 @@
 
 namespace lbea::tool {
 
+/// The next state of the matcher; nothing when `stop` returns true before.
+[[nodiscard]] std::optional<wire::WireState> wait_for_state(wire::ResultSource& results,
+                                                            const std::function<bool()>& stop);
+
 class Handshake {
  public:
   Handshake(wire::FrameSink& frames, wire::ResultSource results, std::uint64_t session)
@@ -28,7 +32,10 @@ class Handshake {
   [[nodiscard]] const wire::WireState& state() const noexcept { return state_; }
 
  private:
-  [[nodiscard]] const wire::WireSender* own_entry(std::chrono::milliseconds timeout);
+  /// Repeats a message until the matcher's entry for this session `is_enough`; nothing when `stop` returns true before.
+  [[nodiscard]] std::optional<wire::WireSender> tell_until(
+      const std::function<bool(const wire::WireSender&)>& is_enough, const wire::Control& control,
+      const std::function<bool()>& stop);
 
   wire::FrameSink& frames_;
   wire::ResultSource results_;
@@ -51,11 +58,10 @@ class Receipts {
   /// Ends a session and adds what the matcher reports of it; waits at most 5 s.
   void collect(Handshake& handshake, std::uint64_t session, std::uint64_t next_id);
   /// Whether the matcher had received frames of that session before.
-  [[nodiscard]] bool knew(std::uint64_t session) const { return before(session).received > 0; }
+  [[nodiscard]] bool knew(std::uint64_t session) const;
   [[nodiscard]] const Receipt& sum() const noexcept { return sum_; }
 
  private:
-  [[nodiscard]] wire::WireSender before(std::uint64_t session) const;
   wire::WireState before_;
   Receipt sum_;
 };

@@ -45,7 +45,8 @@ IdTracker::Observation IdTracker::observe_late(Session& session, std::uint64_t i
     --missed_;
     --sender.missed;
   } else if (id >= session.earliest && id < sender.first_id) {
-    gap = move_begin_to(session, id);
+    const std::uint64_t former = std::exchange(sender.first_id, id);
+    gap = add_gap(session, {id + 1, former - id - 1});
   } else {
     ++duplicates_;
     return {Arrival::duplicate, {}};
@@ -55,15 +56,13 @@ IdTracker::Observation IdTracker::observe_late(Session& session, std::uint64_t i
   return {Arrival::late, gap};
 }
 
-IdRange IdTracker::move_begin_to(Session& session, std::uint64_t id) {
-  wire::WireSender& sender = session.sender;
-  const IdRange gap{id + 1, sender.first_id - id - 1};
-  sender.first_id = id;
+IdRange IdTracker::add_gap(Session& session, IdRange gap) {
   if (gap.count == 0) return {};
   missed_ += gap.count;
-  sender.missed += gap.count;
-  session.missing.insert(session.missing.begin(), gap);
-  if (session.missing.size() > max_gaps) session.missing.erase(session.missing.begin());
+  session.sender.missed += gap.count;
+  auto& missing = session.missing;
+  missing.insert(std::ranges::upper_bound(missing, gap.first, {}, &IdRange::first), gap);
+  if (missing.size() > max_gaps) missing.erase(missing.begin());
   return gap;
 }
 
@@ -88,15 +87,8 @@ IdTracker::Report IdTracker::report(const wire::Control& control, Clock::time_po
 }
 
 IdRange IdTracker::advance(Session& session, std::uint64_t id) {
-  wire::WireSender& sender = session.sender;
-  const IdRange gap{sender.next_id, id - sender.next_id};
-  if (gap.count == 0) return {};
-  missed_ += gap.count;
-  sender.missed += gap.count;
-  sender.next_id = id;
-  session.missing.push_back(gap);
-  if (session.missing.size() > max_gaps) session.missing.erase(session.missing.begin());
-  return gap;
+  const std::uint64_t first = std::exchange(session.sender.next_id, id);
+  return add_gap(session, {first, id - first});
 }
 
 bool IdTracker::remove_missing(Session& session, std::uint64_t id) {

@@ -74,8 +74,8 @@ class IdTracker {
   bool enter_test(const wire::WireSender& sender, Clock::time_point now);
   /// An id below next_id.
   Observation observe_late(Session& session, std::uint64_t id);
-  /// Moves the session's begin back to `id`; the ids between are missed.
-  IdRange move_begin_to(Session& session, std::uint64_t id);
+  /// The ids in `gap` are missed.
+  IdRange add_gap(Session& session, IdRange gap);
   static bool remove_missing(Session& session, std::uint64_t id);
 
   std::vector<Session> recent_;  // bounded: the least recently used one is replaced

@@ -76,16 +76,10 @@ std::string answer_text(const wire::WireTestState& state, std::span<const std::s
   if (state.frames == 0) return "no verdict; only method fit judges a test";
   const std::string likely = likely_simulations(state, names);
   const std::string misfit = formatted("misfit %.2f", static_cast<double>(state.misfit));
-  switch (state.verdict) {
-    case wire::WireVerdict::matched:
-      return "matched: " + likely + ", " + misfit;
-    case wire::WireVerdict::ambiguous:
-      return "ambiguous: " + likely + ", " + misfit;
-    case wire::WireVerdict::no_simulation_fits:
-      return "NO SIMULATION FITS, " + misfit + "; " + likely;
-    default:
-      return "no verdict yet; so far " + likely;
-  }
+  if (state.verdict == wire::WireVerdict::no_simulation_fits) return "NO SIMULATION FITS, " + misfit + "; " + likely;
+  if (state.verdict == wire::WireVerdict::matched) return "matched: " + likely + ", " + misfit;
+  if (state.verdict == wire::WireVerdict::ambiguous) return "ambiguous: " + likely + ", " + misfit;
+  return "no verdict yet; so far " + likely;
 }
 
 }  // namespace lbea::tool
