@@ -91,17 +91,12 @@ void check_endpoints(Preflight& preflight, const ServeOptions& options) {
   preflight.check("frames", [&] {
     return frames.emplace(context, options.frames_endpoint, wire::WireLimits{}, senders).endpoint();
   });
-  preflight.check("results", [&] {
-    return results.emplace(context, options.results_endpoint, wire::results_held, access).endpoint();
-  });
-  if (!options.preview_endpoint.empty())
-    preflight.check("preview", [&] {
-      return preview.emplace(context, options.preview_endpoint, wire::results_held, access).endpoint();
-    });
-  if (!options.inference_endpoint.empty())
-    preflight.check("inference", [&] {
-      return inference.emplace(context, options.inference_endpoint, wire::results_held, access).endpoint();
-    });
+  const auto bind = [&](const char* name, std::optional<wire::ResultSink>& sink, const std::string& endpoint) {
+    preflight.check(name, [&] { return sink.emplace(context, endpoint, wire::results_held, access).endpoint(); });
+  };
+  bind("results", results, options.results_endpoint);
+  if (!options.preview_endpoint.empty()) bind("preview", preview, options.preview_endpoint);
+  if (!options.inference_endpoint.empty()) bind("inference", inference, options.inference_endpoint);
   if (!options.metrics_address.empty())
     preflight.check("metrics", [&] {
       return http::MetricsServer(options.metrics_address, [] { return std::string(); }).address();

@@ -13,37 +13,31 @@ namespace lbea::tool {
 namespace {
 
 void write_frames(http::MetricsText& page, const wire::Counters& counters) {
-  page.metric("lbea_frames_captured_total", "counter", "Captures, by the senders' ids and control messages")
-      .value(counters.captured())
-      .metric("lbea_frames_received_total", "counter", "Frames that arrived, whatever their status")
-      .value(counters.received)
-      .metric("lbea_frames_total", "counter", "Captures by status; the sum is lbea_frames_captured_total");
+  const auto counter = [&](const char* name, const char* meaning, std::uint64_t value, const char* type = "counter") {
+    page.metric(name, type, meaning).value(value);
+  };
+  counter("lbea_frames_captured_total", "Captures, by the senders' ids and control messages", counters.captured());
+  counter("lbea_frames_received_total", "Frames that arrived, whatever their status", counters.received);
+  page.metric("lbea_frames_total", "counter", "Captures by status; the sum is lbea_frames_captured_total");
   for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
     const auto status = static_cast<wire::WireStatus>(i);
     if (wire::fate_of(status) == wire::Fate::not_a_capture) continue;
     page.value(counters.of(status), http::MetricsText::label("fate", wire::to_string(wire::fate_of(status))) + "," +
                                         http::MetricsText::label("status", wire::to_string(status)));
   }
-  page.metric("lbea_frames_on_the_way", "gauge", "Frames received and without a status yet")
-      .value(counters.on_the_way())
-      .metric("lbea_frames_reordered_total", "counter", "Frames that arrived after one with a higher id")
-      .value(counters.reordered)
-      .metric("lbea_results_unannounced_total", "counter",
-              "Refused, dropped or missed frames without a result of their own")
-      .value(counters.unannounced)
-      .metric("lbea_sender_sessions_total", "counter", "Sender sessions")
-      .value(counters.sessions)
-      .metric("lbea_frames_interleaved_total", "counter",
-              "Returns to a sender while the test of another one was running")
-      .value(counters.interleaved)
-      .metric("lbea_senders_silent", "gauge", "Senders without a message for seconds and without a goodbye")
-      .value(counters.silent)
-      .metric("lbea_ends_of_stream_total", "counter", "Ends of stream that senders announced")
-      .value(counters.of(wire::WireStatus::end_of_stream))
-      .metric("lbea_recorded_frames_total", "counter", "Frames in the recording's file")
-      .value(counters.recorded)
-      .metric("lbea_unrecorded_total", "counter", "Frames and results missing from the recording")
-      .value(counters.unrecorded);
+  counter("lbea_frames_on_the_way", "Frames received and without a status yet", counters.on_the_way(), "gauge");
+  counter("lbea_frames_reordered_total", "Frames that arrived after one with a higher id", counters.reordered);
+  counter("lbea_results_unannounced_total", "Refused, dropped or missed frames without a result of their own",
+          counters.unannounced);
+  counter("lbea_sender_sessions_total", "Sender sessions", counters.sessions);
+  counter("lbea_frames_interleaved_total", "Returns to a sender while the test of another one was running",
+          counters.interleaved);
+  counter("lbea_senders_silent", "Senders without a message for seconds and without a goodbye", counters.silent,
+          "gauge");
+  counter("lbea_ends_of_stream_total", "Ends of stream that senders announced",
+          counters.of(wire::WireStatus::end_of_stream));
+  counter("lbea_recorded_frames_total", "Frames in the recording's file", counters.recorded);
+  counter("lbea_unrecorded_total", "Frames and results missing from the recording", counters.unrecorded);
 }
 
 void write_peers(http::MetricsText& page, const Pipeline& pipeline) {
