@@ -7,17 +7,11 @@ namespace {
 
 constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
 
+/// match() returns no other status.
 wire::WireStatus to_wire(Status status) noexcept {
-  switch (status) {
-    case Status::ok:
-      return wire::WireStatus::ok;
-    case Status::low_coverage:
-      return wire::WireStatus::low_coverage;
-    case Status::too_many_points:
-      return wire::WireStatus::too_many_points;
-    default:
-      return wire::WireStatus::empty_frame;  // match() returns no other status
-  }
+  if (status == Status::ok) return wire::WireStatus::ok;
+  if (status == Status::low_coverage) return wire::WireStatus::low_coverage;
+  return status == Status::too_many_points ? wire::WireStatus::too_many_points : wire::WireStatus::empty_frame;
 }
 
 wire::WireVerdict verdict_of(wire::WireStatus status) noexcept {
@@ -27,17 +21,9 @@ wire::WireVerdict verdict_of(wire::WireStatus status) noexcept {
 }
 
 wire::WireVerdict to_wire(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::matched:
-      return wire::WireVerdict::matched;
-    case Verdict::ambiguous:
-      return wire::WireVerdict::ambiguous;
-    case Verdict::no_simulation_fits:
-      return wire::WireVerdict::no_simulation_fits;
-    case Verdict::unknown:
-      break;
-  }
-  return wire::WireVerdict::unknown;
+  if (verdict == Verdict::matched) return wire::WireVerdict::matched;
+  if (verdict == Verdict::ambiguous) return wire::WireVerdict::ambiguous;
+  return verdict == Verdict::unknown ? wire::WireVerdict::unknown : wire::WireVerdict::no_simulation_fits;
 }
 
 // The likeliest simulations, best first, in reserved memory.
@@ -91,16 +77,16 @@ double ModelEngine::time_s(Sample sample) const noexcept {
 }
 
 wire::ModelSummary summarize(const Model& model, const std::string& file) {
-  wire::ModelSummary summary{file,
-                             model.checksum(),
-                             model.vertices(),
-                             model.modes(),
-                             model.samples(),
-                             model.references(),
-                             std::string(model.length_unit()),
-                             {}};
-  for (std::uint32_t i = 0; i < model.simulations(); ++i) summary.simulations.emplace_back(model.simulation_name(i));
-  return summary;
+  std::vector<std::string> simulations;
+  for (std::uint32_t i = 0; i < model.simulations(); ++i) simulations.emplace_back(model.simulation_name(i));
+  return {file,
+          model.checksum(),
+          model.vertices(),
+          model.modes(),
+          model.samples(),
+          model.references(),
+          std::string(model.length_unit()),
+          std::move(simulations)};
 }
 
 void reserve(Outcome& outcome, std::uint32_t max_matches) {
