@@ -124,29 +124,19 @@ requires(!std::is_enum_v<Value>) Option* CommandLine::add_option(const std::stri
 }
 
 // The types of values that the programs' options have.
-#define LBEA_OPTION(...) template Option* CommandLine::add_option(const std::string&, __VA_ARGS__&, const std::string&)
-LBEA_OPTION(int);
-LBEA_OPTION(std::int64_t);
-LBEA_OPTION(std::uint32_t);
-LBEA_OPTION(std::uint64_t);
-LBEA_OPTION(float);
-LBEA_OPTION(double);
-LBEA_OPTION(std::string);
-LBEA_OPTION(std::filesystem::path);
-LBEA_OPTION(std::optional<bool>);
-LBEA_OPTION(std::optional<int>);
-LBEA_OPTION(std::optional<std::int64_t>);
-LBEA_OPTION(std::optional<std::uint32_t>);
-LBEA_OPTION(std::optional<std::uint64_t>);
-LBEA_OPTION(std::optional<float>);
-LBEA_OPTION(std::optional<double>);
-LBEA_OPTION(std::optional<std::string>);
-LBEA_OPTION(std::optional<std::filesystem::path>);
-LBEA_OPTION(std::vector<std::uint32_t>);
-LBEA_OPTION(std::vector<double>);
-LBEA_OPTION(std::vector<std::string>);
-LBEA_OPTION(std::vector<std::filesystem::path>);
+#define LBEA_ONE(...) template Option* CommandLine::add_option(const std::string&, __VA_ARGS__&, const std::string&);
+#define LBEA_OPTION(Type) LBEA_ONE(Type) LBEA_ONE(std::optional<Type>) LBEA_ONE(std::vector<Type>)
+LBEA_ONE(std::optional<bool>)
+LBEA_OPTION(int)
+LBEA_OPTION(std::int64_t)
+LBEA_OPTION(std::uint32_t)
+LBEA_OPTION(std::uint64_t)
+LBEA_OPTION(float)
+LBEA_OPTION(double)
+LBEA_OPTION(std::string)
+LBEA_OPTION(std::filesystem::path)
 #undef LBEA_OPTION
+#undef LBEA_ONE
 
 Option* CommandLine::add_option_function(const std::string& names, std::function<void(std::int64_t)> use,
                                          const std::string& help) {
