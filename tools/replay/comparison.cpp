@@ -67,21 +67,18 @@ ResultComparison::ResultComparison(RecordedRun& run, double tolerance) : toleran
   while (const auto message = run.next()) {
     if (message->kind == RecordedMessage::Kind::state &&
         wire::decode_state(message->data, state) == wire::WireStatus::ok)
-      add_first_ids(state);
+      for (const wire::WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
     if (message->kind == RecordedMessage::Kind::frame) frames.emplace_back(message->session, message->id);
     if (message->kind != RecordedMessage::Kind::result) continue;
     if (wire::decode_result(message->data, result) != wire::WireStatus::ok)
       throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be from another version");
-    if (is_of_a_frame(result.status)) add_recorded(result);
+    if (!is_of_a_frame(result.status)) continue;
+    Answers& answers = recorded_[{result.session, result.frame_id}];
+    if (answers.results.empty()) answers.first = result.status;
+    answers.results.push_back(result);
   }
   find_sessions(frames);
   find_lost_history(frames);
-}
-
-void ResultComparison::add_recorded(const wire::WireResult& result) {
-  Answers& answers = recorded_[{result.session, result.frame_id}];
-  if (answers.results.empty()) answers.first = result.status;
-  answers.results.push_back(result);
 }
 
 void ResultComparison::find_sessions(const std::vector<Key>& frames) {
@@ -91,10 +88,6 @@ void ResultComparison::find_sessions(const std::vector<Key>& frames) {
     session.first_id = std::min(session.first_id, frame.second);
     session.last_id = std::max(session.last_id, frame.second);
   }
-}
-
-void ResultComparison::add_first_ids(const wire::WireState& state) {
-  for (const wire::WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
 }
 
 // Either the matcher had earlier frames of the session, or a result sums up more frames than are recorded since the

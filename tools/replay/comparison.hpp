@@ -50,11 +50,9 @@ class ResultComparison {
     bool began_before = false;  // the first frames of the test are not recorded
     [[nodiscard]] bool holds(std::uint64_t id) const noexcept { return id >= first_id && id <= last_id; }
   };
-  void add_recorded(const wire::WireResult& result);
   /// `frames`: in the order of the recording.
   void find_sessions(const std::vector<Key>& frames);
   void find_lost_history(const std::vector<Key>& frames);
-  void add_first_ids(const wire::WireState& state);
   /// Before the first or after the last frame of its session that is recorded with its result.
   [[nodiscard]] bool is_at_edge(const Key& key) const;
   [[nodiscard]] bool is_same(const wire::WireResult& recorded, const wire::WireResult& now) const;

@@ -1,5 +1,5 @@
 // lbea-replay: plays a recording to a matcher's socket, or straight into a model.
-#include "tools/replay/model_replay.hpp"
+#include "tools/replay/replay_settings.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/tool.hpp"

@@ -1,22 +1,155 @@
-#include "tools/replay/model_replay.hpp"
+#include "tools/replay/replay_settings.hpp"
 
 #include "adapters/rig/sensor_json.hpp"
-#include "tools/replay/match_replay.hpp"
+#include "adapters/wire/codec/codec.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 #include "tools/shared/intake/test_answer.hpp"
+#include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/views.hpp"
 
 #include <spdlog/spdlog.h>
 
+#include <barrier>
 #include <cstdio>
+#include <memory>
+#include <thread>
 #include <utility>
 
 namespace lbea::tool {
 namespace {
 
 constexpr std::uint64_t most_differences_shown = 20;
+
+/// Receives a result without times other than the frame's own and without counters. Returns whether to continue.
+using ResultHandler = std::function<bool(const wire::WireResult& result)>;
+
+/// Matches recorded frames. The same recording and model give the same results to the last bit on any number of
+/// threads.
+class MatchReplay {
+ public:
+  MatchReplay(const Model& model, const MatcherConfig& config, const SensorViews& views, unsigned threads)
+      : model_checksum_(model.checksum()),
+        decoder_(wire::WireLimits{.max_points = config.max_points}),
+        slots_(threads),
+        begin_(threads),
+        end_(threads) {
+    reserve(outcome_, config.max_matches);
+    for (Slot& slot : slots_) slot.engine = std::make_unique<ModelEngine>(model, config, views);
+    workers_.reserve(slots_.size() - 1);
+    try {
+      for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
+    } catch (...) {  // the destructor does not run after an exception
+      for (std::size_t i = workers_.size() + 1; i < slots_.size(); ++i) begin_.arrive_and_drop();
+      end_workers();
+      throw;
+    }
+  }
+  ~MatchReplay() { end_workers(); }
+  MatchReplay(const MatchReplay&) = delete;
+  MatchReplay& operator=(const MatchReplay&) = delete;
+
+  /// Adds a recorded frame. Its result is delivered during this call or a later one, in the order of the frames.
+  /// Without `is_wanted` the frame only contributes to the test's history.
+  bool add(const RecordedMessage& frame, bool is_wanted, const ResultHandler& handle) {
+    Slot& slot = slots_[filled_++];
+    slot.is_wanted = is_wanted;
+    slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
+    slot.status = status_after(ids_.observe(frame.session, frame.id).arrival, slot.status);
+    slot.header = decoder_.header();
+    slot.header.frame_id = {};
+    slot.header.cloud = {};
+    slot.receive_ns = frame.log_time_ns;
+    slot.points.resize(slot.status == wire::WireStatus::ok ? slot.header.points : 0);
+    if (slot.status == wire::WireStatus::ok) decoder_.read_points(slot.points);
+    return filled_ < slots_.size() || flush(handle);
+  }
+  /// Registers the id of an earlier frame, so that later frames with this id are repetitions.
+  void skip(const RecordedMessage& frame) { static_cast<void>(ids_.observe(frame.session, frame.id)); }
+  /// Delivers the remaining results.
+  bool flush(const ResultHandler& handle) {
+    run_batch();
+    bool go_on = true;
+    for (std::size_t i = 0; i < filled_ && go_on; ++i) {
+      const wire::WireResult result = result_of(slots_[i]);
+      if (slots_[i].is_wanted) go_on = handle(result);
+    }
+    filled_ = 0;
+    return go_on;
+  }
+
+ private:
+  struct Slot {
+    std::unique_ptr<ModelEngine> engine;
+    wire::FrameHeader header;
+    std::int64_t receive_ns = 0;
+    wire::WireStatus status = wire::WireStatus::ok;
+    std::vector<Point> points;
+    MatchResult match;
+    bool is_wanted = true;
+  };
+  static void match(Slot& slot) {
+    if (slot.status == wire::WireStatus::ok)
+      slot.match = slot.engine->match({slot.header.id, slot.header.stamp_ns, slot.points});
+  }
+
+  void work(Slot& slot) {
+    while (true) {
+      begin_.arrive_and_wait();
+      if (stopping_) return;
+      match(slot);
+      end_.arrive_and_wait();
+    }
+  }
+
+  void end_workers() noexcept {
+    stopping_ = true;
+    if (!workers_.empty()) begin_.arrive_and_wait();
+    for (std::thread& worker : workers_) worker.join();
+  }
+
+  void run_batch() {
+    for (std::size_t i = filled_; i < slots_.size(); ++i)
+      slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
+    if (!workers_.empty()) begin_.arrive_and_wait();
+    match(slots_[0]);
+    if (!workers_.empty()) end_.arrive_and_wait();
+  }
+
+  wire::WireResult result_of(Slot& slot) {
+    ModelEngine& first = *slots_[0].engine;
+    clear(outcome_);
+    if (slot.header.session != std::exchange(session_, slot.header.session)) first.begin_test();
+    outcome_.result.status = slot.status;
+    outcome_.result.points.received = slot.header.points;
+    if (slot.status == wire::WireStatus::ok) fill_outcome(outcome_, slot.match, first.track(slot.match));
+    wire::WireResult result;
+    compose(outcome_, first, result);
+    complete_verdict(result);
+    result.session = slot.header.session;
+    result.frame_id = slot.header.id;
+    result.stamp_ns = slot.header.stamp_ns;
+    result.receive_ns = slot.receive_ns;
+    result.sequence = slot.is_wanted ? sequence_++ : 0;
+    result.model_checksum = model_checksum_;
+    result.elapsed_ns = {};
+    return result;
+  }
+
+  std::uint64_t model_checksum_;
+  wire::Encoder encoder_;
+  wire::FrameDecoder decoder_;
+  IdTracker ids_;
+  std::vector<Slot> slots_;  // one matcher per thread; the tracker of the first one sums up the test
+  std::size_t filled_ = 0;
+  std::uint64_t session_ = 0, sequence_ = 0;
+  Outcome outcome_;
+  bool stopping_ = false;
+  std::barrier<> begin_, end_;
+  std::vector<std::thread> workers_;
+};
 
 /// Prints, writes or compares each new result.
 class ResultOutput {

@@ -1,4 +1,4 @@
-// What to replay: the settings of the matcher, and the part of the recording.
+// What to replay: the settings of the matcher, and the part of the recording; and its replay into a model.
 #pragma once
 
 #include "tools/shared/recording/recorded_run.hpp"
@@ -34,5 +34,17 @@ struct Range {
 [[nodiscard]] Part part_of(RecordedRun& run, const Range& range, const std::string& file);
 /// When the test in which the part begins started: the time of the first of the consecutive frames of its session.
 [[nodiscard]] std::int64_t history_of(RecordedRun& run, const Part& part);
+
+struct ModelReplayOptions {
+  SettingsOptions settings;
+  std::string output;
+  unsigned threads = 1;
+  bool compares = false, json = false;
+  double tolerance = 0;
+};
+
+/// Prints the results of a part, or with `compares` their differences; false when there are any. Throws Error when
+/// there is nothing to compare.
+[[nodiscard]] bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options);
 
 }  // namespace lbea::tool
