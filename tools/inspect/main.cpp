@@ -1,6 +1,5 @@
 // lbea-inspect: verifies a model or a recording and prints what is inside.
-#include "tools/inspect/model_report.hpp"
-#include "tools/inspect/recording_report.hpp"
+#include "tools/inspect/reports.hpp"
 #include "tools/shared/cli/tool.hpp"
 
 #include <filesystem>
@@ -24,12 +23,12 @@ int inspect(const Options& options) {
     recover_recording(options.file, options.output, options.json);
     return exit_ok;
   }
-  if (!options.other.empty()) {
-    options.json ? print_diff_json(options.file, options.other) : print_diff(options.file, options.other);
-    return exit_ok;
-  }
-  if (is_recording(options.file)) return print_recording(options.file, options.json) ? exit_ok : exit_failed;
-  options.json ? print_model_json(options.file) : print_model(options.file);
+  if (options.other.empty() && is_recording(options.file))
+    return print_recording(options.file, options.json) ? exit_ok : exit_failed;
+  if (options.other.empty())
+    print_model(options.file, options.json);
+  else
+    print_diff(options.file, options.other, options.json);
   return exit_ok;
 }
 

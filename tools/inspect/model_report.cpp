@@ -1,8 +1,7 @@
-#include "tools/inspect/model_report.hpp"
+#include "tools/inspect/reports.hpp"
 
 #include "runtime/src/model/mapped_file.hpp"
 #include "runtime/src/model/section_reader.hpp"
-#include "tools/inspect/text.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -201,8 +200,9 @@ void print_names(const char* what, const Json& changes) {
 
 }  // namespace
 
-void print_model(const std::filesystem::path& file) {
+void print_model(const std::filesystem::path& file, bool as_json) {
   Json json = model_report(file);
+  if (as_json) return void(std::puts(pretty(json).c_str()));
   std::printf("%s: intact, %s bytes\n", text(json["file"]).c_str(), text(json["bytes"]).c_str());
   print_pairs(json["sizes"]);
   std::printf("\nfields\n");
@@ -218,25 +218,15 @@ void print_model(const std::filesystem::path& file) {
   print_pairs(json["provenance"].is_object() ? json["provenance"] : Json{{"text", json["provenance"]}});
 }
 
-void print_model_json(const std::filesystem::path& file) {
-  std::printf("%s\n", model_report(file).dump(2, ' ', false, Json::error_handler_t::replace).c_str());
-}
-
-void print_diff(const std::filesystem::path& before, const std::filesystem::path& after) {
+void print_diff(const std::filesystem::path& before, const std::filesystem::path& after, bool as_json) {
   const Json changes = diff(before, after);
-  if (changes["same"].get<bool>()) {
-    std::printf("%s and %s hold the same\n", before.c_str(), after.c_str());
-    return;
-  }
+  if (as_json) return void(std::puts(pretty(changes).c_str()));
+  if (changes["same"].get<bool>()) return void(std::printf("%s and %s hold the same\n", before.c_str(), after.c_str()));
   print_names("run", changes["runs"]);
   for (const auto& [key, change] : changes["settings"].items())
     std::printf("%-8s %-9s  %s: %s -> %s\n", "setting", "changed", printable(key).c_str(),
                 text(change["before"]).c_str(), text(change["after"]).c_str());
   print_names("section", changes["sections"]);
-}
-
-void print_diff_json(const std::filesystem::path& before, const std::filesystem::path& after) {
-  std::printf("%s\n", diff(before, after).dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
 }  // namespace lbea::tool

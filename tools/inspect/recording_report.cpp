@@ -1,7 +1,6 @@
-#include "tools/inspect/recording_report.hpp"
+#include "tools/inspect/reports.hpp"
 
 #include "adapters/mcap/salvage.hpp"
-#include "tools/inspect/text.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
 #include <algorithm>
@@ -170,17 +169,15 @@ void print_text(const std::filesystem::path& file, const RunAudit& audit) {
               printable(audit.settings.method).c_str());
 }
 
-std::string as_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
-
 void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& done, bool as_json) {
   if (as_json) {
-    std::printf("%s\n", as_text(Json{{"file", fixed.string()},
-                                     {"chunks", done.chunks},
-                                     {"messages", done.messages},
-                                     {"undefined_messages", done.undefined_messages},
-                                     {"was_closed", done.was_closed},
-                                     {"lost_bytes", done.lost_bytes()},
-                                     {"gaps", gaps_json(done.gaps)}})
+    std::printf("%s\n", pretty(Json{{"file", fixed.string()},
+                                    {"chunks", done.chunks},
+                                    {"messages", done.messages},
+                                    {"undefined_messages", done.undefined_messages},
+                                    {"was_closed", done.was_closed},
+                                    {"lost_bytes", done.lost_bytes()},
+                                    {"gaps", gaps_json(done.gaps)}})
                             .c_str());
     return;
   }
@@ -206,7 +203,7 @@ bool is_recording(const std::filesystem::path& file) {
 bool print_recording(const std::filesystem::path& file, bool as_json) {
   const RunAudit audit = audit_run(file);
   if (as_json)
-    std::printf("%s\n", as_text(report(file, audit)).c_str());
+    std::printf("%s\n", pretty(report(file, audit)).c_str());
   else
     print_text(file, audit);
   return audit.is_complete();
