@@ -1,5 +1,5 @@
 #include "tests/bench/plates.hpp"
-#include "tools/bench/hostile_clouds.hpp"
+#include "tools/bench/clouds.hpp"
 #include "tools/bench/measurement.hpp"
 
 #include <doctest/doctest.h>

@@ -4,6 +4,8 @@
 #include "tools/shared/cli/cloud_files.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <random>
 
 namespace lbea::tool::bench {
@@ -19,6 +21,73 @@ BenchCloud load(const std::filesystem::path& file, std::optional<std::uint32_t> 
   return {file.filename().string(), cloud.stamp_ns.value_or(0),
           points ? resized(cloud.points, *points, 0) : std::move(cloud.points)};
 }
+
+class Generator {
+ public:
+  explicit Generator(std::span<const Point> ordinary) : ordinary_(ordinary), center_(ordinary[ordinary.size() / 2]) {}
+
+  std::vector<BenchCloud> all() {
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    add("equal points", [&](std::size_t) { return center_; });
+    add("two places in turn", [&](std::size_t i) { return i % 2 == 0 ? center_ : ordinary_.front(); });
+    add("1,000 copies of each point", [&](std::size_t i) { return some(i / 1'000); });
+    add("500 copies of each point, shuffled", [&](std::size_t i) { return some(i % (ordinary_.size() / 500 + 1)); });
+    add("half of the points equal", [&](std::size_t i) { return i % 2 == 0 ? center_ : ordinary_[i]; });
+    add("few places, a rounding apart", [&](std::size_t) { return moved(center_, std::round(2 * uniform()) * 1e-5f); });
+    add("exponentially spaced", [&](std::size_t i) { return moved_along(center_, 20 * std::exp(-60 * share(i))); });
+    add("exponentially spaced shells", [&](std::size_t) { return on_sphere(center_, 20 * std::exp(-30 * uniform())); });
+    for (const float radius : {1.0f, 1e-2f, 1e-4f, 1e-5f})
+      add("a ball of radius " + std::to_string(radius), [&, radius](std::size_t) { return moved(center_, radius); });
+    for (const float radius : {1e-5f, 1e-6f, 1e-8f, 1e-30f, 1e-40f})
+      add("the origin and at most 1e" + std::to_string(std::lround(std::log10(radius))) + " about it",
+          [&, radius](std::size_t) { return moved({}, radius); });
+    add("32 tiny balls", [&](std::size_t i) { return moved(some(i % 32), 1e-3f); });
+    for (const float radius : {5.0f, 20.0f, 60.0f})
+      add("a sphere of radius " + std::to_string(std::lround(radius)),
+          [&, radius](std::size_t) { return on_sphere(center_, radius); });
+    add("a line", [&](std::size_t i) { return moved_along(center_, 100 * share(i)); });
+    add("every second point not a number", [&](std::size_t i) { return i % 2 == 0 ? ordinary_[i] : Point{nan, 0, 0}; });
+    return std::move(clouds_);
+  }
+
+ private:
+  void add(std::string name, const std::function<Point(std::size_t)>& point) {
+    BenchCloud cloud{std::move(name), 0, {}};
+    for (std::size_t i = 0; i < ordinary_.size(); ++i) cloud.points.push_back(point(i));
+    clouds_.push_back(std::move(cloud));
+  }
+  /// In -1..1, independent of the standard library.
+  float uniform() {
+    return 2 * static_cast<float>(random_() - std::minstd_rand::min()) / static_cast<float>(std::minstd_rand::max()) -
+           1;
+  }
+  [[nodiscard]] float share(std::size_t i) const {
+    return static_cast<float>(i) / static_cast<float>(ordinary_.size());
+  }
+  [[nodiscard]] const Point& some(std::size_t i) const { return ordinary_[i * 7'919 % ordinary_.size()]; }
+  Point moved(const Point& p, float reach) {
+    const float x = uniform(), y = uniform(), z = uniform();
+    return {p.x + reach * x, p.y + reach * y, p.z + reach * z};
+  }
+  static Point moved_along(const Point& p, float distance) {
+    return {p.x + distance, p.y + 0.2f * distance, p.z + 0.1f * distance};
+  }
+  Point on_sphere(const Point& p, float radius) {
+    std::array<float, 3> to{};
+    float length = 0;
+    while (!(length > 0.1f && length <= 1)) {
+      to = {uniform(), uniform(), uniform()};
+      length = std::hypot(to[0], to[1], to[2]);
+    }
+    const float scale = radius / length;
+    return {p.x + scale * to[0], p.y + scale * to[1], p.z + scale * to[2]};
+  }
+
+  std::span<const Point> ordinary_;
+  Point center_;
+  std::minstd_rand random_{1};
+  std::vector<BenchCloud> clouds_;
+};
 
 }  // namespace
 
@@ -50,5 +119,7 @@ std::uint32_t most_points(std::span<const BenchCloud> clouds) {
   for (const BenchCloud& cloud : clouds) most = std::max(most, cloud.points.size());
   return static_cast<std::uint32_t>(most);
 }
+
+std::vector<BenchCloud> hostile_clouds(std::span<const Point> ordinary) { return Generator(ordinary).all(); }
 
 }  // namespace lbea::tool::bench

@@ -25,6 +25,11 @@ struct BenchCloud {
 /// up to `jitter` along each axis. The same arguments give the same points.
 [[nodiscard]] std::vector<Point> resized(std::span<const Point> points, std::size_t count, float jitter);
 
+/// Clouds for which a search of nearest points may have to test every point for every vertex, of as many points each as
+/// `ordinary`, a cloud of the component in reference coordinates: equal points, few places, tiny balls, spheres,
+/// exponentially spaced and denormal coordinates. The same arguments give the same points.
+[[nodiscard]] std::vector<BenchCloud> hostile_clouds(std::span<const Point> ordinary);
+
 /// Number of points of the largest cloud.
 [[nodiscard]] std::uint32_t most_points(std::span<const BenchCloud> clouds);
 

@@ -1,7 +1,6 @@
 // lbea-bench: checks the answers for a set of clouds, then measures the time per frame.
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/bench/growth.hpp"
-#include "tools/bench/hostile_clouds.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/bench/round_trip.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
