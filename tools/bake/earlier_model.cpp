@@ -1,4 +1,4 @@
-#include "tools/bake/earlier_model.hpp"
+#include "tools/bake/steps.hpp"
 
 #include "tools/shared/ensemble/ensemble_input.hpp"
 
@@ -50,18 +50,50 @@ double in_units(double seconds, double factor) {
 class ModelRun : public bake::SimulationReader {
  public:
   /// time_factor: seconds per unit of the run's times, as the model was baked with. file: the model's.
-  ModelRun(Model model, std::uint32_t simulation, double time_factor, std::filesystem::path file);
+  ModelRun(Model model, std::uint32_t simulation, double time_factor, std::filesystem::path file)
+      : model_(std::move(model)),
+        simulation_(simulation),
+        time_factor_(time_factor),
+        file_(std::move(file)),
+        mesh_(mesh_of(model_)) {
+    for (std::uint32_t field = 0; field < model_.fields(); ++field)
+      if (model_.field(field).location == FieldInfo::Location::element)
+        fields_.push_back({std::string(model_.field(field).name), std::string(model_.field(field).unit)});
+    for (std::uint32_t s = 0; s < model_.samples(); ++s)
+      if (model_.sample(s).simulation == simulation_) states_ = model_.sample(s).time_step + 1;
+  }
 
   const bake::SimulationMesh& mesh() const noexcept override { return mesh_; }
   const std::vector<bake::SimulationField>& fields() const noexcept override { return fields_; }
   std::uint32_t states() const noexcept override { return states_; }
   /// This and read() throw Error{bad_config} for a state that is not one of the model's samples.
-  double time_s(std::uint32_t state) const override;
-  void read(std::uint32_t state, bake::SimulationState& into) override;
+  double time_s(std::uint32_t state) const override {
+    return in_units(model_.sample_time_s(sample(state)), time_factor_);
+  }
+  void read(std::uint32_t state, bake::SimulationState& into) override {
+    const std::uint32_t place = sample(state);
+    const auto positions = model_.node_positions(place);
+    into.time_s = time_s(state);
+    into.positions.assign(positions.begin(), positions.end());
+    into.alive.assign(model_.elements(), 1);
+    into.fields.resize(fields_.size());
+    for (std::uint32_t field = 0, next = 0; field < model_.fields(); ++field) {
+      if (model_.field(field).location != FieldInfo::Location::element) continue;
+      into.fields[next].resize(model_.field_size(field));
+      model_.read_field(field, place, into.fields[next++]);
+    }
+  }
   std::vector<std::filesystem::path> files() const override { return {file_}; }
 
  private:
-  [[nodiscard]] std::uint32_t sample(std::uint32_t state) const;
+  [[nodiscard]] std::uint32_t sample(std::uint32_t state) const {
+    const std::uint32_t place = model_.sample_index({simulation_, state});
+    if (place == model_.samples())
+      throw Error(Status::bad_config, file_.string() + " does not hold state " + std::to_string(state) + " of run " +
+                                          std::string(model_.simulation_name(simulation_)) +
+                                          "; select the steps it was baked with, or read the run itself");
+    return place;
+  }
 
   Model model_;
   std::uint32_t simulation_;
@@ -71,46 +103,6 @@ class ModelRun : public bake::SimulationReader {
   std::vector<bake::SimulationField> fields_;
   std::uint32_t states_ = 0;
 };
-
-ModelRun::ModelRun(Model model, std::uint32_t simulation, double time_factor, std::filesystem::path file)
-    : model_(std::move(model)),
-      simulation_(simulation),
-      time_factor_(time_factor),
-      file_(std::move(file)),
-      mesh_(mesh_of(model_)) {
-  for (std::uint32_t field = 0; field < model_.fields(); ++field)
-    if (model_.field(field).location == FieldInfo::Location::element)
-      fields_.push_back({std::string(model_.field(field).name), std::string(model_.field(field).unit)});
-  for (std::uint32_t s = 0; s < model_.samples(); ++s)
-    if (model_.sample(s).simulation == simulation_) states_ = model_.sample(s).time_step + 1;
-}
-
-std::uint32_t ModelRun::sample(std::uint32_t state) const {
-  const std::uint32_t place = model_.sample_index({simulation_, state});
-  if (place == model_.samples())
-    throw Error(Status::bad_config, file_.string() + " does not hold state " + std::to_string(state) + " of run " +
-                                        std::string(model_.simulation_name(simulation_)) +
-                                        "; select the steps it was baked with, or read the run itself");
-  return place;
-}
-
-double ModelRun::time_s(std::uint32_t state) const {
-  return in_units(model_.sample_time_s(sample(state)), time_factor_);
-}
-
-void ModelRun::read(std::uint32_t state, bake::SimulationState& into) {
-  const std::uint32_t place = sample(state);
-  const auto positions = model_.node_positions(place);
-  into.time_s = time_s(state);
-  into.positions.assign(positions.begin(), positions.end());
-  into.alive.assign(model_.elements(), 1);
-  into.fields.resize(fields_.size());
-  for (std::uint32_t field = 0, next = 0; field < model_.fields(); ++field) {
-    if (model_.field(field).location != FieldInfo::Location::element) continue;
-    into.fields[next].resize(model_.field_size(field));
-    model_.read_field(field, place, into.fields[next++]);
-  }
-}
 
 std::string source_of(std::uint32_t simulation, double time_factor, const std::filesystem::path& file) {
   std::ostringstream source;

@@ -1,7 +1,6 @@
 // lbea-bake: bakes an ensemble of simulations into one model file, in one process or in steps by several.
 #include "adapters/simulation/open.hpp"
 #include "tools/bake/command_line.hpp"
-#include "tools/bake/report.hpp"
 #include "tools/bake/steps.hpp"
 
 #include <optional>

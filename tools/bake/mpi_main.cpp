@@ -1,6 +1,5 @@
 // lbea-bake-mpi: the steps of a bake as one MPI job. Ranks exchange data through the work folder; MPI synchronizes the
 // steps.
-#include "tools/bake/report.hpp"
 #include "tools/bake/steps.hpp"
 
 #include <mpi.h>

@@ -1,4 +1,4 @@
-#include "tools/bake/report.hpp"
+#include "tools/bake/steps.hpp"
 
 #include "tools/shared/cli/printable.hpp"
 

@@ -1,7 +1,6 @@
 #include "tools/bake/steps.hpp"
 
 #include "precompute/jobs/jobs.hpp"
-#include "tools/bake/earlier_model.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 

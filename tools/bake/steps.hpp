@@ -8,6 +8,14 @@
 
 namespace lbea::tool {
 
+/// The runs that `file` holds, by name and by names and sizes of their files, are opened from it; the reference run is
+/// read itself. Throws Model::open()'s errors, and Error{bad_config} when length units or time factors do not fit.
+void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& description,
+                     const std::filesystem::path& file);
+
+/// Opens what EnsembleRun::source says: a run's path, or a simulation of a model.
+[[nodiscard]] std::unique_ptr<bake::SimulationReader> open_source(const std::string& source);
+
 /// Options with progress lines, Ctrl-C and the sensor described by the file `views`. Broken runs are left out.
 [[nodiscard]] bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& views);
 
@@ -24,5 +32,17 @@ bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan
 /// output: empty for the plan's own, which it is set to.
 bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output,
                              unsigned threads);
+
+/// Summary, estimate and status of a bake, as tables and as JSON.
+void print_table(const bake::BakeSummary& summary, const std::filesystem::path& model);
+void print_json(const bake::BakeSummary& summary, const std::filesystem::path& model);
+
+void print_table(const bake::BakePlan& plan, const bake::BakeEstimate& estimate);
+void print_json(const bake::BakePlan& plan, const bake::BakeEstimate& estimate);
+
+void print_table(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs);
+void print_json(const bake::BakePlan& plan, const std::vector<bake::RunStatus>& runs);
+
+void print_table(const bake::ShardSummary& summary);
 
 }  // namespace lbea::tool
