@@ -8,6 +8,5 @@
 namespace lbea::tool {
 
 void bind_matcher(pybind11::module_& module);
-void bind_sensor(pybind11::module_& module);
 
 }  // namespace lbea::tool

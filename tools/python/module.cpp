@@ -1,4 +1,5 @@
-// The Python module `lbea`: numpy arrays in, plain objects and views of the model out. Here: Model and Error.
+// The Python module `lbea`: numpy arrays in, plain objects and views of the model out. Here: Model, Error, sensor.json.
+#include "adapters/rig/sensor_json.hpp"
 #include "tools/python/bindings.hpp"
 
 #include <pybind11/numpy.h>
@@ -97,16 +98,11 @@ py::array element_nodes_of(const py::object& self) {
   return view_of(self, model_of(self).element_nodes(), {size_of(model_of(self).elements()), 4});
 }
 
-py::array node_ids_of(const py::object& self) {
-  return view_of(self, model_of(self).node_ids(), {size_of(model_of(self).nodes())});
-}
-
-py::array element_ids_of(const py::object& self) {
-  return view_of(self, model_of(self).element_ids(), {size_of(model_of(self).elements())});
-}
-
-py::array element_parts_of(const py::object& self) {
-  return view_of(self, model_of(self).element_parts(), {size_of(model_of(self).elements())});
+/// A view of one of the model's lists of numbers.
+template <auto list>
+py::array list_of(const py::object& self) {
+  const auto values = (model_of(self).*list)();
+  return view_of(self, values, {static_cast<py::ssize_t>(values.size())});
 }
 
 float field_error_of(const Model& model, const std::string& name) {
@@ -139,9 +135,34 @@ void bind_arrays(py::class_<Model>& type) {
       .def("eigenvalues", &eigenvalues_of, py::arg("reference") = 0, "one per mode, ascending, 1 / length^2")
       .def_property_readonly("element_nodes", &element_nodes_of,
                              "elements x 4 node indices; a triangle repeats its last node")
-      .def_property_readonly("node_ids", &node_ids_of, "node numbers of the solver")
-      .def_property_readonly("element_ids", &element_ids_of, "element numbers of the solver")
-      .def_property_readonly("element_parts", &element_parts_of, "part number of each element");
+      .def_property_readonly("node_ids", &list_of<&Model::node_ids>, "node numbers of the solver")
+      .def_property_readonly("element_ids", &list_of<&Model::element_ids>, "element numbers of the solver")
+      .def_property_readonly("element_parts", &list_of<&Model::element_parts>, "part number of each element");
+}
+
+py::array matrix(const RigidTransform& T) {
+  constexpr std::array<double, 4> last_row{0, 0, 0, 1};
+  py::array_t<double> rows({4, 4});
+  std::ranges::copy(last_row, std::ranges::copy(T, rows.mutable_data()).out);
+  return rows;
+}
+
+py::dict read_sensor(const std::filesystem::path& file) {
+  using namespace py::literals;
+  const io::SensorDescription description = io::read_sensor_json(file);
+  const bake::StereoSensor& sensor = description.sensor;
+  return py::dict("T_reference_sensor"_a = matrix(sensor.T_reference_sensor),
+                  "T_reference_right"_a = matrix(sensor.T_reference_right), "focal_px"_a = sensor.focal_px,
+                  "width_px"_a = sensor.width_px, "height_px"_a = sensor.height_px,
+                  "length_unit"_a = description.length_unit);
+}
+
+void bind_sensor(py::module_& module) {
+  module.def(
+      "read_pose", [](const std::filesystem::path& file) { return matrix(io::read_pose(file)); }, py::arg("file"),
+      "4 x 4: T_reference_sensor of a sensor.json, for Matcher. Raises lbea.Error.");
+  module.def("read_sensor", &read_sensor, py::arg("file"),
+             "The poses and the camera of a sensor.json, as a dict. Raises lbea.Error.");
 }
 
 /// Raises lbea.Error with the attribute `status`, a name such as "corrupt_model".
