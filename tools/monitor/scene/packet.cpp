@@ -11,16 +11,6 @@ std::size_t aligned(std::size_t bytes) { return (bytes + alignment - 1) / alignm
 
 }  // namespace
 
-template <class T>
-void Packet::add_values(std::string name, std::string_view type, const std::vector<T>& values) {
-  const auto bytes = std::as_bytes(std::span(values));
-  sections_.push_back({std::move(name), type, {bytes.begin(), bytes.end()}, values.size()});
-}
-
-void Packet::add(std::string name, std::vector<float> values) { add_values(std::move(name), "f32", values); }
-void Packet::add(std::string name, std::vector<std::uint16_t> values) { add_values(std::move(name), "u16", values); }
-void Packet::add(std::string name, std::vector<std::uint32_t> values) { add_values(std::move(name), "u32", values); }
-
 std::string Packet::finish(nlohmann::json head) const {
   auto& places = head["sections"] = nlohmann::json::object();
   std::size_t offset = 0;

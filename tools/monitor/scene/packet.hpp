@@ -18,9 +18,13 @@ namespace lbea::tool {
 
 class Packet {
  public:
-  void add(std::string name, std::vector<float> values);
-  void add(std::string name, std::vector<std::uint16_t> values);
-  void add(std::string name, std::vector<std::uint32_t> values);
+  /// Number: float, std::uint16_t or std::uint32_t.
+  template <class Number>
+  void add(std::string name, const std::vector<Number>& values) {
+    constexpr std::string_view type = std::is_same_v<Number, float> ? "f32" : sizeof(Number) == 2 ? "u16" : "u32";
+    const auto bytes = std::as_bytes(std::span(values));
+    sections_.push_back({std::move(name), type, {bytes.begin(), bytes.end()}, values.size()});
+  }
   /// The packet; adds "sections" to `head`.
   [[nodiscard]] std::string finish(nlohmann::json head) const;
 
@@ -31,8 +35,6 @@ class Packet {
     std::vector<std::byte> bytes;
     std::size_t count = 0;
   };
-  template <class T>
-  void add_values(std::string name, std::string_view type, const std::vector<T>& values);
   std::vector<Section> sections_;
 };
 
