@@ -6,6 +6,7 @@
 #include "precompute/registration/registration.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
 
 #include <nlohmann/json.hpp>
@@ -125,12 +126,11 @@ void check_units(const std::vector<Point>& points, const Undeformed& component, 
   const double cloud = bake::robust_diagonal(points), mesh = bake::box_diagonal(component.shape.mean);
   const auto factor = bake::unit_factor(cloud, mesh);
   if (!factor) return;
-  char text[300];
-  std::snprintf(text, sizeof text,
-                "the clouds measure %.4g across and the component %.4g %s: the units disagree; multiply the clouds by "
+  throw Error(
+      Status::bad_input,
+      formatted("the clouds measure %.4g across and the component %.4g %s: the units disagree; multiply the clouds by "
                 "%g, or correct the ensemble's length_unit",
-                cloud, mesh, unit.c_str(), *factor);
-  throw Error(Status::bad_input, text);
+                cloud, mesh, unit.c_str(), *factor));
 }
 
 void print(const bake::Registration& r, bool json) {
