@@ -74,9 +74,8 @@ bool has_listener(const std::filesystem::path& path) {
 int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
   if (descriptor >= 0) return descriptor;
-  throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\": cannot open the lock file " +
-                                                file.string() + " (" + std::strerror(errno) +
-                                                "); choose a path in a folder you may write to"};
+  fail_unavailable(endpoint.address, ": cannot open the lock file " + file.string() + " (" + std::strerror(errno) +
+                                         "); choose a path in a folder you may write to");
 }
 }  // namespace
 
@@ -105,6 +104,10 @@ Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& acc
   return endpoint;
 }
 
+void fail_unavailable(const std::string& address, const std::string& what) {
+  throw Error{Status::endpoint_unavailable, "endpoint \"" + address + "\"" + what};
+}
+
 EndpointLock::EndpointLock(const Endpoint& endpoint) {
   if (endpoint.transport != Transport::ipc) return;
   file_ = endpoint.path.string() + ".lock";
@@ -112,9 +115,8 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
     descriptor_ = open_lock_file(endpoint, file_);
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
       ::close(std::exchange(descriptor_, -1));
-      throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address +
-                                                    "\" is in use by another process (it holds " + file_.string() +
-                                                    "); stop that one or choose another path"};
+      fail_unavailable(endpoint.address, " is in use by another process (it holds " + file_.string() +
+                                             "); stop that one or choose another path");
     }
     if (is_same_file(descriptor_, file_)) break;
     ::close(std::exchange(descriptor_, -1));
@@ -133,7 +135,7 @@ EndpointLock::EndpointLock(const Endpoint& endpoint) {
 void EndpointLock::release_and_throw(const Endpoint& endpoint, const std::string& why) {
   ::unlink(file_.c_str());
   ::close(std::exchange(descriptor_, -1));
-  throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\"" + why};
+  fail_unavailable(endpoint.address, why);
 }
 
 EndpointLock::~EndpointLock() {

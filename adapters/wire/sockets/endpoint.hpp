@@ -23,6 +23,9 @@ struct Endpoint {
 /// allow-list.
 [[nodiscard]] Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& access = {});
 
+/// Throws Error{endpoint_unavailable} 'endpoint "ADDRESS"WHAT'.
+[[noreturn]] void fail_unavailable(const std::string& address, const std::string& what);
+
 /// Holds PATH.lock of an ipc endpoint. Without it a second process that binds the same path would take over the traffic
 /// without an error on either side.
 class EndpointLock {

@@ -79,7 +79,7 @@ void bind(zmq::socket_t& socket, const Endpoint& endpoint) {
     const std::string what = error.num() == EADDRINUSE
                                  ? "is in use by another process; stop that one or choose another port"
                                  : std::string("cannot be opened (") + error.what() + "); choose another one";
-    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" " + what};
+    fail_unavailable(endpoint.address, " " + what);
   }
 }
 
@@ -93,9 +93,8 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess
     }
     socket.connect(endpoint.address);
   } catch (const zmq::error_t& error) {
-    throw Error{Status::endpoint_unavailable, "endpoint \"" + endpoint.address + "\" cannot be connected to (" +
-                                                  error.what() +
-                                                  "); check its spelling and that the other program runs"};
+    fail_unavailable(endpoint.address, std::string(" cannot be connected to (") + error.what() +
+                                           "); check its spelling and that the other program runs");
   }
 }
 
