@@ -27,27 +27,25 @@ constexpr std::size_t least_frame = offsetof(lbea_frame, point_count) + sizeof(s
 constexpr std::size_t least_result = offsetof(lbea_result, fit_ns) + sizeof(std::uint32_t);
 constexpr std::size_t least_test_state = offsetof(lbea_test_state, verdict) + sizeof(lbea_verdict);
 
+void copy_config(const auto& from, auto& to) noexcept {
+  to.max_points = from.max_points;
+  to.max_matches = from.max_matches;
+  to.method = static_cast<decltype(to.method)>(from.method);
+  to.trusted_distance = from.trusted_distance;
+  to.min_coverage = from.min_coverage;
+  to.trigger_ns = from.trigger_ns;
+  std::ranges::copy(from.T_reference_sensor, std::begin(to.T_reference_sensor));
+}
+
 lbea_config to_c(const MatcherConfig& config) noexcept {
   lbea_config c{};
-  c.max_points = config.max_points;
-  c.max_matches = config.max_matches;
-  c.method = static_cast<std::int32_t>(config.method);
-  c.trusted_distance = config.trusted_distance;
-  c.min_coverage = config.min_coverage;
-  c.trigger_ns = config.trigger_ns;
-  std::ranges::copy(config.T_reference_sensor, c.T_reference_sensor);
+  copy_config(config, c);
   return c;
 }
 
 MatcherConfig from_c(const lbea_config& c) noexcept {
   MatcherConfig config;
-  config.max_points = c.max_points;
-  config.max_matches = c.max_matches;
-  config.method = static_cast<Method>(c.method);
-  config.trusted_distance = c.trusted_distance;
-  config.min_coverage = c.min_coverage;
-  config.trigger_ns = c.trigger_ns;
-  std::ranges::copy(c.T_reference_sensor, config.T_reference_sensor.begin());
+  copy_config(c, config);
   return config;
 }
 
