@@ -16,29 +16,17 @@
 namespace lbea::io {
 namespace {
 template <class T>
-std::optional<T> as(const toml::node& node);
-
-template <>
-std::optional<bool> as(const toml::node& node) {
-  return node.value_exact<bool>();
-}
-
-template <>
-std::optional<std::string> as(const toml::node& node) {
-  return node.value_exact<std::string>();
-}
-
-template <>
-std::optional<double> as(const toml::node& node) {
-  const auto value = node.is_boolean() ? std::nullopt : node.value<double>();
-  return value && std::isfinite(*value) ? value : std::nullopt;
-}
-
-template <>
-std::optional<std::uint32_t> as(const toml::node& node) {
-  const auto value = node.value_exact<std::int64_t>();
-  if (!value || *value < 0 || *value > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
-  return static_cast<std::uint32_t>(*value);
+std::optional<T> as(const toml::node& node) {
+  if constexpr (std::is_same_v<T, double>) {
+    const auto value = node.is_boolean() ? std::nullopt : node.value<double>();
+    return value && std::isfinite(*value) ? value : std::nullopt;
+  } else if constexpr (std::is_same_v<T, std::uint32_t>) {
+    const auto value = node.value_exact<std::int64_t>();
+    if (!value || *value < 0 || *value > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
+    return static_cast<std::uint32_t>(*value);
+  } else {
+    return node.value_exact<T>();
+  }
 }
 
 std::string type_of(const toml::node& node) {

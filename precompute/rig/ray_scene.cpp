@@ -52,8 +52,6 @@ RayDevice::RayDevice() : handle_(std::make_unique<Handle>()) {
   if (handle_->device == nullptr) check(nullptr);
 }
 RayDevice::~RayDevice() = default;
-RayDevice::RayDevice(RayDevice&&) noexcept = default;
-RayDevice& RayDevice::operator=(RayDevice&&) noexcept = default;
 
 struct RayScene::Handle {
   RTCScene scene;

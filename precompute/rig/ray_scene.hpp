@@ -11,8 +11,6 @@ class RayDevice {
  public:
   RayDevice();
   ~RayDevice();
-  RayDevice(RayDevice&&) noexcept;
-  RayDevice& operator=(RayDevice&&) noexcept;
 
  private:
   friend class RayScene;

@@ -1,7 +1,8 @@
 #include "adapters/simulation/grid/grid.hpp"
 
+#include "adapters/files/text_line.hpp"
+
 #include <algorithm>
-#include <cctype>
 
 namespace lbea::io::grid {
 namespace {
@@ -45,21 +46,16 @@ void check_arrays(const std::vector<Array>& arrays, std::size_t rows, const char
                                          " " + what + "; the file is damaged, export it again"};
 }
 
-bool equal_letters(char a, char b) {
-  return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
-}
 }  // namespace
 
 const CellShape* shape_of(CellKind kind) noexcept {
-  const auto found =
-      std::find_if(cell_shapes.begin(), cell_shapes.end(), [&](const auto& s) { return s.kind == kind; });
+  const auto found = std::ranges::find(cell_shapes, kind, &CellShape::kind);
   return found == cell_shapes.end() ? nullptr : &*found;
 }
 
 const Array* find_array(const std::vector<Array>& arrays, const std::string& name) {
-  const auto found = std::find_if(arrays.begin(), arrays.end(), [&](const Array& array) {
-    return std::equal(array.name.begin(), array.name.end(), name.begin(), name.end(), equal_letters);
-  });
+  const auto letters = [](const Array& array) { return text::lower(array.name); };
+  const auto found = std::ranges::find(arrays, text::lower(name), letters);
   return found == arrays.end() ? nullptr : &*found;
 }
 

@@ -1,6 +1,5 @@
 #include "adapters/simulation/grid/grid_mesh.hpp"
 
-#include "adapters/simulation/grid/grid.hpp"
 #include "adapters/simulation/surface.hpp"
 
 #include <algorithm>

@@ -88,15 +88,8 @@ class KeywordParser {
 
   /// Splits a card of `integers` integers, then reals.
   std::vector<std::string_view> fields(std::string_view line, std::size_t integers, std::size_t reals) const {
+    if (line.find(',') != std::string_view::npos) return text::split(line, ',');
     std::vector<std::string_view> result;
-    if (line.find(',') != std::string_view::npos) {
-      for (std::size_t begin = 0; begin <= line.size();) {
-        const std::size_t end = std::min(line.find(',', begin), line.size());
-        result.push_back(text::trimmed(line.substr(begin, end - begin)));
-        begin = end + 1;
-      }
-      return result;
-    }
     for (std::size_t i = 0, at = 0; i < integers + reals && at < line.size(); ++i) {
       const std::size_t width = i < integers ? widths_.integer : widths_.real;
       result.push_back(text::trimmed(line.substr(at, width)));
