@@ -3,12 +3,8 @@
 
 #include <lbea/lbea.hpp>
 
-#include <cstdint>
-#include <filesystem>
 #include <map>
 #include <optional>
-#include <string>
-#include <string_view>
 
 namespace lbea::io {
 struct PointCloud {

@@ -2,8 +2,6 @@
 
 #include "adapters/ensemble/toml_table.hpp"
 
-#include <lbea/lbea.hpp>
-
 #include <algorithm>
 #include <cerrno>
 #include <unordered_set>

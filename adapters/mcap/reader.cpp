@@ -1,8 +1,5 @@
 #include "adapters/mcap/reader.hpp"
 
-#include "adapters/mcap/bytes.hpp"
-
-#include <algorithm>
 #include <limits>
 
 namespace lbea::mcap {

@@ -1,7 +1,5 @@
 #include "adapters/mcap/salvage.hpp"
 
-#include <algorithm>
-
 namespace lbea::mcap {
 namespace {
 constexpr std::size_t window_bytes = std::size_t{1} << 20;

@@ -1,6 +1,5 @@
 #include "adapters/mcap/writer.hpp"
 
-#include <algorithm>
 #include <cerrno>
 
 namespace lbea::mcap {

@@ -5,10 +5,6 @@
 
 #include <lbea/lbea.hpp>
 
-#include <filesystem>
-#include <string>
-#include <vector>
-
 namespace lbea::io {
 /// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another
 /// format. The format is recognized by content, not by name. Files whose names differ in the number before the

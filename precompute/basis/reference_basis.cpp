@@ -2,9 +2,7 @@
 
 #include "precompute/parallel.hpp"
 #include "precompute/work/bake_plan.hpp"
-#include "runtime/src/model/model_view.hpp"
 
-#include <algorithm>
 #include <numeric>
 
 namespace lbea::bake {

@@ -3,7 +3,6 @@
 #include "precompute/model_file/write_model.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/samples/sample_record.hpp"
-#include "precompute/survey/survey.hpp"
 #include "precompute/work/stale_files.hpp"
 
 #include <set>

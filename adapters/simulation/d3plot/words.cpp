@@ -1,7 +1,6 @@
 #include "adapters/simulation/d3plot/words.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <cstring>
 

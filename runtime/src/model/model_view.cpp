@@ -3,7 +3,6 @@
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/model/section_reader.hpp"
 
-#include <algorithm>
 #include <cstring>
 
 namespace lbea {
