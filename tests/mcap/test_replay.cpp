@@ -1,5 +1,6 @@
 // Replays of parts, of windows, of recordings made before a matcher, and receipts of the matcher.
 #include "tests/mcap/bench.hpp"
+#include "tests/support/instrumented.hpp"
 
 using namespace lbea;
 using namespace lbea::tool;
@@ -162,4 +163,24 @@ TEST_CASE("a replay into a model ends with the test's verdict; when no frame is 
   const test::Outcome refused = bench.replay("run.mcap --method lbea --no-pose --model " LBEA_MODEL);
   CHECK(refused.exit_code == 1);
   CHECK_MESSAGE(contains(refused.err, "20 frames came, and none of their points is near any simulation"), refused.err);
+}
+
+TEST_CASE("a recording that claims large frames took memory for them in every thread, whatever its frames" *
+          doctest::skip(test::is_instrumented)) {
+  Bench bench;
+  {
+    const auto recorder = bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", bench.frames(), "--max-points",
+                                       "16777216", "--record-memory", "16"},
+                                      "record", "ready: frames on");
+    WireContext context;
+    Camera camera(context, bench.frames());
+    for (std::uint64_t id = 0; id < 20; ++id) camera.send(id);
+    camera.end(20);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("record.err")), "end of stream"); }));
+    CHECK(stop(*recorder) == 0);
+  }
+  const test::Outcome replay = test::run_program(
+      "sh -c 'ulimit -v 1500000; " LBEA_REPLAY " run.mcap --threads 4 --method lbea --no-pose --model " LBEA_MODEL "'",
+      bench.folder.path());
+  CHECK_MESSAGE(replay.exit_code == 0, replay.err);
 }

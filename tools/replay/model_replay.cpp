@@ -30,14 +30,17 @@ using ResultHandler = std::function<bool(const wire::WireResult& result)>;
 /// threads.
 class MatchReplay {
  public:
+  /// `model` and `views` must remain.
   MatchReplay(const Model& model, const MatcherConfig& config, const SensorViews& views, unsigned threads)
-      : model_checksum_(model.checksum()),
+      : model_(model),
+        config_(config),
+        views_(views),
         decoder_(wire::WireLimits{.max_points = config.max_points}),
+        engine_(model, with_max_points(1), views),
         slots_(threads),
         begin_(threads),
         end_(threads) {
     reserve(outcome_, config.max_matches);
-    for (Slot& slot : slots_) slot.engine = std::make_unique<ModelEngine>(model, config, views);
     workers_.reserve(slots_.size() - 1);
     try {
       for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
@@ -63,7 +66,10 @@ class MatchReplay {
     slot.header.cloud = {};
     slot.receive_ns = frame.log_time_ns;
     slot.points.resize(slot.status == wire::WireStatus::ok ? slot.header.points : 0);
-    if (slot.status == wire::WireStatus::ok) decoder_.read_points(slot.points);
+    if (slot.status == wire::WireStatus::ok) {
+      decoder_.read_points(slot.points);
+      make_room(slot);
+    }
     return filled_ < slots_.size() || flush(handle);
   }
   /// Registers the id of an earlier frame, so that later frames with this id are repetitions.
@@ -82,7 +88,8 @@ class MatchReplay {
 
  private:
   struct Slot {
-    std::unique_ptr<ModelEngine> engine;
+    std::unique_ptr<Matcher> matcher;
+    std::uint32_t max_points = 0;  // of the matcher
     wire::FrameHeader header;
     std::int64_t receive_ns = 0;
     wire::WireStatus status = wire::WireStatus::ok;
@@ -90,9 +97,22 @@ class MatchReplay {
     MatchResult match;
     bool is_wanted = true;
   };
+  [[nodiscard]] MatcherConfig with_max_points(std::uint32_t points) const {
+    MatcherConfig config = config_;
+    config.max_points = points;
+    return config;
+  }
+  /// A recording may claim larger frames than it has, so a matcher gets memory for those that come.
+  void make_room(Slot& slot) const {
+    const auto points = static_cast<std::uint32_t>(slot.points.size());
+    if (slot.matcher && points <= slot.max_points) return;
+    slot.max_points = std::min(config_.max_points, points + points / 2 + 1);
+    slot.matcher.reset();
+    slot.matcher = std::make_unique<Matcher>(model_, with_max_points(slot.max_points), views_);
+  }
   static void match(Slot& slot) {
     if (slot.status == wire::WireStatus::ok)
-      slot.match = slot.engine->match({slot.header.id, slot.header.stamp_ns, slot.points});
+      slot.match = slot.matcher->match({slot.header.id, slot.header.stamp_ns, slot.points});
   }
 
   void work(Slot& slot) {
@@ -119,30 +139,32 @@ class MatchReplay {
   }
 
   wire::WireResult result_of(Slot& slot) {
-    ModelEngine& first = *slots_[0].engine;
     clear(outcome_);
-    if (slot.header.session != std::exchange(session_, slot.header.session)) first.begin_test();
+    if (slot.header.session != std::exchange(session_, slot.header.session)) engine_.begin_test();
     outcome_.result.status = slot.status;
     outcome_.result.points.received = slot.header.points;
-    if (slot.status == wire::WireStatus::ok) fill_outcome(outcome_, slot.match, first.track(slot.match));
+    if (slot.status == wire::WireStatus::ok) fill_outcome(outcome_, slot.match, engine_.track(slot.match));
     wire::WireResult result;
-    compose(outcome_, first, result);
+    compose(outcome_, engine_, result);
     complete_verdict(result);
     result.session = slot.header.session;
     result.frame_id = slot.header.id;
     result.stamp_ns = slot.header.stamp_ns;
     result.receive_ns = slot.receive_ns;
     result.sequence = slot.is_wanted ? sequence_++ : 0;
-    result.model_checksum = model_checksum_;
+    result.model_checksum = model_.checksum();
     result.elapsed_ns = {};
     return result;
   }
 
-  std::uint64_t model_checksum_;
+  const Model& model_;
+  const MatcherConfig config_;
+  const SensorViews& views_;
   wire::Encoder encoder_;
   wire::FrameDecoder decoder_;
   IdTracker ids_;
-  std::vector<Slot> slots_;  // one matcher per thread; the tracker of the first one sums up the test
+  ModelEngine engine_;       // sums up the test
+  std::vector<Slot> slots_;  // one matcher per thread
   std::size_t filled_ = 0;
   std::uint64_t session_ = 0, sequence_ = 0;
   Outcome outcome_;
