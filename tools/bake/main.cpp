@@ -3,7 +3,8 @@
 #include "tools/bake/command_line.hpp"
 #include "tools/bake/steps.hpp"
 
-#include <optional>
+#include <map>
+#include <string_view>
 
 namespace {
 
@@ -117,25 +118,10 @@ int status(int argc, char** argv) {
   });
 }
 
-struct Subcommand {
-  std::string_view name;
-  int (*run)(int argc, char** argv);
-};
-constexpr std::array subcommands{Subcommand{"plan", plan}, Subcommand{"survey", survey}, Subcommand{"shard", shard},
-                                 Subcommand{"merge", merge}, Subcommand{"status", status}};
-
-/// The exit code; nothing when the first argument is not a subcommand.
-std::optional<int> run_subcommand(int argc, char** argv) {
-  for (const Subcommand& subcommand : subcommands) {
-    if (argc < 2 || subcommand.name != argv[1]) continue;
-    catch_stop_signals();
-    return subcommand.run(argc - 1, argv + 1);
-  }
-  return std::nullopt;
-}
+const std::map<std::string_view, int (*)(int argc, char** argv)> subcommands{
+    {"plan", plan}, {"survey", survey}, {"shard", shard}, {"merge", merge}, {"status", status}};
 
 int run(const BakeCommand& command) {
-  catch_stop_signals();
   std::filesystem::path output;
   const bake::BakeSummary summary = bake_step(command, output);
   command.json ? print_json(summary, output) : print_table(summary, output);
@@ -145,7 +131,9 @@ int run(const BakeCommand& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (const auto exit_code = run_subcommand(argc, argv)) return *exit_code;
+  catch_stop_signals();
+  if (const auto subcommand = subcommands.find(argc > 1 ? argv[1] : ""); subcommand != subcommands.end())
+    return subcommand->second(argc - 1, argv + 1);
   Tool tool("lbea-bake",
             "Bakes an ensemble of simulations into one model file for the runtime.\n"
             "Several processes can bake an ensemble that is too large for one machine: lbea-bake plan, shard, merge;\n"
