@@ -26,15 +26,44 @@ constexpr auto response_timeout = 5s;
 constexpr auto last_result = 2s;  // after so long without a result the remaining frames count as lost
 constexpr auto spin = 200us;      // busy waiting before a frame is due: a sleep can end this much too late
 
+/// Waits for a state message: from then on no result can be missed.
+void wait_for_state(wire::ResultSource& results, const Endpoints& endpoints) {
+  for (const auto begin = Clock::now(); Clock::now() - begin < response_timeout;)
+    if (const auto message = results.receive(100ms);
+        message && wire::message_kind(*message) == wire::MessageKind::state)
+      return;
+  throw Error(Status::endpoint_unavailable, endpoints.results + ": no publisher at this endpoint; start lbea-serve");
+}
+
 /// Sends encoded clouds to a running lbea-serve and receives its results.
 class Sender {
  public:
   /// Encodes the clouds and connects. Throws Error{endpoint_unavailable} when within five seconds no receiver of frames
   /// or no publisher of results is connected.
-  Sender(const Endpoints& endpoints, std::span<const BenchCloud> clouds);
+  Sender(const Endpoints& endpoints, std::span<const BenchCloud> clouds)
+      : session_(std::random_device{}()),
+        clouds_(clouds),
+        frames_(context_, endpoints.frames),
+        results_(context_, endpoints.results) {
+    wire::Encoder encoder;
+    for (const BenchCloud& cloud : clouds) {
+      const auto message = encoder.frame({0, cloud.frame().stamp_ns, cloud.points}, session_);
+      sizes_.push_back(message.size());
+      std::ranges::copy(message,
+                        std::as_writable_bytes(std::span(messages_.emplace_back((message.size() + 7) / 8))).begin());
+    }
+    if (!frames_.wait_ready(response_timeout))
+      throw Error(Status::endpoint_unavailable, endpoints.frames + ": no receiver at this endpoint; start lbea-serve");
+    wait_for_state(results_, endpoints);
+  }
 
   /// Sends the next cloud in turn as frame `id`. False: the send queue is full.
-  [[nodiscard]] bool send(std::uint64_t id, std::chrono::milliseconds timeout);
+  [[nodiscard]] bool send(std::uint64_t id, std::chrono::milliseconds timeout) {
+    const std::size_t cloud = id % clouds_.size();
+    const auto message = std::as_writable_bytes(std::span(messages_[cloud])).first(sizes_[cloud]);
+    wire::relabel_frame(message, id, clouds_[cloud].frame().stamp_ns);
+    return frames_.send(message, timeout);
+  }
   [[nodiscard]] wire::ResultSource& results() noexcept { return results_; }
   [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
 
@@ -49,39 +78,6 @@ class Sender {
   wire::FrameSink frames_;
   wire::ResultSource results_;
 };
-
-/// Waits for a state message: from then on no result can be missed.
-void wait_for_state(wire::ResultSource& results, const Endpoints& endpoints) {
-  for (const auto begin = Clock::now(); Clock::now() - begin < response_timeout;)
-    if (const auto message = results.receive(100ms);
-        message && wire::message_kind(*message) == wire::MessageKind::state)
-      return;
-  throw Error(Status::endpoint_unavailable, endpoints.results + ": no publisher at this endpoint; start lbea-serve");
-}
-
-Sender::Sender(const Endpoints& endpoints, std::span<const BenchCloud> clouds)
-    : session_(std::random_device{}()),
-      clouds_(clouds),
-      frames_(context_, endpoints.frames),
-      results_(context_, endpoints.results) {
-  wire::Encoder encoder;
-  for (const BenchCloud& cloud : clouds) {
-    const auto message = encoder.frame({0, cloud.frame().stamp_ns, cloud.points}, session_);
-    sizes_.push_back(message.size());
-    std::ranges::copy(message,
-                      std::as_writable_bytes(std::span(messages_.emplace_back((message.size() + 7) / 8))).begin());
-  }
-  if (!frames_.wait_ready(response_timeout))
-    throw Error(Status::endpoint_unavailable, endpoints.frames + ": no receiver at this endpoint; start lbea-serve");
-  wait_for_state(results_, endpoints);
-}
-
-bool Sender::send(std::uint64_t id, std::chrono::milliseconds timeout) {
-  const std::size_t cloud = id % clouds_.size();
-  const auto message = std::as_writable_bytes(std::span(messages_[cloud])).first(sizes_[cloud]);
-  wire::relabel_frame(message, id, clouds_[cloud].frame().stamp_ns);
-  return frames_.send(message, timeout);
-}
 
 void wait_for_result(wire::ResultSource& results, std::uint64_t session, std::uint64_t id, const Endpoints& endpoints) {
   for (const auto begin = Clock::now(); Clock::now() - begin < response_timeout;) {
