@@ -44,19 +44,12 @@ std::string_view host_of(std::string_view origin) {
 }  // namespace
 
 std::string_view explain(Access access) noexcept {
-  switch (access) {
-    case Access::wrong_method:
-      return "This page is read-only: use GET or HEAD.";
-    case Access::wrong_host:
-      return "This page is not served under that host name. Use the address that lbea-monitor printed, or start it "
-             "with --allow-host, or behind a proxy with --public-origin.";
-    case Access::wrong_origin:
-      return "Pages of other sites may not read this page.";
-    case Access::wrong_token:
-      return "Open the address that lbea-monitor printed; it ends with a token.";
-    default:
-      return "";
-  }
+  if (access == Access::wrong_method) return "This page is read-only: use GET or HEAD.";
+  if (access == Access::wrong_host)
+    return "This page is not served under that host name. Use the address that lbea-monitor printed, or start it "
+           "with --allow-host, or behind a proxy with --public-origin.";
+  if (access == Access::wrong_origin) return "Pages of other sites may not read this page.";
+  return access == Access::wrong_token ? "Open the address that lbea-monitor printed; it ends with a token." : "";
 }
 
 AccessRules::AccessRules(http::Address address, std::vector<std::string> names, std::string token,
