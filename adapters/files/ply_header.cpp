@@ -2,7 +2,7 @@
 
 #include "adapters/files/text_line.hpp"
 
-#include <lbea/lbea.hpp>
+#include <algorithm>
 
 namespace lbea::io::ply {
 namespace {
