@@ -119,6 +119,16 @@ void choose_columns(std::string_view chosen, std::string_view line, XyzColumns& 
   }
 }
 
+/// Sets `problem` when more values than names follow: commas that separate and commas that are decimal look alike.
+void compare_width(std::string_view names, std::vector<std::string_view> values, char separator, std::string& problem) {
+  if (separator == text::Fields::blanks || names.find(separator) == std::string_view::npos) return;
+  while (!values.empty() && text::trimmed(values.back()).empty()) values.pop_back();
+  const std::size_t count = split_names(without_units(names)).size();
+  if (values.size() > count)
+    problem = "the header names " + std::to_string(count) + " columns, but the line has " +
+              std::to_string(values.size()) + "; with decimal commas, separate columns by semicolons or tabs";
+}
+
 Axes first_numeric(const std::vector<std::string_view>& fields, bool has_decimal_comma) {
   std::array<std::size_t, 3> axes{};
   std::size_t found = 0;
@@ -146,6 +156,8 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
   columns.separator = separator_of(numbers);
   columns.has_decimal_comma = columns.separator == ';' || columns.separator == '\t';
   const auto fields = text::split(numbers, columns.separator);
+  compare_width(names, fields, columns.separator, problem);
+  if (!problem.empty()) return std::nullopt;
   if (!chosen.empty()) {
     choose_columns(chosen, names.empty() ? remark : names, columns, problem);
     return problem.empty() ? std::optional(columns) : std::nullopt;

@@ -71,6 +71,12 @@ TEST_CASE("pixels and positions in one table are told apart by --columns: x, y w
   }
 }
 
+TEST_CASE("decimal commas between commas were taken for columns: 1.5, 2.5, 3 as 1, 5, 2") {
+  check_refused("X,Y,Z\n1,5,2,5,3,0\n", "line 2: the header names 3 columns, but the line has 6; with decimal commas");
+  CHECK(same(points_of("X,Y,Z\n1,2,3,,\n"), {{1, 2, 3}}));
+  CHECK(same(points_of("X;Y;Z\n1,5;2,5;3\n"), {{1.5f, 2.5f, 3}}));
+}
+
 TEST_CASE("columns by name, whatever their case, place and unit") {
   const std::vector<Point> one{{1, 2, 3}};
   CHECK(same(points_of("x,y,z\n1,2,3\n"), one));
