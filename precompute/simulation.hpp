@@ -64,5 +64,7 @@ class SimulationReader {
   virtual void read(std::uint32_t state, SimulationState& into) = 0;
   /// The files the run consists of, in reading order: hashed into the model's provenance.
   [[nodiscard]] virtual std::vector<std::filesystem::path> files() const = 0;
+  /// What a user should know of the files although they can be read, as a sentence; mostly empty.
+  [[nodiscard]] virtual std::string remark() const { return {}; }
 };
 }  // namespace lbea::bake

@@ -209,6 +209,7 @@ RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const En
   history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run.name);
   history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
   history.files = run.files.empty() ? hashed_files(reader) : run.files;
+  history.remark = reader.remark();
   return history;
 }
 
@@ -231,7 +232,14 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
     throw Error(Status::bad_input, "run " + run + " was surveyed with another reference; delete the survey");
   mesh_.keep(history.common, run);
   for (std::size_t i = 0; i < extents_.size(); ++i) widen(extents_[i], history.extents[i]);
+  if (!history.remark.empty()) survey_.warnings.push_back("run " + run + ": " + history.remark);
   if (auto warning = irregular_times(survey, run)) survey_.warnings.push_back(std::move(*warning));
+  std::vector<std::uint64_t> hashes;
+  for (const InputFile& file : survey.files) hashes.push_back(file.hash);
+  const auto [other, is_new] = run_of_hashes_.emplace(std::move(hashes), run);
+  if (!is_new && !survey.files.empty())
+    survey_.warnings.push_back("runs " + other->second + " and " + run +
+                               " have the same content: they share the probability of one simulation; is one a copy?");
   survey_.runs.push_back(std::move(survey));
 }
 

@@ -5,6 +5,8 @@
 #include "precompute/ensemble.hpp"
 #include "precompute/survey/common_mesh.hpp"
 
+#include <map>
+
 namespace lbea::bake {
 struct BakePlan;
 class WorkFolder;
@@ -50,6 +52,7 @@ struct RunHistory {
   std::vector<double> times;            // per step, in the run's unit
   std::vector<SimulationField> fields;  // all of the run
   std::vector<InputFile> files;
+  std::string remark;            // of the reader
   std::vector<Presence> common;  // per element, in all its steps
   std::vector<Extent> extents;   // per node: box of its positions in those steps; min > max when the run lacks it
 };
@@ -76,6 +79,7 @@ class SurveyCollection {
   double time_factor_;
   CommonMeshBuilder mesh_;
   std::vector<Extent> extents_;  // of the reference run's nodes
+  std::map<std::vector<std::uint64_t>, std::string> run_of_hashes_;
   Survey survey_;
 };
 

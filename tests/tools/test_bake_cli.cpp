@@ -130,6 +130,32 @@ TEST_CASE("runs that share a file are refused") {
   }
 }
 
+TEST_CASE("two copies of one run, which halve each other's probability, are named") {
+  const TemporaryFolder folder;
+  for (const char* run : {"a", "b", "c"})
+    for (int i = 1; i <= 3; ++i)
+      put(folder / (std::string(run) + "/shape" + std::to_string(i) + ".obj"), plate(*run == 'c' ? i + 1 : i));
+  put(folder / "e.toml", "runs = ['a', 'b', 'c']\nfields = []\nmodes = 10\n");
+  const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
+  REQUIRE(outcome.exit_code == 0);
+  CHECK_MESSAGE(contains(outcome.out, "warning        runs a and b have the same content"), outcome.out);
+  CHECK_FALSE(contains(outcome.out, "and c"));
+}
+
+TEST_CASE("a last state that the files cut short is left out, which the summary says") {
+  const TemporaryFolder folder;
+  std::filesystem::copy(data() / "rail-demo/runs/run_023", folder / "run");
+  std::filesystem::permissions(folder / "run/d3plot01", std::filesystem::perms::owner_all);
+  std::filesystem::resize_file(folder / "run/d3plot01", std::filesystem::file_size(folder / "run/d3plot01") - 20'000);
+  put(folder / "e.toml", "runs = ['run']\nfields = []\nmodes = 10\n");
+  const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
+  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+  CHECK(Model::open(folder / "m.lbea").samples() == 20);
+  CHECK_MESSAGE(
+      contains(outcome.out, "d3plot01 ends in the middle of a state, which is left out; is the run complete?"),
+      outcome.out);
+}
+
 TEST_CASE("100 modes of 36 vertices, times in ms without time_unit, a field that no file has: said in the summary") {
   const TemporaryFolder folder;
   for (int i = 1; i <= 9; ++i)

@@ -153,7 +153,7 @@ void refuse_gaps(const std::vector<fs::path>& family) {
 /// Finds the complete states, each of `state_words`. A state never spans files; a file ends with an end marker, with
 /// its last byte, or with zeros. In the first file states may follow the geometry at `first_word`.
 std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::uint64_t word_bytes,
-                                     std::uint64_t first_word, std::uint64_t state_words) {
+                                     std::uint64_t first_word, std::uint64_t state_words, std::string& remark) {
   std::vector<StatePlace> states;
   for (std::uint32_t f = 0; f < family.size(); ++f) {
     const WordFile file(family[f], word_bytes);
@@ -164,6 +164,10 @@ std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::u
     refuse_unfit(file, found, is_last, state_words);
     if (f > 0 && !is_last && found.states.empty())
       file.refuse(Status::bad_input, 0, "the file holds no state, but later files follow; copy it again");
+    if (found.end == End::cut)
+      remark = file.path().string() + " ends in the middle of a state, which is left out; is the run complete?";
+    else if (f > 0 && found.states.empty())
+      remark = file.path().string() + " holds no state; is the run complete?";
     states.insert(states.end(), found.states.begin(), found.states.end());
   }
   return states;
@@ -184,8 +188,8 @@ Database open_database(const std::filesystem::path& first_file) {
   refuse_gaps(database.family);
   database.geometry = read_geometry(file, database.header);
   database.layout = lay_out_state(file, database.header, database.geometry);
-  database.states =
-      index_states(database.family, database.word_bytes, database.geometry.end_word, database.layout.words);
+  database.states = index_states(database.family, database.word_bytes, database.geometry.end_word,
+                                 database.layout.words, database.remark);
   if (!database.states.empty() && !database.header.has_positions)
     file.refuse(Status::unsupported_input, 20,
                 "the states hold no node positions (IU = 0), so no deformation; write the run with "

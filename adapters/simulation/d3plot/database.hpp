@@ -121,6 +121,7 @@ struct Database {
   std::uint64_t word_bytes = 4;
   std::vector<std::filesystem::path> family;
   std::vector<StatePlace> states;
+  std::string remark;  // as in SimulationReader
 };
 
 /// Throws Error{file_not_found | bad_input | unsupported_input}.

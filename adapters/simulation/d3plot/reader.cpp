@@ -17,6 +17,7 @@ class Reader final : public bake::SimulationReader {
   [[nodiscard]] std::uint32_t states() const noexcept override {
     return static_cast<std::uint32_t>(database_.states.size());
   }
+  [[nodiscard]] std::string remark() const override { return database_.remark; }
   [[nodiscard]] double time_s(std::uint32_t state) const override { return place(state).time_s; }
   void read(std::uint32_t state, bake::SimulationState& into) override;
   [[nodiscard]] std::vector<std::filesystem::path> files() const override { return database_.family; }
