@@ -54,6 +54,26 @@ TEST_CASE("two senders whose frames alternate are not one test: log, state, tall
   CHECK(tally["matched"] == 10);
 }
 
+// Regression: only returns while the other sender's test was still running were counted.
+TEST_CASE("a short complete test within that of another sender divides it") {
+  Bench bench;
+  const auto server = bench.serve();
+  WireContext context;
+  Camera camera(context, bench.frames());
+  for (std::uint64_t id = 0; id < 5; ++id) camera.send(id, 1);
+  camera.send(0, 2);
+  camera.end(1, 2);
+  for (std::uint64_t id = 5; id < 10; ++id) camera.send(id, 1);
+  camera.end(10, 1);
+  camera.send(0, 3);
+  camera.end(1, 3);
+  REQUIRE(eventually([&] {
+    return contains(text_of(bench.file("serve.err")), "end of stream before frame 1 of session 0000000000000003");
+  }));
+  CHECK(stop(*server) == 1);
+  CHECK(Json::parse(text_of(bench.file("serve.out")))["interleaved"] == 1);
+}
+
 TEST_CASE("a recording of two senders whose frames alternate is not one test, with and without a matcher") {
   for (const bool alone : {false, true}) {
     CAPTURE(alone);

@@ -14,10 +14,11 @@ IdTracker::Observation IdTracker::observe(std::uint64_t id_of_session, std::uint
   Session* known = find(id_of_session);
   if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= max_jump))
     return {Arrival::impossible, {}};
+  const bool had_ended = known != nullptr && known->sender.condition == wire::SenderCondition::ended;
   Session& session = session_of(id_of_session, id, now);
   if (known == nullptr) session.earliest = id - std::min(id, max_earlier);
   wire::WireSender& sender = session.sender;
-  const bool is_kept = enter_test(sender, now);
+  const bool is_kept = enter_test(session, had_ended, now);
   if (id < sender.next_id) {
     const Observation late = observe_late(session, id);
     return {late.arrival, late.gap, is_kept};
@@ -28,14 +29,14 @@ IdTracker::Observation IdTracker::observe(std::uint64_t id_of_session, std::uint
   return {Arrival::in_order, gap, is_kept};
 }
 
-bool IdTracker::enter_test(const wire::WireSender& sender, Clock::time_point now) {
-  if (sender.session == test_) return true;
+bool IdTracker::enter_test(Session& session, bool had_ended, Clock::time_point now) {
+  if (session.sender.session == test_) return session.has_test = true;
   const Session* const other = find(test_);
   const bool is_running = other != nullptr && other->sender.condition != wire::SenderCondition::ended;
   if (is_running && one_sender_timeout_ && now - other->last_message <= *one_sender_timeout_) return false;
-  if (is_running && sender.received > 0) ++interleaved_;
-  test_ = sender.session;
-  return true;
+  if (session.has_test && (is_running || !had_ended)) ++interleaved_;
+  test_ = session.sender.session;
+  return session.has_test = true;
 }
 
 IdTracker::Observation IdTracker::observe_late(Session& session, std::uint64_t id) {

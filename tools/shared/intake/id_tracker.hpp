@@ -49,8 +49,8 @@ class IdTracker {
   [[nodiscard]] std::uint64_t duplicates() const noexcept { return duplicates_; }
   [[nodiscard]] std::uint64_t reordered() const noexcept { return reordered_; }
   [[nodiscard]] std::uint64_t sessions() const noexcept { return sessions_; }
-  /// Frames whose sender had sent frames before, after which another one began and has not said goodbye: two tests are
-  /// mixed.
+  /// Returns to a sender that had sent frames before another one did, and of which one had not said goodbye: two tests
+  /// are mixed.
   [[nodiscard]] std::uint64_t interleaved() const noexcept { return interleaved_; }
   /// The latest senders. A sender is silent when it has sent control messages before, has not said goodbye, and has
   /// sent nothing for longer than `timeout`.
@@ -62,6 +62,7 @@ class IdTracker {
     std::uint64_t last_use = 0;
     Clock::time_point last_message;
     bool sends_control = false;
+    bool has_test = false;         // a frame was kept
     std::vector<IdRange> missing;  // the latest gaps, ascending
     std::uint64_t earliest = 0;    // ids from here to first_id may still arrive
   };
@@ -71,7 +72,7 @@ class IdTracker {
   IdRange advance(Session& session, std::uint64_t id);
   Session* find(std::uint64_t session) noexcept;
   /// Whether a frame of this session is kept. It then belongs to the running test.
-  bool enter_test(const wire::WireSender& sender, Clock::time_point now);
+  bool enter_test(Session& session, bool had_ended, Clock::time_point now);
   /// An id below next_id.
   Observation observe_late(Session& session, std::uint64_t id);
   /// The ids in `gap` are missed.
