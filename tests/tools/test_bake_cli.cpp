@@ -130,16 +130,17 @@ TEST_CASE("runs that share a file are refused") {
   }
 }
 
-TEST_CASE("two copies of one run, which halve each other's probability, are named") {
+TEST_CASE("two copies of one run, which halve each other's probability, are named, without control characters") {
   const TemporaryFolder folder;
-  for (const char* run : {"a", "b", "c"})
+  for (const char* run : {"a\x1b[31m", "b", "c"})
     for (int i = 1; i <= 3; ++i)
       put(folder / (std::string(run) + "/shape" + std::to_string(i) + ".obj"), plate(*run == 'c' ? i + 1 : i));
-  put(folder / "e.toml", "runs = ['a', 'b', 'c']\nfields = []\nmodes = 10\n");
+  put(folder / "e.toml", "runs = ['a*', 'b', 'c']\nfields = []\nmodes = 10\n");
   const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
   REQUIRE(outcome.exit_code == 0);
-  CHECK_MESSAGE(contains(outcome.out, "warning        runs a and b have the same content"), outcome.out);
+  CHECK_MESSAGE(contains(outcome.out, "warning        runs a\\x1b[31m and b have the same content"), outcome.out);
   CHECK_FALSE(contains(outcome.out, "and c"));
+  CHECK_FALSE(contains(outcome.out, "\x1b"));
 }
 
 TEST_CASE("a last state that the files cut short is left out, which the summary says") {

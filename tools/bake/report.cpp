@@ -32,14 +32,15 @@ void print_facts(const bake::BakeSummary& summary) {
               static_cast<double>(summary.size[1]), static_cast<double>(summary.size[2]), summary.length_unit.c_str());
   std::printf("times          %.4g s to %.4g s, %.3g s apart\n", summary.first_s, summary.last_s, summary.interval_s);
   for (const bake::SimulationField& field : summary.stored_fields)
-    std::printf("field          %s%s%s\n", field.name.c_str(), field.source.empty() ? "" : ": ", field.source.c_str());
+    std::printf("field          %s%s%s\n", printable(field.name).c_str(), field.source.empty() ? "" : ": ",
+                printable(field.source).c_str());
   const bake::MeshLosses& losses = summary.losses;
   if (losses.eroded + losses.missing > 0)
     std::printf("left out       %u of %u elements and %u of %u nodes: %u eroded in %zu runs (%s), %u not in all runs\n",
                 losses.eroded + losses.missing, losses.elements, losses.nodes_left_out, losses.nodes, losses.eroded,
-                losses.runs.size(), joined(losses.runs, 3).c_str(), losses.missing);
+                losses.runs.size(), printable(joined(losses.runs, 3)).c_str(), losses.missing);
   if (losses.exposed > 0) std::printf("added          %u faces that erosion exposes\n", losses.exposed);
-  for (const std::string& warning : summary.warnings) std::printf("warning        %s\n", warning.c_str());
+  for (const std::string& warning : summary.warnings) std::printf("warning        %s\n", printable(warning).c_str());
 }
 
 Json facts(const bake::BakeSummary& summary) {
