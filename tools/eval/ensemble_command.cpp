@@ -2,7 +2,6 @@
 
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/simulation/open.hpp"
-#include "tools/eval/evaluation.hpp"
 #include "tools/eval/evaluation_report.hpp"
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/progress.hpp"
@@ -33,36 +32,12 @@ std::vector<Disturbance> robustness_rows() {
            .pose_error_deg = 3}};
 }
 
-std::vector<Disturbance> chosen_disturbances(const EnsembleArguments& arguments) {
-  std::vector<Disturbance> rows;
-  if (arguments.robustness) rows = robustness_rows();
-  Disturbance own{.name = "as requested",
-                  .hidden = arguments.hidden,
-                  .connected = arguments.connected,
-                  .same_place = arguments.same_place,
-                  .kept = arguments.thinned,
-                  .pose_error_deg = arguments.pose_error_deg};
-  if (arguments.noise >= 0) own.noise = static_cast<float>(arguments.noise);
-  if (arguments.outliers >= 0) own.outliers = static_cast<float>(arguments.outliers);
-  if (own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers)
-    rows.push_back(own);
-  return rows;
-}
-
 void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan) {
   const auto& runs = plan.ensemble.runs;
-  if (arguments.leave_one_out) {
-    plan.splits = leave_one_out(runs.size());
-    return;
-  }
-  if (arguments.folds > 0) {
-    plan.splits = folds(runs.size(), arguments.folds, arguments.seed);
-    return;
-  }
-  if (arguments.experiments.empty()) {
-    plan.splits = {random_split(runs.size(), arguments.share, arguments.seed)};
-    return;
-  }
+  const std::uint64_t seed = plan.trial.seed;
+  if (arguments.leave_one_out) return void(plan.splits = leave_one_out(runs.size()));
+  if (arguments.folds > 0) return void(plan.splits = folds(runs.size(), arguments.folds, seed));
+  if (arguments.experiments.empty()) return void(plan.splits = {random_split(runs.size(), arguments.share, seed)});
   std::vector<std::string> inside;
   for (const std::string& name : arguments.experiments) {
     if (std::ranges::find(runs, name, &bake::EnsembleRun::name) != runs.end() || !std::filesystem::exists(name))
@@ -74,7 +49,7 @@ void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan
 }
 
 EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem::path& scratch) {
-  EvaluationPlan plan;
+  EvaluationPlan plan = arguments.plan;
   plan.description = io::read_ensemble_toml(arguments.toml);
   read_region_nodes(plan.description.region);
   plan.description.depth_sensor = arguments.sensor;
@@ -82,20 +57,15 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   choose_experiments(arguments, plan);
   if (arguments.mode == "over-time") plan.modes = {ReferenceMode::over_time};
   if (arguments.mode == "both") plan.modes = {ReferenceMode::impact, ReferenceMode::over_time};
-  plan.disturbances = chosen_disturbances(arguments);
-  plan.removed_branches = arguments.removed_branches;
-  plan.contained = arguments.contained;
-  plan.other_components = arguments.other_components;
-  plan.icp = arguments.icp;
-  plan.trial = {.sensor = io::read_sensor_json(arguments.sensor),
-                .first_step = arguments.first_step,
-                .every = arguments.every,
-                .impact_step = plan.description.impact_step,
-                .time_factor = plan.description.time_factor,
-                .seed = arguments.seed};
+  if (arguments.robustness) plan.disturbances = robustness_rows();
+  const Disturbance& own = arguments.own;
+  if (own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers)
+    plan.disturbances.push_back(own);
+  plan.trial.sensor = io::read_sensor_json(arguments.sensor);
+  plan.trial.impact_step = plan.description.impact_step;
+  plan.trial.time_factor = plan.description.time_factor;
   if (arguments.meshes) plan.trial.meshes = arguments.out / "meshes";
   plan.scratch = scratch;
-  plan.threads = arguments.threads;
   return plan;
 }
 
@@ -112,31 +82,20 @@ Check between(double least, double most) {
   return {check, ""};
 }
 
-void declare_disturbance(CommandLine& app, EnsembleArguments& arguments) {
-  const char* row = "An additional round of disturbed frames";
-  app.add_option("--hide", arguments.hidden, "share of the surface that patches hide")
-      ->check(between(0, 1))
-      ->group(row);
-  auto* connected = app.add_option("--hide-connected", arguments.connected,
-                                   "share of the points that one patch hides, at another place in every frame")
-                        ->check(between(0, 1))
-                        ->group(row);
-  app.add_flag("--same-place", arguments.same_place, "the connected patch stays at one place for the whole test")
+void declare_disturbance(CommandLine& app, Disturbance& own) {
+  const auto add = [&](const char* name, auto& value, double most, const char* help) {
+    return app.add_option(name, value, help)->check(between(0, most))->group("An additional round of disturbed frames");
+  };
+  add("--hide", own.hidden, 1, "share of the surface that patches hide");
+  auto* connected = add("--hide-connected", own.connected, 1,
+                        "share of the points that one patch hides, at another place in every frame");
+  app.add_flag("--same-place", own.same_place, "the connected patch stays at one place for the whole test")
       ->needs(connected)
-      ->group(row);
-  app.add_option("--thin", arguments.thinned, "share of the points that remain")->check(between(0, 1))->group(row);
-  app.add_option("--pose-error", arguments.pose_error_deg, "degrees about a random axis through the component")
-      ->check(between(0, 180))
-      ->group(row);
-  app.add_option("--noise", arguments.noise,
-                 "standard deviation along the line of sight, length unit (default: sensor.json's)")
-      ->check(between(0, 1e6))
-      ->group(row)
-      ->default_text("");
-  app.add_option("--outliers", arguments.outliers, "share of points that are outliers (default: sensor.json's)")
-      ->check(between(0, 1))
-      ->group(row)
-      ->default_text("");
+      ->group("An additional round of disturbed frames");
+  add("--thin", own.kept, 1, "share of the points that remain");
+  add("--pose-error", own.pose_error_deg, 180, "degrees about a random axis through the component");
+  add("--noise", own.noise, 1e6, "standard deviation along the line of sight, length unit (default: sensor.json's)");
+  add("--outliers", own.outliers, 1, "share of points that are outliers (default: sensor.json's)");
 }
 
 }  // namespace
@@ -164,22 +123,24 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
       ->default_text("");
   app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
       ->check(one_of({"impact", "over-time", "both"}));
-  app.add_option("--first-step", arguments.first_step, "first state of an experiment that is sensed");
-  app.add_option("--every", arguments.every, "interval of the states that are sensed")->check(positive_number());
-  app.add_option("--seed", arguments.seed, "seed of the split, the noise and the disturbances");
+  app.add_option("--first-step", arguments.plan.trial.first_step, "first state of an experiment that is sensed");
+  app.add_option("--every", arguments.plan.trial.every, "interval of the states that are sensed")
+      ->check(positive_number());
+  app.add_option("--seed", arguments.plan.trial.seed, "seed of the split, the noise and the disturbances");
   app.add_flag("--robustness", arguments.robustness,
                "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
-  declare_disturbance(app, arguments);
-  app.add_option("--remove-branch", arguments.removed_branches,
+  declare_disturbance(app, arguments.own);
+  app.add_option("--remove-branch", arguments.plan.removed_branches,
                  "also without this deformation branch among the simulations: is it reported that no simulation fits?")
       ->delimiter(',')
       ->default_text("");
-  app.add_flag("--icp,!--no-icp", arguments.icp, "also the ICP baseline, which takes seconds per frame");
-  app.add_flag("--contained,!--no-contained", arguments.contained, "also with the experiments among the simulations");
-  app.add_flag("--strangers,!--no-strangers", arguments.other_components, "also frames of other components");
+  app.add_flag("--icp,!--no-icp", arguments.plan.icp, "also the ICP baseline, which takes seconds per frame");
+  app.add_flag("--contained,!--no-contained", arguments.plan.contained,
+               "also with the experiments among the simulations");
+  app.add_flag("--strangers,!--no-strangers", arguments.plan.other_components, "also frames of other components");
   app.add_flag("--meshes", arguments.meshes,
                "write the matched and estimated meshes of each unseen experiment for ParaView");
-  app.add_option("--threads", arguments.threads, "0: all processors; the errors do not depend on it");
+  app.add_option("--threads", arguments.plan.threads, "0: all processors; the errors do not depend on it");
   app.add_flag("--json", arguments.json, "print the summary as JSON");
 }
 

@@ -10,25 +10,179 @@
 namespace lbea::tool {
 namespace {
 
+std::vector<std::size_t> all_runs(const bake::Ensemble& ensemble) {
+  std::vector<std::size_t> runs(ensemble.runs.size());
+  std::iota(runs.begin(), runs.end(), std::size_t{0});
+  return runs;
+}
+
 class Evaluator {
  public:
   Evaluator(const EvaluationPlan& plan, const EvaluationCallbacks& callbacks) : plan_(plan), callbacks_(callbacks) {}
-  Evaluation run();
+
+  Evaluation run() {
+    try {
+      learn_branches();
+      for (const std::uint32_t branch : plan_.removed_branches) check_branch(branch);
+      for (const ReferenceMode mode : plan_.modes) {
+        for (const Split& split : plan_.splits)
+          if (!stopped()) test_split(split, mode);
+        if (plan_.contained && !stopped()) test_contained(mode);
+      }
+      for (const std::uint32_t branch : plan_.removed_branches)
+        if (!stopped()) test_removed_branch(branch, plan_.modes.front());
+    } catch (const bake::BakeCancelled&) { return std::move(result_); }
+    result_.complete = !stopped();
+    return std::move(result_);
+  }
 
  private:
   using Runs = std::span<const std::size_t>;
-  [[nodiscard]] Model bake_runs(Runs runs, ReferenceMode mode);
-  void learn_branches();
-  void test_split(const Split& split, ReferenceMode mode);
-  void test_contained(ReferenceMode mode);
-  void check_branch(std::uint32_t branch) const;
-  void test_removed_branch(std::uint32_t branch, ReferenceMode mode);
-  void test(Round& round, const TestSetup& setup, std::span<const Experiment> experiments);
-  void keep_coordinates(const Model& model);
-  [[nodiscard]] std::vector<Experiment> experiments(Runs runs) const;
-  [[nodiscard]] std::vector<Experiment> all_experiments() const;
-  [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const;
-  [[nodiscard]] Round& round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance = {});
+
+  [[nodiscard]] Model bake_runs(Runs runs, ReferenceMode mode) {
+    bake::EnsembleDescription description = plan_.description;
+    description.mode = mode;
+    bake::BakeOptions options;
+    options.threads = plan_.threads;
+    options.visible_nodes = visibility(description.region, plan_.threads);
+    options.depth_renderer = depth_rendering(description.depth_sensor);
+    options.cancelled = [this] { return stopped(); };
+    const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
+    options.progress = [&](const bake::BakeProgress& stage) {
+      callbacks_.progress(title + std::string(stage.stage), stage.done, stage.total);
+    };
+    const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
+    result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
+    Model model = Model::open(file);
+    std::filesystem::remove(file);  // the mapping remains valid
+    return model;
+  }
+
+  void learn_branches() {
+    full_model_ = bake_runs(all_runs(plan_.ensemble), ReferenceMode::impact);
+    result_.branches = full_model_->branches();
+    result_.length_unit = full_model_->length_unit();
+    if (full_model_->fields() > 0) result_.field = full_model_->field(0).name;
+  }
+
+  void test_split(const Split& split, ReferenceMode mode) {
+    const Model model = bake_runs(split.simulations, mode);
+    if (!result_.model) result_.model = model;
+    std::vector<Experiment> tested = experiments(split.experiments);
+    tested.insert(tested.end(), plan_.more_experiments.begin(), plan_.more_experiments.end());
+    test_disturbed("unseen", model, mode, tested);
+    if (mode == plan_.modes.front() && plan_.other_components && &split == &plan_.splits.front())
+      test(round("other component", mode), {model, nullptr}, other_components(model));
+  }
+
+  void test_contained(ReferenceMode mode) {
+    const Model model = mode == ReferenceMode::impact ? *full_model_ : bake_runs(all_runs(plan_.ensemble), mode);
+    if (const auto tested = all_experiments(); !tested.empty()) test_disturbed("contained", model, mode, tested);
+  }
+
+  /// With undisturbed frames; in the first mode also with ICP and with disturbed frames.
+  void test_disturbed(const char* title, const Model& model, ReferenceMode mode, std::span<const Experiment> tested) {
+    const bool is_first = mode == plan_.modes.front();
+    test(round(title, mode), {model, plan_.icp && is_first ? std::make_shared<IcpBaseline>(model) : nullptr}, tested);
+    for (const Disturbance& disturbance : plan_.disturbances)
+      if (is_first && !stopped()) test(round(title, mode, disturbance), {model, nullptr}, tested);
+  }
+
+  void check_branch(std::uint32_t branch) const {
+    if (branch < result_.branches && result_.branches > 1) return;
+    throw Error(Status::bad_config, "branch " + std::to_string(branch) + " cannot be left out: the ensemble has " +
+                                        std::to_string(result_.branches) +
+                                        " branches, numbered from 0, and one must remain");
+  }
+
+  // Tests runs of the branch with S without the branch, then with S that has the other runs of the branch. The tested
+  // runs are those in E; if there are none, the first four.
+  void test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
+    std::vector<std::size_t> inside, outside;
+    for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
+      (full_model_->branch_of(static_cast<std::uint32_t>(run)) == branch ? inside : outside).push_back(run);
+    if (inside.empty() || outside.empty()) return;
+    std::vector<std::size_t> tested, present;
+    for (const Split& split : plan_.splits)
+      for (const std::size_t run : split.experiments)
+        if (std::ranges::find(inside, run) != inside.end()) tested.push_back(run);
+    if (tested.empty() || plan_.splits.size() > 1) {
+      tested = inside;
+      tested.resize(std::min<std::size_t>(inside.size(), 4));
+    }
+    for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
+      if (std::ranges::find(tested, run) == tested.end()) present.push_back(run);
+    const std::string name = "branch " + std::to_string(branch);
+    const Model without = bake_runs(outside, mode);
+    test(round(name + " removed", mode), {without, nullptr}, experiments(tested));
+    if (stopped()) return;
+    const Model with = bake_runs(present, mode);
+    test(round(name + " present", mode), {with, nullptr}, experiments(tested));
+  }
+  void test(Round& round, const TestSetup& setup, std::span<const Experiment> experiments) {
+    TrialSettings settings = plan_.trial;
+    settings.disturbance = round.disturbance;
+    const bool plainly_unseen =
+        round.title == "unseen" && round.disturbance.name == Disturbance{}.name && round.mode == plan_.modes.front();
+    if (!plainly_unseen) settings.meshes.clear();
+    std::vector<TestTrial> tests(experiments.size());
+    std::uint64_t frames = 0, total = 0;
+    for (const Experiment& experiment : experiments)
+      for (std::uint32_t step = settings.first_step, states = experiment.open()->states(); step < states;
+           step += settings.every)
+        ++total;
+    if (total == 0)
+      throw Error(Status::bad_config, "no experiment has a state from step " + std::to_string(settings.first_step) +
+                                          " on; give a smaller --first-step");
+    const std::string title =
+        round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
+    bake::work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
+      for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
+        tests[i] = run_test(setup, experiments[i], settings, [&] {
+          const std::lock_guard lock(mutex_);
+          callbacks_.progress(title, ++frames, total);
+          return stopped();
+        });
+        tests[i].branch = branch_of(experiments[i]);
+      }
+    });
+    for (TestTrial& done : tests)
+      if (!done.frames.empty()) round.tests.push_back(std::move(done));
+  }
+
+  [[nodiscard]] std::vector<Experiment> experiments(Runs runs) const {
+    std::vector<Experiment> chosen;
+    for (const std::size_t run : runs) chosen.push_back({plan_.ensemble.runs[run].name, plan_.ensemble.runs[run].open});
+    return chosen;
+  }
+  [[nodiscard]] std::vector<Experiment> all_experiments() const {
+    std::vector<std::size_t> runs;
+    for (const Split& split : plan_.splits) runs.insert(runs.end(), split.experiments.begin(), split.experiments.end());
+    std::ranges::sort(runs);
+    runs.erase(std::unique(runs.begin(), runs.end()), runs.end());
+    return experiments(runs);
+  }
+
+  // The branch of a run of the ensemble is known. Another run gets the branch of the simulation that has the sample
+  // nearest to the last state of the run.
+  [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const {
+    const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
+    if (found != plan_.ensemble.runs.end())
+      return full_model_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
+    const auto reader = experiment.open();
+    if (reader->states() == 0) return 0;
+    bake::SimulationState state;
+    reader->read(reader->states() - 1, state);
+    std::vector<float> truth;
+    TrueMesh(reader->mesh(), *full_model_).positions(state.positions, truth);
+    return full_model_->branch_of(full_model_->sample(oracle(*full_model_, truth).sample).simulation);
+  }
+  [[nodiscard]] Round& round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance = {}) {
+    const auto [at, fresh] = round_indices_.emplace(
+        title + '/' + std::to_string(static_cast<int>(mode)) + '/' + disturbance.name, result_.rounds.size());
+    if (fresh) result_.rounds.push_back({title, mode, disturbance, {}});
+    return result_.rounds[at->second];
+  }
   [[nodiscard]] bool stopped() const { return callbacks_.stopped(); }
 
   const EvaluationPlan& plan_;
@@ -39,205 +193,6 @@ class Evaluator {
   std::mutex mutex_;
   int baked_ = 0;
 };
-
-std::vector<std::size_t> all_runs(const bake::Ensemble& ensemble) {
-  std::vector<std::size_t> runs(ensemble.runs.size());
-  std::iota(runs.begin(), runs.end(), std::size_t{0});
-  return runs;
-}
-
-Model Evaluator::bake_runs(Runs runs, ReferenceMode mode) {
-  bake::EnsembleDescription description = plan_.description;
-  description.mode = mode;
-  bake::BakeOptions options;
-  options.threads = plan_.threads;
-  options.visible_nodes = visibility(description.region, plan_.threads);
-  options.depth_renderer = depth_rendering(description.depth_sensor);
-  options.cancelled = [this] { return stopped(); };
-  const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
-  options.progress = [&](const bake::BakeProgress& stage) {
-    callbacks_.progress(title + std::string(stage.stage), stage.done, stage.total);
-  };
-  const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
-  result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
-  Model model = Model::open(file);
-  std::filesystem::remove(file);  // the mapping remains valid
-  return model;
-}
-
-void Evaluator::learn_branches() {
-  full_model_ = bake_runs(all_runs(plan_.ensemble), ReferenceMode::impact);
-  result_.branches = full_model_->branches();
-  result_.length_unit = full_model_->length_unit();
-  result_.parameter_names = plan_.ensemble.parameter_names;
-  if (full_model_->fields() > 0) {
-    result_.field = full_model_->field(0).name;
-    result_.field_unit = full_model_->field(0).unit;
-  }
-}
-
-std::vector<Experiment> Evaluator::experiments(Runs runs) const {
-  std::vector<Experiment> chosen;
-  for (const std::size_t run : runs) chosen.push_back({plan_.ensemble.runs[run].name, plan_.ensemble.runs[run].open});
-  return chosen;
-}
-
-std::vector<Experiment> Evaluator::all_experiments() const {
-  std::vector<std::size_t> runs;
-  for (const Split& split : plan_.splits) runs.insert(runs.end(), split.experiments.begin(), split.experiments.end());
-  std::ranges::sort(runs);
-  runs.erase(std::unique(runs.begin(), runs.end()), runs.end());
-  return experiments(runs);
-}
-
-// The branch of a run of the ensemble is known. Another run gets the branch of the simulation that has the sample
-// nearest to the last state of the run.
-std::uint32_t Evaluator::branch_of(const Experiment& experiment) const {
-  const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
-  if (found != plan_.ensemble.runs.end())
-    return full_model_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
-  const auto reader = experiment.open();
-  if (reader->states() == 0) return 0;
-  bake::SimulationState state;
-  reader->read(reader->states() - 1, state);
-  std::vector<float> truth;
-  TrueMesh(reader->mesh(), *full_model_).positions(state.positions, truth);
-  return full_model_->branch_of(full_model_->sample(oracle(*full_model_, truth).sample).simulation);
-}
-
-Round& Evaluator::round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance) {
-  const auto [at, fresh] = round_indices_.emplace(
-      title + '/' + std::to_string(static_cast<int>(mode)) + '/' + disturbance.name, result_.rounds.size());
-  if (fresh) result_.rounds.push_back({title, mode, disturbance, {}});
-  return result_.rounds[at->second];
-}
-
-void Evaluator::test(Round& round, const TestSetup& setup, std::span<const Experiment> experiments) {
-  TrialSettings settings = plan_.trial;
-  settings.disturbance = round.disturbance;
-  const bool plainly_unseen =
-      round.title == "unseen" && round.disturbance.name == Disturbance{}.name && round.mode == plan_.modes.front();
-  if (!plainly_unseen) settings.meshes.clear();
-  std::vector<TestTrial> tests(experiments.size());
-  std::uint64_t frames = 0, total = 0;
-  for (const Experiment& experiment : experiments)
-    for (std::uint32_t step = settings.first_step, states = experiment.open()->states(); step < states;
-         step += settings.every)
-      ++total;
-  if (total == 0)
-    throw Error(Status::bad_config, "no experiment has a state from step " + std::to_string(settings.first_step) +
-                                        " on; give a smaller --first-step");
-  const std::string title =
-      round.title + (round.mode == ReferenceMode::impact ? "" : ", over time") + ", " + round.disturbance.name;
-  bake::work_in_parallel(experiments.size(), plan_.threads, [&](const auto& next) {
-    for (std::size_t i = next(); i < experiments.size() && !stopped(); i = next()) {
-      tests[i] = run_test(setup, experiments[i], settings, [&] {
-        const std::lock_guard lock(mutex_);
-        callbacks_.progress(title, ++frames, total);
-        return stopped();
-      });
-      tests[i].branch = branch_of(experiments[i]);
-    }
-  });
-  for (TestTrial& done : tests)
-    if (!done.frames.empty()) round.tests.push_back(std::move(done));
-}
-
-void Evaluator::test_split(const Split& split, ReferenceMode mode) {
-  const Model model = bake_runs(split.simulations, mode);
-  if (result_.coordinates.empty()) keep_coordinates(model);
-  std::vector<Experiment> tested = experiments(split.experiments);
-  tested.insert(tested.end(), plan_.more_experiments.begin(), plan_.more_experiments.end());
-  const bool first_mode = mode == plan_.modes.front();
-  const auto icp = plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr;
-  test(round("unseen", mode), {model, icp}, tested);
-  if (!first_mode) return;
-  const TestSetup plain{model, nullptr};
-  for (const Disturbance& disturbance : plan_.disturbances)
-    if (!stopped()) test(round("unseen", mode, disturbance), plain, tested);
-  if (plan_.other_components && &split == &plan_.splits.front())
-    test(round("other component", mode), plain, other_components(model));
-}
-
-void Evaluator::test_contained(ReferenceMode mode) {
-  const Model model = mode == ReferenceMode::impact ? *full_model_ : bake_runs(all_runs(plan_.ensemble), mode);
-  const auto tested = all_experiments();
-  if (tested.empty()) return;
-  const bool first_mode = mode == plan_.modes.front();
-  test(round("contained", mode), {model, plan_.icp && first_mode ? std::make_shared<IcpBaseline>(model) : nullptr},
-       tested);
-  for (const Disturbance& disturbance : plan_.disturbances)
-    if (first_mode && !stopped()) test(round("contained", mode, disturbance), {model, nullptr}, tested);
-}
-
-void Evaluator::check_branch(std::uint32_t branch) const {
-  if (branch < result_.branches && result_.branches > 1) return;
-  throw Error(Status::bad_config, "branch " + std::to_string(branch) + " cannot be left out: the ensemble has " +
-                                      std::to_string(result_.branches) +
-                                      " branches, numbered from 0, and one must remain");
-}
-
-// Tests runs of the branch with S without the branch, then with S that has the other runs of the branch. The tested
-// runs are those in E; if there are none, the first four.
-void Evaluator::test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
-  std::vector<std::size_t> inside, outside;
-  for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
-    (full_model_->branch_of(static_cast<std::uint32_t>(run)) == branch ? inside : outside).push_back(run);
-  if (inside.empty() || outside.empty()) return;
-  std::vector<std::size_t> tested, present;
-  for (const Split& split : plan_.splits)
-    for (const std::size_t run : split.experiments)
-      if (std::ranges::find(inside, run) != inside.end()) tested.push_back(run);
-  if (tested.empty() || plan_.splits.size() > 1)
-    tested.assign(inside.begin(),
-                  inside.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(inside.size(), 4)));
-  for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
-    if (std::ranges::find(tested, run) == tested.end()) present.push_back(run);
-  std::erase_if(outside, [&](std::size_t run) { return std::ranges::find(present, run) == present.end(); });
-  const std::string name = "branch " + std::to_string(branch);
-  const Model without = bake_runs(outside, mode);
-  test(round(name + " removed", mode), {without, nullptr}, experiments(tested));
-  if (stopped()) return;
-  const Model with = bake_runs(present, mode);
-  test(round(name + " present", mode), {with, nullptr}, experiments(tested));
-}
-
-// The coordinates of every sample in the reference that is used for a frame at its time.
-void Evaluator::keep_coordinates(const Model& model) {
-  for (std::uint32_t s = 0; s < model.samples(); ++s) {
-    std::uint32_t reference = 0;
-    for (std::uint32_t r = 1; r < model.references(); ++r)
-      if (std::abs(model.reference_time_s(r) - model.sample_time_s(s)) <
-          std::abs(model.reference_time_s(reference) - model.sample_time_s(s)))
-        reference = r;
-    const Sample sample = model.sample(s);
-    SampleCoordinates point{std::string(model.simulation_name(sample.simulation)),
-                            model.branch_of(sample.simulation),
-                            sample.time_step,
-                            model.sample_time_s(s),
-                            model.leading_coordinates(reference, s),
-                            {}};
-    for (std::uint32_t p = 0; p < model.parameters(); ++p)
-      point.parameters.push_back(model.parameter(sample.simulation, p));
-    result_.coordinates.push_back(std::move(point));
-  }
-}
-
-Evaluation Evaluator::run() {
-  try {
-    learn_branches();
-    for (const std::uint32_t branch : plan_.removed_branches) check_branch(branch);
-    for (const ReferenceMode mode : plan_.modes) {
-      for (const Split& split : plan_.splits)
-        if (!stopped()) test_split(split, mode);
-      if (plan_.contained && !stopped()) test_contained(mode);
-    }
-    for (const std::uint32_t branch : plan_.removed_branches)
-      if (!stopped()) test_removed_branch(branch, plan_.modes.front());
-  } catch (const bake::BakeCancelled&) { return std::move(result_); }
-  result_.complete = !stopped();
-  return std::move(result_);
-}
 
 }  // namespace
 

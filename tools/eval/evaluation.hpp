@@ -34,23 +34,12 @@ struct Round {
   std::vector<TestTrial> tests;
 };
 
-/// A sample in the joint low-dimensional representation (method step 8), in which the frames are drawn too.
-struct SampleCoordinates {
-  std::string simulation;
-  std::uint32_t branch = 0;
-  std::uint32_t time_step = 0;
-  double time_s = 0;
-  std::array<float, 3> coordinates{};
-  std::vector<double> parameters;
-};
-
 struct Evaluation {
   std::vector<Round> rounds;
   std::vector<bake::BakeSummary> bakes;
   std::uint32_t branches = 1;
-  std::vector<SampleCoordinates> coordinates;  // of the model of the first split
-  std::vector<std::string> parameter_names;
-  std::string length_unit, field, field_unit;
+  std::optional<Model> model;  // of the first split
+  std::string length_unit, field;
   bool complete = false;  // false: stopped by the caller
 };
 

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <ranges>
+
 namespace lbea::tool {
 namespace {
 
@@ -32,11 +34,7 @@ Json to_json(const Round& round) {
   for (std::size_t v = 0; v < summary.test_verdicts.size(); ++v)
     json["test_verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = or_null(summary.test_verdicts[v]);
   json["own_simulation"] = or_null(summary.named);
-  json["field"] = {{"true_mean", or_null(summary.field.true_mean)},
-                   {"matched", or_null(summary.field.matched)},
-                   {"inferred", or_null(summary.field.inferred)},
-                   {"hidden", or_null(summary.field.hidden)},
-                   {"within_two_spreads", or_null(summary.field.within_spread)}};
+  for (const auto& [name, value] : field_errors) json["field"][name] = or_null(summary.field.*value);
   for (const TestTrial& test : round.tests) {
     const Summary alone = summarize(std::span(&test, 1));
     Json line{{"experiment", test.experiment},
@@ -79,14 +77,25 @@ std::string frames_csv(const Evaluation& evaluation) {
   return table.text();
 }
 
+/// Of the reference that is used for a frame at the time of the sample.
+std::array<float, 3> leading_coordinates(const Model& model, std::uint32_t sample) {
+  const auto apart = [&](std::uint32_t r) { return std::abs(model.reference_time_s(r) - model.sample_time_s(sample)); };
+  const auto nearest = std::ranges::min(std::views::iota(0u, model.references()), {}, apart);
+  return model.leading_coordinates(nearest, sample);
+}
+
 std::string view_csv(const Evaluation& evaluation) {
   CsvTable table("kind,name,branch,step,time_s,x1,x2,x3");
-  for (const std::string& name : evaluation.parameter_names) table.add(name);
+  const std::uint32_t parameters = evaluation.model ? evaluation.model->parameters() : 0;
+  for (std::uint32_t p = 0; p < parameters; ++p) table.add(evaluation.model->parameter_name(p));
   table.end_row();
-  for (const SampleCoordinates& sample : evaluation.coordinates) {
-    table.add("simulation", sample.simulation, sample.branch, sample.time_step, sample.time_s);
-    for (const float x : sample.coordinates) table.add(x);
-    for (const double value : sample.parameters) table.add(value);
+  for (std::uint32_t s = 0; evaluation.model && s < evaluation.model->samples(); ++s) {
+    const Model& model = *evaluation.model;
+    const auto [simulation, step] = model.sample(s);
+    table.add("simulation", model.simulation_name(simulation), model.branch_of(simulation), step,
+              model.sample_time_s(s));
+    for (const float x : leading_coordinates(model, s)) table.add(x);
+    for (std::uint32_t p = 0; p < parameters; ++p) table.add(model.parameter(simulation, p));
     table.end_row();
   }
   if (evaluation.rounds.empty()) return table.text();
@@ -94,7 +103,7 @@ std::string view_csv(const Evaluation& evaluation) {
     for (const FrameTrial& frame : test.frames) {
       table.add("experiment", test.experiment, test.branch, frame.step, frame.time_s);
       for (const float x : frame.leading_coordinates) table.add(x);
-      for (std::size_t i = 0; i < evaluation.parameter_names.size(); ++i) table.add("");
+      for (std::uint32_t p = 0; p < parameters; ++p) table.add("");
       table.end_row();
     }
   return table.text();

@@ -244,11 +244,8 @@ Summary summarize(std::span<const TestTrial> tests) {
   const auto best = means_over_time(tests, [](const FrameTrial& frame) { return frame.best.error; });
   summary.oracle = {mean(best), median(best), mean(best) > 0 ? 1 : not_measured, not_measured};
   for (std::size_t c = 0; c < evaluated_methods; ++c) summary.scores[c] = score(tests, c, summary.oracle.mean);
-  summary.field = {overall(tests, [](const FrameTrial& f) { return f.field.true_mean; }),
-                   overall(tests, [](const FrameTrial& f) { return f.field.matched; }),
-                   overall(tests, [](const FrameTrial& f) { return f.field.inferred; }),
-                   overall(tests, [](const FrameTrial& f) { return f.field.hidden; }),
-                   overall(tests, [](const FrameTrial& f) { return f.field.within_spread; })};
+  for (const auto& [name, value] : field_errors)
+    summary.field.*value = overall(tests, [value = value](const FrameTrial& frame) { return frame.field.*value; });
   return summary;
 }
 

@@ -52,6 +52,22 @@ double squared_distance(const Point& a, const Point& b) {
   return x * x + y * y + z * z;
 }
 
+/// Rounded to whole points.
+std::size_t share_of(const std::vector<Point>& points, double share) {
+  return static_cast<std::size_t>(std::lround(static_cast<double>(points.size()) * std::clamp(share, 0.0, 1.0)));
+}
+
+/// Removes the `most` points that are nearest to `place`, except those beyond `radius`.
+void remove_nearest(std::vector<Point>& points, const Point& place, std::size_t most, double radius) {
+  std::vector<double> distances;
+  for (const Point& p : points) distances.push_back(squared_distance(p, place));
+  auto sorted = distances;
+  std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(most - 1));
+  const double limit = std::min(radius * radius, sorted[most - 1]);
+  std::size_t at = 0;
+  std::erase_if(points, [&](const Point&) { return distances[at++] <= limit; });
+}
+
 double diagonal(const std::vector<Point>& points) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Point low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
@@ -229,35 +245,18 @@ bake::SensingNoise disturbed(bake::SensingNoise noise, const Disturbance& distur
 }
 
 std::vector<Point> hide_patches(std::vector<Point> points, double share, double radius, std::uint64_t seed) {
-  const auto remain =
-      static_cast<std::size_t>(std::lround(static_cast<double>(points.size()) * (1 - std::clamp(share, 0.0, 1.0))));
+  const std::size_t remain = share_of(points, 1 - share);
   Sequence random(seed);
-  std::vector<double> distances;
   while (points.size() > remain) {
     const Point center = points[static_cast<std::size_t>(random.next() * static_cast<double>(points.size()))];
-    distances.clear();
-    for (const Point& p : points) distances.push_back(squared_distance(p, center));
-    const std::size_t most = points.size() - remain;
-    auto sorted = distances;
-    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(most - 1));
-    const double limit = std::min(radius * radius, sorted[most - 1]);
-    std::size_t at = 0;
-    std::erase_if(points, [&](const Point&) { return distances[at++] <= limit; });
+    remove_nearest(points, center, points.size() - remain, radius);
   }
   return points;
 }
 
 std::vector<Point> hide_nearest(std::vector<Point> points, double share, const Point& place) {
-  const auto hidden =
-      static_cast<std::ptrdiff_t>(std::lround(static_cast<double>(points.size()) * std::clamp(share, 0.0, 1.0)));
-  if (hidden == 0) return points;
-  std::vector<double> distances;
-  for (const Point& p : points) distances.push_back(squared_distance(p, place));
-  auto sorted = distances;
-  std::ranges::nth_element(sorted, sorted.begin() + hidden - 1);
-  const double limit = sorted[static_cast<std::size_t>(hidden - 1)];
-  std::size_t at = 0;
-  std::erase_if(points, [&](const Point&) { return distances[at++] <= limit; });
+  if (const std::size_t hidden = share_of(points, share); hidden > 0)
+    remove_nearest(points, place, hidden, std::numeric_limits<double>::infinity());
   return points;
 }
 

@@ -69,18 +69,136 @@ class Test {
     std::filesystem::create_directories(folder_);
   }
 
-  TestTrial run(const FrameDone& done);
+  TestTrial run(const FrameDone& done) {
+    TestTrial trial;
+    trial.contained = own_simulation_ < model_.simulations();
+    Matchers matchers{matcher(Method::vtp), matcher(Method::lbea), matcher(Method::fit)};
+    Tracker tracker(model_);
+    for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
+      reader_->read(step, state_);
+      mesh_.positions(state_.positions, truth_);
+      const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
+      auto sensed = sensor_.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, noise_, seed);
+      if (settings_.disturbance.same_place && !hidden_place_ && !sensed.empty())
+        hidden_place_ = any_of_them(sensed, seed);
+      const auto points = disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_);
+      trial.frames.push_back(frame(step, points, matchers, tracker));
+      if (done()) break;
+    }
+    if (!folder_.empty()) {
+      io::write_pvd(folder_ / "estimate.pvd", estimates_);
+      io::write_pvd(folder_ / "matched.pvd", matches_);
+    }
+    trial.named = model_.simulation_name(tracker.state().simulation);
+    score_path(trial);
+    return trial;
+  }
 
  private:
   /// The frame of the current state.
-  FrameTrial frame(std::uint32_t step, std::span<const Point> points, Matchers& matchers, Tracker& tracker);
-  void score_fit(FrameTrial& row, const MatchResult& result);
-  void score_tracked(FrameTrial& row, const TestState& state) const;
-  void score_icp(FrameTrial& row, std::span<const Point> points) const;
-  void find_field();
-  void score_path(TestTrial& trial);
-  void write_meshes(const FrameTrial& row, const MatchResult& result);
-  [[nodiscard]] FieldError field_error(const MatchResult& result);
+  FrameTrial frame(std::uint32_t step, std::span<const Point> points, Matchers& matchers, Tracker& tracker) {
+    FrameTrial row;
+    row.step = step;
+    row.time_s = (reader_->time_s(step) - reader_->time_s(settings_.impact_step)) * settings_.time_factor;
+    row.points = points.size();
+    row.errors.fill(not_measured);
+    row.samples.fill(model_.samples());
+    row.best = oracle(model_, truth_);
+    row.own = model_.sample_index({own_simulation_, step});
+    const Frame frame{step, static_cast<std::int64_t>(std::llround(row.time_s * 1e9)), points};
+    const MatchResult by_vtp = matchers.vtp.match(frame), by_lbea = matchers.lbea.match(frame),
+                      by_fit = matchers.fit.match(frame);
+    score_first(row, EvaluatedMethod::vtp, by_vtp.matches);
+    score_first(row, EvaluatedMethod::lbea, by_lbea.matches);
+    score_fit(row, by_fit);
+    score_tracked(row, tracker.update(by_fit));
+    if (setup_.icp) score_icp(row, points);
+    row.leading_coordinates = by_lbea.leading_coordinates;
+    row.vtp_ns = by_vtp.elapsed_ns;
+    row.lbea_ns = by_lbea.elapsed_ns;
+    return row;
+  }
+
+  void score_fit(FrameTrial& row, const MatchResult& result) {
+    score_first(row, EvaluatedMethod::look_alike, result.fit.candidates);
+    score_first(row, EvaluatedMethod::fit, result.matches);
+    if (!result.fit.estimate.empty()) {
+      infer_positions(model_, result.fit.estimate, {}, inferred_);
+      row.errors[static_cast<std::size_t>(EvaluatedMethod::estimate)] = experiment_error(truth_, inferred_.mean);
+      row.field = field_error(result);
+      if (!folder_.empty()) write_meshes(row, result);
+    }
+    evidence_.emplace_back(result.fit.candidates.begin(), result.fit.candidates.end());
+    row.status = result.status;
+    row.verdict = result.verdict;
+    row.fit = result.fit;
+    row.fit.candidates = {};
+    row.fit.estimate = {};
+    static_cast<FrameNumbers&>(row) = result;
+    row.fit_ns = result.elapsed_ns;
+  }
+
+  void score_tracked(FrameTrial& row, const TestState& state) const {
+    row.test_verdict = state.verdict;
+    if (state.frames > 0) score(row, EvaluatedMethod::tracked, model_.sample_index(state.sample));
+    row.simulation = state.simulation;
+    row.simulation_probability = state.simulation_probabilities[state.simulation];
+    row.branch_probability = state.branch_probabilities[model_.branch_of(state.simulation)];
+  }
+  void score_icp(FrameTrial& row, std::span<const Point> points) const {
+    const auto start = std::chrono::steady_clock::now();
+    const auto spread = spread_points(points, config_.T_reference_sensor, box_, IcpSettings{}.points);
+    if (spread.size() >= 3) score(row, EvaluatedMethod::icp, setup_.icp->match(spread).sample);
+    row.icp_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  void find_field() {
+    if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;
+    const auto found = std::ranges::find(reader_->fields(), model_.field(0).name, &bake::SimulationField::name);
+    has_field_ = found != reader_->fields().end();
+    run_field_ = static_cast<std::size_t>(found - reader_->fields().begin());
+  }
+  void score_path(TestTrial& trial) {
+    const auto path = likeliest_path(model_, evidence_);
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      reader_->read(trial.frames[i].step, state_);
+      mesh_.positions(state_.positions, truth_);
+      score(trial.frames[i], EvaluatedMethod::path, model_.sample_index(path[i]));
+    }
+  }
+  void write_meshes(const FrameTrial& row, const MatchResult& result) {
+    const std::string number = std::to_string(1000 + row.step).substr(1) + ".vtu";
+    estimates_.push_back({row.time_s, folder_ / ("estimate_" + number)});
+    write_estimate_mesh(estimates_.back().file, model_, result.fit.estimate, result.fit.candidates, row.time_s);
+    matches_.push_back({row.time_s, folder_ / ("matched_" + number)});
+    write_matched_mesh(matches_.back().file, model_, model_.sample_index(result.matches.front().sample));
+  }
+
+  [[nodiscard]] FieldError field_error(const MatchResult& result) {
+    FieldError error;
+    if (!has_field_) return error;
+    infer_field(model_, 0, result.fit.estimate, plausible_samples(model_, result.fit.candidates), inferred_);
+    std::vector<float> matched(model_.field_size(0));
+    model_.read_field(0, model_.sample_index(result.matches.front().sample), matched);
+    const auto& truth = state_.fields[run_field_];
+    double magnitude = 0, of_matched = 0, of_inferred = 0, of_hidden = 0;
+    std::size_t hidden = 0, within = 0;
+    for (std::size_t e = 0; e < model_.elements(); ++e) {
+      const double value = double{truth[mesh_.elements()[e]]}, off = std::abs(double{inferred_.mean[e]} - value);
+      magnitude += std::abs(value);
+      of_matched += std::abs(double{matched[e]} - value);
+      of_inferred += off;
+      if (off <= 2 * double{inferred_.spread[e]}) ++within;
+      const auto nodes = model_.element_nodes().subspan(4 * e, 4);
+      if (std::ranges::all_of(nodes, [&](std::uint32_t node) { return observed_[node] != 0; })) continue;
+      of_hidden += off;
+      ++hidden;
+    }
+    const auto all = static_cast<double>(model_.elements());
+    error = {magnitude / all, of_matched / all, of_inferred / all, not_measured, static_cast<double>(within) / all};
+    if (hidden > 0) error.hidden = of_hidden / static_cast<double>(hidden);
+    return error;
+  }
+
   [[nodiscard]] Matcher matcher(Method method) const {
     MatcherConfig config = config_;
     config.method = method;
@@ -115,138 +233,6 @@ class Test {
   std::filesystem::path folder_;  // of the meshes
   std::vector<io::PvdEntry> estimates_, matches_;
 };
-
-void Test::find_field() {
-  if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;
-  const auto found = std::ranges::find(reader_->fields(), model_.field(0).name, &bake::SimulationField::name);
-  has_field_ = found != reader_->fields().end();
-  run_field_ = static_cast<std::size_t>(found - reader_->fields().begin());
-}
-
-TestTrial Test::run(const FrameDone& done) {
-  TestTrial trial;
-  trial.contained = own_simulation_ < model_.simulations();
-  Matchers matchers{matcher(Method::vtp), matcher(Method::lbea), matcher(Method::fit)};
-  Tracker tracker(model_);
-  for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
-    reader_->read(step, state_);
-    mesh_.positions(state_.positions, truth_);
-    const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
-    auto sensed = sensor_.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, noise_, seed);
-    if (settings_.disturbance.same_place && !hidden_place_ && !sensed.empty())
-      hidden_place_ = any_of_them(sensed, seed);
-    const auto points = disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_);
-    trial.frames.push_back(frame(step, points, matchers, tracker));
-    if (done()) break;
-  }
-  if (!folder_.empty()) {
-    io::write_pvd(folder_ / "estimate.pvd", estimates_);
-    io::write_pvd(folder_ / "matched.pvd", matches_);
-  }
-  trial.named = model_.simulation_name(tracker.state().simulation);
-  score_path(trial);
-  return trial;
-}
-
-void Test::score_path(TestTrial& trial) {
-  const auto path = likeliest_path(model_, evidence_);
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    reader_->read(trial.frames[i].step, state_);
-    mesh_.positions(state_.positions, truth_);
-    score(trial.frames[i], EvaluatedMethod::path, model_.sample_index(path[i]));
-  }
-}
-
-FrameTrial Test::frame(std::uint32_t step, std::span<const Point> points, Matchers& matchers, Tracker& tracker) {
-  FrameTrial row;
-  row.step = step;
-  row.time_s = (reader_->time_s(step) - reader_->time_s(settings_.impact_step)) * settings_.time_factor;
-  row.points = points.size();
-  row.errors.fill(not_measured);
-  row.samples.fill(model_.samples());
-  row.best = oracle(model_, truth_);
-  row.own = model_.sample_index({own_simulation_, step});
-  const Frame frame{step, static_cast<std::int64_t>(std::llround(row.time_s * 1e9)), points};
-  const MatchResult by_vtp = matchers.vtp.match(frame), by_lbea = matchers.lbea.match(frame),
-                    by_fit = matchers.fit.match(frame);
-  score_first(row, EvaluatedMethod::vtp, by_vtp.matches);
-  score_first(row, EvaluatedMethod::lbea, by_lbea.matches);
-  score_fit(row, by_fit);
-  score_tracked(row, tracker.update(by_fit));
-  if (setup_.icp) score_icp(row, points);
-  row.leading_coordinates = by_lbea.leading_coordinates;
-  row.vtp_ns = by_vtp.elapsed_ns;
-  row.lbea_ns = by_lbea.elapsed_ns;
-  return row;
-}
-
-void Test::score_fit(FrameTrial& row, const MatchResult& result) {
-  score_first(row, EvaluatedMethod::look_alike, result.fit.candidates);
-  score_first(row, EvaluatedMethod::fit, result.matches);
-  if (!result.fit.estimate.empty()) {
-    infer_positions(model_, result.fit.estimate, {}, inferred_);
-    row.errors[static_cast<std::size_t>(EvaluatedMethod::estimate)] = experiment_error(truth_, inferred_.mean);
-    row.field = field_error(result);
-    if (!folder_.empty()) write_meshes(row, result);
-  }
-  evidence_.emplace_back(result.fit.candidates.begin(), result.fit.candidates.end());
-  row.status = result.status;
-  row.verdict = result.verdict;
-  row.fit = result.fit;
-  row.fit.candidates = {};
-  row.fit.estimate = {};
-  static_cast<FrameNumbers&>(row) = result;
-  row.fit_ns = result.elapsed_ns;
-}
-
-void Test::score_tracked(FrameTrial& row, const TestState& state) const {
-  row.test_verdict = state.verdict;
-  if (state.frames > 0) score(row, EvaluatedMethod::tracked, model_.sample_index(state.sample));
-  row.simulation = state.simulation;
-  row.simulation_probability = state.simulation_probabilities[state.simulation];
-  row.branch_probability = state.branch_probabilities[model_.branch_of(state.simulation)];
-}
-
-void Test::score_icp(FrameTrial& row, std::span<const Point> points) const {
-  const auto start = std::chrono::steady_clock::now();
-  const auto spread = spread_points(points, config_.T_reference_sensor, box_, IcpSettings{}.points);
-  if (spread.size() >= 3) score(row, EvaluatedMethod::icp, setup_.icp->match(spread).sample);
-  row.icp_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-void Test::write_meshes(const FrameTrial& row, const MatchResult& result) {
-  const std::string number = std::to_string(1000 + row.step).substr(1) + ".vtu";
-  estimates_.push_back({row.time_s, folder_ / ("estimate_" + number)});
-  write_estimate_mesh(estimates_.back().file, model_, result.fit.estimate, result.fit.candidates, row.time_s);
-  matches_.push_back({row.time_s, folder_ / ("matched_" + number)});
-  write_matched_mesh(matches_.back().file, model_, model_.sample_index(result.matches.front().sample));
-}
-
-FieldError Test::field_error(const MatchResult& result) {
-  FieldError error;
-  if (!has_field_) return error;
-  infer_field(model_, 0, result.fit.estimate, plausible_samples(model_, result.fit.candidates), inferred_);
-  std::vector<float> matched(model_.field_size(0));
-  model_.read_field(0, model_.sample_index(result.matches.front().sample), matched);
-  const auto& truth = state_.fields[run_field_];
-  double magnitude = 0, of_matched = 0, of_inferred = 0, of_hidden = 0;
-  std::size_t hidden = 0, within = 0;
-  for (std::size_t e = 0; e < model_.elements(); ++e) {
-    const double value = double{truth[mesh_.elements()[e]]}, off = std::abs(double{inferred_.mean[e]} - value);
-    magnitude += std::abs(value);
-    of_matched += std::abs(double{matched[e]} - value);
-    of_inferred += off;
-    if (off <= 2 * double{inferred_.spread[e]}) ++within;
-    const auto nodes = model_.element_nodes().subspan(4 * e, 4);
-    if (std::ranges::all_of(nodes, [&](std::uint32_t node) { return observed_[node] != 0; })) continue;
-    of_hidden += off;
-    ++hidden;
-  }
-  const auto all = static_cast<double>(model_.elements());
-  error = {magnitude / all, of_matched / all, of_inferred / all, not_measured, static_cast<double>(within) / all};
-  if (hidden > 0) error.hidden = of_hidden / static_cast<double>(hidden);
-  return error;
-}
 
 }  // namespace
 

@@ -31,6 +31,13 @@ struct FieldError {
   double within_spread = not_measured;  // share of elements within two spreads of the truth
 };
 
+inline constexpr std::array<std::pair<const char*, double FieldError::*>, 5> field_errors{
+    {{"true_mean", &FieldError::true_mean},
+     {"matched", &FieldError::matched},
+     {"inferred", &FieldError::inferred},
+     {"hidden", &FieldError::hidden},
+     {"within_two_spreads", &FieldError::within_spread}}};
+
 struct FrameTrial : FrameNumbers {
   std::uint32_t step = 0;
   double time_s = 0;  // since impact
