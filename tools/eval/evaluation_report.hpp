@@ -21,8 +21,7 @@ struct Summary {
   std::array<double, 4> verdicts{};  // shares of the frames, by Verdict
   /// Of the test so far: shares of the frames that have this verdict; NaN: no frame has.
   std::array<double, 4> test_verdicts{};
-  double low_coverage = not_measured;  // share of the frames
-  double named = not_measured;         // share of the contained tests whose own simulation was found at the end
+  double named = not_measured;  // share of the contained tests whose own simulation was found at the end
   FieldError field;
 };
 

@@ -228,19 +228,17 @@ double median(std::span<const double> values) {
 Summary summarize(std::span<const TestTrial> tests) {
   Summary summary;
   summary.tests = tests.size();
-  std::vector<double> named, covered;
+  std::vector<double> named;
   for (const TestTrial& test : tests) {
     if (test.contained) named.push_back(test.named == test.experiment ? 1 : 0);
     for (const FrameTrial& frame : test.frames) {
       ++summary.frames;
       summary.verdicts[static_cast<std::size_t>(frame.verdict)] += 1;
-      covered.push_back(frame.status == Status::ok ? 0 : 1);
     }
   }
   for (double& share : summary.verdicts) share /= static_cast<double>(std::max<std::size_t>(summary.frames, 1));
   summary.test_verdicts = verdicts_of_tests(tests);
   summary.named = mean(named);
-  summary.low_coverage = mean(covered);
   const auto best = means_over_time(tests, [](const FrameTrial& frame) { return frame.best.error; });
   summary.oracle = {mean(best), median(best), mean(best) > 0 ? 1 : not_measured, not_measured};
   for (std::size_t c = 0; c < evaluated_methods; ++c) summary.scores[c] = score(tests, c, summary.oracle.mean);

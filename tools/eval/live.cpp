@@ -1,7 +1,6 @@
 #include "tools/eval/live.hpp"
 
 #include "adapters/clouds/point_cloud.hpp"
-#include "adapters/export/vtu.hpp"
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
@@ -90,10 +89,6 @@ nlohmann::ordered_json test_json(const TestAnswer& answer, const Model& model) {
   }
   if (answer.undeformed_coverage()) json["undeformed_coverage"] = *answer.undeformed_coverage();
   return json;
-}
-
-std::string numbered(const char* stem, std::uint64_t frame, const char* ending) {
-  return formatted("%s_%05llu%s", stem, static_cast<unsigned long long>(frame), ending);
 }
 
 void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T,
@@ -272,26 +267,20 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
 
 void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,
                   const Truth* truth, const RigidTransform& T_reference_sensor, const std::string& columns) {
-  std::vector<io::PvdEntry> series, estimates;
+  MeshSeries series(model, folder);
   for (const LiveRow& row : summary.rows) {
     if (row.result.matches.empty()) continue;
     const std::uint32_t sample = model.sample_index(row.result.matches.front().sample);
     if (sample == model.samples()) continue;
-    const auto file = folder / numbered("matched", row.result.frame_id, ".vtu");
-    write_matched_mesh(file, model, sample);
+    const std::string number = formatted("%05llu", static_cast<unsigned long long>(row.result.frame_id));
     const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
-    series.push_back({real == nullptr ? model.sample_time_s(sample) : real->time_s, file});
-    if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty()) {
-      const auto estimate = folder / numbered("estimate", row.result.frame_id, ".vtu");
-      const double time_s = real == nullptr ? estimate_time_s(model, fit.estimate) : real->time_s;
-      write_estimate_mesh(estimate, model, fit.estimate, fit.candidates, time_s);
-      estimates.push_back({time_s, estimate});
-    }
-    if (real != nullptr)
-      write_cloud(folder / numbered("frame", row.result.frame_id, ".ply"), real->cloud, T_reference_sensor, columns);
+    series.add_match(number, sample, real == nullptr ? model.sample_time_s(sample) : real->time_s);
+    if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty())
+      series.add_estimate(number, fit.estimate, fit.candidates,
+                          real == nullptr ? estimate_time_s(model, fit.estimate) : real->time_s);
+    if (real != nullptr) write_cloud(folder / ("frame_" + number + ".ply"), real->cloud, T_reference_sensor, columns);
   }
-  io::write_pvd(folder / "matched.pvd", series);
-  if (!estimates.empty()) io::write_pvd(folder / "estimate.pvd", estimates);
+  series.finish();
 }
 
 }  // namespace lbea::tool

@@ -1,7 +1,5 @@
 #include "tools/eval/mesh_series.hpp"
 
-#include "adapters/export/vtu.hpp"
-
 #include <lbea/inference.hpp>
 
 namespace lbea::tool {
@@ -20,34 +18,41 @@ io::VtuGrid component(const Model& model, std::span<const float> positions, doub
 
 }  // namespace
 
-void write_matched_mesh(const std::filesystem::path& file, const Model& model, std::uint32_t sample) {
-  io::VtuGrid grid = component(model, model.node_positions(sample), model.sample_time_s(sample));
+void MeshSeries::add_match(const std::string& number, std::uint32_t sample, double time_s) {
+  io::VtuGrid grid = component(model_, model_.node_positions(sample), model_.sample_time_s(sample));
   std::vector<std::vector<float>> fields;
-  for (std::uint32_t f = 0; f < model.fields(); ++f) {
-    const FieldInfo info = model.field(f);
+  for (std::uint32_t f = 0; f < model_.fields(); ++f) {
+    const FieldInfo info = model_.field(f);
     auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
-    model.read_field(f, sample, fields.emplace_back(model.field_size(f)));
+    model_.read_field(f, sample, fields.emplace_back(model_.field_size(f)));
     arrays.push_back({std::string(info.name), std::span<const float>(fields.back())});
   }
-  io::write_vtu(file, grid);
+  matches_.push_back({time_s, folder_ / ("matched_" + number + ".vtu")});
+  io::write_vtu(matches_.back().file, grid);
 }
 
-void write_estimate_mesh(const std::filesystem::path& file, const Model& model,
-                         std::span<const WeightedSample> estimate, std::span<const Match> candidates, double time_s) {
-  const std::vector<WeightedSample> plausible = plausible_samples(model, candidates);
+void MeshSeries::add_estimate(const std::string& number, std::span<const WeightedSample> estimate,
+                              std::span<const Match> candidates, double time_s) {
+  const std::vector<WeightedSample> plausible = plausible_samples(model_, candidates);
   Inferred shape;
-  infer_positions(model, estimate, plausible, shape);
-  std::vector<Inferred> fields(model.fields());
-  io::VtuGrid grid = component(model, shape.mean, time_s);
+  infer_positions(model_, estimate, plausible, shape);
+  std::vector<Inferred> fields(model_.fields());
+  io::VtuGrid grid = component(model_, shape.mean, time_s);
   grid.point_arrays.push_back({"position_spread", std::span<const float>(shape.spread)});
-  for (std::uint32_t f = 0; f < model.fields(); ++f) {
-    infer_field(model, f, estimate, plausible, fields[f]);
-    const FieldInfo info = model.field(f);
+  for (std::uint32_t f = 0; f < model_.fields(); ++f) {
+    infer_field(model_, f, estimate, plausible, fields[f]);
+    const FieldInfo info = model_.field(f);
     auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
     arrays.push_back({std::string(info.name), std::span<const float>(fields[f].mean)});
     arrays.push_back({std::string(info.name) + "_spread", std::span<const float>(fields[f].spread)});
   }
-  io::write_vtu(file, grid);
+  estimates_.push_back({time_s, folder_ / ("estimate_" + number + ".vtu")});
+  io::write_vtu(estimates_.back().file, grid);
+}
+
+void MeshSeries::finish() const {
+  io::write_pvd(folder_ / "matched.pvd", matches_);
+  if (!estimates_.empty()) io::write_pvd(folder_ / "estimate.pvd", estimates_);
 }
 
 double estimate_time_s(const Model& model, std::span<const WeightedSample> estimate) {

@@ -1,6 +1,5 @@
 #include "tools/eval/trial.hpp"
 
-#include "adapters/export/vtu.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tools/eval/mesh_series.hpp"
@@ -65,8 +64,8 @@ class Test {
     for (const std::uint32_t node : model_.vertex_nodes(0)) observed_[node] = 1;
     find_field();
     if (settings.meshes.empty()) return;
-    folder_ = settings.meshes / experiment.name;
-    std::filesystem::create_directories(folder_);
+    std::filesystem::create_directories(settings.meshes / experiment.name);
+    meshes_.emplace(model_, settings.meshes / experiment.name);
   }
 
   TestTrial run(const FrameDone& done) {
@@ -85,10 +84,7 @@ class Test {
       trial.frames.push_back(frame(step, points, matchers, tracker));
       if (done()) break;
     }
-    if (!folder_.empty()) {
-      io::write_pvd(folder_ / "estimate.pvd", estimates_);
-      io::write_pvd(folder_ / "matched.pvd", matches_);
-    }
+    if (meshes_) meshes_->finish();
     trial.named = model_.simulation_name(tracker.state().simulation);
     score_path(trial);
     return trial;
@@ -126,7 +122,11 @@ class Test {
       infer_positions(model_, result.fit.estimate, {}, inferred_);
       row.errors[static_cast<std::size_t>(EvaluatedMethod::estimate)] = experiment_error(truth_, inferred_.mean);
       row.field = field_error(result);
-      if (!folder_.empty()) write_meshes(row, result);
+      if (meshes_) {
+        const std::string number = std::to_string(1000 + row.step).substr(1);
+        meshes_->add_estimate(number, result.fit.estimate, result.fit.candidates, row.time_s);
+        meshes_->add_match(number, model_.sample_index(result.matches.front().sample), row.time_s);
+      }
     }
     evidence_.emplace_back(result.fit.candidates.begin(), result.fit.candidates.end());
     row.status = result.status;
@@ -165,14 +165,6 @@ class Test {
       score(trial.frames[i], EvaluatedMethod::path, model_.sample_index(path[i]));
     }
   }
-  void write_meshes(const FrameTrial& row, const MatchResult& result) {
-    const std::string number = std::to_string(1000 + row.step).substr(1) + ".vtu";
-    estimates_.push_back({row.time_s, folder_ / ("estimate_" + number)});
-    write_estimate_mesh(estimates_.back().file, model_, result.fit.estimate, result.fit.candidates, row.time_s);
-    matches_.push_back({row.time_s, folder_ / ("matched_" + number)});
-    write_matched_mesh(matches_.back().file, model_, model_.sample_index(result.matches.front().sample));
-  }
-
   [[nodiscard]] FieldError field_error(const MatchResult& result) {
     FieldError error;
     if (!has_field_) return error;
@@ -230,8 +222,7 @@ class Test {
   std::optional<Point> hidden_place_;
   std::vector<std::vector<Match>> evidence_;  // per frame
   Inferred inferred_;
-  std::filesystem::path folder_;  // of the meshes
-  std::vector<io::PvdEntry> estimates_, matches_;
+  std::optional<MeshSeries> meshes_;
 };
 
 }  // namespace
