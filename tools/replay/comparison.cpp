@@ -8,12 +8,15 @@
 namespace lbea::tool {
 namespace {
 
-std::vector<std::byte> bytes_of(const wire::WireResult& result) {
+/// Without everything that differs between runs.
+std::vector<std::byte> bytes_of(wire::WireResult result) {
+  result.sequence = 0;
+  result.elapsed_ns = {};
+  result.counters = {};
+  result.publish_ns = result.receive_ns = 0;
+  result.model_checksum = 0;  // a comparison may use another model
   wire::Encoder encoder;
-  wire::WireResult bare = without_timings(result);
-  bare.receive_ns = 0;
-  bare.model_checksum = 0;  // a comparison may use another model
-  const auto bytes = encoder.result(bare);
+  const auto bytes = encoder.result(result);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -51,14 +54,6 @@ std::string text(const wire::WireResult& result) {
 }
 
 }  // namespace
-
-wire::WireResult without_timings(wire::WireResult result) {
-  result.sequence = 0;
-  result.elapsed_ns = {};
-  result.counters = {};
-  result.publish_ns = 0;
-  return result;
-}
 
 ResultComparison::ResultComparison(RecordedRun& run, double tolerance) : tolerance_(tolerance) {
   std::vector<Key> frames;

@@ -63,7 +63,4 @@ class ResultComparison {
   ComparisonTally tally_;
 };
 
-/// The result without everything that differs between runs.
-[[nodiscard]] wire::WireResult without_timings(wire::WireResult result);
-
 }  // namespace lbea::tool

@@ -1,27 +1,18 @@
 // lbea-replay: plays a recording to a matcher's socket, or straight into a model.
 #include "tools/replay/replay_settings.hpp"
-#include "tools/replay/report.hpp"
+#include "tools/replay/socket_replay.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/intake/log.hpp"
-
-#include <spdlog/spdlog.h>
-
-#include <cstdio>
 
 namespace lbea::tool {
 namespace {
 
-using namespace std::chrono_literals;
-
 struct Options {
-  std::string file, endpoint, results_endpoint, range;
-  PaceConfig pace;
-  bool fast = false, json = false;
-  SocketReplayConfig socket;
+  std::string file, range;
+  bool json = false;
+  SocketReplayOptions socket;
   ModelReplayOptions model;
-  ClientAccessOptions access;
 };
 
 constexpr auto description =
@@ -34,18 +25,17 @@ constexpr auto description =
     "the fate of a sent frame is unknown. The exit code is 1 when a frame was refused or not delivered, with "
     "--results\n"
     "when one did not arrive or was dropped, and with --against when results differ or there are none to compare.";
-constexpr auto longest_wait = 5s;
 
 void add_sending_options(Tool& tool, Options& options, Option* to, Option* model) {
-  tool.add_option("--results", options.results_endpoint,
+  tool.add_option("--results", options.socket.results_endpoint,
                   "with --to: endpoint of the matcher's results, to compare counts at the end")
       ->needs(to);
-  auto* speed = tool.add_option("--speed", options.pace.speed, "relative to the recorded pace")
+  auto* speed = tool.add_option("--speed", options.socket.speed, "relative to the recorded pace")
                     ->check(in_range(1e-3, 1e6))
                     ->excludes(model);
-  auto* fast =
-      tool.add_flag("--fast", options.fast, "with --to: as fast as possible; sending waits for room")->excludes(speed);
-  tool.add_flag("--step", options.pace.steps, "one frame per line on standard input (Enter)")
+  auto* fast = tool.add_flag("--fast", options.socket.fast, "with --to: as fast as possible; sending waits for room")
+                   ->excludes(speed);
+  tool.add_flag("--step", options.socket.steps, "one frame per line on standard input (Enter)")
       ->excludes(speed)
       ->excludes(fast)
       ->excludes(model);
@@ -54,7 +44,7 @@ void add_sending_options(Tool& tool, Options& options, Option* to, Option* model
       ->excludes(model);
   tool.add_flag("--end-of-stream,!--open-end", options.socket.ends_stream,
                 "with --to: announce the end of the test after the last frame");
-  options.access.add_to(tool);
+  options.socket.access.add_to(tool);
 }
 
 void add_matching_options(Tool& tool, Options& options, Option* model) {
@@ -82,7 +72,8 @@ void add_matching_options(Tool& tool, Options& options, Option* model) {
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("FILE", options.file, "the recording")->required();
-  auto* to = tool.add_option("--to", options.endpoint, "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc");
+  auto* to =
+      tool.add_option("--to", options.socket.endpoint, "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc");
   auto* model =
       tool.add_option("--model", options.model.settings.model_file, "baked model (.lbea) to match with")->excludes(to);
   tool.add_option("--range", options.range, "FROM:TO in seconds after the first frame; either may be omitted");
@@ -91,48 +82,20 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--json", options.json, "print as JSON");
 }
 
-void wait_for_receiver(wire::FrameSink& sink, const std::string& endpoint) {
-  const auto deadline = std::chrono::steady_clock::now() + longest_wait;
-  while (!sink.wait_ready(50ms))
-    if (stop_requested != 0 || std::chrono::steady_clock::now() > deadline)
-      throw Error(
-          Status::endpoint_unavailable,
-          "endpoint \"" + endpoint + "\": no program listens there; start lbea-serve with --frames " + endpoint);
-}
-
-int send(Options options, RecordedRun& run) {
-  wire::WireContext context;
-  const wire::ClientAccess access = options.access.load();
-  wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);
-  wait_for_receiver(sink, options.endpoint);
-  const auto stop = [] { return stop_requested != 0; };
-  std::optional<MatcherReceipts> receipts;
-  if (!options.results_endpoint.empty()) receipts.emplace(context, options.results_endpoint, access, stop);
-  if (options.fast) options.pace.speed = 0;
-  options.socket.waits = options.fast || options.pace.steps;
-  Pace pace(options.pace, stop);
-  const SocketReplayTally tally =
-      replay_to_socket(run, options.socket, sink, receipts ? &*receipts : nullptr, pace, stop);
-  const double late_ms = static_cast<double>(pace.worst_lateness().count()) * 1e-6;
-  std::printf("%s\n", (options.json ? socket_json(tally, late_ms) : socket_line(tally, late_ms)).c_str());
-  const bool is_over =
-      stop_requested == 0 || options.socket.rounds == 0;  // without a number of rounds, a stop is the regular end
-  return is_over && tally.is_complete() ? exit_ok : exit_failed;
-}
-
 int replay(Options options) {
   const Log log("lbea-replay");
   catch_stop_signals();
   ModelReplayOptions& model = options.model;
-  if (options.endpoint.empty() && model.settings.model_file.empty())
+  if (options.socket.endpoint.empty() && model.settings.model_file.empty())
     throw WrongUsage("no destination. Give --to ENDPOINT or --model MODEL");
   const Range range(options.range);
   RecordedRun run(options.file);
   const Part part = part_of(run, range, options.file);
-  if (!options.endpoint.empty()) {
+  if (!options.socket.endpoint.empty()) {
     run.limit(part.from_ns, part.to_ns);
     run.rewind();
-    return send(options, run);
+    options.socket.json = options.json;
+    return replay_to_socket(run, options.socket) ? exit_ok : exit_failed;
   }
   model.json = options.json;
   model.settings.recording = options.file;

@@ -76,20 +76,6 @@ std::string comparison_json(const ComparisonTally& tally) {
       .dump();
 }
 
-std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms) {
-  return formatted("frames %llu = sent %llu + refused %llu; %llu not delivered; %.3f s, largest delay %.3f ms",
-                   number(tally.frames), number(tally.sent), number(tally.refused), number(tally.left), tally.seconds,
-                   worst_lateness_ms) +
-         (tally.receipt ? receipt_text(*tally.receipt) : "");
-}
-
-std::string socket_json(const SocketReplayTally& tally, double worst_lateness_ms) {
-  Json json{{"frames", tally.frames}, {"sent", tally.sent},       {"refused", tally.refused},
-            {"left", tally.left},     {"seconds", tally.seconds}, {"worst_lateness_ms", worst_lateness_ms}};
-  if (tally.receipt && tally.receipt->is_whole) json["receipt"] = receipt_json(*tally.receipt);
-  return json.dump();
-}
-
 ResultsFile::ResultsFile(const std::filesystem::path& file, const RunSettings& settings)
     : name_(file.string()), sink_(file), writer_(sink_) {
   const auto schema = wire::result_schema();

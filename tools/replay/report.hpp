@@ -4,7 +4,6 @@
 #include "adapters/mcap/writer.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/replay/comparison.hpp"
-#include "tools/replay/socket_replay.hpp"
 
 namespace lbea::tool {
 
@@ -15,9 +14,6 @@ namespace lbea::tool {
 
 [[nodiscard]] std::string comparison_line(const ComparisonTally& tally);
 [[nodiscard]] std::string comparison_json(const ComparisonTally& tally);
-
-[[nodiscard]] std::string socket_line(const SocketReplayTally& tally, double worst_lateness_ms);
-[[nodiscard]] std::string socket_json(const SocketReplayTally& tally, double worst_lateness_ms);
 
 /// A recording of results only. The same results give the same bytes.
 class ResultsFile {
