@@ -5,8 +5,11 @@
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/handshake.hpp"
 #include "tools/shared/intake/log.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 
 #include <spdlog/spdlog.h>
+
+#include <thread>
 
 #include <sched.h>
 #include <sys/resource.h>
@@ -69,6 +72,17 @@ void add_options(Tool& tool, Options& options) {
       ->check(existing_folder());
 }
 
+/// Opens the model that a recording or a matcher names. Throws Error when the file is missing or is another model.
+Model open_model(const std::string& file, std::uint64_t checksum) {
+  if (file.empty())
+    throw Error(Status::bad_config, "the model that the frames were matched with is not named; give it with --model");
+  Model model = Model::open(file);
+  if (model.checksum() != checksum)
+    throw Error(Status::bad_config,
+                file + ": is no longer the model that the frames were matched with; give that model with --model");
+  return model;
+}
+
 /// The model that lbea-serve names in its states, which come twice a second; nothing when this program is stopped.
 std::optional<Model> model_of_server(const std::string& results_endpoint) {
   wire::WireContext context;
@@ -84,11 +98,11 @@ void wait_for_stop() {
 
 int watch_recording(const Options& options) {
   const RunSettings settings = RecordedRun(options.recording_file).settings();
-  RecordingFeed feed(options.recording_file, options.model_file.empty()
-                                                 ? open_model(settings.model_file, settings.model_checksum)
-                                                 : Model::open(options.model_file));
-  const WebServer server(options.web, feed);
-  spdlog::info("ready: {} ({} frames)", server.url(), feed.frames());
+  const auto feed = make_recording_feed(
+      options.recording_file, options.model_file.empty() ? open_model(settings.model_file, settings.model_checksum)
+                                                         : Model::open(options.model_file));
+  const WebServer server(options.web, *feed);
+  spdlog::info("ready: {} ({} frames)", server.url(), feed->frames());
   wait_for_stop();
   return exit_ok;
 }
@@ -97,17 +111,17 @@ int watch_test(const Options& options) {
   const auto model =
       options.model_file.empty() ? model_of_server(options.results_endpoint) : Model::open(options.model_file);
   if (!model) return exit_ok;
-  LiveFeed feed({options.results_endpoint, options.preview_endpoint}, *model);
-  WebServer server(options.web, feed);
+  const auto feed = make_live_feed(options.results_endpoint, options.preview_endpoint, *model);
+  WebServer server(options.web, *feed);
   const auto relay = [&](ViewerChannel channel, std::int64_t time_ns, wire::Message message) {
     if (server.viewers() > 0)
       server.relay({channel, time_ns, {reinterpret_cast<const char*>(message.data()), message.size()}});
   };
-  feed.start(
+  feed->start(
       {[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.is_awaited(); }, relay});
   spdlog::info("ready: {}", server.url());
   wait_for_stop();
-  feed.stop();
+  feed->stop();
   return exit_ok;
 }
 

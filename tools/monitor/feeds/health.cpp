@@ -30,7 +30,7 @@ double quantile_ms(const std::array<std::uint64_t, Health::bins>& histogram, dou
   return 0;
 }
 
-nlohmann::json to_json(const wire::Counters& counters) {
+nlohmann::json json_of(const wire::Counters& counters) {
   nlohmann::json reasons = nlohmann::json::object();
   for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
     const auto status = static_cast<wire::WireStatus>(i);
@@ -117,7 +117,7 @@ nlohmann::json Health::report(Clock::time_point now) const {
   };
   Histogram histogram = previous_;
   for (std::size_t bin = 0; bin < bins; ++bin) histogram[bin] += current_[bin];
-  nlohmann::json report{{"counters", to_json(counters_)},
+  nlohmann::json report{{"counters", json_of(counters_)},
                         {"results_lost_here", lost_},
                         {"unreadable_here", unreadable_},
                         {"heard_ms", age_ms(last_message_)},

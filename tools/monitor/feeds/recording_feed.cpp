@@ -1,13 +1,16 @@
 #include "tools/monitor/feeds/recording_feed.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
+#include "tools/monitor/feeds/health.hpp"
+#include "tools/monitor/scene/scene.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/matching/preview.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include <charconv>
+#include <mutex>
 
 namespace lbea::tool {
 namespace {
@@ -23,126 +26,146 @@ Number number_in(std::string_view target, std::string_view key, Number otherwise
 
 std::string summary_of(const RunAudit& audit) { return audit.is_complete() ? "complete" : audit.flaws().front(); }
 
+class Recording final : public RecordingFeed {
+ public:
+  Recording(const std::filesystem::path& file, Model model)
+      : name_(file.filename().string()),
+        audit_(summary_of(audit_run(file))),
+        model_(std::move(model)),
+        ranges_(ranges_of(model_)),
+        exports_(model_, ranges_),
+        run_(file),
+        scenes_(model_, ranges_) {
+    read_all();
+  }
+
+  /// A recording does not change, so there are no further rows.
+  [[nodiscard]] std::string rows_after(LogCursor&) override { return {}; }
+  /// "/api/recording/rows?session=S&first=N", "/api/recording/frame?number=N", and the exports of the model.
+  [[nodiscard]] std::optional<http::Response> respond(std::string_view target) override {
+    const std::lock_guard lock(mutex_);
+    const std::string_view path = target.substr(0, target.find('?'));
+    if (path == "/api/model")
+      return binary_response(
+          model_packet(model_, ranges_, {{"file", name_}, {"frames", entries_.size()}, {"words", audit_}}));
+    if (path == "/api/recording/rows") return binary_response(rows_packet(target));
+    if (path == "/export/curves.csv")
+      return file_response(
+          "text/csv; charset=utf-8",
+          to_csv(log_of(number_in<std::uint64_t>(target, "session", entries_.empty() ? 0 : entries_.front().session)),
+                 exports_.simulation_names()),
+          "curves.csv");
+    if (path != "/api/recording/frame") return exports_.respond(target);
+    const auto number = number_in<std::size_t>(target, "number", entries_.size());
+    if (number >= entries_.size()) return text_response(404, "number= needs a frame of the recording, counted from 0");
+    return binary_response(frame_packet(entries_[number]));
+  }
+
+  [[nodiscard]] std::size_t frames() const noexcept override { return entries_.size(); }
+
+ private:
+  struct Entry {
+    std::int64_t frame_ns = 0, result_ns = 0;  // log times; the former 0 when the recording lacks the frame
+    std::uint64_t session = 0, id = 0;
+  };
+  using FrameTimes = std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>;  // by session and frame id
+  void read_all() {
+    FrameTimes frames;
+    while (const auto message = run_.next()) {
+      if (message->kind == RecordedMessage::Kind::frame)
+        frames.try_emplace({message->session, message->id}, message->log_time_ns);
+    }
+    run_.rewind();
+    while (const auto message = run_.next())
+      if (message->kind == RecordedMessage::Kind::result) add_result(*message, frames);
+  }
+  void add_result(const RecordedMessage& message, const FrameTimes& frames) {
+    wire::WireResult result;
+    if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.add_unreadable();
+    health_.add(result, time_);
+    if (logs_.size() < most_sessions || logs_.contains(result.session)) logs_[result.session].add(result);
+    if (wire::fate_of(result.status) == wire::Fate::not_a_capture) return;
+    const auto frame = frames.find({result.session, result.frame_id});
+    entries_.push_back(
+        {frame == frames.end() ? 0 : frame->second, message.log_time_ns, result.session, result.frame_id});
+  }
+
+  [[nodiscard]] std::string frame_packet(const Entry& entry) {
+    const Moment moment{result_of(entry), cloud_of(entry)};
+    const TestLog& log = log_of(entry.session);
+    Health health = health_;
+    health.add(moment.result, time_);
+    nlohmann::json head{{"type", "snapshot"},
+                        {"result", to_json(moment.result)},
+                        {"health", health.report(time_)},
+                        {"has_preview", true},
+                        {"model_differs", moment.result.model_checksum != model_.checksum()},
+                        {"test", to_json(log, moment.result.stamp_ns, exports_.simulation_names())}};
+    head["test"]["session"] = std::to_string(entry.session);
+    head["health"]["recording"] = audit_;
+    return scenes_.build(moment, std::move(head));
+  }
+
+  [[nodiscard]] std::string rows_packet(std::string_view target) const {
+    const TestLog& log = log_of(number_in<std::uint64_t>(target, "session", 0));
+    LogCursor cursor{log.epoch(), std::min(number_in<std::size_t>(target, "first", 0), log.rows().size())};
+    if (cursor.row == 0) cursor.epoch = 0;  // gives a packet even when there are no rows
+    return next_rows(log, cursor, rows_per_batch);
+  }
+  [[nodiscard]] wire::WireResult result_of(const Entry& entry) {
+    wire::WireResult result;
+    run_.rewind();
+    run_.limit(entry.result_ns, entry.result_ns);
+    while (const auto message = run_.next())
+      if (message->kind == RecordedMessage::Kind::result &&
+          wire::decode_result(message->data, result) == wire::WireStatus::ok && result.session == entry.session &&
+          result.frame_id == entry.id)
+        return result;
+    return {};
+  }
+
+  [[nodiscard]] std::shared_ptr<const std::vector<Point>> cloud_of(const Entry& entry) {
+    if (entry.frame_ns == 0) return nullptr;
+    run_.rewind();
+    run_.limit(entry.frame_ns, entry.frame_ns);
+    while (const auto message = run_.next()) {
+      if (message->kind != RecordedMessage::Kind::frame || message->session != entry.session || message->id != entry.id)
+        continue;
+      wire::Encoder encoder;
+      wire::DecodedFrame frame;
+      if (wire::decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame,
+                             {.max_points = most_points_read}) != wire::WireStatus::ok)
+        return nullptr;
+      thin(frame.points, PreviewConfig{}.max_points, run_.settings().matcher.T_reference_sensor);
+      return std::make_shared<const std::vector<Point>>(std::move(frame.points));
+    }
+    return nullptr;
+  }
+
+  [[nodiscard]] const TestLog& log_of(std::uint64_t session) const {
+    static const TestLog none;
+    const auto log = logs_.find(session);
+    return log == logs_.end() ? none : log->second;
+  }
+
+  std::string name_, audit_;
+  Model model_;
+  ModelRanges ranges_;
+  ModelExports exports_;
+  std::mutex mutex_;  // of the members below
+  RecordedRun run_;
+  SceneBuilder scenes_;
+  Health health_;
+  // One time for all results, so that the latencies are those of the whole recording.
+  Health::Clock::time_point time_ = Health::Clock::now();
+  std::vector<Entry> entries_;
+  std::map<std::uint64_t, TestLog> logs_;
+};
+
 }  // namespace
 
-Model open_model(const std::string& file, std::uint64_t checksum) {
-  if (file.empty())
-    throw Error(Status::bad_config, "the model that the frames were matched with is not named; give it with --model");
-  Model model = Model::open(file);
-  if (model.checksum() != checksum)
-    throw Error(Status::bad_config,
-                file + ": is no longer the model that the frames were matched with; give that model with --model");
-  return model;
-}
-
-RecordingFeed::RecordingFeed(const std::filesystem::path& file, Model model)
-    : name_(file.filename().string()),
-      audit_(summary_of(audit_run(file))),
-      model_(std::move(model)),
-      ranges_(ranges_of(model_)),
-      exports_(model_, ranges_),
-      run_(file),
-      scenes_(model_, ranges_) {
-  read_all();
-}
-
-void RecordingFeed::read_all() {
-  FrameTimes frames;
-  while (const auto message = run_.next()) {
-    if (message->kind == RecordedMessage::Kind::frame)
-      frames.try_emplace({message->session, message->id}, message->log_time_ns);
-  }
-  run_.rewind();
-  while (const auto message = run_.next())
-    if (message->kind == RecordedMessage::Kind::result) add_result(*message, frames);
-}
-
-void RecordingFeed::add_result(const RecordedMessage& message, const FrameTimes& frames) {
-  wire::WireResult result;
-  if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.add_unreadable();
-  health_.add(result, time_);
-  if (logs_.size() < most_sessions || logs_.contains(result.session)) logs_[result.session].add(result);
-  if (wire::fate_of(result.status) == wire::Fate::not_a_capture) return;
-  const auto frame = frames.find({result.session, result.frame_id});
-  entries_.push_back({frame == frames.end() ? 0 : frame->second, message.log_time_ns, result.session, result.frame_id});
-}
-
-const TestLog& RecordingFeed::log_of(std::uint64_t session) const {
-  static const TestLog none;
-  const auto log = logs_.find(session);
-  return log == logs_.end() ? none : log->second;
-}
-
-wire::WireResult RecordingFeed::result_of(const Entry& entry) {
-  wire::WireResult result;
-  run_.rewind();
-  run_.limit(entry.result_ns, entry.result_ns);
-  while (const auto message = run_.next())
-    if (message->kind == RecordedMessage::Kind::result &&
-        wire::decode_result(message->data, result) == wire::WireStatus::ok && result.session == entry.session &&
-        result.frame_id == entry.id)
-      return result;
-  return {};
-}
-
-std::shared_ptr<const std::vector<Point>> RecordingFeed::cloud_of(const Entry& entry) {
-  if (entry.frame_ns == 0) return nullptr;
-  run_.rewind();
-  run_.limit(entry.frame_ns, entry.frame_ns);
-  while (const auto message = run_.next()) {
-    if (message->kind != RecordedMessage::Kind::frame || message->session != entry.session || message->id != entry.id)
-      continue;
-    wire::Encoder encoder;
-    wire::DecodedFrame frame;
-    if (wire::decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame,
-                           {.max_points = most_points_read}) != wire::WireStatus::ok)
-      return nullptr;
-    thin(frame.points, PreviewConfig{}.max_points, run_.settings().matcher.T_reference_sensor);
-    return std::make_shared<const std::vector<Point>>(std::move(frame.points));
-  }
-  return nullptr;
-}
-
-std::string RecordingFeed::frame_packet(const Entry& entry) {
-  const Moment moment{result_of(entry), cloud_of(entry)};
-  const TestLog& log = log_of(entry.session);
-  Health health = health_;
-  health.add(moment.result, time_);
-  nlohmann::json head{{"type", "snapshot"},
-                      {"result", to_json(moment.result)},
-                      {"health", health.report(time_)},
-                      {"has_preview", true},
-                      {"model_differs", moment.result.model_checksum != model_.checksum()},
-                      {"test", to_json(log, moment.result.stamp_ns, exports_.simulation_names())}};
-  head["test"]["session"] = std::to_string(entry.session);
-  head["health"]["recording"] = audit_;
-  return scenes_.build(moment, std::move(head));
-}
-
-std::string RecordingFeed::rows_packet(std::string_view target) const {
-  const TestLog& log = log_of(number_in<std::uint64_t>(target, "session", 0));
-  LogCursor cursor{log.epoch(), std::min(number_in<std::size_t>(target, "first", 0), log.rows().size())};
-  if (cursor.row == 0) cursor.epoch = 0;  // gives a packet even when there are no rows
-  return next_rows(log, cursor, rows_per_batch);
-}
-
-std::optional<http::Response> RecordingFeed::respond(std::string_view target) {
-  const std::lock_guard lock(mutex_);
-  const std::string_view path = target.substr(0, target.find('?'));
-  if (path == "/api/model")
-    return binary_response(
-        model_packet(model_, ranges_, {{"file", name_}, {"frames", entries_.size()}, {"words", audit_}}));
-  if (path == "/api/recording/rows") return binary_response(rows_packet(target));
-  if (path == "/export/curves.csv")
-    return file_response(
-        "text/csv; charset=utf-8",
-        to_csv(log_of(number_in<std::uint64_t>(target, "session", entries_.empty() ? 0 : entries_.front().session)),
-               exports_.simulation_names()),
-        "curves.csv");
-  if (path != "/api/recording/frame") return exports_.respond(target);
-  const auto number = number_in<std::size_t>(target, "number", entries_.size());
-  if (number >= entries_.size()) return text_response(404, "number= needs a frame of the recording, counted from 0");
-  return binary_response(frame_packet(entries_[number]));
+std::unique_ptr<RecordingFeed> make_recording_feed(const std::filesystem::path& file, Model model) {
+  return std::make_unique<Recording>(file, std::move(model));
 }
 
 }  // namespace lbea::tool
