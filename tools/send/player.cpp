@@ -2,6 +2,14 @@
 
 #include "adapters/clouds/point_cloud.hpp"
 #include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/client.hpp"
+#include "tools/shared/cli/cloud_files.hpp"
+#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/cli/progress.hpp"
+#include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/handshake.hpp"
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -9,15 +17,20 @@
 #include <thread>
 
 namespace lbea::tool {
-
-namespace fs = std::filesystem;
-
 namespace {
 
+namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
+constexpr auto max_wait = 5s;         // for the receiver
 constexpr auto stop_interval = 50ms;  // maximum delay until a stop is noticed
+
+struct EncodedCloud {
+  fs::path file;
+  std::shared_ptr<std::vector<std::byte>> message;
+  std::optional<std::int64_t> stamp_ns;  // none without one in table, file or file name
+};
 
 /// The cloud with a new id. In place when the socket has released the last round's message, otherwise a copy.
 std::shared_ptr<const std::vector<std::byte>> relabelled(const EncodedCloud& cloud, std::uint64_t id) {
@@ -29,17 +42,6 @@ std::shared_ptr<const std::vector<std::byte>> relabelled(const EncodedCloud& clo
   }
   wire::relabel_frame(*message, id, cloud.stamp_ns.value_or(wire::wall_clock_ns()));
   return message;
-}
-
-std::chrono::nanoseconds due_time(const PlayConfig& config, std::uint64_t frame, std::size_t clouds) {
-  constexpr double latest = 4e18;  // 127 years; the clock would overflow far beyond it
-  const double rounds_ns = static_cast<double>(frame / clouds) * static_cast<double>(config.due_ns.back());
-  const double due_ns = rounds_ns + static_cast<double>(config.due_ns[frame % clouds]);
-  return std::chrono::nanoseconds(static_cast<std::int64_t>(std::min(due_ns, latest)));
-}
-
-void sleep_until(Clock::time_point due, const std::function<bool()>& stop) {
-  while (!stop() && Clock::now() < due) std::this_thread::sleep_until(std::min(due, Clock::now() + stop_interval));
 }
 
 /// The tables of capture times, each read once.
@@ -58,28 +60,29 @@ class StampTables {
   std::map<fs::path, io::CloudStamps> tables_;
 };
 
-}  // namespace
-
-std::vector<EncodedCloud> encode_clouds(const std::vector<fs::path>& files, const fs::path& stamps,
-                                        const std::string& columns, std::uint64_t session, const std::string& frame_id,
-                                        const std::function<void(std::size_t)>& progress) {
+/// Reads and encodes. Stamps come from the table of the options or, without one, from stamps.csv beside the clouds;
+/// otherwise from the clouds, otherwise from their file names.
+std::vector<EncodedCloud> encode_clouds(const SendOptions& options, std::uint64_t session) {
+  const auto files = find_clouds(options.paths);
+  Progress progress("reading", files.size());
   std::vector<EncodedCloud> clouds;
   wire::Encoder encoder;
-  StampTables tables(stamps);
+  StampTables tables(options.stamps);
   for (const fs::path& file : files) {
-    io::PointCloud cloud = io::read_point_cloud(file, columns);
+    io::PointCloud cloud = io::read_point_cloud(file, options.columns);
     cloud.stamp_ns = tables.of(file, cloud.stamp_ns);
-    const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, frame_id);
+    const auto message = encoder.frame({0, cloud.stamp_ns.value_or(0), cloud.points}, session, options.frame_id);
     if (message.empty())
       throw Error{Status::bad_input, file.string() +
                                          ": its stamp is before 1970 or after 2106, or it is larger than the 2 GB of a "
                                          "message; it cannot be sent"};
     clouds.push_back({file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
-    progress(clouds.size());
+    progress.advance_to(clouds.size());
   }
   return clouds;
 }
 
+/// Due times by the clouds' stamps, in ns after the first cloud: one per cloud, then one for the second round's first.
 std::vector<std::int64_t> schedule_by_stamps(const std::vector<EncodedCloud>& clouds) {
   std::vector<std::int64_t> due;
   for (const EncodedCloud& cloud : clouds) {
@@ -104,26 +107,113 @@ std::vector<std::int64_t> schedule_by_rate(std::size_t clouds, double rate_hz) {
   return due;
 }
 
-PlayTally play(const std::vector<EncodedCloud>& clouds, const PlayConfig& config, wire::FrameSink& sink,
-               const std::function<bool()>& stop, const std::function<void(std::uint64_t)>& progress) {
-  const auto begin = Clock::now();
-  wire::FrameSender sender(sink, config.session);
-  for (std::uint64_t id = 0; config.rounds == 0 || id < config.rounds * clouds.size(); ++id) {
-    if (config.due_ns.empty()) {
-      while (!stop() && !sender.wait_ready(stop_interval)) {}
-    } else {
-      sleep_until(begin + due_time(config, id, clouds.size()), stop);
-    }
-    if (stop()) break;
-    const EncodedCloud& cloud = clouds[id % clouds.size()];
-    const bool fits = config.max_message_bytes == 0 || cloud.message->size() <= config.max_message_bytes;
-    sender.send(fits ? relabelled(cloud, id) : nullptr);
-    progress(id + 1);
+/// Waits until a frame is due. `due_ns`: as schedule_by_stamps() gives it.
+void wait_until_due(const std::vector<std::int64_t>& due_ns, Clock::time_point begin, std::uint64_t frame) {
+  constexpr double latest = 4e18;  // 127 years; the clock would overflow far beyond it
+  const std::size_t clouds = due_ns.size() - 1;
+  const double rounds_ns = static_cast<double>(frame / clouds) * static_cast<double>(due_ns.back());
+  const double after_ns = std::min(rounds_ns + static_cast<double>(due_ns[frame % clouds]), latest);
+  const auto due = begin + std::chrono::nanoseconds(static_cast<std::int64_t>(after_ns));
+  while (stop_requested == 0 && Clock::now() < due)
+    std::this_thread::sleep_until(std::min(due, Clock::now() + stop_interval));
+}
+
+/// The sender's own tally, and the matcher's receipt with --results.
+struct Account {
+  wire::SendTally tally;
+  double seconds = 0;
+  std::optional<Receipt> receipt;
+};
+
+void wait_for_receiver(wire::FrameSink& sink, const SendOptions& options) {
+  const auto deadline = Clock::now() + max_wait;
+  while (stop_requested == 0 && !sink.wait_ready(stop_interval)) {
+    if (options.wait_ready || Clock::now() < deadline) continue;
+    throw Error{
+        Status::endpoint_unavailable,
+        "endpoint \"" + options.endpoint +
+            "\": nobody listens there, or nobody who knows this program's key; start lbea-serve with --frames " +
+            options.endpoint + ", or use --wait-ready"};
   }
-  if (config.ends_stream) sender.end_stream();
-  PlayTally tally{sender.finish()};
-  tally.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  return tally;
+}
+
+std::string to_json(const Account& account) {
+  const wire::SendTally& tally = account.tally;
+  nlohmann::ordered_json json{{"captured", tally.captured},
+                              {"sent", tally.sent},
+                              {"refused", tally.refused},
+                              {"handed_over", tally.handed_over},
+                              {"seconds", account.seconds}};
+  if (account.receipt && account.receipt->is_whole) json["receipt"] = receipt_json(*account.receipt);
+  return json.dump();
+}
+
+std::string to_text(const Account& account) {
+  const wire::SendTally& tally = account.tally;
+  return "captured " + std::to_string(tally.captured) + " = sent " + std::to_string(tally.sent) + " + refused " +
+         std::to_string(tally.refused) + "; handed over " + (tally.handed_over < tally.sent ? "at least " : "") +
+         std::to_string(tally.handed_over) + formatted(" in %.3f s", account.seconds) +
+         (account.receipt ? receipt_text(*account.receipt) : "");
+}
+
+bool is_complete(const Account& account, std::uint64_t planned) {
+  const wire::SendTally& tally = account.tally;
+  return tally.handed_over == tally.captured && tally.captured >= planned &&
+         (!account.receipt ||
+          (account.receipt->is_whole && account.receipt->received == tally.captured && account.receipt->dropped == 0));
+}
+
+/// `due_ns`: empty to send as fast as the receiver accepts. `max_message_bytes`: larger messages would break the
+/// connection; 0: unknown.
+Account play(const std::vector<EncodedCloud>& clouds, const std::vector<std::int64_t>& due_ns,
+             const SendOptions& options, std::uint64_t session, std::uint64_t max_message_bytes,
+             wire::FrameSink& sink) {
+  const std::uint64_t planned = options.rounds * clouds.size();
+  Progress progress("sending", planned);
+  const auto begin = Clock::now();
+  wire::FrameSender sender(sink, session);
+  for (std::uint64_t id = 0; options.rounds == 0 || id < planned; ++id) {
+    if (!due_ns.empty()) wait_until_due(due_ns, begin, id);
+    while (due_ns.empty() && stop_requested == 0 && !sender.wait_ready(stop_interval)) {}
+    if (stop_requested != 0) break;
+    const EncodedCloud& cloud = clouds[id % clouds.size()];
+    const bool fits = max_message_bytes == 0 || cloud.message->size() <= max_message_bytes;
+    sender.send(fits ? relabelled(cloud, id) : nullptr);
+    progress.advance_to(id + 1);
+  }
+  if (options.ends_stream) sender.end_stream();
+  Account account;
+  account.tally = sender.finish();
+  account.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  return account;
+}
+
+}  // namespace
+
+int send(const SendOptions& options) {
+  catch_stop_signals();
+  const std::uint64_t session = wire::new_session();
+  wire::WireContext context;
+  const wire::ClientAccess access = options.access.load();
+  wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);
+  const auto clouds = encode_clouds(options, session);
+  std::vector<std::int64_t> due_ns;
+  if (options.realtime) due_ns = schedule_by_stamps(clouds);
+  if (options.rate_hz > 0) due_ns = schedule_by_rate(clouds.size(), options.rate_hz);
+  std::optional<Handshake> handshake;
+  if (!options.results_endpoint.empty())
+    handshake.emplace(sink, wire::ResultSource(context, options.results_endpoint, wire::results_held, access), session);
+  wait_for_receiver(sink, options);
+  wire::WireState state;
+  if (handshake) state = handshake->begin([] { return stop_requested != 0; }).value_or(wire::WireState{});
+  Account account = play(clouds, due_ns, options, session, state.max_message_bytes, sink);
+  if (handshake) {
+    Receipts receipts(state);
+    receipts.collect(*handshake, session, account.tally.captured);
+    account.receipt = receipts.sum();
+  }
+  std::printf("%s\n", (options.json ? to_json(account) : to_text(account)).c_str());
+  return is_complete(account, options.rounds * clouds.size()) ? exit_ok : exit_failed;
 }
 
 }  // namespace lbea::tool
