@@ -24,7 +24,13 @@ std::uint64_t bytes_covered_by_crc(const Attachment& attachment) {
 class DataCheck {
  public:
   DataCheck(FileCheck& result, const MessageVisitor& visit) : result_(result), visit_(visit) {}
-  void add(const Record& record, const OpenChunk& chunk);
+  void add(const Record& record, const OpenChunk& chunk) {
+    if (record.opcode == Opcode::chunk) return add_chunk(record, chunk);
+    if (record.opcode == Opcode::message_index) return add_index(record);
+    if (record.opcode == Opcode::attachment) return add_attachment(record);
+    if (record.opcode == Opcode::message) return add_message(record, record.offset, false);
+    add_simple(record);
+  }
   void add_error(std::uint64_t byte, const std::string& what) {
     if (result_.errors.size() < FileCheck::max_errors)
       result_.errors.push_back("byte " + std::to_string(byte) + ": " + what);
@@ -37,94 +43,80 @@ class DataCheck {
   std::vector<AttachmentIndex> attachments;
 
  private:
-  void add_simple(const Record& record);
-  void add_message(const Record& record, std::uint64_t offset, bool in_chunk);
-  void add_chunk(const Record& record, const OpenChunk& chunk);
-  void add_index(const Record& record);
-  void add_attachment(const Record& record);
+  void add_simple(const Record& record) {
+    if (record.opcode == Opcode::header) {
+      result_.header = *parse<Header>(record.content);
+    } else if (record.opcode == Opcode::metadata) {
+      auto content = parse<Metadata>(record.content);
+      metadata.push_back({record.offset, record.end() - record.offset, content->name});
+      result_.metadata.push_back(std::move(*content));
+      ++result_.counted.metadata;
+    } else if (!result_.definitions.add(record)) {
+      add_error(record.offset, "a schema or channel differs from the one with the same id");
+    }
+  }
+
+  void add_message(const Record& record, std::uint64_t offset, bool in_chunk) {
+    const Message message = *parse<Message>(record.content);
+    if (in_chunk) {
+      MessageIndex& index = expected_[message.channel_id];
+      index.channel_id = message.channel_id;
+      index.entries.push_back({message.log_time, record.offset});
+    }
+    const auto& channels = result_.definitions.channels;
+    const auto channel = channels.find(message.channel_id);
+    const bool known = channel != channels.end();
+    if (!known)
+      add_error(offset, "a message on channel " + std::to_string(message.channel_id) + ", which is not defined");
+    result_.counted.add(message.channel_id, message.log_time);
+    if (visit_) visit_(message, known ? &channel->second : nullptr);
+  }
+
+  void add_chunk(const Record& record, const OpenChunk& open) {
+    const Chunk& chunk = open.chunk();
+    expected_.clear();
+    Bytes rest = open.records();
+    std::uint64_t offset = 0;
+    while (const auto inner = next_record(rest, offset)) {
+      if (inner->opcode == Opcode::message)
+        add_message(*inner, record.offset, true);
+      else
+        add_simple(*inner);
+    }
+    Statistics counted;
+    for (const auto& [channel, index] : expected_)
+      for (const auto& entry : index.entries) counted.add(channel, entry.log_time);
+    if (chunk.start_time != counted.start_time || chunk.end_time != counted.end_time)
+      add_error(record.offset, "the chunk's times differ from those of its messages");
+    chunks.push_back(index_entry(chunk, record.offset, record.end() - record.offset));
+    ++result_.counted.chunks;
+  }
+
+  void add_index(const Record& record) {
+    const MessageIndex index = *parse<MessageIndex>(record.content);
+    const auto expected = expected_.find(index.channel_id);
+    auto entries = index.entries;
+    std::ranges::sort(entries, {}, &MessageIndex::Entry::offset);
+    if (expected == expected_.end() ? !entries.empty() : expected->second.entries != entries)
+      add_error(record.offset, "a message index that does not match its chunk");
+    if (chunks.empty()) return;
+    chunks.back().message_index_offsets[index.channel_id] = record.offset;
+    chunks.back().message_index_length += record.end() - record.offset;
+  }
+  void add_attachment(const Record& record) {
+    const Attachment attachment = *parse<Attachment>(record.content);
+    const Bytes covered = record.content.first(static_cast<std::size_t>(bytes_covered_by_crc(attachment)));
+    if (attachment.crc != 0 && crc32(covered) != attachment.crc)
+      add_error(record.offset, "an attachment with a wrong checksum");
+    attachments.push_back({record.offset, record.end() - record.offset, attachment.log_time, attachment.create_time,
+                           attachment.data.size(), attachment.name, attachment.media_type});
+    ++result_.counted.attachments;
+  }
+
   FileCheck& result_;
   const MessageVisitor& visit_;
   std::map<std::uint16_t, MessageIndex> expected_;  // of the last chunk
 };
-
-void DataCheck::add(const Record& record, const OpenChunk& chunk) {
-  if (record.opcode == Opcode::chunk) return add_chunk(record, chunk);
-  if (record.opcode == Opcode::message_index) return add_index(record);
-  if (record.opcode == Opcode::attachment) return add_attachment(record);
-  if (record.opcode == Opcode::message) return add_message(record, record.offset, false);
-  add_simple(record);
-}
-
-void DataCheck::add_simple(const Record& record) {
-  if (record.opcode == Opcode::header) {
-    result_.header = *parse<Header>(record.content);
-  } else if (record.opcode == Opcode::metadata) {
-    auto content = parse<Metadata>(record.content);
-    metadata.push_back({record.offset, record.end() - record.offset, content->name});
-    result_.metadata.push_back(std::move(*content));
-    ++result_.counted.metadata;
-  } else if (!result_.definitions.add(record)) {
-    add_error(record.offset, "a schema or channel differs from the one with the same id");
-  }
-}
-
-void DataCheck::add_message(const Record& record, std::uint64_t offset, bool in_chunk) {
-  const Message message = *parse<Message>(record.content);
-  if (in_chunk) {
-    MessageIndex& index = expected_[message.channel_id];
-    index.channel_id = message.channel_id;
-    index.entries.push_back({message.log_time, record.offset});
-  }
-  const auto& channels = result_.definitions.channels;
-  const auto channel = channels.find(message.channel_id);
-  const bool known = channel != channels.end();
-  if (!known)
-    add_error(offset, "a message on channel " + std::to_string(message.channel_id) + ", which is not defined");
-  result_.counted.add(message.channel_id, message.log_time);
-  if (visit_) visit_(message, known ? &channel->second : nullptr);
-}
-
-void DataCheck::add_chunk(const Record& record, const OpenChunk& open) {
-  const Chunk& chunk = open.chunk();
-  expected_.clear();
-  Bytes rest = open.records();
-  std::uint64_t offset = 0;
-  while (const auto inner = next_record(rest, offset)) {
-    if (inner->opcode == Opcode::message)
-      add_message(*inner, record.offset, true);
-    else
-      add_simple(*inner);
-  }
-  Statistics counted;
-  for (const auto& [channel, index] : expected_)
-    for (const auto& entry : index.entries) counted.add(channel, entry.log_time);
-  if (chunk.start_time != counted.start_time || chunk.end_time != counted.end_time)
-    add_error(record.offset, "the chunk's times differ from those of its messages");
-  chunks.push_back(index_entry(chunk, record.offset, record.end() - record.offset));
-  ++result_.counted.chunks;
-}
-
-void DataCheck::add_index(const Record& record) {
-  const MessageIndex index = *parse<MessageIndex>(record.content);
-  const auto expected = expected_.find(index.channel_id);
-  auto entries = index.entries;
-  std::ranges::sort(entries, {}, &MessageIndex::Entry::offset);
-  if (expected == expected_.end() ? !entries.empty() : expected->second.entries != entries)
-    add_error(record.offset, "a message index that does not match its chunk");
-  if (chunks.empty()) return;
-  chunks.back().message_index_offsets[index.channel_id] = record.offset;
-  chunks.back().message_index_length += record.end() - record.offset;
-}
-
-void DataCheck::add_attachment(const Record& record) {
-  const Attachment attachment = *parse<Attachment>(record.content);
-  const Bytes covered = record.content.first(static_cast<std::size_t>(bytes_covered_by_crc(attachment)));
-  if (attachment.crc != 0 && crc32(covered) != attachment.crc)
-    add_error(record.offset, "an attachment with a wrong checksum");
-  attachments.push_back({record.offset, record.end() - record.offset, attachment.log_time, attachment.create_time,
-                         attachment.data.size(), attachment.name, attachment.media_type});
-  ++result_.counted.attachments;
-}
 
 /// Everything after the data section: summary, summary offsets, footer, magic bytes.
 class Tail {
@@ -136,32 +128,28 @@ class Tail {
   [[nodiscard]] std::uint64_t begin() const { return begin_; }
   [[nodiscard]] Bytes bytes() const { return bytes_; }
   [[nodiscard]] std::uint64_t footer_start() const { return begin_ + bytes_.size() - footer_bytes - magic.size(); }
-  [[nodiscard]] std::optional<Footer> footer() const;
+  [[nodiscard]] std::optional<Footer> footer() const {
+    if (bytes_.size() < footer_bytes + magic.size()) return std::nullopt;
+    Bytes rest = Bytes(bytes_).last(footer_bytes + magic.size());
+    if (!std::ranges::equal(rest.last(magic.size()), std::as_bytes(std::span(magic)))) return std::nullopt;
+    std::uint64_t offset = 0;
+    const auto record = next_record(rest, offset);
+    if (!record || record->opcode != Opcode::footer || record->length != footer_content_bytes) return std::nullopt;
+    return parse<Footer>(record->content);
+  }
   /// Whether the footer's offsets fit this tail.
-  [[nodiscard]] bool has_bounds(const Footer& footer) const;
+  [[nodiscard]] bool has_bounds(const Footer& footer) const {
+    const std::uint64_t end = footer_start();
+    if (footer.summary_start == 0) return begin_ == end;
+    const bool offsets_fit = footer.summary_offset_start == 0 || (footer.summary_offset_start >= footer.summary_start &&
+                                                                  footer.summary_offset_start <= end);
+    return footer.summary_start == begin_ && footer.summary_start <= end && offsets_fit;
+  }
 
  private:
   std::uint64_t begin_;
   Buffer bytes_;
 };
-
-std::optional<Footer> Tail::footer() const {
-  if (bytes_.size() < footer_bytes + magic.size()) return std::nullopt;
-  Bytes rest = Bytes(bytes_).last(footer_bytes + magic.size());
-  if (!std::ranges::equal(rest.last(magic.size()), std::as_bytes(std::span(magic)))) return std::nullopt;
-  std::uint64_t offset = 0;
-  const auto record = next_record(rest, offset);
-  if (!record || record->opcode != Opcode::footer || record->length != footer_content_bytes) return std::nullopt;
-  return parse<Footer>(record->content);
-}
-
-bool Tail::has_bounds(const Footer& footer) const {
-  const std::uint64_t end = footer_start();
-  if (footer.summary_start == 0) return begin_ == end;
-  const bool offsets_fit = footer.summary_offset_start == 0 ||
-                           (footer.summary_offset_start >= footer.summary_start && footer.summary_offset_start <= end);
-  return footer.summary_start == begin_ && footer.summary_start <= end && offsets_fit;
-}
 
 std::uint64_t place_of(const ChunkIndex& index) { return index.chunk_start; }
 std::uint64_t place_of(const auto& index) { return index.offset; }

@@ -5,7 +5,6 @@
 #include "tools/shared/ensemble/ensemble_input.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <sstream>
 
 namespace lbea::tool {

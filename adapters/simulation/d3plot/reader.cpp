@@ -7,10 +7,19 @@
 
 namespace lbea::io::d3plot {
 namespace {
+constexpr std::uint32_t no_row = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t words_at_a_time = 1 << 18;
+
 /// A d3plot family as a SimulationReader.
 class Reader final : public bake::SimulationReader {
  public:
-  explicit Reader(const std::filesystem::path& first_file);
+  explicit Reader(const std::filesystem::path& first_file) : database_(open_database(first_file)), file_(database_) {
+    build_mesh();
+    number_shell_rows();
+    stored_ = stored_fields(database_.layout);
+    std::transform(stored_.begin(), stored_.end(), std::back_inserter(fields_), describe);
+    database_.geometry = {};
+  }
 
   [[nodiscard]] const bake::SimulationMesh& mesh() const noexcept override { return mesh_; }
   [[nodiscard]] const std::vector<bake::SimulationField>& fields() const noexcept override { return fields_; }
@@ -19,20 +28,131 @@ class Reader final : public bake::SimulationReader {
   }
   [[nodiscard]] std::string remark() const override { return database_.remark; }
   [[nodiscard]] double time_s(std::uint32_t state) const override { return place(state).time_s; }
-  void read(std::uint32_t state, bake::SimulationState& into) override;
+  void read(std::uint32_t state, bake::SimulationState& into) override {
+    const StatePlace& at = place(state);
+    into.time_s = at.time_s;
+    read_positions(at, into.positions);
+    read_alive(at, into.alive);
+    read_fields(at, into);
+  }
   [[nodiscard]] std::vector<std::filesystem::path> files() const override { return database_.family; }
 
  private:
-  [[nodiscard]] const StatePlace& place(std::uint32_t state) const;
-  void build_mesh();
+  [[nodiscard]] const StatePlace& place(std::uint32_t state) const {
+    if (state >= database_.states.size())
+      throw Error{Status::bad_input, database_.family.front().string() + " has " + std::to_string(states()) +
+                                         " states; state " + std::to_string(state) + " does not exist"};
+    return database_.states[state];
+  }
+
+  void build_mesh() {
+    const Geometry& geometry = database_.geometry;
+    add_elements(shell_faces(geometry.shells.nodes), geometry.shells.ids, geometry.shells.parts);
+    shell_elements_ = mesh_.elements.size();
+    const SolidFaces solids = solid_faces(geometry.solids.nodes);
+    add_elements(solids.outer, geometry.solids.ids, geometry.solids.parts);
+    if (mesh_.elements.empty())
+      throw Error{Status::bad_input,
+                  database_.family.front().string() +
+                      ", byte 0: every shell and solid is degenerate, there is no surface; check the model"};
+    if (database_.header.deletion == Deletion::elements) {
+      add_elements(solids.touching, geometry.solids.ids, geometry.solids.parts);
+      mesh_.touching = solids.touching.size();
+    }
+    keep_used_nodes();
+  }
+
   void add_elements(const std::vector<SurfaceElement>& faces, const std::vector<std::uint32_t>& ids,
-                    const std::vector<std::uint32_t>& parts);
-  void keep_used_nodes();
-  void number_shell_rows();
-  void read_positions(const StatePlace& place, std::vector<float>& into);
-  void read_alive(const StatePlace& place, std::vector<std::uint8_t>& into);
-  void read_fields(const StatePlace& place, bake::SimulationState& into);
-  std::vector<std::vector<float>> read_rows(const StatePlace& place, const Block& block, const RowFields& row);
+                    const std::vector<std::uint32_t>& parts) {
+    const std::vector<std::uint32_t>& part_ids = database_.geometry.part_ids;
+    for (const SurfaceElement& face : faces) {
+      const std::uint32_t part = parts[face.source];
+      mesh_.elements.push_back(face.nodes);
+      mesh_.element_ids.push_back(ids[face.source]);
+      mesh_.element_parts.push_back(part <= part_ids.size() ? part_ids[part - 1] : part);
+      source_.push_back(face.source);
+    }
+  }
+
+  void keep_used_nodes() {
+    const Geometry& geometry = database_.geometry;
+    std::vector<std::uint32_t> kept(database_.header.nodes, 0);
+    for (const auto& element : mesh_.elements)
+      for (const std::uint32_t node : element) kept[node] = 1;
+    for (std::uint32_t node = 0; node < kept.size(); ++node) {
+      if (kept[node] == 0) continue;
+      kept[node] = static_cast<std::uint32_t>(node_source_.size());
+      node_source_.push_back(node);
+      mesh_.node_ids.push_back(geometry.node_ids[node]);
+      const auto from = geometry.positions.begin() + static_cast<std::ptrdiff_t>(node) * 3;
+      mesh_.positions.insert(mesh_.positions.end(), from, from + 3);
+    }
+    for (auto& element : mesh_.elements)
+      for (std::uint32_t& node : element) node = kept[node];
+  }
+
+  void number_shell_rows() {
+    std::uint32_t row = 0;
+    for (const std::uint8_t is_rigid : database_.geometry.shell_is_rigid)
+      shell_row_.push_back(is_rigid && !database_.header.stores_rigid_shells ? no_row : row++);
+  }
+  void read_positions(const StatePlace& place, std::vector<float>& into) {
+    scratch_.resize(database_.header.nodes * 3);
+    file_.read(place, database_.layout.positions, scratch_);
+    into.resize(node_source_.size() * 3);
+    for (std::size_t node = 0; node < node_source_.size(); ++node)
+      std::copy_n(scratch_.begin() + static_cast<std::ptrdiff_t>(node_source_[node]) * 3, 3,
+                  into.begin() + static_cast<std::ptrdiff_t>(node) * 3);
+  }
+
+  void read_alive(const StatePlace& place, std::vector<std::uint8_t>& into) {
+    const Header& header = database_.header;
+    const StateLayout& layout = database_.layout;
+    into.assign(mesh_.elements.size(), 1);
+    if (header.deletion == Deletion::nodes) {
+      scratch_.resize(header.nodes);
+      file_.read(place, layout.node_flags, scratch_);
+      const auto is_dead = [&](std::uint32_t node) { return scratch_[node_source_[node]] == 0; };
+      for (std::size_t e = 0; e < into.size(); ++e)
+        into[e] = std::none_of(mesh_.elements[e].begin(), mesh_.elements[e].end(), is_dead) ? 1 : 0;
+    } else if (header.deletion == Deletion::elements) {
+      const auto copy = [&](std::uint64_t start, std::uint64_t count, std::size_t first, std::size_t last) {
+        scratch_.resize(count);
+        file_.read(place, start, scratch_);
+        for (std::size_t e = first; e < last; ++e) into[e] = scratch_[source_[e]] != 0 ? 1 : 0;
+      };
+      copy(layout.shell_flags, header.shells, 0, shell_elements_);
+      copy(layout.solid_flags, header.solids, shell_elements_, into.size());
+    }
+  }
+
+  void read_fields(const StatePlace& place, bake::SimulationState& into) {
+    const auto shells = read_rows(place, database_.layout.shells, database_.layout.shell);
+    const auto solids = read_rows(place, database_.layout.solids, database_.layout.solid);
+    into.fields.resize(stored_.size());
+    for (std::size_t f = 0; f < stored_.size(); ++f) {
+      into.fields[f].assign(mesh_.elements.size(), 0.0f);
+      for (std::size_t e = 0; e < shell_elements_; ++e)
+        if (const std::uint32_t row = shell_row_[source_[e]]; row != no_row) into.fields[f][e] = shells[f][row];
+      for (std::size_t e = shell_elements_; e < mesh_.elements.size(); ++e) into.fields[f][e] = solids[f][source_[e]];
+    }
+  }
+
+  std::vector<std::vector<float>> read_rows(const StatePlace& place, const Block& block, const RowFields& row) {
+    std::vector<std::vector<float>> values(stored_.size(), std::vector<float>(block.rows));
+    if (block.row_words == 0 || stored_.empty()) return values;
+    const std::uint64_t rows_at_a_time = std::max<std::uint64_t>(1, words_at_a_time / block.row_words);
+    for (std::uint64_t first = 0; first < block.rows; first += rows_at_a_time) {
+      const std::uint64_t count = std::min(rows_at_a_time, block.rows - first);
+      scratch_.resize(count * block.row_words);
+      file_.read(place, block.start + first * block.row_words, scratch_);
+      for (std::uint64_t r = 0; r < count; ++r) {
+        const auto words = std::span<const float>(scratch_).subspan(r * block.row_words, block.row_words);
+        for (std::size_t f = 0; f < stored_.size(); ++f) values[f][first + r] = field_value(stored_[f], row, words);
+      }
+    }
+    return values;
+  }
 
   Database database_;
   StateFile file_;
@@ -46,141 +166,6 @@ class Reader final : public bake::SimulationReader {
   std::vector<float> scratch_;
 };
 
-constexpr std::uint32_t no_row = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint64_t words_at_a_time = 1 << 18;
-
-Reader::Reader(const std::filesystem::path& first_file) : database_(open_database(first_file)), file_(database_) {
-  build_mesh();
-  number_shell_rows();
-  stored_ = stored_fields(database_.layout);
-  std::transform(stored_.begin(), stored_.end(), std::back_inserter(fields_), describe);
-  database_.geometry = {};
-}
-
-void Reader::build_mesh() {
-  const Geometry& geometry = database_.geometry;
-  add_elements(shell_faces(geometry.shells.nodes), geometry.shells.ids, geometry.shells.parts);
-  shell_elements_ = mesh_.elements.size();
-  const SolidFaces solids = solid_faces(geometry.solids.nodes);
-  add_elements(solids.outer, geometry.solids.ids, geometry.solids.parts);
-  if (mesh_.elements.empty())
-    throw Error{Status::bad_input,
-                database_.family.front().string() +
-                    ", byte 0: every shell and solid is degenerate, there is no surface; check the model"};
-  if (database_.header.deletion == Deletion::elements) {
-    add_elements(solids.touching, geometry.solids.ids, geometry.solids.parts);
-    mesh_.touching = solids.touching.size();
-  }
-  keep_used_nodes();
-}
-
-void Reader::add_elements(const std::vector<SurfaceElement>& faces, const std::vector<std::uint32_t>& ids,
-                          const std::vector<std::uint32_t>& parts) {
-  const std::vector<std::uint32_t>& part_ids = database_.geometry.part_ids;
-  for (const SurfaceElement& face : faces) {
-    const std::uint32_t part = parts[face.source];
-    mesh_.elements.push_back(face.nodes);
-    mesh_.element_ids.push_back(ids[face.source]);
-    mesh_.element_parts.push_back(part <= part_ids.size() ? part_ids[part - 1] : part);
-    source_.push_back(face.source);
-  }
-}
-
-void Reader::keep_used_nodes() {
-  const Geometry& geometry = database_.geometry;
-  std::vector<std::uint32_t> kept(database_.header.nodes, 0);
-  for (const auto& element : mesh_.elements)
-    for (const std::uint32_t node : element) kept[node] = 1;
-  for (std::uint32_t node = 0; node < kept.size(); ++node) {
-    if (kept[node] == 0) continue;
-    kept[node] = static_cast<std::uint32_t>(node_source_.size());
-    node_source_.push_back(node);
-    mesh_.node_ids.push_back(geometry.node_ids[node]);
-    const auto from = geometry.positions.begin() + static_cast<std::ptrdiff_t>(node) * 3;
-    mesh_.positions.insert(mesh_.positions.end(), from, from + 3);
-  }
-  for (auto& element : mesh_.elements)
-    for (std::uint32_t& node : element) node = kept[node];
-}
-
-void Reader::number_shell_rows() {
-  std::uint32_t row = 0;
-  for (const std::uint8_t is_rigid : database_.geometry.shell_is_rigid)
-    shell_row_.push_back(is_rigid && !database_.header.stores_rigid_shells ? no_row : row++);
-}
-
-const StatePlace& Reader::place(std::uint32_t state) const {
-  if (state >= database_.states.size())
-    throw Error{Status::bad_input, database_.family.front().string() + " has " + std::to_string(states()) +
-                                       " states; state " + std::to_string(state) + " does not exist"};
-  return database_.states[state];
-}
-
-void Reader::read(std::uint32_t state, bake::SimulationState& into) {
-  const StatePlace& at = place(state);
-  into.time_s = at.time_s;
-  read_positions(at, into.positions);
-  read_alive(at, into.alive);
-  read_fields(at, into);
-}
-
-void Reader::read_positions(const StatePlace& place, std::vector<float>& into) {
-  scratch_.resize(database_.header.nodes * 3);
-  file_.read(place, database_.layout.positions, scratch_);
-  into.resize(node_source_.size() * 3);
-  for (std::size_t node = 0; node < node_source_.size(); ++node)
-    std::copy_n(scratch_.begin() + static_cast<std::ptrdiff_t>(node_source_[node]) * 3, 3,
-                into.begin() + static_cast<std::ptrdiff_t>(node) * 3);
-}
-
-void Reader::read_alive(const StatePlace& place, std::vector<std::uint8_t>& into) {
-  const Header& header = database_.header;
-  const StateLayout& layout = database_.layout;
-  into.assign(mesh_.elements.size(), 1);
-  if (header.deletion == Deletion::nodes) {
-    scratch_.resize(header.nodes);
-    file_.read(place, layout.node_flags, scratch_);
-    const auto is_dead = [&](std::uint32_t node) { return scratch_[node_source_[node]] == 0; };
-    for (std::size_t e = 0; e < into.size(); ++e)
-      into[e] = std::none_of(mesh_.elements[e].begin(), mesh_.elements[e].end(), is_dead) ? 1 : 0;
-  } else if (header.deletion == Deletion::elements) {
-    const auto copy = [&](std::uint64_t start, std::uint64_t count, std::size_t first, std::size_t last) {
-      scratch_.resize(count);
-      file_.read(place, start, scratch_);
-      for (std::size_t e = first; e < last; ++e) into[e] = scratch_[source_[e]] != 0 ? 1 : 0;
-    };
-    copy(layout.shell_flags, header.shells, 0, shell_elements_);
-    copy(layout.solid_flags, header.solids, shell_elements_, into.size());
-  }
-}
-
-void Reader::read_fields(const StatePlace& place, bake::SimulationState& into) {
-  const auto shells = read_rows(place, database_.layout.shells, database_.layout.shell);
-  const auto solids = read_rows(place, database_.layout.solids, database_.layout.solid);
-  into.fields.resize(stored_.size());
-  for (std::size_t f = 0; f < stored_.size(); ++f) {
-    into.fields[f].assign(mesh_.elements.size(), 0.0f);
-    for (std::size_t e = 0; e < shell_elements_; ++e)
-      if (const std::uint32_t row = shell_row_[source_[e]]; row != no_row) into.fields[f][e] = shells[f][row];
-    for (std::size_t e = shell_elements_; e < mesh_.elements.size(); ++e) into.fields[f][e] = solids[f][source_[e]];
-  }
-}
-
-std::vector<std::vector<float>> Reader::read_rows(const StatePlace& place, const Block& block, const RowFields& row) {
-  std::vector<std::vector<float>> values(stored_.size(), std::vector<float>(block.rows));
-  if (block.row_words == 0 || stored_.empty()) return values;
-  const std::uint64_t rows_at_a_time = std::max<std::uint64_t>(1, words_at_a_time / block.row_words);
-  for (std::uint64_t first = 0; first < block.rows; first += rows_at_a_time) {
-    const std::uint64_t count = std::min(rows_at_a_time, block.rows - first);
-    scratch_.resize(count * block.row_words);
-    file_.read(place, block.start + first * block.row_words, scratch_);
-    for (std::uint64_t r = 0; r < count; ++r) {
-      const auto words = std::span<const float>(scratch_).subspan(r * block.row_words, block.row_words);
-      for (std::size_t f = 0; f < stored_.size(); ++f) values[f][first + r] = field_value(stored_[f], row, words);
-    }
-  }
-  return values;
-}
 }  // namespace
 }  // namespace lbea::io::d3plot
 

@@ -56,89 +56,78 @@ class VtkTokens {
   bool is_binary = false;
 
   /// The next line; false at the end.
-  bool line(std::string_view& line) noexcept;
+  bool line(std::string_view& line) noexcept {
+    if (at_ >= bytes_.size()) return false;
+    const std::size_t end = std::min(bytes_.find('\n', at_), bytes_.size());
+    line = bytes_.substr(at_, end - at_);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    at_ = std::min(end + 1, bytes_.size());
+    return true;
+  }
   /// The next line that is not blank, without moving past it; empty at the end.
-  [[nodiscard]] std::string_view peek() noexcept;
+  [[nodiscard]] std::string_view peek() noexcept {
+    skip_blank_lines();
+    const std::size_t before = at_;
+    std::string_view next;
+    line(next);
+    at_ = before;
+    return next;
+  }
   /// `count` values of a type as VTK calls it ("float", "vtktypeint64", ...).
-  [[nodiscard]] std::vector<double> values(std::uint64_t count, std::string_view type);
+  [[nodiscard]] std::vector<double> values(std::uint64_t count, std::string_view type) {
+    const std::string wanted = text::lower(type);
+    const auto found =
+        std::find_if(types.begin(), types.end(), [&](const auto& known) { return known.first == wanted; });
+    if (found == types.end())
+      fail("values of type \"" + std::string(type) + "\" are not read; export them as float", true);
+    if (!is_binary) return text_values(count);
+    const std::size_t size = binary::size_of(found->second);
+    if (binary::times(count, size) > bytes_.size() - at_)
+      fail("the file ends within " + std::to_string(count) + " values; it is cut short");
+    std::vector<double> values(count);
+    for (double& value : values) {
+      value = binary::load(reinterpret_cast<const std::byte*>(bytes_.data() + at_), found->second, true);
+      at_ += size;
+    }
+    return values;
+  }
+
   /// The same for indices and counts.
-  [[nodiscard]] std::vector<std::uint64_t> indices(std::uint64_t count, std::string_view type);
-  void skip_blank_lines() noexcept;
-  [[noreturn]] void fail(const std::string& what, bool is_unsupported = false) const;
+  [[nodiscard]] std::vector<std::uint64_t> indices(std::uint64_t count, std::string_view type) {
+    std::vector<std::uint64_t> result;
+    result.reserve(std::min<std::uint64_t>(count, bytes_.size()));
+    for (const double value : values(count, type)) {
+      if (!(value >= 0 && value < 4294967295.0)) fail("an index is negative or too large");
+      result.push_back(static_cast<std::uint64_t>(value));
+    }
+    return result;
+  }
+  void skip_blank_lines() noexcept {
+    while (at_ < bytes_.size() && text::is_space(bytes_[at_])) ++at_;
+  }
+  [[noreturn]] void fail(const std::string& what, bool is_unsupported = false) const {
+    throw Error{is_unsupported ? Status::unsupported_input : Status::bad_input,
+                name_ + ", byte " + std::to_string(at_) + ": " + what + " (VTK legacy file)"};
+  }
 
  private:
-  [[nodiscard]] std::vector<double> text_values(std::uint64_t count);
+  [[nodiscard]] std::vector<double> text_values(std::uint64_t count) {
+    if (count > (bytes_.size() - at_) / 2 + 1)
+      fail("too few values follow, " + std::to_string(count) + " were declared");
+    std::vector<double> values(count);
+    for (double& value : values) {
+      skip_blank_lines();
+      std::string_view rest = bytes_.substr(at_);
+      if (!text::next_real(rest, value) || (!rest.empty() && !text::is_space(rest.front()))) fail("expected a number");
+      at_ = bytes_.size() - rest.size();
+    }
+    return values;
+  }
 
   std::string_view bytes_;
   const std::string& name_;
   std::size_t at_ = 0;
 };
-
-bool VtkTokens::line(std::string_view& line) noexcept {
-  if (at_ >= bytes_.size()) return false;
-  const std::size_t end = std::min(bytes_.find('\n', at_), bytes_.size());
-  line = bytes_.substr(at_, end - at_);
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  at_ = std::min(end + 1, bytes_.size());
-  return true;
-}
-
-void VtkTokens::skip_blank_lines() noexcept {
-  while (at_ < bytes_.size() && text::is_space(bytes_[at_])) ++at_;
-}
-
-std::string_view VtkTokens::peek() noexcept {
-  skip_blank_lines();
-  const std::size_t before = at_;
-  std::string_view next;
-  line(next);
-  at_ = before;
-  return next;
-}
-
-std::vector<double> VtkTokens::text_values(std::uint64_t count) {
-  if (count > (bytes_.size() - at_) / 2 + 1) fail("too few values follow, " + std::to_string(count) + " were declared");
-  std::vector<double> values(count);
-  for (double& value : values) {
-    skip_blank_lines();
-    std::string_view rest = bytes_.substr(at_);
-    if (!text::next_real(rest, value) || (!rest.empty() && !text::is_space(rest.front()))) fail("expected a number");
-    at_ = bytes_.size() - rest.size();
-  }
-  return values;
-}
-
-std::vector<double> VtkTokens::values(std::uint64_t count, std::string_view type) {
-  const std::string wanted = text::lower(type);
-  const auto found = std::find_if(types.begin(), types.end(), [&](const auto& known) { return known.first == wanted; });
-  if (found == types.end())
-    fail("values of type \"" + std::string(type) + "\" are not read; export them as float", true);
-  if (!is_binary) return text_values(count);
-  const std::size_t size = binary::size_of(found->second);
-  if (binary::times(count, size) > bytes_.size() - at_)
-    fail("the file ends within " + std::to_string(count) + " values; it is cut short");
-  std::vector<double> values(count);
-  for (double& value : values) {
-    value = binary::load(reinterpret_cast<const std::byte*>(bytes_.data() + at_), found->second, true);
-    at_ += size;
-  }
-  return values;
-}
-
-std::vector<std::uint64_t> VtkTokens::indices(std::uint64_t count, std::string_view type) {
-  std::vector<std::uint64_t> result;
-  result.reserve(std::min<std::uint64_t>(count, bytes_.size()));
-  for (const double value : values(count, type)) {
-    if (!(value >= 0 && value < 4294967295.0)) fail("an index is negative or too large");
-    result.push_back(static_cast<std::uint64_t>(value));
-  }
-  return result;
-}
-
-void VtkTokens::fail(const std::string& what, bool is_unsupported) const {
-  throw Error{is_unsupported ? Status::unsupported_input : Status::bad_input,
-              name_ + ", byte " + std::to_string(at_) + ": " + what + " (VTK legacy file)"};
-}
 
 class LegacyParser {
  public:

@@ -7,7 +7,6 @@
 #include "tools/shared/recording/recording_file.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 
 namespace lbea::tool {

@@ -3,7 +3,6 @@
 #include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 namespace lbea::tool {
 namespace {

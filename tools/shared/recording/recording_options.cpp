@@ -4,7 +4,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <charconv>
 #include <cstdlib>
 #include <ctime>
 #include <system_error>
