@@ -1,15 +1,8 @@
 #include "tools/eval/live.hpp"
 
-#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/files/atomic_file.hpp"
-#include "adapters/wire/codec/codec.hpp"
-#include "adapters/wire/sockets/streams.hpp"
-#include "tools/eval/mesh_series.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/cli/formatted.hpp"
-
-#include <lbea/inference.hpp>
-#include <lbea/tracker.hpp>
 
 #include <nlohmann/json.hpp>
 
@@ -17,55 +10,6 @@
 
 namespace lbea::tool {
 namespace {
-
-constexpr std::chrono::milliseconds poll_interval{50};
-
-double ms(std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; }
-
-std::vector<float> estimated_positions(const Model& model, const std::vector<WeightedSample>& estimate) {
-  Inferred inferred;
-  infer_positions(model, estimate, {}, inferred);
-  return std::move(inferred.mean);
-}
-
-LiveRow row_of(wire::WireResult result, const Model& model, Truth* truth) {
-  LiveRow row;
-  const StageTimes& stages = result.elapsed_ns.match;
-  row.match_ms = ms(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching +
-                    stages.fit + stages.coverage);
-  row.total_ms = ms(result.elapsed_ns.total);
-  const Truth::Row* real = truth == nullptr ? nullptr : truth->at(result.stamp_ns);
-  if (real != nullptr && !result.matches.empty()) {
-    const std::uint32_t sample = model.sample_index(result.matches.front().sample);
-    if (sample == model.samples())
-      throw Error(Status::bad_input,
-                  "frame " + std::to_string(result.frame_id) +
-                      ": the result has a sample that this model does not have; give the model that the matcher uses");
-    const auto& positions = truth->positions(*real);
-    row.error = experiment_error(positions, model.node_positions(sample));
-    row.oracle_error = oracle(model, positions).error;
-    if (!result.fit.estimate.empty())
-      row.estimate_error = experiment_error(positions, estimated_positions(model, result.fit.estimate));
-  }
-  row.result = std::move(result);
-  return row;
-}
-
-void find_path(LiveSummary& summary, const Model& model, Truth* truth) {
-  std::vector<std::vector<Match>> evidence;
-  for (const LiveRow& row : summary.rows) evidence.push_back(row.result.fit.candidates);
-  summary.has_path = std::ranges::any_of(evidence, [](const auto& candidates) { return !candidates.empty(); });
-  if (!summary.has_path) return;
-  const auto path = likeliest_path(model, evidence);
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    LiveRow& row = summary.rows[i];
-    row.on_path = path[i];
-    row.path_simulation = model.simulation_name(path[i].simulation);
-    const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
-    if (real != nullptr)
-      row.path_error = experiment_error(truth->positions(*real), model.node_positions(model.sample_index(path[i])));
-  }
-}
 
 std::vector<std::string> names_of(const Model& model) {
   std::vector<std::string> names;
@@ -91,16 +35,6 @@ nlohmann::ordered_json test_json(const TestAnswer& answer, const Model& model) {
   return json;
 }
 
-void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T,
-                 const std::string& columns) {
-  io::PointCloud points = io::read_point_cloud(cloud, columns);
-  for (Point& p : points.points)
-    p = {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
-         T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
-  const std::vector<std::string> comments{"reference coordinates"};
-  io::write_ply(file, points.points, comments);
-}
-
 }  // namespace
 
 std::optional<double> LiveSummary::mean(std::optional<double> LiveRow::*error) const {
@@ -118,46 +52,6 @@ double LiveSummary::median_match_ms() const {
   const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
   std::ranges::nth_element(times, middle);
   return *middle;
-}
-
-LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, const std::function<void()>& ready,
-                  const std::function<void(const LiveRow&)>& row, const std::function<bool()>& stop) {
-  wire::WireContext context;
-  wire::ResultSource source(context, options.results_endpoint, wire::results_held, options.access);
-  LiveSummary summary;
-  bool is_ready = false;
-  auto last = std::chrono::steady_clock::now();
-  while (!summary.complete && !stop()) {
-    const auto message = source.receive(poll_interval);
-    if (!message) {
-      if (std::chrono::steady_clock::now() - last > options.silence) break;
-      continue;
-    }
-    last = std::chrono::steady_clock::now();
-    if (!is_ready) ready();
-    is_ready = true;
-    wire::WireResult result;
-    if (wire::message_kind(*message) != wire::MessageKind::result) continue;
-    if (const wire::WireStatus status = wire::decode_result(*message, result); status != wire::WireStatus::ok)
-      throw Error(Status::bad_input,
-                  options.results_endpoint + ": a result cannot be read: " + std::string(wire::explain(status)));
-    if (result.model_checksum != model.checksum())
-      throw Error(
-          Status::bad_input,
-          options.results_endpoint + ": these results are from another model; give the model that the matcher uses");
-    if (result.status == wire::WireStatus::end_of_stream) {
-      summary.complete = true;
-      continue;
-    }
-    const bool was_right = summary.answer.pose_warning().empty();
-    summary.answer.add(result);
-    ++summary.counters.by_status[static_cast<std::size_t>(result.status)];
-    summary.rows.push_back(row_of(std::move(result), model, truth));
-    if (was_right) summary.rows.back().warning = summary.answer.pose_warning();
-    row(summary.rows.back());
-  }
-  find_path(summary, model, truth);
-  return summary;
 }
 
 std::string table_header(const Model& model) {
@@ -263,24 +157,6 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
     table.end_row();
   }
   io::write_file(file, table.text());
-}
-
-void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,
-                  const Truth* truth, const RigidTransform& T_reference_sensor, const std::string& columns) {
-  MeshSeries series(model, folder);
-  for (const LiveRow& row : summary.rows) {
-    if (row.result.matches.empty()) continue;
-    const std::uint32_t sample = model.sample_index(row.result.matches.front().sample);
-    if (sample == model.samples()) continue;
-    const std::string number = formatted("%05llu", static_cast<unsigned long long>(row.result.frame_id));
-    const Truth::Row* real = truth == nullptr ? nullptr : truth->at(row.result.stamp_ns);
-    series.add_match(number, sample, real == nullptr ? model.sample_time_s(sample) : real->time_s);
-    if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty())
-      series.add_estimate(number, fit.estimate, fit.candidates,
-                          real == nullptr ? estimate_time_s(model, fit.estimate) : real->time_s);
-    if (real != nullptr) write_cloud(folder / ("frame_" + number + ".ply"), real->cloud, T_reference_sensor, columns);
-  }
-  series.finish();
 }
 
 }  // namespace lbea::tool

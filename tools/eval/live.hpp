@@ -1,15 +1,11 @@
-// lbea-eval live: receives the results of a running test, compares them with the truth and writes them to files.
+// The results of a running test, compared with the truth, as a table, JSON and CSV.
 #pragma once
 
-#include "adapters/wire/access/keys.hpp"
 #include "adapters/wire/codec/messages.hpp"
-#include "tools/eval/truth.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <chrono>
-#include <functional>
 #include <optional>
 
 namespace lbea::tool {
@@ -38,17 +34,6 @@ struct LiveSummary {
   [[nodiscard]] double median_match_ms() const;
 };
 
-struct LiveOptions {
-  std::string results_endpoint;
-  wire::ClientAccess access;
-  std::chrono::milliseconds silence{10'000};  // stop after this time without a message
-};
-
-/// Receives results until the end of the stream, a timeout, or `stop()`; then computes the most likely path of the
-/// test. `ready` is called at the first message, from which on no result can be missed; `row` for every result.
-LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, const std::function<void()>& ready,
-                  const std::function<void(const LiveRow&)>& row, const std::function<bool()>& stop);
-
 [[nodiscard]] std::string table_header(const Model& model);
 [[nodiscard]] std::string table_line(const LiveRow& row);
 [[nodiscard]] std::string table_summary(const LiveSummary& summary, const Model& model);
@@ -56,12 +41,5 @@ LiveSummary watch(const LiveOptions& options, const Model& model, Truth* truth, 
 
 /// One line per frame. Throws Error{write_failed}.
 void write_csv(const std::filesystem::path& file, const LiveSummary& summary);
-
-/// Writes the whole mesh of each matched sample with all fields as FOLDER/matched_<frame>.vtu, and their series as
-/// matched.pvd. For results of fit also the estimate with inferred fields and their spread: estimate_<frame>.vtu and
-/// estimate.pvd. With a truth also each cloud in reference coordinates: frame_<frame>.ply; `columns` as in
-/// read_point_cloud(). Throws Error{write_failed}.
-void write_meshes(const std::filesystem::path& folder, const LiveSummary& summary, const Model& model,
-                  const Truth* truth, const RigidTransform& T_reference_sensor, const std::string& columns);
 
 }  // namespace lbea::tool

@@ -1,21 +1,33 @@
 // lbea-eval: measures the error of matches against the truth of sensed experiments.
+#include "adapters/clouds/point_cloud.hpp"
 #include "adapters/rig/sensor_json.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "tools/eval/ensemble_command.hpp"
 #include "tools/eval/live.hpp"
+#include "tools/eval/mesh_series.hpp"
+#include "tools/eval/truth.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/shared/intake/access_options.hpp"
 
+#include <lbea/inference.hpp>
+#include <lbea/tracker.hpp>
+
+#include <chrono>
 #include <cstdio>
 
 #include <unistd.h>
 
-using namespace lbea;
-using namespace lbea::tool;
-
+namespace lbea::tool {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds poll_interval{50};
 
 struct LiveArguments {
   std::filesystem::path model, truth_table, run, pose, out;
@@ -42,7 +54,7 @@ void add_live(CommandLine& app, LiveArguments& arguments) {
   app.add_flag("--json", arguments.json, "Print the results as JSON instead of a table");
 }
 
-// Checked before the test, which cannot be repeated.
+/// Checked before the test, which cannot be repeated.
 void prepare_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -50,42 +62,164 @@ void prepare_folder(const std::filesystem::path& folder) {
     throw Error(Status::write_failed, folder.string() + ": cannot write to this folder; choose another one with --out");
 }
 
-int live(const LiveArguments& arguments) {
-  catch_stop_signals();
-  const Model model = Model::open(arguments.model);
-  std::unique_ptr<Truth> truth;
-  if (!arguments.truth_table.empty())
-    truth = std::make_unique<Truth>(arguments.truth_table, open_named_run(arguments.run, arguments.single_file), model);
-  const RigidTransform pose =
-      arguments.pose.empty() ? identity_transform : io::read_pose(arguments.pose, model.length_unit());
-  if (!arguments.out.empty()) prepare_folder(arguments.out);
-  const LiveOptions options{arguments.results, arguments.access.load(),
-                            std::chrono::milliseconds(static_cast<std::int64_t>(arguments.silence_s * 1e3))};
-  const auto ready = [] { std::fprintf(stderr, "lbea-eval: ready\n"); };
-  const auto print = [&](const LiveRow& row) {
-    if (!arguments.json) std::printf("%s\n", printable(table_line(row)).c_str()), std::fflush(stdout);
-    if (!row.warning.empty()) std::fprintf(stderr, "lbea-eval: warning: %s\n", row.warning.c_str());
-  };
-  if (!arguments.json) std::printf("%s\n", table_header(model).c_str());
-  const LiveSummary summary = watch(options, model, truth.get(), ready, print, [] { return stop_requested != 0; });
-  std::printf("%s\n", arguments.json ? to_json(summary, model).c_str()
-                                     : printable(table_summary(summary, model), "\n").c_str());
-  if (!arguments.out.empty()) {
-    write_csv(arguments.out / "results.csv", summary);
-    write_meshes(arguments.out, summary, model, truth.get(), pose, arguments.columns);
-  }
-  if (summary.rows.empty())
-    throw Error(
-        Status::endpoint_unavailable,
-        arguments.results + ": no result received; check that lbea-serve publishes there and that frames were sent");
-  if (summary.complete) return refusal_of_all(summary.counters, model.length_unit()).empty() ? exit_ok : exit_failed;
-  std::fprintf(stderr, "lbea-eval: the sender did not end the stream: frames may be missing from the evaluation\n");
-  return exit_failed;
+void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T,
+                 const std::string& columns) {
+  io::PointCloud points = io::read_point_cloud(cloud, columns);
+  for (Point& p : points.points)
+    p = {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
+         T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
+  const std::vector<std::string> comments{"reference coordinates"};
+  io::write_ply(file, points.points, comments);
 }
 
+/// Receives the results of a running test and compares them with the truth.
+class LiveTest {
+ public:
+  explicit LiveTest(const LiveArguments& arguments) : arguments_(arguments), model_(Model::open(arguments.model)) {
+    if (!arguments.truth_table.empty())
+      truth_.emplace(arguments.truth_table, open_named_run(arguments.run, arguments.single_file), model_);
+    if (!arguments.pose.empty()) pose_ = io::read_pose(arguments.pose, model_.length_unit());
+    if (!arguments.out.empty()) prepare_folder(arguments.out);
+  }
+
+  int run() {
+    receive();
+    find_path();
+    std::printf("%s\n", arguments_.json ? to_json(summary_, model_).c_str()
+                                        : printable(table_summary(summary_, model_), "\n").c_str());
+    if (!arguments_.out.empty()) {
+      write_csv(arguments_.out / "results.csv", summary_);
+      write_meshes();
+    }
+    if (summary_.rows.empty())
+      throw Error(
+          Status::endpoint_unavailable,
+          arguments_.results + ": no result received; check that lbea-serve publishes there and that frames were sent");
+    if (summary_.complete)
+      return refusal_of_all(summary_.counters, model_.length_unit()).empty() ? exit_ok : exit_failed;
+    std::fprintf(stderr, "lbea-eval: the sender did not end the stream: frames may be missing from the evaluation\n");
+    return exit_failed;
+  }
+
+ private:
+  /// Until the end of the stream, a timeout, or a stop signal.
+  void receive() {
+    const wire::ClientAccess access = arguments_.access.load();
+    const auto silence = std::chrono::milliseconds(static_cast<std::int64_t>(arguments_.silence_s * 1e3));
+    if (!arguments_.json) std::printf("%s\n", table_header(model_).c_str());
+    wire::WireContext context;
+    wire::ResultSource source(context, arguments_.results, wire::results_held, access);
+    bool is_ready = false;
+    auto last = Clock::now();
+    while (!summary_.complete && stop_requested == 0) {
+      const auto message = source.receive(poll_interval);
+      if (!message && Clock::now() - last > silence) break;
+      if (!message) continue;
+      last = Clock::now();
+      // From the first message on, no result can be missed.
+      if (!std::exchange(is_ready, true)) std::fprintf(stderr, "lbea-eval: ready\n");
+      if (wire::message_kind(*message) == wire::MessageKind::result) add(*message);
+    }
+  }
+
+  void add(wire::Message message) {
+    wire::WireResult result;
+    if (const wire::WireStatus status = wire::decode_result(message, result); status != wire::WireStatus::ok)
+      throw Error(Status::bad_input,
+                  arguments_.results + ": a result cannot be read: " + std::string(wire::explain(status)));
+    if (result.model_checksum != model_.checksum())
+      throw Error(Status::bad_input,
+                  arguments_.results + ": these results are from another model; give the model that the matcher uses");
+    if (result.status == wire::WireStatus::end_of_stream) return void(summary_.complete = true);
+    const bool was_right = summary_.answer.pose_warning().empty();
+    summary_.answer.add(result);
+    ++summary_.counters.by_status[static_cast<std::size_t>(result.status)];
+    LiveRow& row = summary_.rows.emplace_back(row_of(std::move(result)));
+    if (was_right) row.warning = summary_.answer.pose_warning();
+    if (!arguments_.json) std::printf("%s\n", printable(table_line(row)).c_str()), std::fflush(stdout);
+    if (!row.warning.empty()) std::fprintf(stderr, "lbea-eval: warning: %s\n", row.warning.c_str());
+  }
+
+  LiveRow row_of(wire::WireResult result) {
+    LiveRow row;
+    const StageTimes& stages = result.elapsed_ns.match;
+    row.match_ms = 1e-6 * static_cast<double>(std::uint64_t{stages.index} + stages.correspondence + stages.projection +
+                                              stages.matching + stages.fit + stages.coverage);
+    row.total_ms = 1e-6 * static_cast<double>(result.elapsed_ns.total);
+    const Truth::Row* real = truth_at(result.stamp_ns);
+    if (real != nullptr && !result.matches.empty()) {
+      const std::uint32_t sample = model_.sample_index(result.matches.front().sample);
+      if (sample == model_.samples())
+        throw Error(Status::bad_input,
+                    "frame " + std::to_string(result.frame_id) +
+                        ": the result has a sample that this model does not have; give the model that the matcher "
+                        "uses");
+      const auto& positions = truth_->positions(*real);
+      row.error = experiment_error(positions, model_.node_positions(sample));
+      row.oracle_error = oracle(model_, positions).error;
+      if (!result.fit.estimate.empty()) {
+        Inferred estimate;
+        infer_positions(model_, result.fit.estimate, {}, estimate);
+        row.estimate_error = experiment_error(positions, estimate.mean);
+      }
+    }
+    row.result = std::move(result);
+    return row;
+  }
+
+  /// The most likely path of the whole test.
+  void find_path() {
+    std::vector<std::vector<Match>> evidence;
+    for (const LiveRow& row : summary_.rows) evidence.push_back(row.result.fit.candidates);
+    summary_.has_path = std::ranges::any_of(evidence, [](const auto& candidates) { return !candidates.empty(); });
+    if (!summary_.has_path) return;
+    const auto path = likeliest_path(model_, evidence);
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      LiveRow& row = summary_.rows[i];
+      row.on_path = path[i];
+      row.path_simulation = model_.simulation_name(path[i].simulation);
+      if (const Truth::Row* real = truth_at(row.result.stamp_ns))
+        row.path_error =
+            experiment_error(truth_->positions(*real), model_.node_positions(model_.sample_index(path[i])));
+    }
+  }
+
+  /// The matched samples, for fit also the estimates, and with a truth the clouds in reference coordinates.
+  void write_meshes() const {
+    MeshSeries series(model_, arguments_.out);
+    for (const LiveRow& row : summary_.rows) {
+      if (row.result.matches.empty()) continue;
+      const std::uint32_t sample = model_.sample_index(row.result.matches.front().sample);
+      if (sample == model_.samples()) continue;
+      const std::string number = formatted("%05llu", static_cast<unsigned long long>(row.result.frame_id));
+      const Truth::Row* real = truth_at(row.result.stamp_ns);
+      series.add_match(number, sample, real == nullptr ? model_.sample_time_s(sample) : real->time_s);
+      if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty())
+        series.add_estimate(number, fit.estimate, fit.candidates,
+                            real == nullptr ? estimate_time_s(model_, fit.estimate) : real->time_s);
+      if (real != nullptr)
+        write_cloud(arguments_.out / ("frame_" + number + ".ply"), real->cloud, pose_, arguments_.columns);
+    }
+    series.finish();
+  }
+
+  /// Null without a truth, or without this stamp in it.
+  [[nodiscard]] const Truth::Row* truth_at(std::int64_t stamp_ns) const {
+    return truth_ ? truth_->at(stamp_ns) : nullptr;
+  }
+
+  const LiveArguments& arguments_;
+  const Model model_;
+  std::optional<Truth> truth_;
+  RigidTransform pose_ = identity_transform;
+  LiveSummary summary_;
+};
+
 }  // namespace
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
+  using namespace lbea::tool;
   Tool tool("lbea-eval", "Measures the error of matches against the truth of sensed experiments.",
             "lbea-eval live rail.lbea --results ipc:///tmp/results --truth frames/truth.csv --run runs/run_043 --out "
             "evaluation\n"
@@ -99,6 +233,9 @@ int main(int argc, char** argv) {
   CommandLine& ensemble_command = tool.add_subcommand(
       "ensemble", "Sense runs of an ensemble, match them with the others, and print the error of every method");
   declare(ensemble_command, ensemble);
-  return tool.run(argc, argv,
-                  [&] { return ensemble_command.is_chosen() ? evaluate_ensemble(ensemble) : live(arguments); });
+  return tool.run(argc, argv, [&] {
+    if (ensemble_command.is_chosen()) return evaluate_ensemble(ensemble);
+    catch_stop_signals();
+    return LiveTest(arguments).run();
+  });
 }
