@@ -10,18 +10,6 @@
 namespace lbea::tool {
 namespace {
 
-std::optional<std::vector<std::uint32_t>> parse_numbers(const std::string& text, char separator) {
-  std::vector<std::uint32_t> numbers;
-  std::string field;
-  for (std::istringstream fields(text); std::getline(fields, field, separator);) {
-    const auto number = parsed<std::uint32_t>(field);
-    if (!number) return std::nullopt;
-    numbers.push_back(*number);
-  }
-  if (numbers.empty() || text.back() == separator) return std::nullopt;
-  return numbers;
-}
-
 std::string check_steps(const std::string& text) {
   return parse_step_selection(text) ? "" : "'" + text + "' is not all, N, FIRST:LAST, FIRST:LAST:STRIDE or N,N,...";
 }
@@ -136,11 +124,11 @@ void declare(Tool& tool, BakeCommand& command) {
 std::optional<bake::StepSelection> parse_step_selection(const std::string& text) {
   bake::StepSelection selection;
   if (text == "all") return selection;
-  if (const auto list = parse_numbers(text, ',')) {
+  if (const auto list = parsed_list<std::uint32_t>(text, ',')) {
     selection.list = *list;
     return selection;
   }
-  const auto range = parse_numbers(text, ':');
+  const auto range = parsed_list<std::uint32_t>(text, ':');
   if (!range || range->size() > 3 || (*range)[0] > (*range)[1]) return std::nullopt;
   selection.first = (*range)[0];
   selection.last = (*range)[1];

@@ -1,10 +1,13 @@
 // lbea-sense: simulates the frames that a stereo rig captures of a run, with their true states.
+#include "adapters/clouds/point_cloud.hpp"
+#include "adapters/files/atomic_file.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
-#include "tools/sense/recording_folder.hpp"
 #include "tools/sense/schedule.hpp"
+#include "tools/shared/cli/csv_table.hpp"
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
@@ -12,14 +15,14 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 
+namespace lbea::tool {
 namespace {
-
-using namespace lbea;
-using namespace lbea::tool;
 
 struct Options {
   std::filesystem::path run, sensor, out;
@@ -93,6 +96,101 @@ std::vector<FrameTime> planned_frames(const Options& options, const bake::Simula
   return frames;
 }
 
+std::string file_name(std::uint64_t frame) {
+  return formatted("frame_%05llu.ply", static_cast<unsigned long long>(frame));
+}
+
+/// The shortest text that reads back as the same number.
+std::string shortest(double value) {
+  std::array<char, 40> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+bool belongs_to_recording(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  return name == "truth.csv" || (name.starts_with("frame_") && name.ends_with(".ply"));
+}
+
+/// Absolute, so that readers of truth.csv with another working folder find it.
+std::string run_path(const std::filesystem::path& run) {
+  const auto path = std::filesystem::absolute(run).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).string();
+}
+
+void make_empty(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!error)
+    for (auto entry = std::filesystem::directory_iterator(folder, error);
+         !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
+      if (belongs_to_recording(entry->path()))
+        throw Error{Status::write_failed, folder.string() + " already holds a recording (" +
+                                              entry->path().filename().string() +
+                                              "); choose another folder or empty it"};
+  if (error) throw Error{Status::write_failed, "cannot use the folder " + folder.string() + ": " + error.message()};
+}
+
+/// The double with the shortest digits of the float: 0.1, not 0.10000000149.
+double as_written(float value) {
+  std::array<char, 40> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double result = 0;
+  std::from_chars(text.data(), end, result);
+  return result;
+}
+
+std::int64_t stamp_ns(double time_s) { return std::llround(time_s * 1e9); }
+
+/// The folder of a virtual recording: frames, sensor.json and truth.csv.
+class RecordingFolder {
+ public:
+  /// Creates the folder. Throws Error{write_failed} when that fails or when it already holds a recording.
+  RecordingFolder(std::filesystem::path folder, const std::filesystem::path& run, std::string length_unit)
+      : folder_(std::move(folder)), run_(run_path(run)), length_unit_(std::move(length_unit)) {
+    make_empty(folder_);
+  }
+  void write_sensor(const std::string& json) const { io::write_file(folder_ / "sensor.json", json); }
+  void write_frame(const FrameTime& moment, std::span<const Point> points) {
+    const std::string comment =
+        "length unit " + length_unit_ + ", sensor coordinates, stamp_ns " + std::to_string(stamp_ns(moment.time_s));
+    io::write_ply(folder_ / file_name(written_.size()), points, std::span(&comment, 1));
+    written_.push_back(moment);
+  }
+  /// truth.csv, with a row per frame written so far.
+  void write_truth() const {
+    std::string text = "frame,file,stamp_ns,run,state,time_s\n";
+    for (std::uint64_t frame = 0; frame < written_.size(); ++frame) {
+      const auto& [state, time_s] = written_[frame];
+      text += std::to_string(frame) + ',' + file_name(frame) + ',' + std::to_string(stamp_ns(time_s)) + ',' +
+              csv_field(run_) + ',' + shortest(state) + ',' + shortest(time_s) + '\n';
+    }
+    io::write_file(folder_ / "truth.csv", text);
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::string run_, length_unit_;
+  std::vector<FrameTime> written_;
+};
+
+/// The text of the sensor.json `original` with the resolution and the noise of `used`; poses and all other entries are
+/// unchanged. `original` must be a file that read_sensor_json() accepts.
+std::string sensor_copy(const std::filesystem::path& original, const io::SensorDescription& used) {
+  const auto bytes = io::read_file(original);
+  auto json = nlohmann::ordered_json::parse(io::as_text(bytes));
+  auto& camera = json["sensor"];
+  camera["focal_px"] = as_written(used.sensor.focal_px);
+  camera["width_px"] = used.sensor.width_px;
+  camera["height_px"] = used.sensor.height_px;
+  json.erase("noise_mm");  // replaced by "noise", in the length unit of the file as in SensingNoise
+  json["noise"] = as_written(used.noise.sigma);
+  json["outliers"] = as_written(used.noise.outliers);
+  json["min_cos_incidence"] = as_written(used.noise.min_cos_incidence);
+  json["dropout"] = as_written(used.noise.dropout);
+  json["background"] = as_written(used.noise.background);
+  return json.dump(1) + '\n';
+}
+
 Summary sense(const Options& options) {
   const auto begin = std::chrono::steady_clock::now();
   const io::SensorDescription description = described(options);
@@ -113,7 +211,7 @@ Summary sense(const Options& options) {
     const bake::SimulationState& state = states.at(moment.state);
     const auto points = sensor.sense({state.positions, exposed_elements(reader->mesh(), state.alive)},
                                      description.noise, bake::frame_seed(options.seed, summary.frames));
-    folder.write_frame({summary.frames, moment.state, moment.time_s}, points);
+    folder.write_frame(moment, points);
     summary.points += points.size();
     progress.advance_to(++summary.frames);
   }
@@ -149,12 +247,14 @@ int run(const Options& options) {
 }
 
 }  // namespace
+}  // namespace lbea::tool
 
 int main(int argc, char** argv) {
+  using namespace lbea::tool;
   Options options;
   Tool tool("lbea-sense", "Simulates the frames that a stereo sensor captures of a simulation run.",
             "lbea-sense runs/run_013 --sensor sensor.json --out frames --steps 2:30:4");
   declare(tool, options);
-  tool.list_formats_by(io::list_simulation_formats());
+  tool.list_formats_by(lbea::io::list_simulation_formats());
   return tool.run(argc, argv, [&] { return run(options); });
 }

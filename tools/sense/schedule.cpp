@@ -1,9 +1,10 @@
 #include "tools/sense/schedule.hpp"
 
+#include "tools/shared/cli/formatted.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace lbea::tool {
@@ -11,22 +12,6 @@ namespace {
 
 constexpr double most_frames = 1e7;
 constexpr double rounding = 1e-6;  // share of a frame interval by which the last frame may miss the last state
-
-/// Removes the unsigned number at the start of `rest` and returns it; nothing when there is none.
-std::optional<std::uint32_t> take_number(std::string_view& rest) {
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-  if (error != std::errc{}) return std::nullopt;
-  rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-  return value;
-}
-
-/// Removes a colon and a number.
-std::optional<std::uint32_t> take_next(std::string_view& rest) {
-  if (rest.empty() || rest.front() != ':') return std::nullopt;
-  rest.remove_prefix(1);
-  return take_number(rest);
-}
 
 /// The range with its last step resolved. Throws when the run does not have all of it.
 StepRange within(std::size_t states, StepRange steps) {
@@ -53,19 +38,12 @@ FrameTime between_states(const std::vector<double>& times, double time_s) {
 
 std::optional<StepRange> parse_steps(const std::string& text) {
   if (text == "all") return StepRange{};
-  std::string_view rest = text;
-  const auto first = take_number(rest);
-  if (!first) return std::nullopt;
-  StepRange steps{*first, *first, 1};
-  if (rest.empty()) return steps;
-  const auto last = take_next(rest);
-  if (!last || *last < *first) return std::nullopt;
-  steps.last = *last;
-  if (rest.empty()) return steps;
-  const auto stride = take_next(rest);
-  if (!stride || *stride == 0 || !rest.empty()) return std::nullopt;
-  steps.stride = *stride;
-  return steps;
+  const auto numbers = parsed_list<std::uint32_t>(text, ':');
+  if (!numbers || numbers->size() > 3) return std::nullopt;
+  StepRange steps{numbers->front(), numbers->front(), 1};
+  if (numbers->size() > 1) steps.last = (*numbers)[1];
+  if (numbers->size() > 2) steps.stride = (*numbers)[2];
+  return steps.first <= steps.last && steps.stride > 0 ? std::optional(steps) : std::nullopt;
 }
 
 std::vector<FrameTime> stored_frames(const std::vector<double>& state_times_s, const StepRange& wanted) {

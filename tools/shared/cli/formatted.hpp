@@ -5,8 +5,11 @@
 #include <charconv>
 #include <cstdio>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace lbea::tool {
 
@@ -25,6 +28,18 @@ std::optional<Number> parsed(std::string_view text, Base... base) {
   Number number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base...);
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+/// The numbers of a list such as "2:30"; nothing when any of them is not a number, and for an empty text.
+template <class Number>
+std::optional<std::vector<Number>> parsed_list(std::string_view text, char separator) {
+  std::vector<Number> numbers;
+  for (const auto field : std::views::split(text, separator)) {
+    const auto number = parsed<Number>(std::string_view(field.begin(), field.end()));
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  return numbers.empty() ? std::nullopt : std::optional(std::move(numbers));
 }
 
 }  // namespace lbea::tool
