@@ -55,17 +55,20 @@ std::string to_string(const Address& address) {
   return (is_v6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
 }
 
-std::string_view query_value(std::string_view target, std::string_view key) noexcept {
-  const std::size_t question = target.find('?');
-  std::string_view rest = question == std::string_view::npos ? std::string_view{} : target.substr(question + 1);
-  while (!rest.empty()) {
-    const std::size_t end = std::min(rest.find('&'), rest.size());
-    const std::string_view pair = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
+std::string_view pair_value(std::string_view pairs, std::string_view separator, std::string_view key) noexcept {
+  while (!pairs.empty()) {
+    const std::size_t end = std::min(pairs.find(separator.front()), pairs.size());
+    const std::string_view pair = pairs.substr(0, end);
+    pairs.remove_prefix(std::min(end + separator.size(), pairs.size()));
     if (pair.size() > key.size() && pair.starts_with(key) && pair[key.size()] == '=')
       return pair.substr(key.size() + 1);
   }
   return {};
+}
+
+std::string_view query_value(std::string_view target, std::string_view key) noexcept {
+  const std::size_t question = target.find('?');
+  return question == std::string_view::npos ? std::string_view{} : pair_value(target.substr(question + 1), "&", key);
 }
 
 }  // namespace lbea::http

@@ -41,6 +41,9 @@ struct Request {
   [[nodiscard]] std::string_view path() const noexcept { return target.substr(0, target.find('?')); }
 };
 
+/// The value of `key` in pairs such as "a=1; b=2"; empty when absent. The first character of `separator` ends a pair.
+[[nodiscard]] std::string_view pair_value(std::string_view pairs, std::string_view separator,
+                                          std::string_view key) noexcept;
 /// The value of `key` in a query or target such as "/?a=1&b=2"; empty when absent. Nothing is unescaped.
 [[nodiscard]] std::string_view query_value(std::string_view target, std::string_view key) noexcept;
 

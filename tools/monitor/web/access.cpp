@@ -20,17 +20,6 @@ bool same_secret(std::string_view a, std::string_view b) noexcept {
   return difference == 0;
 }
 
-std::string_view cookie_value(std::string_view cookies, std::string_view name) noexcept {
-  while (!cookies.empty()) {
-    const std::size_t end = std::min(cookies.find(';'), cookies.size());
-    const std::string_view pair = cookies.substr(0, end);
-    cookies.remove_prefix(std::min(end + 2, cookies.size()));
-    if (pair.size() > name.size() && pair.starts_with(name) && pair[name.size()] == '=')
-      return pair.substr(name.size() + 1);
-  }
-  return {};
-}
-
 using io::text::lower;
 
 /// "rig.example:8443" of "https://rig.example:8443"; empty for another form.
@@ -112,7 +101,7 @@ Access AccessRules::check_token(const http::Request& request) const {
   constexpr std::string_view bearer = "Bearer ";
   if (request.authorization.starts_with(bearer) && same_secret(request.authorization.substr(bearer.size()), token_))
     return Access::granted;
-  if (same_secret(cookie_value(request.cookie, cookie_name()), token_)) return Access::granted;
+  if (same_secret(http::pair_value(request.cookie, "; ", cookie_name()), token_)) return Access::granted;
   return same_secret(http::query_value(request.target, "token"), token_) ? Access::token_in_address
                                                                          : Access::wrong_token;
 }
