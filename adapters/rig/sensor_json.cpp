@@ -151,8 +151,9 @@ std::string read_length_unit(const JsonTable& file) {
   return name;
 }
 
+/// wanted: empty for any.
 void require_unit(const JsonTable& file, const std::string& unit, std::string_view wanted) {
-  if (unit != wanted)
+  if (!wanted.empty() && unit != wanted)
     file.fail("length_unit", "is \"" + unit + "\", but the model's lengths are in \"" + std::string(wanted) +
                                  "\"; convert the poses, or correct the unit (without one it is mm)");
 }
@@ -176,13 +177,11 @@ bake::SensingNoise read_noise(const JsonTable& file, const std::string& length_u
 }  // namespace
 
 SensorDescription read_sensor_json(const std::filesystem::path& path, std::string_view length_unit) {
-  const auto bytes = read_file(path);
-  SensorDescription description = parse_sensor_json(as_text(bytes), path);
-  if (!length_unit.empty()) require_unit(JsonTable(Json::object(), path), description.length_unit, length_unit);
-  return description;
+  return parse_sensor_json(as_text(read_file(path)), path, length_unit);
 }
 
-SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name) {
+SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name,
+                                    std::string_view length_unit) {
   const Json json = parse(text, name);
   const JsonTable file(json, name);
   file.refuse_unknown_keys({"length_unit", "T_reference_sensor", "sensor", "noise", "noise_mm", "outliers",
@@ -191,13 +190,14 @@ SensorDescription parse_sensor_json(std::string_view text, const std::filesystem
   description.length_unit = read_length_unit(file);
   description.sensor = read_sensor(file);
   description.noise = read_noise(file, description.length_unit);
+  require_unit(file, description.length_unit, length_unit);
   return description;
 }
 
 RigidTransform read_pose(const std::filesystem::path& path, std::string_view length_unit) {
   const Json json = parse(as_text(read_file(path)), path);
   const JsonTable file(json, path);
-  if (!length_unit.empty()) require_unit(file, read_length_unit(file), length_unit);
+  if (!length_unit.empty()) require_unit(file, read_length_unit(file), length_unit);  // else it may be unknown
   return file.pose("T_reference_sensor");
 }
 

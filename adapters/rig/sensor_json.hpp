@@ -19,7 +19,8 @@ struct SensorDescription {
 [[nodiscard]] SensorDescription read_sensor_json(const std::filesystem::path& path, std::string_view length_unit = {});
 
 /// The same from the text of such a file; `name` stands for the file in errors.
-[[nodiscard]] SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name);
+[[nodiscard]] SensorDescription parse_sensor_json(std::string_view text, const std::filesystem::path& name,
+                                                  std::string_view length_unit = {});
 
 /// T_reference_sensor alone; nothing else needs to be in the file.
 [[nodiscard]] RigidTransform read_pose(const std::filesystem::path& path, std::string_view length_unit = {});
