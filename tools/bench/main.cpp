@@ -6,6 +6,7 @@
 #include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/matching/transformed.hpp"
 
 #include <cstdio>
 
@@ -148,9 +149,7 @@ int grow(const Options& options, const Model& model, std::span<const BenchCloud>
 // In reference coordinates, because a transformation would round denormal numbers and equal distances away.
 std::vector<BenchCloud> with_hostile(const BenchCloud& first, const RigidTransform& T) {
   std::vector<Point> points;
-  for (const Point& p : first.points)
-    points.push_back({T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
-                      T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]});
+  for (const Point& p : first.points) points.push_back(transformed(T, p));
   std::vector<BenchCloud> clouds = hostile_clouds(points);
   clouds.insert(clouds.begin(), {first.name, first.stamp_ns, std::move(points)});
   return clouds;

@@ -13,6 +13,7 @@
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/matching/transformed.hpp"
 
 #include <lbea/inference.hpp>
 #include <lbea/tracker.hpp>
@@ -65,9 +66,7 @@ void prepare_folder(const std::filesystem::path& folder) {
 void write_cloud(const std::filesystem::path& file, const std::filesystem::path& cloud, const RigidTransform& T,
                  const std::string& columns) {
   io::PointCloud points = io::read_point_cloud(cloud, columns);
-  for (Point& p : points.points)
-    p = {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
-         T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
+  for (Point& p : points.points) p = transformed(T, p);
   const std::vector<std::string> comments{"reference coordinates"};
   io::write_ply(file, points.points, comments);
 }

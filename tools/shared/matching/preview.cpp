@@ -1,5 +1,7 @@
 #include "tools/shared/matching/preview.hpp"
 
+#include "tools/shared/matching/transformed.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,11 +9,6 @@ namespace lbea::tool {
 namespace {
 
 constexpr int clouds_held = 2;  // per subscriber; older ones are of no use
-
-Point transformed(const RigidTransform& T, const Point& p) noexcept {
-  return {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
-          T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
-}
 
 bool is_finite(const Point& p) noexcept { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
