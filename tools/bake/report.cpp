@@ -27,6 +27,10 @@ std::string joined(const std::vector<std::string>& names, std::size_t most) {
   return text + (names.size() > most ? ", ..." : "");
 }
 
+void print_left_out(const std::string& run, const std::string& reason) {
+  std::printf("left out       %s: %s\n", printable(run).c_str(), printable(reason).c_str());
+}
+
 void print_facts(const bake::BakeSummary& summary) {
   std::printf("size           %.4g x %.4g x %.4g %s, all samples\n", static_cast<double>(summary.size[0]),
               static_cast<double>(summary.size[1]), static_cast<double>(summary.size[2]), summary.length_unit.c_str());
@@ -98,8 +102,7 @@ void print_table(const bake::BakeSummary& summary, const std::filesystem::path& 
     std::printf("kept variance  the samples do not vary\n");
   else
     std::printf("kept variance  %.4f %%\n", 100 * summary.kept_variance);
-  for (const bake::RunLeftOut& run : summary.left_out)
-    std::printf("left out       %s: %s\n", printable(run.name).c_str(), printable(run.reason).c_str());
+  for (const bake::RunLeftOut& run : summary.left_out) print_left_out(run.name, run.reason);
   std::printf("time           %.2f s: reading %.2f, bases %.2f, samples %.2f, writing %.2f\n", all, seconds.reading,
               seconds.bases, seconds.samples, seconds.writing);
 }
@@ -148,9 +151,7 @@ void print_table(const bake::BakePlan& plan, const bake::BakeEstimate& estimate)
   std::printf("time           %.1f ms per sample on this machine: %.3f processor hours\n",
               1e3 * estimate.seconds_per_sample, seconds / 3600);
   for (std::size_t run = 0; run < plan.runs.size(); ++run)
-    if (!plan.runs[run].failure.empty())
-      std::printf("left out       %s: %s\n", printable(plan.ensemble.runs[run].name).c_str(),
-                  printable(plan.runs[run].failure).c_str());
+    if (!plan.runs[run].failure.empty()) print_left_out(plan.ensemble.runs[run].name, plan.runs[run].failure);
 }
 
 void print_json(const bake::BakePlan& plan, const bake::BakeEstimate& estimate) {
