@@ -8,8 +8,8 @@
 namespace lbea::bake {
 namespace {
 
-constexpr std::size_t small_region =
-    300;  // vertices; of larger ones, more modes than vertices are refused as a mistake
+// Vertices. Of a larger region, more modes than vertices are refused as a mistake.
+constexpr std::size_t small_region = 300;
 
 std::vector<float> region_positions(const ObservedRegion& region, std::span<const float> positions) {
   std::vector<float> chosen;

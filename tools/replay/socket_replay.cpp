@@ -55,7 +55,7 @@ class Pace {
   bool wait_for(std::int64_t log_time_ns) {
     if (options_.steps) return wait_for_line();
     if (options_.fast) return !is_stopped();
-    // Older recordings may contain a step of the clock: backwards, the pace starts anew.
+    // Older recordings may contain a step of the clock. After a step backwards the pace starts anew.
     if (!begun_ || log_time_ns < last_ns_ - longest_disorder_ns) {
       begun_ = true;
       begin_ = Clock::now();

@@ -14,12 +14,12 @@ struct SourcedMesh {
   std::vector<std::uint8_t> element_is_solid;  // elements; 1: a face of a solid
 };
 
-/// Flat cells and the faces that belong to exactly one solid, flat ones first, and, when cells can be eroded, the
-/// faces by which two solids touch; only points that these use, in the order
-/// of their ids. Ids come from the arrays NODE_ID, ELEMENT_ID, PART_ID (and other spellings), else
-/// they count from 1. Cells with element id 0 are drawings, not part of the model. Points, lines and flat cells that
-/// repeated nodes leave without area are left out; polygons with more than four corners become triangles. Throws
-/// Error{bad_input | unsupported_input} when there is no surface, an id is used twice or a kind of cell is unknown.
+/// Flat cells, then the faces that belong to exactly one solid, then, when cells can be eroded, the faces by which two
+/// solids touch; only points that these use, in the order of their ids. Ids come from the arrays NODE_ID, ELEMENT_ID,
+/// PART_ID (and other spellings), else they count from 1. Cells with element id 0 are drawings, not part of the model.
+/// Points, lines and flat cells that repeated nodes leave without area are left out; polygons with more than four
+/// corners become triangles. Throws Error{bad_input | unsupported_input} when there is no surface, an id is used twice
+/// or a kind of cell is unknown.
 [[nodiscard]] SourcedMesh mesh_of(const Grid& grid, const std::string& file);
 
 /// A field of the run and the arrays it is read from.

@@ -179,10 +179,6 @@ class XmlParser {
   const std::string& name_;
 };
 
-}  // namespace
-
-namespace {
-
 /// The whole of a time as a number; nothing for "0,5", "t=1" and "3 ms".
 std::optional<double> whole_time(std::string_view word) {
   double time = 0;

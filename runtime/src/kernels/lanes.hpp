@@ -324,7 +324,7 @@ static inline float folded(const Floats& value, Fold fold) {
 static inline float greatest(const Floats& value) { return folded(value, greater); }
 static inline float least(const Floats& value) { return folded(value, lesser); }
 
-/// While it lives, denormal numbers count as zeros: many processors compute with them a hundred times more slowly.
+/// In its scope, denormal numbers count as zeros: many processors compute with them a hundred times more slowly.
 class DenormalsAreZero {
 #if defined(__SSE2__)
  public:
