@@ -15,11 +15,17 @@ double distance(const float* a, const float* b) {
   return std::hypot(double{a[0]} - double{b[0]}, double{a[1]} - double{b[1]}, double{a[2]} - double{b[2]});
 }
 
-double mean_edge(std::span<const float> positions, std::span<const std::uint32_t> elements) {
-  double sum = 0;
-  for (std::size_t e = 0; e + 3 < elements.size(); e += 4)
-    sum += distance(&positions[3 * std::size_t{elements[e]}], &positions[3 * std::size_t{elements[e + 1]}]);
-  return sum / std::max(1.0, static_cast<double>(elements.size() / 4));
+/// Whether the first edges of the elements are as long in `other`, on average within a tenth. Rigid motion between the
+/// two changes nothing. positions, other: nodes x 3.
+bool has_same_edges(std::span<const float> positions, std::span<const float> other,
+                    std::span<const std::uint32_t> elements) {
+  double length = 0, change = 0;
+  for (std::size_t e = 0; e + 3 < elements.size(); e += 4) {
+    const std::size_t a = 3 * std::size_t{elements[e]}, b = 3 * std::size_t{elements[e + 1]};
+    length += distance(&positions[a], &positions[b]);
+    change += std::abs(distance(&other[a], &other[b]) - distance(&positions[a], &positions[b]));
+  }
+  return change <= 0.1 * length;
 }
 
 std::unordered_map<std::uint32_t, std::uint32_t> index_of(std::span<const std::uint32_t> ids) {
@@ -102,16 +108,16 @@ TrueMesh::TrueMesh(const bake::SimulationMesh& mesh, const Model& model) {
 
 bool TrueMesh::find_by_number(const bake::SimulationMesh& mesh, const Model& model) {
   const auto nodes = index_of(mesh.node_ids), elements = index_of(mesh.element_ids);
-  const auto undeformed = model.node_positions(0);
-  double off = 0;
   std::vector<Carrier> carriers;
+  std::vector<float> positions;
   for (std::size_t i = 0; i < model.node_ids().size(); ++i) {
     const auto found = nodes.find(model.node_ids()[i]);
     if (found == nodes.end()) return false;
     carriers.push_back({{found->second, found->second, found->second}});
-    off += distance(&undeformed[3 * i], &mesh.positions[3 * std::size_t{found->second}]);
+    positions.insert(positions.end(), &mesh.positions[3 * std::size_t{found->second}],
+                     &mesh.positions[3 * std::size_t{found->second}] + 3);
   }
-  if (off / static_cast<double>(carriers.size()) > mean_edge(undeformed, model.element_nodes())) return false;
+  if (!has_same_edges(model.node_positions(0), positions, model.element_nodes())) return false;
   std::vector<std::uint32_t> same;
   for (const std::uint32_t id : model.element_ids()) {
     const auto found = elements.find(id);

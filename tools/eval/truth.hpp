@@ -10,9 +10,9 @@ namespace lbea::tool {
 /// The positions of a run on the nodes of the model.
 class TrueMesh {
  public:
-  /// mesh: of the run, undeformed. It counts as the mesh of the model when it has the same node numbers at similar
-  /// positions (mean distance below the mean edge length). Otherwise every node of the model follows the nearest point
-  /// on the undeformed surface of the run. Throws Error{bad_input} when the run has no surface.
+  /// mesh: of the run, undeformed. It counts as the mesh of the model when it has the same node and element numbers and
+  /// edges of similar lengths, wherever it is. Otherwise every node of the model follows the nearest point on the
+  /// undeformed surface of the run. Throws Error{bad_input} when the run has no surface.
   TrueMesh(const bake::SimulationMesh& mesh, const Model& model);
 
   [[nodiscard]] bool same_mesh() const noexcept { return elements_.size() > 0; }
