@@ -24,8 +24,8 @@ struct Inferred {
                                                                      std::span<const Match> candidates,
                                                                      const TrackerConfig& config = {});
 
-/// `estimate`: of the SurfaceFit, with weights that add up to 1. `field`: below model.fields(). Both functions throw
-/// Error{bad_input} for samples that are not in the model.
+/// `estimate`: of the SurfaceFit, with weights that add up to 1. `field`: below model.fields(); its values stay within
+/// those of the estimate's samples. Both functions throw Error{bad_input} for samples that are not in the model.
 LBEA_API void infer_field(const Model& model, std::uint32_t field, std::span<const WeightedSample> estimate,
                           std::span<const WeightedSample> plausible, Inferred& into);
 LBEA_API void infer_positions(const Model& model, std::span<const WeightedSample> estimate,

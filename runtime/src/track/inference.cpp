@@ -29,11 +29,16 @@ Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const 
   return result;
 }
 
-template <class Values>
-void infer(const Model& model, std::span<const WeightedSample> estimate, std::span<const WeightedSample> plausible,
-           std::size_t components, const Values& values, Inferred& into) {
-  weighted_mean(rows_of(model, estimate, values).rows, into.mean);
-  weighted_spread(rows_of(model, plausible, values).rows, into.mean, components, into.spread);
+/// Negative weights extrapolate: good for positions, but a strain, say, is never negative.
+void keep_within(std::span<const WeightedRow> rows, std::vector<float>& mean) {
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    float low = rows.front().values[i], high = low;
+    for (const WeightedRow& row : rows) {
+      low = std::min(low, row.values[i]);
+      high = std::max(high, row.values[i]);
+    }
+    mean[i] = std::clamp(mean[i], low, high);
+  }
 }
 
 }  // namespace
@@ -81,13 +86,17 @@ void infer_field(const Model& model, std::uint32_t field, std::span<const Weight
     model.read_field(field, sample, read.emplace_back(model.field_size(field)));
     return std::span<const float>(read.back());
   };
-  infer(model, estimate, plausible, 1, values, into);
+  const Rows rows = rows_of(model, estimate, values);
+  weighted_mean(rows.rows, into.mean);
+  if (!rows.rows.empty()) keep_within(rows.rows, into.mean);
+  weighted_spread(rows_of(model, plausible, values).rows, into.mean, 1, into.spread);
 }
 
 void infer_positions(const Model& model, std::span<const WeightedSample> estimate,
                      std::span<const WeightedSample> plausible, Inferred& into) {
-  infer(
-      model, estimate, plausible, 3, [&](std::uint32_t sample, auto&) { return model.node_positions(sample); }, into);
+  const auto values = [&](std::uint32_t sample, auto&) { return model.node_positions(sample); };
+  weighted_mean(rows_of(model, estimate, values).rows, into.mean);
+  weighted_spread(rows_of(model, plausible, values).rows, into.mean, 3, into.spread);
 }
 
 }  // namespace lbea

@@ -2,6 +2,7 @@
 
 #include "tools/monitor/scene/packet.hpp"
 
+#include <lbea/inference.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -52,16 +53,7 @@ nlohmann::json to_json(const wire::WireFit& fit) {
 }
 
 constexpr std::size_t most_samples = 256;
-
-template <class Values>
-std::vector<float> blend(const Model& model, const Shape& shape, std::size_t count, Values values_of) {
-  std::vector<float> sum(count, 0.0f);
-  for (const WeightedSample& share : shape) {
-    const auto& values = values_of(model.sample_index(share.sample));
-    for (std::size_t i = 0; i < count; ++i) sum[i] += share.weight * values[i];
-  }
-  return sum;
-}
+constexpr float largest_share = 100;
 
 template <class Number>
 bool parse_number(std::string_view& text, Number& into, char after) {
@@ -99,22 +91,21 @@ Leaders leaders_of(const wire::WireResult& result) {
 
 bool is_shape_of(const Model& model, const Shape& shape) noexcept {
   const auto is_share = [&](const WeightedSample& share) {
-    return model.sample_index(share.sample) < model.samples() && share.weight > 0 && share.weight <= 1;
+    return model.sample_index(share.sample) < model.samples() && std::abs(share.weight) <= largest_share;
   };
   return !shape.empty() && shape.size() <= most_samples && std::ranges::all_of(shape, is_share);
 }
 
 std::vector<float> positions_of(const Model& model, const Shape& shape) {
-  return blend(model, shape, std::size_t{model.nodes()} * 3,
-               [&](std::uint32_t sample) { return model.node_positions(sample); });
+  Inferred inferred;
+  infer_positions(model, shape, {}, inferred);
+  return std::move(inferred.mean);
 }
 
 std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field) {
-  std::vector<float> values(model.field_size(field));
-  return blend(model, shape, values.size(), [&](std::uint32_t sample) {
-    model.read_field(field, sample, values);
-    return std::span<const float>(values);
-  });
+  Inferred inferred;
+  infer_field(model, field, shape, {}, inferred);
+  return std::move(inferred.mean);
 }
 
 double time_of(const Model& model, const Shape& shape) noexcept {
