@@ -1,10 +1,9 @@
-// The residuals that an unseen run leaves in the depth images, learned by leaving each simulation out: beyond them, no
-// simulation fits.
+// The residuals that an unseen run leaves in the depth images: beyond them, no simulation fits.
 #pragma once
 
-#include "precompute/depth_images/depth_renderer.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 
-#include <functional>
+#include <vector>
 
 namespace lbea::bake {
 
@@ -34,24 +33,5 @@ struct MisfitLimits {
 /// Robust limits of the logarithms, median + k deviations: of the frames' misfits, and of their means over each run.
 [[nodiscard]] MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected,
                                          float mesh_noise = DepthMetric{}.mesh_noise);
-
-struct LearnedResiduals {
-  std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
-  MisfitLimits limits;
-};
-
-/// Fills `images` with those of the samples from `first` on, padded_cells() each; called from any thread.
-using ImageReader = std::function<void(std::size_t first, std::span<std::uint16_t> images)>;
-
-/// samples: ascending. Every sample (of many, every k-th) is compared with all samples of the other simulations; the
-/// least residual is what an unseen run leaves. The images are read a few at a time; memory does not grow with their
-/// number. metric: length unit of the samples.
-[[nodiscard]] LearnedResiduals learn_residuals(const DepthCamera& camera, std::span<const Sample> samples,
-                                               const ImageReader& read, const DepthMetric& metric, unsigned threads);
-
-/// Renders the depth images of a finished model's samples, for another pose than the one it was baked for.
-/// progress, when given, is called with the number of samples done, from any thread.
-[[nodiscard]] SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, unsigned threads,
-                                              const std::function<void(std::size_t done)>& progress = {});
 
 }  // namespace lbea::bake

@@ -141,7 +141,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
   if (has_landmarks(info, description)) plan_landmarks(plan, info);
   if (!camera) return;
-  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {sizeof(format::DepthCameraWords) / sizeof(double)}});
+  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {format::depth_camera_words}});
   plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
   plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
   plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
@@ -171,7 +171,7 @@ ModelPlan plan_model(const BakePlan& plan, const std::vector<ReferenceBasis>& ba
   return model;
 }
 
-void write_residuals(ModelWriter& writer, const DepthCamera& camera, const LearnedResiduals& learned) {
+void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned) {
   format::DepthCameraWords words{{},
                                  double{camera.focal},
                                  double{camera.center_column},
@@ -179,7 +179,10 @@ void write_residuals(ModelWriter& writer, const DepthCamera& camera, const Learn
                                  double{camera.depth_origin},
                                  double{camera.depth_step},
                                  double{learned.limits.frame},
-                                 double{learned.limits.test}};
+                                 double{learned.limits.test},
+                                 double{learned.metric.cap},
+                                 double{learned.metric.one_sided},
+                                 double{learned.error_per_spread}};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "precompute/basis/reference_basis.hpp"
-#include "precompute/depth_images/residuals.hpp"
+#include "precompute/depth_images/learned_fit.hpp"
 #include "precompute/ensemble.hpp"
 #include "precompute/model_file/model_writer.hpp"
 #include "precompute/survey/envelope.hpp"
@@ -107,7 +107,7 @@ struct ModelPlan {
 [[nodiscard]] std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
                                           double kept_variance, const std::vector<std::string>& left_out);
 
-/// Sections 64, 65 and 67: camera, size and expected residuals; the images are written sample by sample.
-void write_residuals(ModelWriter& writer, const DepthCamera& camera, const LearnedResiduals& learned);
+/// Sections 64, 65 and 67: camera and metric, size, expected residuals; the images are written sample by sample.
+void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
 
 }  // namespace lbea::bake

@@ -107,16 +107,19 @@ std::vector<std::uint32_t> branches_of(const BakePlan& plan, const ModelWriter& 
   });
 }
 
-/// Learns from the depth images how well the simulations explain one another.
-void learn_and_write_residuals(const BakePlan& plan, ModelWriter& writer, unsigned threads) {
-  std::vector<Sample> samples;
+/// The samples as written so far.
+SampleSource source_of(const BakePlan& plan, const ModelWriter& writer) {
+  SampleSource source{
+      .camera = *plan.camera, .length_unit = plan.description.length_unit, .nodes = plan.survey.mesh.node_ids.size()};
   for (std::uint32_t run = 0; run < plan.survey.runs.size(); ++run)
-    for (const std::uint32_t step : plan.survey.runs[run].steps) samples.push_back({run, step});
-  const auto read = [&](std::size_t first, std::span<std::uint16_t> images) {
+    for (const std::uint32_t step : plan.survey.runs[run].steps) source.samples.push_back({run, step});
+  source.read_images = [&](std::size_t first, std::span<std::uint16_t> images) {
     writer.read<std::uint16_t>(SectionId::view_depths, 0, first * padded_cells(*plan.camera), images);
   };
-  const DepthMetric metric = DepthMetric{}.in(plan.description.length_unit);
-  write_residuals(writer, *plan.camera, learn_residuals(*plan.camera, samples, read, metric, threads));
+  source.read_positions = [&writer](std::size_t sample, std::span<float> positions) {
+    writer.read<float>(SectionId::node_positions, 0, sample * positions.size(), positions);
+  };
+  return source;
 }
 
 BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
@@ -218,7 +221,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   for (std::uint32_t part = 0; part < model.info.references; ++part)
     writer.write<std::uint32_t>(SectionId::leading_axes, part, 0, appender.moments()[part].leading_axes());
   writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, branches_of(plan, writer));
-  if (plan.camera) learn_and_write_residuals(plan, writer, options.threads);
+  if (plan.camera) write_learned_fit(writer, *plan.camera, learn_fit(source_of(plan, writer), options.threads));
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, appender.envelope().finish().bits);
   BakeSummary summary = summary_of(model.info, bases);
   summary.kept_variance = kept_share(bases, appender.moments());

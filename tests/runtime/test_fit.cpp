@@ -1,5 +1,5 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
-#include "precompute/depth_images/residuals.hpp"
+#include "precompute/depth_images/learned_fit.hpp"
 #include "runtime/src/depth/depth_images.hpp"
 #include "tests/runtime/seen_plates.hpp"
 

@@ -88,7 +88,8 @@ typedef struct lbea_match {
   double time_s;
 } lbea_match;
 
-/** A share of a sample in a convex combination; shares are positive and add up to 1. */
+/** A share of a sample in a combination; shares add up to 1. Small ones may be negative: the shape lies beside the
+    samples. */
 typedef struct lbea_weighted_sample {
   uint32_t sample;
   float weight;
@@ -119,7 +120,7 @@ typedef struct lbea_result {
   const lbea_match* matches;            /**< match_count, best first */
   const float* coefficients;            /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
   const lbea_match* candidates;         /**< fit: the samples most similar to the frame; distance: their residual */
-  const lbea_weighted_sample* estimate; /**< fit: the convex combination that explains the frame best */
+  const lbea_weighted_sample* estimate; /**< fit: the combination that explains the frame best */
   uint32_t match_count, coefficient_count, candidate_count, estimate_count;
   /* fit, else NaN; length unit */
   float residual;          /**< root mean square depth difference of the best candidate */
@@ -128,11 +129,13 @@ typedef struct lbea_result {
   float spread;            /**< mean distance of the plausible samples from the estimate */
   uint32_t points_received, points_invalid, points_culled, points_used; /**< received = used + invalid + culled */
   uint32_t index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns, fit_ns; /**< wall time of each stage */
+  float error_90; /**< fit: the estimate's mean error is below this in 90 % of the frames of runs that are not in the
+                       ensemble; length unit; NaN: not known */
 } lbea_result;
 
 /* The members of lbea_result with the names of FrameNumbers and FitNumbers in C++: X(name). New ones go to its end. */
 #define LBEA_FRAME_NUMBERS(X) X(coverage)
-#define LBEA_FIT_NUMBERS(X) X(residual) X(estimate_residual) X(misfit) X(spread)
+#define LBEA_FIT_NUMBERS(X) X(residual) X(estimate_residual) X(misfit) X(spread) X(error_90)
 
 /** The result for the whole test so far. Pointers are valid until the next lbea_tracker_update. */
 typedef struct lbea_test_state {

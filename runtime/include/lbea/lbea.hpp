@@ -113,7 +113,8 @@ struct FieldInfo {
   float largest_error = 0;  // of any value, in the field's unit: 0 when stored unchanged, else half of a 16-bit step
 };
 
-/// A share of a sample in a convex combination.
+/// A share of a sample in a combination. Shares add up to 1; small ones may be negative: the shape lies beside the
+/// samples.
 struct WeightedSample {
   Sample sample;
   float weight = 0;  // shares are positive and add up to 1
@@ -305,6 +306,7 @@ struct FitNumbers {
   float estimate_residual = std::numeric_limits<float>::quiet_NaN();
   float misfit = std::numeric_limits<float>::quiet_NaN();
   float spread = std::numeric_limits<float>::quiet_NaN();
+  float error_90 = std::numeric_limits<float>::quiet_NaN();
 };
 inline constexpr std::array fit_numbers{
     NumberInfo<FitNumbers>{"residual", &FitNumbers::residual,
@@ -313,12 +315,15 @@ inline constexpr std::array fit_numbers{
     NumberInfo<FitNumbers>{"misfit", &FitNumbers::misfit,
                            "residual over the expected residual of a run that is not in the ensemble"},
     NumberInfo<FitNumbers>{"spread", &FitNumbers::spread,
-                           "mean distance of the plausible samples from the estimate, length unit"}};
+                           "mean distance of the plausible samples from the estimate, length unit"},
+    NumberInfo<FitNumbers>{"error_90", &FitNumbers::error_90,
+                           "the estimate's mean distance from the truth, over all nodes, is below this in 90 % of the "
+                           "frames of runs that are not in the ensemble; length unit; NaN: the model does not know"}};
 
 /// Result of Method::fit. Empty and NaN with the other methods.
 struct SurfaceFit : FitNumbers {
   std::span<const Match> candidates{};         // the samples most similar to the frame; distance: their residual
-  std::span<const WeightedSample> estimate{};  // the convex combination of samples that explains the frame best
+  std::span<const WeightedSample> estimate{};  // the combination of samples that explains the frame best
 };
 
 /// Spans are valid until the next match() on the same Matcher.

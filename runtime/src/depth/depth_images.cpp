@@ -22,17 +22,6 @@ DepthCamera camera_from(const format::DepthCameraWords& words, std::span<const s
   return camera;
 }
 
-CellPrices prices_of(const DepthMetric& metric, const DepthCamera& camera) noexcept {
-  return {metric.cap / camera.depth_step, metric.one_sided / camera.depth_step};
-}
-
-// Over the cells that either image fills, in squared depth steps.
-float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
-                  const CellPrices& prices) noexcept {
-  const CellSums sums = code.compare_depths(observed.data(), sample, observed.size(), prices);
-  return sums.squares / std::max(sums.filled, 1.0f);
-}
-
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -48,19 +37,27 @@ RigidTransform inverse(const RigidTransform& T) noexcept {
 
 }  // namespace
 
-std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections, const format::Info& info) {
+std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections, const format::Info& info,
+                                                     std::string_view length_unit) {
   using format::SectionId;
   if (sections.find(SectionId::view_camera) == nullptr) return nullptr;
   const auto require = [&](bool holds, SectionId id, const char* what) {
     if (!holds) sections.fail(id, 0, what);
   };
-  format::DepthCameraWords words;
-  const auto numbers = sections.required<double>(SectionId::view_camera, {sizeof(words) / sizeof(double), 1, 1});
+  const bool has_metric = sections.find(SectionId::view_camera)->shape[0] != format::depth_camera_words_1_0;
+  const auto numbers = sections.required<double>(
+      SectionId::view_camera, {has_metric ? format::depth_camera_words : format::depth_camera_words_1_0, 1, 1});
   require(std::ranges::all_of(numbers, format::is_measured<double>), SectionId::view_camera,
           "a value is not finite or too large");
-  std::memcpy(&words, numbers.data(), sizeof(words));
-  require(std::ranges::all_of(std::array{words.focal, words.depth_step, words.misfit_limit, words.test_misfit_limit},
-                              [](double v) { return v >= 1 / format::largest_measure; }),
+  const DepthMetric usual = DepthMetric{}.in(length_unit);
+  format::DepthCameraWords words{};
+  words.cap = double{usual.cap};
+  words.one_sided = double{usual.one_sided};
+  std::memcpy(&words, numbers.data(), numbers.size_bytes());
+  require(std::ranges::all_of(std::array{words.focal, words.depth_step, words.misfit_limit, words.test_misfit_limit,
+                                         words.cap, words.one_sided},
+                              [](double v) { return v >= 1 / format::largest_measure; }) &&
+              words.error_per_spread >= 0,
           SectionId::view_camera, "a value is not positive");
   const auto size = sections.required<std::uint32_t>(SectionId::view_size, {2, 1, 1});
   constexpr std::uint32_t most_along_an_axis = 1u << 14;
@@ -69,6 +66,8 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
 
   auto images = std::make_shared<DepthImages>();
   images->camera = camera_from(words, size);
+  images->metric = {static_cast<float>(words.cap), static_cast<float>(words.one_sided), usual.mesh_noise};
+  images->error_per_spread = static_cast<float>(words.error_per_spread);
   images->misfit_limit = static_cast<float>(words.misfit_limit);
   images->test_misfit_limit = static_cast<float>(words.test_misfit_limit);
   images->depths =
@@ -108,6 +107,25 @@ float SensorViews::expected_residual(std::uint32_t sample) const noexcept {
 }
 float SensorViews::misfit_limit() const noexcept { return data_ ? data_->misfit_limit : 0; }
 float SensorViews::test_misfit_limit() const noexcept { return data_ ? data_->test_misfit_limit : 0; }
+
+CellPrices prices_of(const DepthMetric& metric, const DepthCamera& camera) noexcept {
+  return {metric.cap / camera.depth_step, metric.one_sided / camera.depth_step};
+}
+
+float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
+                  const CellPrices& prices) noexcept {
+  const CellSums sums = code.compare_depths(observed.data(), sample, observed.size(), prices);
+  return sums.squares / std::max(sums.filled, 1.0f);
+}
+
+float hidden_share(std::span<const float> observed, std::span<const std::uint16_t> image) noexcept {
+  float filled = 0, hidden = 0;
+  for (std::size_t c = 0; c < image.size(); ++c) {
+    filled += image[c] != empty_cell ? 1.0f : 0.0f;
+    hidden += image[c] != empty_cell && observed[c] == not_observed ? 1.0f : 0.0f;
+  }
+  return hidden / std::max(filled, 1.0f);
+}
 
 Surroundings::Surroundings(const DepthCamera& camera)
     : columns_(camera.columns), rows_(camera.rows), along_row_(camera.cells()) {}
@@ -156,8 +174,8 @@ void FrameDepthImage::build(const CloudIndex& index) noexcept {
   surroundings_.limit(cells_);
 }
 
-ThinnedImages::ThinnedImages(const DepthImages& images, const DepthMetric& metric)
-    : code_(kernels()), prices_(prices_of(metric, images.camera)) {
+ThinnedImages::ThinnedImages(const DepthImages& images)
+    : code_(kernels()), prices_(prices_of(images.metric, images.camera)) {
   const DepthCamera& camera = images.camera;
   for (std::uint32_t row = every / 2; row < camera.rows; row += every)
     for (std::uint32_t column = every / 2; column < camera.columns; column += every)
@@ -179,13 +197,7 @@ void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) 
 }
 
 float ThinnedImages::hidden_share(std::uint32_t sample) const noexcept {
-  const auto image = std::span(depths_).subspan(sample * observed_.size(), observed_.size());
-  float filled = 0, hidden = 0;
-  for (std::size_t c = 0; c < image.size(); ++c) {
-    filled += image[c] != empty_cell ? 1.0f : 0.0f;
-    hidden += image[c] != empty_cell && observed_[c] == not_observed ? 1.0f : 0.0f;
-  }
-  return hidden / std::max(filled, 1.0f);
+  return lbea::hidden_share(observed_, std::span(depths_).subspan(sample * observed_.size(), observed_.size()));
 }
 
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric)

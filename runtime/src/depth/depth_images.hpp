@@ -33,26 +33,7 @@ struct DepthCamera {
 }
 inline constexpr std::uint16_t empty_cell = 0;
 
-/// What SensorViews shares: the images of all samples and the residuals to expect.
-struct DepthImages {
-  DepthCamera camera;
-  std::span<const std::uint16_t> depths;  // s x padded_cells
-  std::span<const float> expected;        // s: median residual of a run that is not in the ensemble, at this time step
-  float misfit_limit = 0;                 // of one frame
-  float test_misfit_limit = 0;            // of the geometric mean over a test
-  std::shared_ptr<const void> owner;      // of the memory behind the spans
-
-  [[nodiscard]] std::span<const std::uint16_t> of_sample(std::size_t sample) const noexcept {
-    const std::size_t stride = padded_cells(camera);
-    return depths.subspan(sample * stride, stride);
-  }
-};
-
-/// Reads sections 64 to 67. Null when the file has none. Throws Error{corrupt_model}.
-[[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
-                                                                   const format::Info& info);
-
-/// How two depth images are compared. The values gave the least EE on left-out runs of a rail ensemble.
+/// How two depth images are compared. The bake learns the costs from left-out runs; these are the defaults.
 struct DepthMetric {
   float cap = 40;        // mm: greatest cost of a cell that both images fill
   float one_sided = 25;  // cost of a cell that only one image fills: the silhouette
@@ -64,6 +45,38 @@ struct DepthMetric {
     return {scale * cap, scale * one_sided, scale * mesh_noise};
   }
 };
+
+/// What SensorViews shares: the images of all samples and the residuals to expect.
+struct DepthImages {
+  DepthCamera camera;
+  std::span<const std::uint16_t> depths;  // s x padded_cells
+  std::span<const float> expected;        // s: median residual of a run that is not in the ensemble, at this time step
+  DepthMetric metric;                     // length unit
+  float misfit_limit = 0;                 // of one frame
+  float test_misfit_limit = 0;            // of the geometric mean over a test
+  float error_per_spread = 0;             // 90 % of the estimates' errors are below this times the spread; 0: not known
+  std::shared_ptr<const void> owner{};    // of the memory behind the spans
+
+  [[nodiscard]] std::span<const std::uint16_t> of_sample(std::size_t sample) const noexcept {
+    const std::size_t stride = padded_cells(camera);
+    return depths.subspan(sample * stride, stride);
+  }
+};
+
+/// Reads sections 64 to 67. Null when the file has none. Throws Error{corrupt_model}.
+[[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
+                                                                   const format::Info& info,
+                                                                   std::string_view length_unit);
+
+/// The metric's costs in depth steps.
+[[nodiscard]] CellPrices prices_of(const DepthMetric& metric, const DepthCamera& camera) noexcept;
+/// Of the differences between a frame and a sample (as many cells), over the cells that either fills, in squared depth
+/// steps.
+[[nodiscard]] float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
+                                const CellPrices& prices) noexcept;
+
+/// The share of an image's filled cells that are not_observed in a frame. Both have as many cells.
+[[nodiscard]] float hidden_share(std::span<const float> observed, std::span<const std::uint16_t> image) noexcept;
 
 /// Removes the evidence of what a frame does not show: an empty cell is evidence against a sample that fills it only
 /// near filled cells, at the silhouette. Farther away something may hide the component.
@@ -106,7 +119,7 @@ class FrameDepthImage {
 class ThinnedImages {
  public:
   /// Copies the cells of all samples, unless that needs more than `most_bytes`; allocates all memory.
-  ThinnedImages(const DepthImages& images, const DepthMetric& metric);
+  explicit ThinnedImages(const DepthImages& images);
   [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
   /// Offers all samples. observed: padded_cells() depths in steps. Does not allocate.
   void propose(std::span<const float> observed, BestSamples& best) noexcept;

@@ -3,11 +3,6 @@
 namespace lbea {
 namespace {
 
-FitSettings in_unit(FitSettings settings, std::string_view length_unit) {
-  settings.metric = settings.metric.in(length_unit);
-  return settings;
-}
-
 std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
   const std::uint32_t count = format::mesh_landmarks(nodes);
   std::vector<std::uint32_t> chosen;
@@ -75,16 +70,56 @@ void SimplexProblem::project(std::span<float> values) noexcept {
   for (float& value : values) value = std::max(value - shift, 0.0f);
 }
 
+// With w = w0 + d: (G + price I) d = -G w0 - mu 1, and mu such that sum d = 0.
+void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, float price, std::span<float> w) noexcept {
+  const std::size_t k = w.size();
+  const std::span change = std::span(change_).first(k), ones = std::span(ones_).first(k);
+  factorize(gram, stride, price, k);
+  for (std::size_t i = 0; i < k; ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < k; ++j) sum -= double{gram[i * stride + j]} * double{w[j]};
+    change[i] = sum;
+    ones[i] = 1;
+  }
+  substitute(change);
+  substitute(ones);
+  double all = 0, unit = 0;
+  for (std::size_t i = 0; i < k; ++i) all += change[i], unit += ones[i];
+  for (std::size_t i = 0; i < k; ++i) w[i] += static_cast<float>(change[i] - all / unit * ones[i]);
+}
+
+// G + price I = L L', L in the lower triangle.
+void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, float price, std::size_t k) noexcept {
+  for (std::size_t i = 0; i < k; ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = double{gram[i * stride + j]} + (i == j ? double{price} : 0.0);
+      for (std::size_t m = 0; m < j; ++m) sum -= factor_[i * k + m] * factor_[j * k + m];
+      factor_[i * k + j] = i == j ? std::sqrt(std::max(sum, double{price})) : sum / factor_[j * k + j];
+    }
+}
+
+void RidgeProblem::substitute(std::span<double> values) const noexcept {
+  const std::size_t k = values.size();
+  for (std::size_t i = 0; i < k; ++i) {
+    for (std::size_t j = 0; j < i; ++j) values[i] -= factor_[i * k + j] * values[j];
+    values[i] /= factor_[i * k + i];
+  }
+  for (std::size_t i = k; i-- > 0;) {
+    for (std::size_t j = i + 1; j < k; ++j) values[i] -= factor_[j * k + i] * values[j];
+    values[i] /= factor_[i * k + i];
+  }
+}
+
 SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches,
                              const FitSettings& settings)
     : model_(model),
       views_(std::move(views)),
-      settings_(in_unit(settings, model.length_unit)),
+      settings_(settings),
       code_(kernels()),
       frame_(views_.data()->camera),
-      thinned_(*views_.data(), settings_.metric),
+      thinned_(*views_.data()),
       proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
-      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), settings_.metric),
+      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), views_.data()->metric),
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
@@ -92,6 +127,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       products_(best_.capacity()),
       linear_(best_.capacity()),
       simplex_(best_.capacity()),
+      ridge_(best_.capacity()),
       landmark_nodes_(spread_out(model.info.nodes)),
       landmark_floats_(3 * landmark_nodes_.size()),
       landmarks_(best_.capacity() * landmark_floats_),
@@ -104,22 +140,29 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       estimate_(best_.capacity()) {}
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
+  frame_.build(index);  // the depth image of the frame
+  return fit(frame_.cells(), proposals(proposed));
+}
+
+SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
   SurfaceFit result;
-  frame_.build(index);          // the depth image of the frame
-  choose_candidates(proposed);  // the samples with the least residual
-  combine_candidates();         // their convex combination with the least residual: the estimate
-  weigh(result);                // candidates ranked by their distance from the estimate
-  judge(result);                // misfit, spread, verdict
+  choose_candidates(observed, proposed);  // the samples with the least residual
+  combine_candidates(observed);           // their combination with the least residual: the estimate
+  weigh(result);                          // candidates ranked by their distance from the estimate
+  judge(result);                          // misfit, spread, verdict
   return result;
 }
 
-void SurfaceFitter::choose_candidates(std::span<const RankedSample> proposed) noexcept {
+// Nearest points lead eq. 3 astray where something hides a part of the component.
+std::span<const RankedSample> SurfaceFitter::proposals(std::span<const RankedSample> proposed) noexcept {
+  if (thinned_.empty()) return proposed;
+  thinned_.propose(frame_.cells(), proposed_);
+  return thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden ? proposed_.ranked() : proposed;
+}
+
+void SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
-  if (!thinned_.empty()) {
-    thinned_.propose(frame_.cells(), proposed_);
-    if (thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden) proposed = proposed_.ranked();
-  }
-  best_.rank(frame_.cells(), images.depths, proposed);
+  best_.rank(observed, images.depths, proposed);
   const float step = images.camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
@@ -131,14 +174,14 @@ void SurfaceFitter::choose_candidates(std::span<const RankedSample> proposed) no
 
 // The residual of a combination is approximated by the combination of the residuals. That is exact along a line of
 // sight that meets the same surface in all samples. A cell that only some samples fill counts with their share.
-void SurfaceFitter::combine_candidates() noexcept {
+void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept {
   const DepthImages& images = *views_.data();
   const std::size_t k = count(), cells = padded_cells(images.camera);
   for (std::size_t i = 0; i < k; ++i)
-    code_.subtract_depths(frame_.cells().data(), images.of_sample(best_.ranked()[i].sample).data(), cells,
+    code_.subtract_depths(observed.data(), images.of_sample(best_.ranked()[i].sample).data(), cells,
                           best_.prices(), &residuals_[i * cells]);
   const auto image = images.of_sample(best_.ranked()[0].sample);
-  filled_ = std::max(code_.compare_depths(frame_.cells().data(), image.data(), cells, best_.prices()).filled, 1.0f);
+  filled_ = std::max(code_.compare_depths(observed.data(), image.data(), cells, best_.prices()).filled, 1.0f);
   const float scale =
       images.camera.depth_step * images.camera.depth_step / filled_;  // to a mean square in length units
   for (std::size_t i = 0; i < k; ++i) {
@@ -152,6 +195,10 @@ void SurfaceFitter::combine_candidates() noexcept {
   }
   const auto w = simplex_.solve(gram_, k, std::span<const float>(linear_).first(k));
   std::ranges::copy(w, shares_.begin());
+  if (hidden_share(observed, image) > settings_.hidden) return;  // the rest says too little for an extrapolation
+  float mean = 0;
+  for (std::size_t i = 0; i < k; ++i) mean += gram_[i * k + i] / static_cast<float>(k);
+  if (mean > 0) ridge_.solve(gram_, k, settings_.change_price * mean, std::span(shares_).first(k));
 }
 
 void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
@@ -160,7 +207,7 @@ void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
   std::ranges::fill(estimate_landmarks_, 0.0f);
   float squared = 0;
   for (std::size_t i = 0; i < k; ++i) {
-    if (!(shares_[i] > 0)) continue;
+    if (shares_[i] == 0) continue;
     estimate_[used++] = {candidates_[i].sample, shares_[i]};
     const auto from = landmarks(i);
     for (std::size_t c = 0; c < from.size(); ++c) estimate_landmarks_[c] += shares_[i] * from[c];
@@ -185,8 +232,8 @@ void SurfaceFitter::rank() noexcept {
 
 void SurfaceFitter::judge(SurfaceFit& result) noexcept {
   const DepthImages& images = *views_.data();
-  const Plausibility<float> plausibility(result.residual, settings_.metric.mesh_noise, settings_.sharpness);
-  const float noise = square(settings_.metric.mesh_noise), best = square(result.residual);
+  const Plausibility<float> plausibility(result.residual, views_.data()->metric.mesh_noise, settings_.sharpness);
+  const float noise = square(views_.data()->metric.mesh_noise), best = square(result.residual);
   float all = 0, expected = 0, spread = 0;
   for (std::size_t i = 0; i < count(); ++i) {
     plausibility_[i] = plausibility(candidates_[i].distance);
@@ -195,6 +242,7 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
     spread += plausibility_[i] * from_estimate_[i];
   }
   result.spread = spread / all;
+  if (images.error_per_spread > 0) result.error_90 = images.error_per_spread * result.spread;
   result.misfit = std::sqrt((best + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
   constexpr float clearly_different = 1.5f;  // relative to its residual

@@ -1,5 +1,5 @@
-// Method::fit: samples are compared with the frame as depth images, and a convex combination of the best of them is
-// fitted to the frame.
+// Method::fit: samples are compared with the frame as depth images, and a combination of the best of them is fitted to
+// the frame.
 #pragma once
 
 #include "runtime/src/depth/depth_images.hpp"
@@ -24,16 +24,32 @@ class SimplexProblem {
   std::vector<float> w_, ahead_, next_, sorted_;
 };
 
+/// Minimizes w' G w + price * |w - w0|^2 subject to sum w = 1: ridge regression about w0, by a Cholesky factorization.
+class RidgeProblem {
+ public:
+  explicit RidgeProblem(std::size_t most) : factor_(most * most), change_(most), ones_(most) {}
+  /// gram: k x stride, symmetric and positive semi-definite; w: w0, replaced by the solution. price: more than 0. Does
+  /// not allocate.
+  void solve(std::span<const float> gram, std::size_t stride, float price, std::span<float> w) noexcept;
+
+ private:
+  void factorize(std::span<const float> gram, std::size_t stride, float price, std::size_t k) noexcept;
+  void substitute(std::span<double> values) const noexcept;
+
+  std::vector<double> factor_, change_, ones_;
+};
+
 struct FitSettings {
   std::uint32_t proposals = 256;  // samples whose depth images are compared
   std::uint32_t candidates = 24;  // the best of them, which the estimate combines
-  // Share of the surface, far from what the frame shows, above which something hides a part of it
-  float hidden = 0.05f;
-  DepthMetric metric;  // converted to the model's unit by SurfaceFitter
+  float hidden = 0.05f;  // share of the surface far from what the frame shows: if it is larger, something hides a part
   // Cost of a sample's share in the estimate, added to the squared residual of the combination:
   float residual_price = 0.2f;   // times the sample's squared residual
   float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
                                  // branches is not a possible shape
+  // Cost of leaving the convex combination, so that the estimate can lie beside the candidates: times their mean squared
+  // residual and the squared change of the shares. Where something hides a part the combination stays convex.
+  float change_price = 0.3f;
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual
   float residual_rank = 0.2f;
   float sharpness = 8;  // of the Plausibility
@@ -47,6 +63,9 @@ class SurfaceFitter {
   /// `proposed`: samples by eq. 3, in any order. The index must hold at least one point. Does not allocate. The spans
   /// of the result and of matches() are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
+  /// The same for the frame's depth image, by the proposed samples alone. observed: padded_cells() values, which stay
+  /// unchanged but for hidden cells.
+  SurfaceFit fit(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
     return std::span(matched_).first(matches_.ranked().size());
@@ -55,8 +74,9 @@ class SurfaceFitter {
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
  private:
-  void choose_candidates(std::span<const RankedSample> proposed) noexcept;
-  void combine_candidates() noexcept;
+  [[nodiscard]] std::span<const RankedSample> proposals(std::span<const RankedSample> proposed) noexcept;
+  void choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
+  void combine_candidates(std::span<const float> observed) noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   void judge(SurfaceFit& result) noexcept;
@@ -80,6 +100,7 @@ class SurfaceFitter {
   std::vector<float> residuals_;  // candidates x cells, depth steps
   std::vector<float> gram_, products_, linear_;
   SimplexProblem simplex_;
+  RidgeProblem ridge_;
   std::vector<std::uint32_t> landmark_nodes_;
   std::size_t landmark_floats_;
   std::vector<float> landmarks_, estimate_landmarks_;  // candidates x 3 x landmarks

@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little, "model files are littl
 inline constexpr std::array<std::uint8_t, 8> magic{0x89, 'L', 'B', 'E', 'A', '\r', '\n', 0x1a};
 inline constexpr std::uint32_t endian_tag = 0x01020304;
 inline constexpr std::uint16_t version_major = 1;  // readers refuse another
-inline constexpr std::uint16_t version_minor = 0;  // readers accept any
+inline constexpr std::uint16_t version_minor = 1;  // readers accept any
 inline constexpr std::size_t alignment = 64;
 inline constexpr std::uint32_t first_optional_id = 0x8000;  // unknown sections from here on are ignored
 
@@ -130,14 +130,18 @@ struct Info {
 };
 static_assert(sizeof(Info) == 14 * sizeof(std::uint32_t) && std::is_trivially_copyable_v<Info>);
 
-/// Section `view_camera`, all f64: the camera of the depth images, and the limits of the misfit.
+/// Section `view_camera`, all f64: the camera of the depth images, the limits of the misfit and, from version 1.1 on, what
+/// the bake learned about the comparison.
 struct DepthCameraWords {
   std::array<double, 12> T_reference_sensor;
   double focal, center_column, center_row;
   double depth_origin, depth_step;
   double misfit_limit, test_misfit_limit;
+  double cap, one_sided, error_per_spread;  // the last one may be 0
 };
-static_assert(sizeof(DepthCameraWords) == 19 * sizeof(double) && std::is_trivially_copyable_v<DepthCameraWords>);
+inline constexpr std::size_t depth_camera_words = 22, depth_camera_words_1_0 = 19;
+static_assert(sizeof(DepthCameraWords) == depth_camera_words * sizeof(double) &&
+              std::is_trivially_copyable_v<DepthCameraWords>);
 
 /// Greatest magnitude of stored lengths and times: neither their squares nor the sums of these overflow a float.
 inline constexpr double largest_measure = 1e12;

@@ -27,7 +27,7 @@ class ModelReader {
     read_fields();
     read_envelope();
     for (std::uint32_t r = 0; r < view_.info.references; ++r) read_reference(r);
-    view_.depth_images = read_depth_images(sections_, view_.info);
+    view_.depth_images = read_depth_images(sections_, view_.info, view_.length_unit);
     view_.file_checksum = sections_.directory_checksum();
     return std::move(view_);
   }

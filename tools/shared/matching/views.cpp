@@ -2,7 +2,7 @@
 
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
-#include "precompute/depth_images/residuals.hpp"
+#include "precompute/depth_images/learned_fit.hpp"
 #include "tools/shared/cli/progress.hpp"
 
 #include <spdlog/spdlog.h>

@@ -1,0 +1,26 @@
+// What method fit learns from the ensemble: each run in turn plays the experiment, and the others have to explain it.
+#pragma once
+
+#include "precompute/depth_images/left_out.hpp"
+#include "precompute/depth_images/residuals.hpp"
+
+namespace lbea::bake {
+
+struct LearnedFit {
+  DepthMetric metric;           // length unit: of some, the one whose estimates and matches are nearest to the truth
+  std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
+  MisfitLimits limits{};
+  float error_per_spread = 0;  // 90 % of the estimates' errors are below this times the spread; 0: not known
+};
+
+/// Frames with a full view and with a connected third hidden, of samples spread over the ensemble, are matched by
+/// SurfaceFitter against all other simulations. Ensembles of one simulation keep the defaults. The same input gives the
+/// same result on any number of threads.
+[[nodiscard]] LearnedFit learn_fit(const SampleSource& source, unsigned threads);
+
+/// Renders the depth images of a finished model's samples, for another pose than the one it was baked for.
+/// progress, when given, is called with the number of samples done, from any thread.
+[[nodiscard]] SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, unsigned threads,
+                                              const std::function<void(std::size_t done)>& progress = {});
+
+}  // namespace lbea::bake

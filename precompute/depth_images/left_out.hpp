@@ -1,0 +1,48 @@
+// Samples that play the frame of an experiment, compared with the samples of all other simulations.
+#pragma once
+
+#include "precompute/depth_images/depth_renderer.hpp"
+
+#include <functional>
+
+namespace lbea::bake {
+
+/// The samples of an ensemble, read a few at a time, from any thread.
+struct SampleSource {
+  DepthCamera camera;
+  std::string length_unit;
+  std::vector<Sample> samples{};  // ascending
+  std::size_t nodes = 0;
+  /// Fills `images` with those of the samples from `first` on, padded_cells() each.
+  std::function<void(std::size_t first, std::span<std::uint16_t> images)> read_images{};
+  /// Fills `positions`: nodes x 3.
+  std::function<void(std::size_t sample, std::span<float> positions)> read_positions{};
+};
+
+/// Depth images of some samples as frames.
+class LeftOutFrames {
+ public:
+  /// At most `most` samples, evenly spaced. hidden: the share of each image's filled cells that is taken away: those
+  /// nearest to one of them, chosen at random, as something in front of the component would hide them.
+  LeftOutFrames(const SampleSource& source, std::size_t most, double hidden);
+
+  [[nodiscard]] std::size_t size() const noexcept { return samples_.size(); }
+  [[nodiscard]] std::size_t sample(std::size_t frame) const noexcept { return samples_[frame]; }
+  /// padded_cells() depths in steps.
+  [[nodiscard]] std::span<const float> observed(std::size_t frame) const noexcept {
+    return std::span(observed_).subspan(frame * stride_, stride_);
+  }
+
+ private:
+  std::size_t stride_;
+  std::vector<std::size_t> samples_;
+  std::vector<float> observed_;
+};
+
+/// The `most` samples of other simulations with the least mean square, in squared depth steps, for each frame and each
+/// metric: metric after metric. The images are read once, a few at a time; memory does not grow with their number.
+[[nodiscard]] std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOutFrames& frames,
+                                                      std::span<const DepthMetric> metrics, std::uint32_t most,
+                                                      unsigned threads);
+
+}  // namespace lbea::bake
