@@ -35,8 +35,9 @@ class LeftOutFitter {
         truth_(nodes_of(0)),
         positions_(ids_.size() * truth_.size()),
         view_(view_of()),
-        fitter_(view_, SensorViews(std::make_shared<const DepthImages>(DepthImages{
-                           .camera = source.camera, .depths = depths_, .expected = expected_, .metric = metric})),
+        fitter_(view_,
+                SensorViews(std::make_shared<const DepthImages>(
+                    DepthImages{.camera = source.camera, .depths = depths_, .expected = expected_, .metric = metric})),
                 1) {}
   LeftOutFitter(const LeftOutFitter&) = delete;
   LeftOutFitter& operator=(const LeftOutFitter&) = delete;
@@ -198,7 +199,8 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
       if (progress) progress(now);
     }
   });
-  SampleSource source{.camera = renderer.camera(), .length_unit = std::string(model.length_unit()), .nodes = model.nodes()};
+  SampleSource source{
+      .camera = renderer.camera(), .length_unit = std::string(model.length_unit()), .nodes = model.nodes()};
   for (std::uint32_t s = 0; s < model.samples(); ++s) source.samples.push_back(model.sample(s));
   source.read_images = [&](std::size_t first, std::span<std::uint16_t> images) {
     std::copy_n(rendered->depths.begin() + static_cast<std::ptrdiff_t>(first * stride), images.size(), images.begin());

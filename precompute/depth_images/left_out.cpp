@@ -73,9 +73,9 @@ std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOu
           for (std::size_t i = 0; i < images.size() / stride; ++i) {
             const std::size_t s = b * block + i;
             if (source.samples[s].simulation == source.samples[frames.sample(frame)].simulation) continue;
-            mine[m * frames.size() + frame].offer(
-                static_cast<std::uint32_t>(s), mean_square(kernels(), frames.observed(frame), &images[i * stride],
-                                                           prices_of(metrics[m], source.camera)));
+            mine[m * frames.size() + frame].offer(static_cast<std::uint32_t>(s),
+                                                  mean_square(kernels(), frames.observed(frame), &images[i * stride],
+                                                              prices_of(metrics[m], source.camera)));
           }
     }
     const std::lock_guard lock(mutex);

@@ -157,7 +157,8 @@ SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedS
 std::span<const RankedSample> SurfaceFitter::proposals(std::span<const RankedSample> proposed) noexcept {
   if (thinned_.empty()) return proposed;
   thinned_.propose(frame_.cells(), proposed_);
-  return thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden ? proposed_.ranked() : proposed;
+  is_hidden_ = thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden;
+  return is_hidden_ ? proposed_.ranked() : proposed;
 }
 
 void SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
@@ -178,8 +179,8 @@ void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept
   const DepthImages& images = *views_.data();
   const std::size_t k = count(), cells = padded_cells(images.camera);
   for (std::size_t i = 0; i < k; ++i)
-    code_.subtract_depths(observed.data(), images.of_sample(best_.ranked()[i].sample).data(), cells,
-                          best_.prices(), &residuals_[i * cells]);
+    code_.subtract_depths(observed.data(), images.of_sample(best_.ranked()[i].sample).data(), cells, best_.prices(),
+                          &residuals_[i * cells]);
   const auto image = images.of_sample(best_.ranked()[0].sample);
   filled_ = std::max(code_.compare_depths(observed.data(), image.data(), cells, best_.prices()).filled, 1.0f);
   const float scale =
@@ -195,7 +196,8 @@ void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept
   }
   const auto w = simplex_.solve(gram_, k, std::span<const float>(linear_).first(k));
   std::ranges::copy(w, shares_.begin());
-  if (hidden_share(observed, image) > settings_.hidden) return;  // the rest says too little for an extrapolation
+  if (is_hidden_ || hidden_share(observed, image) > settings_.hidden)
+    return;  // the rest says too little to extrapolate
   float mean = 0;
   for (std::size_t i = 0; i < k; ++i) mean += gram_[i * k + i] / static_cast<float>(k);
   if (mean > 0) ridge_.solve(gram_, k, settings_.change_price * mean, std::span(shares_).first(k));

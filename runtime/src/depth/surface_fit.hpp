@@ -47,8 +47,8 @@ struct FitSettings {
   float residual_price = 0.2f;   // times the sample's squared residual
   float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
                                  // branches is not a possible shape
-  // Cost of leaving the convex combination, so that the estimate can lie beside the candidates: times their mean squared
-  // residual and the squared change of the shares. Where something hides a part the combination stays convex.
+  // Cost of leaving the convex combination, so that the estimate can lie beside the candidates: times their mean
+  // squared residual and the squared change of the shares. Where something hides a part the combination stays convex.
   float change_price = 0.3f;
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual
   float residual_rank = 0.2f;
@@ -107,7 +107,8 @@ class SurfaceFitter {
   std::vector<float> from_best_, from_estimate_, plausibility_, shares_;
   std::vector<Match> candidates_;
   std::vector<WeightedSample> estimate_;
-  float filled_ = 1;  // cells that the frame or the best candidate fills
+  bool is_hidden_ = false;  // whether something hides a part of the component, by the thinned images
+  float filled_ = 1;        // cells that the frame or the best candidate fills
   Verdict verdict_ = Verdict::unknown;
 };
 
