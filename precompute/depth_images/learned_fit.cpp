@@ -138,13 +138,14 @@ double total(std::span<const FrameErrors> errors) {
 }
 
 /// The share of 90 % is that of a frame of any run: every run counts as much, however many of its states were matched.
-float error_per_spread(std::span<const FrameErrors> errors) {
+float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& metric) {
   constexpr double coverage = 0.9;
+  const double least = 1e-3 * double{metric.mesh_noise};  // of shapes that are all the same
   std::map<std::uint32_t, double> frames;
   for (const FrameErrors& error : errors) ++frames[error.simulation];
   std::vector<std::pair<double, double>> ratios;  // with their weight
   for (const FrameErrors& error : errors)
-    if (error.spread > 0) ratios.emplace_back(error.estimate / error.spread, 1 / frames[error.simulation]);
+    if (error.spread > least) ratios.emplace_back(error.estimate / error.spread, 1 / frames[error.simulation]);
   std::ranges::sort(ratios);
   double all = 0, below = 0;
   for (const auto& [ratio, weight] : ratios) all += weight;
@@ -170,7 +171,7 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   const auto errors = errors_of(source, metrics, threads);
   const auto best = std::ranges::min_element(errors, {}, [](const auto& of_metric) { return total(of_metric); });
   learned.metric = metrics[static_cast<std::size_t>(best - errors.begin())];
-  learned.error_per_spread = error_per_spread(*best);
+  learned.error_per_spread = error_per_spread(*best, learned.metric);
 
   const LeftOutFrames frames(source, most_compared, 0);
   const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);

@@ -42,7 +42,7 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
       CHECK(status_with(views, SectionId::view_size, axis, cells) == Status::corrupt_model);
   for (const float expected : {-1.0f, infinity, -infinity, std::nanf("")})
     CHECK(status_with(views, SectionId::view_expected, 1, expected) == Status::corrupt_model);
-  for (std::size_t word = 0; word < sizeof(format::DepthCameraWords) / sizeof(double); ++word) {
+  for (std::size_t word = 0; word < format::depth_camera_words_1_0; ++word) {  // the file is of version 1.0
     CAPTURE(word);
     CHECK(status_with(views, SectionId::view_camera, word, double{infinity}) == Status::corrupt_model);
   }

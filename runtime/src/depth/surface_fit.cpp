@@ -70,11 +70,12 @@ void SimplexProblem::project(std::span<float> values) noexcept {
   for (float& value : values) value = std::max(value - shift, 0.0f);
 }
 
-// With w = w0 + d: (G + price I) d = -G w0 - mu 1, and mu such that sum d = 0.
-void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, float price, std::span<float> w) noexcept {
+// With w = w0 + d: (G + P) d = -G w0 - mu 1, and mu such that sum d = 0.
+void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
+                         std::span<float> w) noexcept {
   const std::size_t k = w.size();
   const std::span change = std::span(change_).first(k), ones = std::span(ones_).first(k);
-  factorize(gram, stride, price, k);
+  factorize(gram, stride, prices);
   for (std::size_t i = 0; i < k; ++i) {
     double sum = 0;
     for (std::size_t j = 0; j < k; ++j) sum -= double{gram[i * stride + j]} * double{w[j]};
@@ -88,13 +89,14 @@ void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, float 
   for (std::size_t i = 0; i < k; ++i) w[i] += static_cast<float>(change[i] - all / unit * ones[i]);
 }
 
-// G + price I = L L', L in the lower triangle.
-void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, float price, std::size_t k) noexcept {
+// G + P = L L', L in the lower triangle.
+void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept {
+  const std::size_t k = prices.size();
   for (std::size_t i = 0; i < k; ++i)
     for (std::size_t j = 0; j <= i; ++j) {
-      double sum = double{gram[i * stride + j]} + (i == j ? double{price} : 0.0);
+      double sum = double{gram[i * stride + j]} + (i == j ? double{prices[i]} : 0.0);
       for (std::size_t m = 0; m < j; ++m) sum -= factor_[i * k + m] * factor_[j * k + m];
-      factor_[i * k + j] = i == j ? std::sqrt(std::max(sum, double{price})) : sum / factor_[j * k + j];
+      factor_[i * k + j] = i == j ? std::sqrt(std::max(sum, double{prices[i]})) : sum / factor_[j * k + j];
     }
 }
 
@@ -200,7 +202,9 @@ void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept
     return;  // the rest says too little to extrapolate
   float mean = 0;
   for (std::size_t i = 0; i < k; ++i) mean += gram_[i * k + i] / static_cast<float>(k);
-  if (mean > 0) ridge_.solve(gram_, k, settings_.change_price * mean, std::span(shares_).first(k));
+  for (std::size_t i = 0; i < k; ++i)
+    linear_[i] = settings_.change_price * mean + settings_.change_distance_price * square(from_best_[i]);
+  if (mean > 0) ridge_.solve(gram_, k, std::span(linear_).first(k), std::span(shares_).first(k));
 }
 
 void SurfaceFitter::weigh(SurfaceFit& result) noexcept {

@@ -24,16 +24,18 @@ class SimplexProblem {
   std::vector<float> w_, ahead_, next_, sorted_;
 };
 
-/// Minimizes w' G w + price * |w - w0|^2 subject to sum w = 1: ridge regression about w0, by a Cholesky factorization.
+/// Minimizes w' G w + (w - w0)' P (w - w0) subject to sum w = 1, P diagonal: ridge regression about w0, by a Cholesky
+/// factorization.
 class RidgeProblem {
  public:
   explicit RidgeProblem(std::size_t most) : factor_(most * most), change_(most), ones_(most) {}
-  /// gram: k x stride, symmetric and positive semi-definite; w: w0, replaced by the solution. price: more than 0. Does
-  /// not allocate.
-  void solve(std::span<const float> gram, std::size_t stride, float price, std::span<float> w) noexcept;
+  /// gram: k x stride, symmetric and positive semi-definite; prices: P, all positive; w: w0, replaced by the solution.
+  /// Does not allocate.
+  void solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
+             std::span<float> w) noexcept;
 
  private:
-  void factorize(std::span<const float> gram, std::size_t stride, float price, std::size_t k) noexcept;
+  void factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept;
   void substitute(std::span<double> values) const noexcept;
 
   std::vector<double> factor_, change_, ones_;
@@ -47,9 +49,10 @@ struct FitSettings {
   float residual_price = 0.2f;   // times the sample's squared residual
   float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
                                  // branches is not a possible shape
-  // Cost of leaving the convex combination, so that the estimate can lie beside the candidates: times their mean
-  // squared residual and the squared change of the shares. Where something hides a part the combination stays convex.
-  float change_price = 0.3f;
+  // Cost of leaving the convex combination, so that the estimate can lie beside the candidates, per squared change of a
+  // share. Where something hides a part the combination stays convex.
+  float change_price = 0.3f;           // times the candidates' mean squared residual
+  float change_distance_price = 0.5f;  // times the candidate's squared mean distance from the best one
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual
   float residual_rank = 0.2f;
   float sharpness = 8;  // of the Plausibility

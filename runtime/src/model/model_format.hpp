@@ -130,8 +130,8 @@ struct Info {
 };
 static_assert(sizeof(Info) == 14 * sizeof(std::uint32_t) && std::is_trivially_copyable_v<Info>);
 
-/// Section `view_camera`, all f64: the camera of the depth images, the limits of the misfit and, from version 1.1 on, what
-/// the bake learned about the comparison.
+/// Section `view_camera`, all f64: the camera of the depth images, the limits of the misfit and, since 1.1, what the
+/// bake learned about the comparison.
 struct DepthCameraWords {
   std::array<double, 12> T_reference_sensor;
   double focal, center_column, center_row;
