@@ -1,5 +1,6 @@
 #include "tools/bake/steps.hpp"
 
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/printable.hpp"
 
 #include <nlohmann/json.hpp>
@@ -15,10 +16,7 @@ void print(const Json& json) { std::printf("%s\n", json.dump(2, ' ', false, Json
 
 std::string size_text(std::uint64_t bytes) {
   const bool is_large = bytes >= 1'000'000'000;
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f %s", static_cast<double>(bytes) / (is_large ? 1e9 : 1e6),
-                is_large ? "GB" : "MB");
-  return text.data();
+  return formatted("%.1f %s", static_cast<double>(bytes) / (is_large ? 1e9 : 1e6), is_large ? "GB" : "MB");
 }
 
 std::string joined(const std::vector<std::string>& names, std::size_t most) {

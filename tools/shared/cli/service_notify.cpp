@@ -35,10 +35,7 @@ int connected(const std::string& path) {
 }  // namespace
 
 ServiceNotify::ServiceNotify() : socket_(connected(taken_from_environment("NOTIFY_SOCKET"))) {
-  const std::string period = taken_from_environment("WATCHDOG_USEC"), process = taken_from_environment("WATCHDOG_PID");
-  const bool is_meant = process.empty() || process == std::to_string(::getpid());
-  const long long microseconds = std::strtoll(period.c_str(), nullptr, 10);
-  if (socket_ >= 0 && is_meant && microseconds > 0) watchdog_ = std::chrono::microseconds(microseconds);
+  for (const char* name : {"WATCHDOG_USEC", "WATCHDOG_PID"}) ::unsetenv(name);
 }
 
 ServiceNotify::~ServiceNotify() {

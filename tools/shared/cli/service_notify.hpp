@@ -2,8 +2,6 @@
 // NOTIFY_SOCKET.
 #pragma once
 
-#include <chrono>
-#include <optional>
 #include <string>
 
 namespace lbea::tool {
@@ -16,8 +14,6 @@ class ServiceNotify {
   ServiceNotify(const ServiceNotify&) = delete;
   ServiceNotify& operator=(const ServiceNotify&) = delete;
 
-  /// The longest interval between calls of alive(); empty without a watchdog.
-  [[nodiscard]] std::optional<std::chrono::microseconds> watchdog() const noexcept { return watchdog_; }
   void ready(const std::string& status) const noexcept;
   void status(const std::string& status) const noexcept;
   void alive() const noexcept;
@@ -26,7 +22,6 @@ class ServiceNotify {
  private:
   void tell(const std::string& text) const noexcept;
   int socket_ = -1;
-  std::optional<std::chrono::microseconds> watchdog_;
 };
 
 }  // namespace lbea::tool
