@@ -4,10 +4,17 @@
 #include "runtime/src/match/sample_search.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
+#include <cstdio>
 #include <random>
 
 namespace lbea::tool::bench {
 namespace {
+
+struct GrowthRow {
+  std::uint64_t size = 0;  // points or samples
+  std::string pipeline;
+  Statistics us;  // processor time
+};
 
 constexpr std::array<std::size_t, 10> point_counts{1'000,  2'000,   5'000,   10'000,  20'000,
                                                    50'000, 100'000, 200'000, 500'000, 1'000'000};
@@ -125,13 +132,11 @@ void check_search(const BestSamples& product, const BestSamples& plain, std::siz
                                        std::to_string(a) + ", a simple loop finds one at " + std::to_string(b));
 }
 
-}  // namespace
-
 std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfig& config, const MakePipelines& make,
-                                          std::span<const BenchCloud> clouds, const StepStarted& step_started) {
+                                          std::span<const BenchCloud> clouds) {
   std::vector<GrowthRow> rows;
   for (const std::size_t points : point_counts) {
-    step_started(std::to_string(points) + " points");
+    std::fprintf(stderr, "lbea-bench: %zu points\n", points);
     const std::vector<BenchCloud> sized = sized_clouds(clouds, points, model.length_unit());
     MatcherConfig sized_config = config;
     sized_config.max_points = static_cast<std::uint32_t>(points);
@@ -154,12 +159,12 @@ void write_growth(const std::filesystem::path& path, std::string_view size_name,
 }
 
 std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,
-                                           std::span<const BenchCloud> clouds, const StepStarted& step_started) {
+                                           std::span<const BenchCloud> clouds) {
   const std::vector<Positions> e = coefficients_of(model, config, clouds);
   BestSamples best(config.max_matches), plain_best(config.max_matches);
   std::vector<GrowthRow> rows;
   for (const std::size_t samples : sample_counts) {
-    step_started(std::to_string(samples) + " samples");
+    std::fprintf(stderr, "lbea-bench: %zu samples\n", samples);
     const Table table = replicated(model.view().references.front(), samples);
     ReferenceView reference = model.view().references.front();
     reference.coefficients = table.coefficients;
@@ -177,6 +182,16 @@ std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConf
     rows.push_back({samples, "plain loop", statistics_of(plain_us)});
   }
   return rows;
+}
+
+}  // namespace
+
+void measure_growth(const std::filesystem::path& folder, const Model& model, const MatcherConfig& config,
+                    const MakePipelines& make, std::span<const BenchCloud> clouds) {
+  std::filesystem::create_directories(folder);
+  write_growth(folder / "growth_points.csv", "points", growth_with_points(model, config, make, clouds));
+  write_growth(folder / "growth_samples.csv", "samples", growth_with_samples(model, config, clouds));
+  std::printf("%s\n%s\n", (folder / "growth_points.csv").c_str(), (folder / "growth_samples.csv").c_str());
 }
 
 }  // namespace lbea::tool::bench

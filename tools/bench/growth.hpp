@@ -7,29 +7,13 @@
 
 namespace lbea::tool::bench {
 
-struct GrowthRow {
-  std::uint64_t size = 0;  // points or samples
-  std::string pipeline;
-  Statistics us;  // processor time
-};
-
 /// Makes the pipelines to compare for a configuration, the product first.
 using MakePipelines = std::function<std::vector<std::unique_ptr<Pipeline>>(const MatcherConfig&)>;
-/// Receives a description of the next measurement.
-using StepStarted = std::function<void(const std::string&)>;
-
-/// Whole frames of 1 k to 1 M points: thinned clouds, or clouds repeated with jitter. Checks one answer per size;
-/// throws Error{bad_input} when it is wrong.
-[[nodiscard]] std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfig& config,
-                                                        const MakePipelines& make, std::span<const BenchCloud> clouds,
-                                                        const StepStarted& step_started);
-
-/// The search of the product and a simple loop over 100 to 1,000,000 samples: those of the model, repeated with jitter.
-[[nodiscard]] std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,
-                                                         std::span<const BenchCloud> clouds,
-                                                         const StepStarted& step_started);
-
-/// Columns size, pipeline, frames, percentiles in us. Throws Error{write_failed}.
-void write_growth(const std::filesystem::path& file, std::string_view size_name, const std::vector<GrowthRow>& rows);
+/// Writes two tables into `folder`: size, pipeline, frames, percentiles of the processor time in us. growth_points.csv:
+/// whole frames of 1 k to 1 M points, from thinned clouds or clouds repeated with jitter; one answer per size is
+/// checked. growth_samples.csv: the search of the product and a simple loop over 100 to 1,000,000 samples, those of the
+/// model repeated with jitter. Throws Error{bad_input} for a wrong answer, Error{write_failed}.
+void measure_growth(const std::filesystem::path& folder, const Model& model, const MatcherConfig& config,
+                    const MakePipelines& make, std::span<const BenchCloud> clouds);
 
 }  // namespace lbea::tool::bench

@@ -133,19 +133,6 @@ std::string points_of(std::span<const BenchCloud> clouds) {
          std::to_string(most.points.size()) + " points";
 }
 
-int grow(const Options& options, const Model& model, std::span<const BenchCloud> clouds) {
-  const std::filesystem::path folder = options.growth_folder;
-  std::filesystem::create_directories(folder);
-  const auto step_started = [](const std::string& what) { std::fprintf(stderr, "lbea-bench: %s\n", what.c_str()); };
-  const auto make = [&](const MatcherConfig& config) { return make_pipelines(options, model, config); };
-  write_growth(folder / "growth_points.csv", "points",
-               growth_with_points(model, options.matcher, make, clouds, step_started));
-  write_growth(folder / "growth_samples.csv", "samples",
-               growth_with_samples(model, options.matcher, clouds, step_started));
-  std::printf("%s\n%s\n", (folder / "growth_points.csv").c_str(), (folder / "growth_samples.csv").c_str());
-  return exit_ok;
-}
-
 // In reference coordinates, because a transformation would round denormal numbers and equal distances away.
 std::vector<BenchCloud> with_hostile(const BenchCloud& first, const RigidTransform& T) {
   std::vector<Point> points;
@@ -219,7 +206,11 @@ int bench(Options options) {
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);
   if (options.adversarial) return compare_hostile(options, model, clouds.front());
-  if (!options.growth_folder.empty()) return grow(options, model, clouds);
+  if (!options.growth_folder.empty()) {
+    const auto make = [&](const MatcherConfig& config) { return make_pipelines(options, model, config); };
+    measure_growth(options.growth_folder, model, options.matcher, make, clouds);
+    return exit_ok;
+  }
   if (!options.endpoints.empty())
     return options.rate ? send_at_rate(options, clouds) : send_one_by_one(options, clouds);
   const auto pipelines = make_pipelines(options, model, options.matcher);
