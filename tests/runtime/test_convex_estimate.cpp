@@ -52,3 +52,30 @@ TEST_CASE("without residuals the first candidate keeps everything") {
   CHECK(w[0] == 1.0f);
   CHECK(w[1] + w[2] == 0.0f);
 }
+
+TEST_CASE("ridge regression about given shares: sums to 1, and no exchange between two shares lowers the cost") {
+  constexpr std::size_t k = 24, stride = 32, cells = 60;
+  std::mt19937 random(9);
+  std::normal_distribution<float> normal;
+  std::vector<float> residuals(k * cells), gram(k * stride), prices(k), before(k, 1.0f / k);
+  for (float& value : residuals) value = normal(random);
+  for (float& price : prices) price = 1 + std::abs(normal(random));
+  for (std::size_t i = 0; i < k; ++i)
+    for (std::size_t j = 0; j < k; ++j)
+      for (std::size_t c = 0; c < cells; ++c)
+        gram[i * stride + j] += residuals[i * cells + c] * residuals[j * cells + c];
+  std::vector<float> w = before;
+  RidgeProblem(k).solve(gram, stride, prices, w);
+  CHECK(std::accumulate(w.begin(), w.end(), 0.0) == doctest::Approx(1).epsilon(1e-5));
+  // At the minimum, half the gradient is the same for all shares.
+  std::vector<double> gradient(k);
+  for (std::size_t i = 0; i < k; ++i) {
+    gradient[i] = double{prices[i]} * (double{w[i]} - double{before[i]});
+    for (std::size_t j = 0; j < k; ++j) gradient[i] += double{gram[i * stride + j]} * double{w[j]};
+  }
+  for (std::size_t i = 1; i < k; ++i) CHECK(gradient[i] == doctest::Approx(gradient[0]).epsilon(1e-3));
+  CHECK(*std::ranges::min_element(w) < 0);  // lies beside the samples
+  std::vector<float> dear(k, 1e9f), same = before;
+  RidgeProblem(k).solve(gram, stride, dear, same);
+  for (std::size_t i = 0; i < k; ++i) CHECK(same[i] == doctest::Approx(before[i]).epsilon(1e-4));
+}

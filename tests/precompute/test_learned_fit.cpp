@@ -1,0 +1,92 @@
+// What the bake learns for method fit, on images made by hand: a ramp across the image whose slope is the state.
+#include "precompute/depth_images/learned_fit.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace lbea;
+using namespace lbea::bake;
+
+namespace {
+
+constexpr std::uint32_t columns = 16, rows = 8, runs = 6, steps = 5;
+
+double slope_of(const Sample& sample) { return sample.time_step * (1 + 0.1 * sample.simulation); }
+
+/// Depth = 100 mm + slope x column, stored in steps of 0.01 mm; the nodes are the cells of the first row.
+SampleSource ramps() {
+  SampleSource source;
+  source.length_unit = "mm";
+  source.nodes = columns;
+  source.camera.columns = columns;
+  source.camera.rows = rows;
+  source.camera.focal = 10;
+  source.camera.depth_origin = 99;
+  source.camera.depth_step = 0.01f;
+  for (std::uint32_t run = 0; run < runs; ++run)
+    for (std::uint32_t step = 0; step < steps; ++step) source.samples.push_back({run, step});
+  source.read_images = [samples = source.samples](std::size_t first, std::span<std::uint16_t> images) {
+    constexpr std::size_t stride = padded_cells(columns * rows);
+    std::ranges::fill(images, empty_cell);
+    for (std::size_t i = 0; i < images.size() / stride; ++i)
+      for (std::size_t cell = 0; cell < columns * rows; ++cell)
+        images[i * stride + cell] = static_cast<std::uint16_t>(
+            std::lround(100 + 100 * slope_of(samples[first + i]) * static_cast<double>(cell % columns)));
+  };
+  source.read_positions = [samples = source.samples](std::size_t sample, std::span<float> positions) {
+    for (std::size_t node = 0; node < columns; ++node) {
+      positions[3 * node] = static_cast<float>(node);
+      positions[3 * node + 1] = 0;
+      positions[3 * node + 2] = static_cast<float>(slope_of(samples[sample]) * static_cast<double>(node));
+    }
+  };
+  return source;
+}
+
+}  // namespace
+
+TEST_CASE("a frame of a left-out run is compared with all other runs, and only with these") {
+  const SampleSource source = ramps();
+  const LeftOutFrames frames(source, 1000, 0);
+  REQUIRE(frames.size() == source.samples.size());
+  const std::vector<DepthMetric> metrics{{.cap = 1e6f, .one_sided = 1}};
+  const auto best = best_of_others(source, frames, metrics, 3, 2);
+  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+    const Sample& left_out = source.samples[frame];
+    double nearest = 1e9;
+    for (const Sample& other : source.samples)
+      if (other.simulation != left_out.simulation)
+        nearest = std::min(nearest, std::abs(slope_of(other) - slope_of(left_out)));
+    const Sample& found = source.samples[best[frame].ranked()[0].sample];
+    CHECK(found.simulation != left_out.simulation);
+    CHECK(std::abs(slope_of(found) - slope_of(left_out)) == doctest::Approx(nearest).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a hidden part is connected, has the share that was asked for and counts for nothing in its middle") {
+  const SampleSource source = ramps();
+  const LeftOutFrames whole(source, 4, 0), hidden(source, 4, 0.3);
+  for (std::size_t frame = 0; frame < whole.size(); ++frame) {
+    const auto filled = [](std::span<const float> cells) {
+      return std::ranges::count_if(cells, [](float d) { return d >= 0; });
+    };
+    CHECK(filled(whole.observed(frame)) == columns * rows);
+    CHECK(filled(hidden.observed(frame)) == columns * rows - static_cast<int>(0.3 * columns * rows));
+  }
+}
+
+TEST_CASE("what is learned does not depend on the threads; one simulation teaches nothing") {
+  const SampleSource source = ramps();
+  const LearnedFit one = learn_fit(source, 1), many = learn_fit(source, 3);
+  CHECK(one.metric.cap == many.metric.cap);
+  CHECK(one.error_per_spread == many.error_per_spread);
+  CHECK(one.expected == many.expected);
+  CHECK(one.limits.test == many.limits.test);
+  CHECK(std::isfinite(one.error_per_spread));
+  SampleSource alone = source;
+  std::erase_if(alone.samples, [](const Sample& sample) { return sample.simulation > 0; });
+  CHECK(learn_fit(alone, 1).metric.cap == DepthMetric{}.cap);
+  CHECK(learn_fit(alone, 1).error_per_spread == 0);
+}
