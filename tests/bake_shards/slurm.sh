@@ -68,8 +68,13 @@ mkdir once
 cat >once/lbea-bake <<WRAPPER
 #!/bin/bash
 [ "\$1" = shard ] && [ "\${SLURM_ARRAY_TASK_ID:-}" = 2 ] && mkdir "$PWD/held" 2>/dev/null || exec "$bake" "\$@"
+is_writing() {  # has locked its temporary file
+  local file
+  for file in "$PWD"/work/record/*.tmp-\$1-*; do [ -e "\$file" ] && ! flock -n "\$file" true && return; done
+  return 1
+}
 "$bake" "\$@" &
-while kill -STOP \$! && ! compgen -G "$PWD/work/record/*.tmp-\$!-*"; do kill -CONT \$!; sleep 0.001; done
+while kill -STOP \$! && ! is_writing \$!; do kill -CONT \$!; sleep 0.001; done
 echo \$! >"$PWD/held/process.tmp" && mv "$PWD/held/process.tmp" "$PWD/held/process"
 wait \$!
 WRAPPER
