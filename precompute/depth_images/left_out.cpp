@@ -56,6 +56,21 @@ LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, doubl
   }
 }
 
+namespace {
+
+/// Offers the samples from `first` on, whose images these are, to all frames of other simulations.
+void offer(const SampleSource& source, const LeftOutFrames& frames, const CellPrices& prices, std::size_t first,
+           std::span<const std::uint16_t> images, std::span<BestSamples> best) {
+  const std::size_t stride = padded_cells(source.camera);
+  for (std::size_t frame = 0; frame < frames.size(); ++frame)
+    for (std::size_t i = 0; i < images.size() / stride; ++i)
+      if (source.samples[first + i].simulation != source.samples[frames.sample(frame)].simulation)
+        best[frame].offer(static_cast<std::uint32_t>(first + i),
+                          mean_square(kernels(), frames.observed(frame), &images[i * stride], prices));
+}
+
+}  // namespace
+
 std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOutFrames& frames,
                                         std::span<const DepthMetric> metrics, std::uint32_t most, unsigned threads) {
   const std::size_t stride = padded_cells(source.camera), samples = source.samples.size();
@@ -69,14 +84,8 @@ std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOu
       images.resize(std::min(block, samples - b * block) * stride);
       source.read_images(b * block, images);
       for (std::size_t m = 0; m < metrics.size(); ++m)
-        for (std::size_t frame = 0; frame < frames.size(); ++frame)
-          for (std::size_t i = 0; i < images.size() / stride; ++i) {
-            const std::size_t s = b * block + i;
-            if (source.samples[s].simulation == source.samples[frames.sample(frame)].simulation) continue;
-            mine[m * frames.size() + frame].offer(static_cast<std::uint32_t>(s),
-                                                  mean_square(kernels(), frames.observed(frame), &images[i * stride],
-                                                              prices_of(metrics[m], source.camera)));
-          }
+        offer(source, frames, prices_of(metrics[m], source.camera), b * block, images,
+              std::span(mine).subspan(m * frames.size(), frames.size()));
     }
     const std::lock_guard lock(mutex);
     for (std::size_t i = 0; i < best.size(); ++i)

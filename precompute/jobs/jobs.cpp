@@ -89,13 +89,12 @@ ShardSummary bake_shard(const WorkFolder& work, const BakePlan& plan, const Shar
     const PlannedRun& planned = plan.runs[run];
     if (!planned.failure.empty()) continue;
     ++summary.runs;
-    const bool has_record = work.has(planned.record_name());
-    if (has_record && work.has(planned.grid_and_images_name())) {
+    if (is_complete(work, planned)) {
       ++summary.finished;
       continue;
     }
     unfinished.push_back(run);
-    if (has_record) ++summary.renewed;
+    if (work.has(planned.record_name())) ++summary.renewed;
   }
   summary.failed = make_samples(work, plan, unfinished, options);
   return summary;
@@ -115,6 +114,14 @@ BakeSummary merge_shards(const WorkFolder& work, const BakePlan& plan, const fs:
   }
 }
 
+static RunStatus status_of(const WorkFolder& work, const PlannedRun& run, bool is_running) {
+  if (!run.failure.empty()) return {RunProgress::failed, run.failure};
+  if (is_complete(work, run)) return {RunProgress::finished, ""};
+  if (is_running) return {RunProgress::running, ""};
+  const auto failure = work.failure(run.record);
+  return failure ? RunStatus{RunProgress::failed, *failure} : RunStatus{};
+}
+
 std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, double patience_s) {
   const auto records = files_being_written(work, WorkKind::record, patience_s),
              grids_and_images = files_being_written(work, WorkKind::grid_and_images, patience_s);
@@ -123,15 +130,7 @@ std::vector<RunStatus> run_status(const WorkFolder& work, const BakePlan& plan, 
     const PlannedRun& planned = plan.runs[run];
     const bool is_running = records.contains(work.file(planned.record_name()).filename().string()) ||
                             grids_and_images.contains(work.file(planned.grid_and_images_name()).filename().string());
-    const auto failure = planned.failure.empty() ? work.failure(planned.record) : std::optional(planned.failure);
-    if (failure && !planned.failure.empty())
-      status.push_back({RunProgress::failed, *failure});
-    else if (work.has(planned.record_name()) && work.has(planned.grid_and_images_name()))
-      status.push_back({RunProgress::finished, ""});
-    else if (is_running)
-      status.push_back({RunProgress::running, ""});
-    else
-      status.push_back(failure ? RunStatus{RunProgress::failed, *failure} : RunStatus{});
+    status.push_back(status_of(work, planned, is_running));
   }
   return status;
 }

@@ -9,10 +9,6 @@ namespace {
 
 using format::SectionId;
 
-bool is_complete(const WorkFolder& work, const PlannedRun& run) {
-  return work.has(run.record_name()) && work.has(run.grid_and_images_name());
-}
-
 /// Appends run after run to the model.
 class RunAppender {
  public:

@@ -107,6 +107,12 @@ RunHistory history_of(const WorkFolder& work, const EnsembleRun& run, const Plan
   return read_survey(work, planned);
 }
 
+void require_reference(const BakePlan& plan) {
+  const std::string& failure = plan.runs[plan.ensemble.reference_run].failure;
+  if (!failure.empty())
+    throw Error(Status::bad_input, "the reference run cannot be read, and cannot be left out: " + failure);
+}
+
 void collect(const WorkFolder& work, BakePlan& plan, const SimulationReader& reference, const BakeOptions& options) {
   const std::vector<EnsembleRun>& runs = plan.ensemble.runs;
   SurveyCollection collection(reference, plan.description, runs[plan.ensemble.reference_run].name);
@@ -122,9 +128,7 @@ void collect(const WorkFolder& work, BakePlan& plan, const SimulationReader& ref
     }
     if (!failure.empty()) collection.add_nothing();
   }
-  const std::string& failure = plan.runs[plan.ensemble.reference_run].failure;
-  if (!failure.empty())
-    throw Error(Status::bad_input, "the reference run cannot be read, and cannot be left out: " + failure);
+  require_reference(plan);
   plan.survey = collection.finish();
 }
 }  // namespace

@@ -19,6 +19,11 @@ struct PlannedRun {
   [[nodiscard]] WorkName grid_and_images_name() const noexcept { return {WorkKind::grid_and_images, grid_and_images}; }
 };
 
+/// Whether the run was baked.
+[[nodiscard]] inline bool is_complete(const WorkFolder& work, const PlannedRun& run) {
+  return work.has(run.record_name()) && work.has(run.grid_and_images_name());
+}
+
 struct BakePlan {
   EnsembleDescription description;
   Ensemble ensemble;

@@ -48,6 +48,10 @@ void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan
   plan.splits = {named_split(runs, inside)};
 }
 
+bool disturbs(const Disturbance& own) {
+  return own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers;
+}
+
 EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem::path& scratch) {
   EvaluationPlan plan = arguments.plan;
   plan.description = io::read_ensemble_toml(arguments.toml);
@@ -58,9 +62,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   if (arguments.mode == "over-time") plan.modes = {ReferenceMode::over_time};
   if (arguments.mode == "both") plan.modes = {ReferenceMode::impact, ReferenceMode::over_time};
   if (arguments.robustness) plan.disturbances = robustness_rows();
-  const Disturbance& own = arguments.own;
-  if (own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers)
-    plan.disturbances.push_back(own);
+  if (disturbs(arguments.own)) plan.disturbances.push_back(arguments.own);
   plan.trial.sensor = io::read_sensor_json(arguments.sensor);
   plan.trial.impact_step = plan.description.impact_step;
   plan.trial.time_factor = plan.description.time_factor;
@@ -100,11 +102,7 @@ void declare_disturbance(CommandLine& app, Disturbance& own) {
 
 }  // namespace
 
-void declare(CommandLine& app, EnsembleArguments& arguments) {
-  app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments")->required();
-  app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that senses the experiments, and its noise")
-      ->required();
-  app.add_option("-o,--out", arguments.out, "folder for tables.md, summary.json, frames.csv, view.csv")->required();
+void declare_experiments(CommandLine& app, EnsembleArguments& arguments) {
   auto* share =
       app.add_option("--split", arguments.share, "share of the runs that are experiments, chosen at random by --seed");
   auto* named = app.add_option("--experiments", arguments.experiments,
@@ -121,6 +119,24 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
       ->excludes(share)
       ->excludes(named)
       ->default_text("");
+}
+
+void declare_rounds(CommandLine& app, EvaluationPlan& plan) {
+  app.add_option("--remove-branch", plan.removed_branches,
+                 "also without this deformation branch among the simulations: is it reported that no simulation fits?")
+      ->delimiter(',')
+      ->default_text("");
+  app.add_flag("--icp,!--no-icp", plan.icp, "also the ICP baseline, which takes seconds per frame");
+  app.add_flag("--contained,!--no-contained", plan.contained, "also with the experiments among the simulations");
+  app.add_flag("--strangers,!--no-strangers", plan.other_components, "also frames of other components");
+}
+
+void declare(CommandLine& app, EnsembleArguments& arguments) {
+  app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments")->required();
+  app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that senses the experiments, and its noise")
+      ->required();
+  app.add_option("-o,--out", arguments.out, "folder for tables.md, summary.json, frames.csv, view.csv")->required();
+  declare_experiments(app, arguments);
   app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
       ->check(one_of({"impact", "over-time", "both"}));
   app.add_option("--first-step", arguments.plan.trial.first_step, "first state of an experiment that is sensed");
@@ -130,14 +146,7 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_flag("--robustness", arguments.robustness,
                "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
   declare_disturbance(app, arguments.own);
-  app.add_option("--remove-branch", arguments.plan.removed_branches,
-                 "also without this deformation branch among the simulations: is it reported that no simulation fits?")
-      ->delimiter(',')
-      ->default_text("");
-  app.add_flag("--icp,!--no-icp", arguments.plan.icp, "also the ICP baseline, which takes seconds per frame");
-  app.add_flag("--contained,!--no-contained", arguments.plan.contained,
-               "also with the experiments among the simulations");
-  app.add_flag("--strangers,!--no-strangers", arguments.plan.other_components, "also frames of other components");
+  declare_rounds(app, arguments.plan);
   app.add_flag("--meshes", arguments.meshes,
                "write the matched and estimated meshes of each unseen experiment for ParaView");
   app.add_option("--threads", arguments.plan.threads, "0: all processors; the errors do not depend on it");

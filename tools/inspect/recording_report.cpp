@@ -169,16 +169,16 @@ void print_text(const std::filesystem::path& file, const RunAudit& audit) {
               printable(audit.settings.method).c_str());
 }
 
+static Json to_json(const std::filesystem::path& fixed, const mcap::Recovery& done) {
+  return {{"file", fixed.string()},        {"chunks", done.chunks},
+          {"messages", done.messages},     {"undefined_messages", done.undefined_messages},
+          {"was_closed", done.was_closed}, {"lost_bytes", done.lost_bytes()},
+          {"gaps", gaps_json(done.gaps)}};
+}
+
 void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& done, bool as_json) {
   if (as_json) {
-    std::printf("%s\n", pretty(Json{{"file", fixed.string()},
-                                    {"chunks", done.chunks},
-                                    {"messages", done.messages},
-                                    {"undefined_messages", done.undefined_messages},
-                                    {"was_closed", done.was_closed},
-                                    {"lost_bytes", done.lost_bytes()},
-                                    {"gaps", gaps_json(done.gaps)}})
-                            .c_str());
+    std::printf("%s\n", pretty(to_json(fixed, done)).c_str());
     return;
   }
   std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(), number(done.messages),

@@ -82,12 +82,16 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--json", options.json, "print as JSON");
 }
 
+void require_destination(const Options& options) {
+  if (options.socket.endpoint.empty() && options.model.settings.model_file.empty())
+    throw WrongUsage("no destination. Give --to ENDPOINT or --model MODEL");
+}
+
 int replay(Options options) {
   const Log log("lbea-replay");
   catch_stop_signals();
   ModelReplayOptions& model = options.model;
-  if (options.socket.endpoint.empty() && model.settings.model_file.empty())
-    throw WrongUsage("no destination. Give --to ENDPOINT or --model MODEL");
+  require_destination(options);
   const Range range(options.range);
   RecordedRun run(options.file);
   const Part part = part_of(run, range, options.file);

@@ -57,9 +57,7 @@ class Pace {
     if (options_.fast) return !is_stopped();
     // Older recordings may contain a step of the clock. After a step backwards the pace starts anew.
     if (!begun_ || log_time_ns < last_ns_ - longest_disorder_ns) {
-      begun_ = true;
-      begin_ = Clock::now();
-      first_ns_ = log_time_ns;
+      begin_at(log_time_ns);
     } else if (log_time_ns > last_ns_ + long_pause_ns) {
       spdlog::info("no frame for {:.0f} s of the recording; --fast does not wait",
                    1e-9 * static_cast<double>(log_time_ns - last_ns_));
@@ -78,6 +76,12 @@ class Pace {
   [[nodiscard]] double worst_ms() const noexcept { return static_cast<double>(worst_.count()) * 1e-6; }
 
  private:
+  void begin_at(std::int64_t log_time_ns) {
+    begun_ = true;
+    begin_ = Clock::now();
+    first_ns_ = log_time_ns;
+  }
+
   const SocketReplayOptions& options_;
   bool begun_ = false;
   Clock::time_point begin_{};

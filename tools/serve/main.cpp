@@ -167,6 +167,22 @@ struct Publishers {
   }
 };
 
+/// Prints the last line of the program. Returns its exit code.
+int conclude(const wire::Counters& counters, const std::string& length_unit, bool as_json, bool is_whole) {
+  const std::string refusal = refusal_of_all(counters, length_unit);
+  if (!refusal.empty()) spdlog::error(refusal);
+  wait_for_log();
+  print_last_line(as_json ? tally_json(counters) : tally_line(counters));
+  return is_whole && is_complete(counters) && refusal.empty() ? exit_ok : exit_failed;
+}
+
+std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
+  std::vector<PeerLog> peers = pipeline.peer_logs();
+  if (publishers.preview) peers.emplace_back("preview", publishers.preview->sink());
+  if (publishers.inference) peers.emplace_back("inference", publishers.inference->sink());
+  return peers;
+}
+
 int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file));
@@ -195,21 +211,13 @@ int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
   ModelWatch model_watch(model, options.model_file, !is_held);
-  std::vector<PeerLog> peers = pipeline.peer_logs();
-  if (publishers.preview) peers.emplace_back("preview", publishers.preview->sink());
-  if (publishers.inference) peers.emplace_back("inference", publishers.inference->sink());
-  const bool has_model = supervise(pipeline, std::move(peers), recording, model_watch, service);
+  const bool has_model = supervise(pipeline, peer_logs(pipeline, publishers), recording, model_watch, service);
   service.stopping();
   pipeline.stop();
   pipeline.write_log();
   warn_of_unfinished(pipeline.senders());
   const bool all_recorded = recording.finish();
-  const wire::Counters counters = pipeline.counters();
-  const std::string refusal = refusal_of_all(counters, length_unit);
-  if (!refusal.empty()) spdlog::error(refusal);
-  wait_for_log();
-  print_last_line(options.json ? tally_json(counters) : tally_line(counters));
-  return has_model && is_complete(counters) && all_recorded && refusal.empty() ? exit_ok : exit_failed;
+  return conclude(pipeline.counters(), length_unit, options.json, has_model && all_recorded);
 }
 
 int serve(ServeOptions options) {

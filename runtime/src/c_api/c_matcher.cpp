@@ -174,6 +174,19 @@ lbea_status lbea_tracker_create(const lbea_model* model, lbea_tracker** tracker)
 
 void lbea_tracker_destroy(lbea_tracker* tracker) { delete tracker; }
 
+static lbea_test_state to_c(const TestState& now, const lbea::Model& model) {
+  lbea_test_state c{};
+  c.frames = now.frames;
+  c.sample = model.sample_index(now.sample);
+  c.sample_probability = now.sample_probability;
+  c.simulation = now.simulation;
+  c.simulation_probabilities = now.simulation_probabilities.data();
+  c.simulation_count = static_cast<std::uint32_t>(now.simulation_probabilities.size());
+  c.misfit = now.misfit;
+  c.verdict = to_c(now.verdict);
+  return c;
+}
+
 lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state) {
   if (tracker == nullptr || matcher == nullptr || state == nullptr)
     return bad_argument("lbea_tracker_update: tracker, matcher or state is NULL");
@@ -181,16 +194,6 @@ lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* match
   if (matcher->matcher.model().checksum() != tracker->model_checksum)
     return bad_argument(
         "lbea_tracker_update: the matcher is of another model; create the tracker with the matcher's model");
-  const TestState& now = tracker->tracker.update(matcher->last);
-  lbea_test_state c{};
-  c.frames = now.frames;
-  c.sample = matcher->matcher.model().sample_index(now.sample);
-  c.sample_probability = now.sample_probability;
-  c.simulation = now.simulation;
-  c.simulation_probabilities = now.simulation_probabilities.data();
-  c.simulation_count = static_cast<std::uint32_t>(now.simulation_probabilities.size());
-  c.misfit = now.misfit;
-  c.verdict = to_c(now.verdict);
-  write_c_struct(c, state);
+  write_c_struct(to_c(tracker->tracker.update(matcher->last), matcher->matcher.model()), state);
   return LBEA_OK;
 }

@@ -22,6 +22,25 @@ DepthCamera camera_from(const format::DepthCameraWords& words, std::span<const s
   return camera;
 }
 
+format::DepthCameraWords camera_words(const SectionReader& sections, const DepthMetric& usual) {
+  using format::SectionId;
+  const bool has_metric = sections.find(SectionId::view_camera)->shape[0] != format::depth_camera_words_1_0;
+  const auto numbers = sections.required<double>(
+      SectionId::view_camera, {has_metric ? format::depth_camera_words : format::depth_camera_words_1_0, 1, 1});
+  if (!std::ranges::all_of(numbers, format::is_measured<double>))
+    sections.fail(SectionId::view_camera, 0, "a value is not finite or too large");
+  format::DepthCameraWords words{};
+  words.cap = double{usual.cap};
+  words.one_sided = double{usual.one_sided};
+  std::memcpy(&words, numbers.data(), numbers.size_bytes());
+  const std::array positive{words.focal, words.depth_step, words.misfit_limit, words.test_misfit_limit,
+                            words.cap,   words.one_sided};
+  if (!std::ranges::all_of(positive, [](double v) { return v >= 1 / format::largest_measure; }) ||
+      !(words.error_per_spread >= 0))
+    sections.fail(SectionId::view_camera, 0, "a value is not positive");
+  return words;
+}
+
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -44,21 +63,8 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   const auto require = [&](bool holds, SectionId id, const char* what) {
     if (!holds) sections.fail(id, 0, what);
   };
-  const bool has_metric = sections.find(SectionId::view_camera)->shape[0] != format::depth_camera_words_1_0;
-  const auto numbers = sections.required<double>(
-      SectionId::view_camera, {has_metric ? format::depth_camera_words : format::depth_camera_words_1_0, 1, 1});
-  require(std::ranges::all_of(numbers, format::is_measured<double>), SectionId::view_camera,
-          "a value is not finite or too large");
   const DepthMetric usual = DepthMetric{}.in(length_unit);
-  format::DepthCameraWords words{};
-  words.cap = double{usual.cap};
-  words.one_sided = double{usual.one_sided};
-  std::memcpy(&words, numbers.data(), numbers.size_bytes());
-  require(std::ranges::all_of(std::array{words.focal, words.depth_step, words.misfit_limit, words.test_misfit_limit,
-                                         words.cap, words.one_sided},
-                              [](double v) { return v >= 1 / format::largest_measure; }) &&
-              words.error_per_spread >= 0,
-          SectionId::view_camera, "a value is not positive");
+  const format::DepthCameraWords words = camera_words(sections, usual);
   const auto size = sections.required<std::uint32_t>(SectionId::view_size, {2, 1, 1});
   constexpr std::uint32_t most_along_an_axis = 1u << 14;
   require(std::ranges::all_of(size, [](std::uint32_t cells) { return cells > 0 && cells <= most_along_an_axis; }),

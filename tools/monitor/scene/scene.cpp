@@ -193,6 +193,11 @@ nlohmann::json SceneBuilder::add_meshes(const wire::WireResult& result, Packet& 
   return shown;
 }
 
+static std::array<double, 3> position_of(const Point& point) {
+  return {double{point.x}, double{point.y}, double{point.z}};
+}
+
+// nearest() gives infinity beyond the limit.
 nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points,
                                        const std::optional<bake::SurfaceTree>& surface, Packet& packet) const {
   std::vector<std::uint16_t> values;
@@ -202,10 +207,7 @@ nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points,
     std::array<float, 3> share{};
     for (std::size_t k = 0; k < 3; ++k) share[k] = (at[k] - ranges_.lo[k]) / (ranges_.hi[k] - ranges_.lo[k]);
     if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
-    // nearest() gives infinity beyond the limit.
-    const double distance =
-        surface ? surface->nearest({double{point.x}, double{point.y}, double{point.z}}, distance_limit_).distance
-                : infinity;
+    const double distance = surface ? surface->nearest(position_of(point), distance_limit_).distance : infinity;
     values.insert(values.end(), {quantized(share[0]), quantized(share[1]), quantized(share[2]),
                                  quantized(static_cast<float>(distance / distance_limit_))});
   }
