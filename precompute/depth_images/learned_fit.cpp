@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <deque>
+#include <map>
 
 namespace lbea::bake {
 namespace {
@@ -104,16 +106,16 @@ std::vector<std::vector<FrameErrors>> errors_of(const SampleSource& source, std:
   for (const double hidden : {0.0, hidden_share}) {
     const LeftOutFrames frames(source, most_matched, hidden);
     const auto best = best_of_others(source, frames, metrics, FitSettings{}.candidates, threads);
-    for (std::size_t m = 0; m < metrics.size(); ++m) {
-      const std::size_t first = all[m].size();
-      all[m].resize(first + frames.size());
-      work_in_parallel(frames.size(), threads, [&](const auto& next) {
-        LeftOutFitter fitter(source, metrics[m]);
-        for (std::size_t frame = next(); frame < frames.size(); frame = next())
+    const std::size_t first = all[0].size();
+    for (auto& errors : all) errors.resize(first + frames.size());
+    work_in_parallel(frames.size(), threads, [&](const auto& next) {
+      std::deque<LeftOutFitter> fitters;
+      for (const DepthMetric& metric : metrics) fitters.emplace_back(source, metric);
+      for (std::size_t frame = next(); frame < frames.size(); frame = next())
+        for (std::size_t m = 0; m < metrics.size(); ++m)
           all[m][first + frame] =
-              fitter.errors(frames.observed(frame), frames.sample(frame), best[m * frames.size() + frame].ranked());
-      });
-    }
+              fitters[m].errors(frames.observed(frame), frames.sample(frame), best[m * frames.size() + frame].ranked());
+    });
   }
   return all;
 }
