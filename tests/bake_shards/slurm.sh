@@ -74,7 +74,7 @@ is_writing() {  # has locked its temporary file
   return 1
 }
 "$bake" "\$@" &
-while kill -STOP \$! && ! is_writing \$!; do kill -CONT \$!; sleep 0.001; done
+while kill -STOP \$! && ! is_writing \$!; do kill -CONT \$!; done  # in a pause the task could finish
 echo \$! >"$PWD/held/process.tmp" && mv "$PWD/held/process.tmp" "$PWD/held/process"
 wait \$!
 WRAPPER
