@@ -143,24 +143,22 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
   frame_.build(index);  // the depth image of the frame
-  return fit(frame_.cells(), proposals(proposed));
-}
-
-SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
-  SurfaceFit result;
-  choose_candidates(observed, proposed);  // the samples with the least residual
-  combine_candidates(observed);           // their combination with the least residual: the estimate
-  weigh(result);                          // candidates ranked by their distance from the estimate
-  judge(result);                          // misfit, spread, verdict
-  return result;
-}
-
-// Nearest points lead eq. 3 astray where something hides a part of the component.
-std::span<const RankedSample> SurfaceFitter::proposals(std::span<const RankedSample> proposed) noexcept {
-  if (thinned_.empty()) return proposed;
+  if (thinned_.empty()) return fit(frame_.cells(), proposed);
   thinned_.propose(frame_.cells(), proposed_);
-  is_hidden_ = thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden;
-  return is_hidden_ ? proposed_.ranked() : proposed;
+  // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
+  const bool is_hidden = thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden;
+  return fit(frame_.cells(), is_hidden ? proposed_.ranked() : proposed, is_hidden);
+}
+
+SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed,
+                              bool is_hidden) noexcept {
+  SurfaceFit result;
+  choose_candidates(observed, proposed);                     // the samples with the least residual
+  combine_candidates(observed);                              // their convex combination with the least residual
+  if (!is_hidden && !hides_a_part(observed)) extrapolate();  // the estimate may lie beside the samples
+  weigh(result);                                             // candidates ranked by their distance from the estimate
+  judge(result);                                             // misfit, spread, verdict
+  return result;
 }
 
 void SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
@@ -198,8 +196,14 @@ void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept
   }
   const auto w = simplex_.solve(gram_, k, std::span<const float>(linear_).first(k));
   std::ranges::copy(w, shares_.begin());
-  if (is_hidden_ || hidden_share(observed, image) > settings_.hidden)
-    return;  // the rest says too little to extrapolate
+}
+
+bool SurfaceFitter::hides_a_part(std::span<const float> observed) const noexcept {
+  return hidden_share(observed, views_.data()->of_sample(best_.ranked()[0].sample)) > settings_.hidden;
+}
+
+void SurfaceFitter::extrapolate() noexcept {
+  const std::size_t k = count();
   float mean = 0;
   for (std::size_t i = 0; i < k; ++i) mean += gram_[i * k + i] / static_cast<float>(k);
   for (std::size_t i = 0; i < k; ++i)

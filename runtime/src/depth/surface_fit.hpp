@@ -66,9 +66,9 @@ class SurfaceFitter {
   /// `proposed`: samples by eq. 3, in any order. The index must hold at least one point. Does not allocate. The spans
   /// of the result and of matches() are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
-  /// The same for the frame's depth image, by the proposed samples alone. observed: padded_cells() values, which stay
-  /// unchanged but for hidden cells.
-  SurfaceFit fit(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
+  /// The same for the frame's depth image, by the proposed samples alone. observed: padded_cells() values, of which
+  /// hidden cells become not_observed. is_hidden: whether something is known to hide a part of the component.
+  SurfaceFit fit(std::span<float> observed, std::span<const RankedSample> proposed, bool is_hidden = false) noexcept;
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
     return std::span(matched_).first(matches_.ranked().size());
@@ -77,9 +77,10 @@ class SurfaceFitter {
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
  private:
-  [[nodiscard]] std::span<const RankedSample> proposals(std::span<const RankedSample> proposed) noexcept;
   void choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
   void combine_candidates(std::span<const float> observed) noexcept;
+  void extrapolate() noexcept;
+  [[nodiscard]] bool hides_a_part(std::span<const float> observed) const noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   void judge(SurfaceFit& result) noexcept;
@@ -110,8 +111,7 @@ class SurfaceFitter {
   std::vector<float> from_best_, from_estimate_, plausibility_, shares_;
   std::vector<Match> candidates_;
   std::vector<WeightedSample> estimate_;
-  bool is_hidden_ = false;  // whether something hides a part of the component, by the thinned images
-  float filled_ = 1;        // cells that the frame or the best candidate fills
+  float filled_ = 1;  // cells that the frame or the best candidate fills
   Verdict verdict_ = Verdict::unknown;
 };
 
