@@ -29,7 +29,7 @@ Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const 
   return result;
 }
 
-/// Negative weights extrapolate: good for positions, but a strain, say, is never negative.
+/// Limits each value to the range of the rows: an extrapolated strain, for example, could be negative.
 void keep_within(std::span<const WeightedRow> rows, std::vector<float>& mean) {
   for (std::size_t i = 0; i < mean.size(); ++i) {
     float low = rows.front().values[i], high = low;
@@ -88,7 +88,8 @@ void infer_field(const Model& model, std::uint32_t field, std::span<const Weight
   };
   const Rows rows = rows_of(model, estimate, values);
   weighted_mean(rows.rows, into.mean);
-  if (!rows.rows.empty()) keep_within(rows.rows, into.mean);
+  if (std::ranges::any_of(estimate, [](const WeightedSample& s) { return s.weight < 0; }))
+    keep_within(rows.rows, into.mean);
   weighted_spread(rows_of(model, plausible, values).rows, into.mean, 1, into.spread);
 }
 
