@@ -126,6 +126,14 @@ std::vector<std::uint32_t> in_order(const std::vector<std::size_t>& group) {
 
 }  // namespace
 
+std::vector<float> thinned_nodes(std::span<const float> positions, std::size_t most) {
+  const std::size_t nodes = positions.size() / 3, every = (nodes + most - 1) / most;
+  std::vector<float> chosen;
+  for (std::size_t node = 0; node < nodes; node += every)
+    chosen.insert(chosen.end(), &positions[3 * node], &positions[3 * node] + 3);
+  return chosen;
+}
+
 std::vector<std::uint32_t> deformation_branches(std::span<const std::vector<float>> last_states) {
   return in_order(best_groups(last_states));
 }

@@ -9,6 +9,9 @@
 
 namespace lbea::bake {
 
+/// Positions of every k-th node, of at most `most`: enough to compare shapes. positions: nodes x 3.
+[[nodiscard]] std::vector<float> thinned_nodes(std::span<const float> positions, std::size_t most);
+
 /// One branch number per simulation, counted from 0 in the order in which they first appear.
 /// last_states: one row per simulation, of positions x 3, the same length each. Average linkage, cut into the
 /// two to eight groups with the greatest mean silhouette; when even that is not clear, all simulations are one branch.

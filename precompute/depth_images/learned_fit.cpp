@@ -1,7 +1,9 @@
 #include "precompute/depth_images/learned_fit.hpp"
 
+#include "precompute/depth_images/branches.hpp"
 #include "precompute/parallel.hpp"
 #include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/track/inference.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -13,8 +15,8 @@ namespace lbea::bake {
 namespace {
 
 constexpr std::size_t most_matched = 192, most_compared = 1024;  // frames
-constexpr double hidden_share = 0.3;
-constexpr std::size_t most_nodes = 128;  // at which shapes are compared
+constexpr double hidden_by_a_patch = 0.3;                        // share of the cells
+constexpr std::size_t most_nodes = 128;                          // at which shapes are compared
 
 /// How far a left-out frame's estimate and match are from its shape: mean distances.
 struct FrameErrors {
@@ -28,7 +30,6 @@ class LeftOutFitter {
   LeftOutFitter(const SampleSource& source, const DepthMetric& metric)
       : source_(source),
         stride_(padded_cells(source.camera)),
-        every_((source.nodes + most_nodes - 1) / most_nodes),
         row_(3 * source.nodes),
         ids_(FitSettings{}.candidates),
         depths_(ids_.size() * stride_),
@@ -54,9 +55,10 @@ class LeftOutFitter {
     truth_ = nodes_of(sample);
     std::ranges::copy(observed, observed_.begin());
     const SurfaceFit fit = fitter_.fit(observed_, proposed);
-    std::vector<float> estimate(truth_.size());
-    for (const auto& [candidate, share] : fit.estimate)
-      for (std::size_t i = 0; i < estimate.size(); ++i) estimate[i] += share * shape(candidate.simulation)[i];
+    std::vector<WeightedRow> rows;
+    for (const auto& [candidate, share] : fit.estimate) rows.push_back({shape(candidate.simulation), share});
+    std::vector<float> estimate;
+    weighted_mean(rows, estimate);
     return {source_.samples[sample].simulation, distance(estimate), distance(shape(fitter_.matches()[0].sample)),
             double{fit.spread}};
   }
@@ -73,10 +75,7 @@ class LeftOutFitter {
   }
   [[nodiscard]] std::vector<float> nodes_of(std::size_t sample) {
     source_.read_positions(sample, row_);
-    std::vector<float> chosen;
-    for (std::size_t node = 0; node < source_.nodes; node += every_)
-      chosen.insert(chosen.end(), &row_[3 * node], &row_[3 * node] + 3);
-    return chosen;
+    return thinned_nodes(row_, most_nodes);
   }
   [[nodiscard]] std::span<const float> shape(std::size_t candidate) const {
     return std::span(positions_).subspan(candidate * truth_.size(), truth_.size());
@@ -90,7 +89,7 @@ class LeftOutFitter {
   }
 
   const SampleSource& source_;
-  std::size_t stride_, every_;
+  std::size_t stride_;
   std::vector<float> row_;
   std::vector<std::array<std::uint32_t, 2>> ids_;
   std::vector<std::uint16_t> depths_;
@@ -99,11 +98,11 @@ class LeftOutFitter {
   SurfaceFitter fitter_;
 };
 
-/// Of all frames of both views, matched with each metric: metric after metric.
+/// The errors of all frames, seen completely and with a part hidden, for each metric.
 std::vector<std::vector<FrameErrors>> errors_of(const SampleSource& source, std::span<const DepthMetric> metrics,
                                                 unsigned threads) {
   std::vector<std::vector<FrameErrors>> all(metrics.size());
-  for (const double hidden : {0.0, hidden_share}) {
+  for (const double hidden : {0.0, hidden_by_a_patch}) {
     const LeftOutFrames frames(source, most_matched, hidden);
     const auto best = best_of_others(source, frames, metrics, FitSettings{}.candidates, threads);
     const std::size_t first = all[0].size();
@@ -120,8 +119,8 @@ std::vector<std::vector<FrameErrors>> errors_of(const SampleSource& source, std:
   return all;
 }
 
-/// The default, then cheaper and dearer ones. Dear cells tell large deformations apart; cheap ones ignore folds that a
-/// few millimeters set apart.
+/// The default first. High costs distinguish large deformations; with low costs a fold that lies a few millimeters
+/// elsewhere costs little.
 std::vector<DepthMetric> metrics_in(std::string_view length_unit) {
   std::vector<DepthMetric> metrics;
   for (const float scale : {1.0f, 0.25f, 0.5f, 2.0f, 4.0f}) {
@@ -139,7 +138,7 @@ double total(std::span<const FrameErrors> errors) {
   return sum;
 }
 
-/// The share of 90 % is that of a frame of any run: every run counts as much, however many of its states were matched.
+/// The 90 % quantile of error over spread. All runs have the same weight, however many of their states were matched.
 float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& metric) {
   constexpr double coverage = 0.9;
   const double least = 1e-3 * double{metric.mesh_noise};  // of shapes that are all the same

@@ -1,4 +1,4 @@
-// What method fit learns from the ensemble: each run in turn plays the experiment, and the others have to explain it.
+// What method fit learns from the ensemble: samples of each run are matched with the other runs.
 #pragma once
 
 #include "precompute/depth_images/left_out.hpp"
@@ -7,7 +7,7 @@
 namespace lbea::bake {
 
 struct LearnedFit {
-  DepthMetric metric;           // length unit: of some, the one whose estimates and matches are nearest to the truth
+  DepthMetric metric;           // length unit: the one of five that gives the least errors of estimate and match
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
   MisfitLimits limits{};
   float error_per_spread = 0;  // 90 % of the estimates' errors are below this times the spread; 0: not known

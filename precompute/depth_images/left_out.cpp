@@ -36,6 +36,17 @@ void hide(const DepthCamera& camera, double share, std::uint64_t seed, std::span
   for (const auto& [distance, cell] : filled) observed[cell] = nothing_seen;
 }
 
+/// Offers the samples from `first` on, whose images these are, to all frames of other simulations.
+void offer(const SampleSource& source, const LeftOutFrames& frames, const CellPrices& prices, std::size_t first,
+           std::span<const std::uint16_t> images, std::span<BestSamples> best) {
+  const std::size_t stride = padded_cells(source.camera);
+  for (std::size_t frame = 0; frame < frames.size(); ++frame)
+    for (std::size_t i = 0; i < images.size() / stride; ++i)
+      if (source.samples[first + i].simulation != source.samples[frames.sample(frame)].simulation)
+        best[frame].offer(static_cast<std::uint32_t>(first + i),
+                          mean_square(kernels(), frames.observed(frame), &images[i * stride], prices));
+}
+
 }  // namespace
 
 LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, double hidden)
@@ -55,21 +66,6 @@ LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, doubl
     surroundings.limit(observed);
   }
 }
-
-namespace {
-
-/// Offers the samples from `first` on, whose images these are, to all frames of other simulations.
-void offer(const SampleSource& source, const LeftOutFrames& frames, const CellPrices& prices, std::size_t first,
-           std::span<const std::uint16_t> images, std::span<BestSamples> best) {
-  const std::size_t stride = padded_cells(source.camera);
-  for (std::size_t frame = 0; frame < frames.size(); ++frame)
-    for (std::size_t i = 0; i < images.size() / stride; ++i)
-      if (source.samples[first + i].simulation != source.samples[frames.sample(frame)].simulation)
-        best[frame].offer(static_cast<std::uint32_t>(first + i),
-                          mean_square(kernels(), frames.observed(frame), &images[i * stride], prices));
-}
-
-}  // namespace
 
 std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOutFrames& frames,
                                         std::span<const DepthMetric> metrics, std::uint32_t most, unsigned threads) {

@@ -1,4 +1,4 @@
-// Samples that play the frame of an experiment, compared with the samples of all other simulations.
+// Samples used as frames of an experiment, and compared with the samples of all other simulations.
 #pragma once
 
 #include "precompute/depth_images/depth_renderer.hpp"
@@ -40,7 +40,8 @@ class LeftOutFrames {
 };
 
 /// The `most` samples of other simulations with the least mean square, in squared depth steps, for each frame and each
-/// metric: metric after metric. The images are read once, a few at a time; memory does not grow with their number.
+/// metric: all frames of the first metric, then those of the second. The images are read once, a few at a time; memory
+/// does not grow with their number.
 [[nodiscard]] std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOutFrames& frames,
                                                       std::span<const DepthMetric> metrics, std::uint32_t most,
                                                       unsigned threads);

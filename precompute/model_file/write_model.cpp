@@ -92,14 +92,9 @@ std::vector<std::uint32_t> branches_of(const BakePlan& plan, const ModelWriter& 
   std::uint64_t samples = 0;
   for (const RunSurvey& run : plan.survey.runs) last.push_back((samples += run.steps.size()) - 1);
   std::vector<float> positions(3 * plan.survey.mesh.node_ids.size());
-  const std::size_t nodes = positions.size() / 3, every = (nodes + most - 1) / most;
   return deformation_branches(last.size(), [&](std::size_t run) {
     writer.read<float>(SectionId::node_positions, 0, last[run] * positions.size(), positions);
-    std::vector<float> chosen;
-    for (std::size_t i = 0; i < nodes; i += every)
-      chosen.insert(chosen.end(), positions.begin() + static_cast<std::ptrdiff_t>(3 * i),
-                    positions.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
-    return chosen;
+    return thinned_nodes(positions, most);
   });
 }
 
