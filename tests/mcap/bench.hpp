@@ -36,6 +36,15 @@ class Bench {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return start(arguments, "serve", "ready: frames on " + frames());
   }
+  /// lbea-record without a matcher, into `name`, from `endpoint`.
+  std::unique_ptr<Process> record(const std::string& name, const std::string& endpoint) {
+    return start({LBEA_RECORD, file(name), "--frames", endpoint, "--record-memory", "16", "--json"}, "record",
+                 "ready: frames on");
+  }
+  /// Records run.mcap with lbea-record alone, or with lbea-serve.
+  std::unique_ptr<Process> record_run(bool alone) {
+    return alone ? record("run.mcap", frames()) : serve({"--record", file("run.mcap")});
+  }
   Json inspect(const std::string& name, int exit_code) const {
     const Outcome outcome = run_program(LBEA_INSPECT " " + name + " --json", folder.path());
     CAPTURE(outcome.err);

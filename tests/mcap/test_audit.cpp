@@ -88,10 +88,7 @@ TEST_CASE("a recording that is stopped in mid-test is not complete when its send
   for (const bool alone : {false, true}) {
     CAPTURE(alone);
     Bench bench;
-    const auto program = alone ? bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", bench.frames(),
-                                              "--record-memory", "16", "--json"},
-                                             "record", "ready: frames on")
-                               : bench.serve({"--record", bench.file("run.mcap")});
+    const auto program = bench.record_run(alone);
     WireContext context;
     Camera camera(context, bench.frames());
     camera.send_bytes(camera.encoder().control({1, ControlKind::hello, 0, 0}));

@@ -285,9 +285,7 @@ TEST_CASE("lbea-record alone and between a rig and a matcher") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig");
   {
-    const auto recorder =
-        bench.start({LBEA_RECORD, bench.file("alone.mcap"), "--frames", rig, "--record-memory", "16", "--json"},
-                    "record", "ready: frames on");
+    const auto recorder = bench.record("alone.mcap", rig);
     WireContext context;
     Camera camera(context, rig);
     for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
@@ -321,9 +319,7 @@ TEST_CASE("lbea-record alone and between a rig and a matcher") {
 TEST_CASE("lbea-record reports senders without goodbye and the incomplete run") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig");
-  const auto recorder =
-      bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--record-memory", "16", "--json"}, "record",
-                  "ready: frames on");
+  const auto recorder = bench.record("run.mcap", rig);
   {
     WireContext context;
     Camera camera(context, rig);

@@ -78,10 +78,7 @@ TEST_CASE("a recording of two senders whose frames alternate is not one test, wi
   for (const bool alone : {false, true}) {
     CAPTURE(alone);
     Bench bench;
-    const auto program = alone ? bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", bench.frames(),
-                                              "--record-memory", "16", "--json"},
-                                             "record", "ready: frames on")
-                               : bench.serve({"--record", bench.file("run.mcap")});
+    const auto program = bench.record_run(alone);
     WireContext context;
     Camera camera(context, bench.frames());
     send_alternately(camera);
