@@ -10,30 +10,15 @@
 #include <lbea/lbea.hpp>
 
 #include "adapters/simulation/open.hpp"
+#include "tools/shared/cli/scratch_folder.hpp"
 
 namespace {
 
-/// A folder for the file, removed at exit. In memory if possible, because a disk would dominate the run time.
-class Folder {
- public:
-  Folder() {
-    const std::filesystem::path memory = "/dev/shm";
-    const auto parent = ::access(memory.c_str(), W_OK) == 0 ? memory : std::filesystem::temp_directory_path();
-    std::string name = (parent / "lbea-fuzz-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) std::abort();
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] std::filesystem::path file() const { return path_ / LBEA_FUZZ_FILE; }
-
- private:
-  std::filesystem::path path_;
-};
+/// Where the file is written: in memory if possible, because a disk would dominate the run time.
+std::filesystem::path parent_folder() {
+  const std::filesystem::path memory = "/dev/shm";
+  return ::access(memory.c_str(), W_OK) == 0 ? memory : std::filesystem::temp_directory_path();
+}
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -57,11 +42,12 @@ void read_all(lbea::bake::SimulationReader& run) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const Folder folder;
-  std::ofstream(folder.file(), std::ios::binary | std::ios::trunc)
+  static const lbea::tool::ScratchFolder folder(parent_folder());
+  const std::filesystem::path file = folder.path() / LBEA_FUZZ_FILE;
+  std::ofstream(file, std::ios::binary | std::ios::trunc)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   try {
-    read_all(*lbea::io::open_simulation(folder.file()));
+    read_all(*lbea::io::open_simulation(file));
   } catch (const lbea::Error&) {
     // refused with a message
   }
