@@ -70,7 +70,7 @@ cat >once/lbea-bake <<WRAPPER
 [ "\$1" = shard ] && [ "\${SLURM_ARRAY_TASK_ID:-}" = 2 ] && mkdir "$PWD/held" 2>/dev/null || exec "$bake" "\$@"
 is_writing() {  # has locked its temporary file
   local file
-  for file in "$PWD"/work/record/*.tmp-\$1-*; do [ -e "\$file" ] && ! flock -n "\$file" true && return; done
+  for file in "$PWD/work/record/"*.tmp-\$1-*; do [ -e "\$file" ] && ! flock -n "\$file" true && return; done
   return 1
 }
 "$bake" "\$@" &
