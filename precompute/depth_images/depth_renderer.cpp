@@ -1,7 +1,10 @@
 #include "precompute/depth_images/depth_renderer.hpp"
 
 #include "precompute/rig/camera.hpp"
+#include "precompute/rig/rig.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
+
+#include <mutex>
 
 namespace lbea::bake {
 namespace {
@@ -42,24 +45,42 @@ class StereoDepthRenderer final : public DepthRenderer {
                       const std::array<float, 3>& high, const DepthImageResolution& resolution)
       : rays_(resolution.rays_per_cell),
         cell_px_(std::max(1.0, std::round(sensor.width_px / static_cast<double>(resolution.columns)))),
-        sensor_(scaled(sensor, rays_ / cell_px_), nodes, elements, 1) {
+        rig_(scaled(sensor, rays_ / cell_px_), nodes, elements) {
     crop_to(extent_of(low, high, sensor, cell_px_), sensor);
   }
 
   [[nodiscard]] const DepthCamera& camera() const noexcept override { return camera_; }
 
   void render(std::span<const float> positions, std::span<std::uint16_t> image) const override {
-    const SensorImage rays = sensor_.image({positions});
+    std::unique_ptr<Workspace> workspace = take_workspace();
+    workspace->mesh.place({positions});
+    workspace->mesh.render(SensingNoise{}.min_cos_incidence, workspace->rays);
     std::ranges::fill(image, empty_cell);
     for (std::uint32_t row = 0; row < camera_.rows; ++row)
       for (std::uint32_t column = 0; column < camera_.columns; ++column)
-        image[std::size_t{row} * camera_.columns + column] = cell(rays, column + column_, row + row_);
+        image[std::size_t{row} * camera_.columns + column] = cell(workspace->rays, column + column_, row + row_);
+    const std::lock_guard lock(mutex_);
+    unused_.push_back(std::move(workspace));
   }
 
  private:
+  struct Workspace {
+    sensing::PlacedMesh mesh;
+    SensorImage rays;
+  };
+
+  /// One that no other thread uses.
+  [[nodiscard]] std::unique_ptr<Workspace> take_workspace() const {
+    const std::lock_guard lock(mutex_);
+    if (unused_.empty()) return std::make_unique<Workspace>(Workspace{sensing::PlacedMesh(rig_), {}});
+    std::unique_ptr<Workspace> workspace = std::move(unused_.back());
+    unused_.pop_back();
+    return workspace;
+  }
+
   void crop_to(const Extent& extent, const StereoSensor& sensor) {
-    const auto columns = static_cast<double>(sensor_.sensor().width_px / rays_),
-               rows = static_cast<double>(sensor_.sensor().height_px / rays_);
+    const auto columns = static_cast<double>(rig_.sensor.width_px / rays_),
+               rows = static_cast<double>(rig_.sensor.height_px / rays_);
     const double left = std::clamp(std::floor(extent.low[0]), 0.0, columns),
                  right = std::clamp(std::ceil(extent.high[0]), 0.0, columns);
     const double top = std::clamp(std::floor(extent.low[1]), 0.0, rows),
@@ -99,8 +120,10 @@ class StereoDepthRenderer final : public DepthRenderer {
 
   std::uint32_t rays_;
   double cell_px_;
-  VirtualSensor sensor_;
-  std::uint32_t column_ = 0, row_ = 0;  // of the first cell
+  sensing::Rig rig_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::unique_ptr<Workspace>> unused_;  // between images
+  std::uint32_t column_ = 0, row_ = 0;                      // of the first cell
   DepthCamera camera_;
 };
 

@@ -1,4 +1,4 @@
-// Renders the depth images of samples. Only programs that call make_depth_renderer() link the ray caster.
+// Renders the depth images of samples.
 #pragma once
 
 #include "precompute/rig/stereo_sensor.hpp"

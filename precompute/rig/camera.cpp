@@ -65,14 +65,4 @@ PinholeImage::PinholeImage(const StereoSensor& sensor)
                                         std::to_string(height_) + " px is empty or beyond " +
                                         std::to_string(max_pixels) + " pixels"};
 }
-
-Vec3 PinholeImage::direction(std::uint32_t column, std::uint32_t row) const {
-  return {(column + 0.5 - 0.5 * width_) / focal_, (row + 0.5 - 0.5 * height_) / focal_, 1};
-}
-
-bool PinholeImage::sees(const Vec3& point) const {
-  if (!(point.z > 0)) return false;
-  const double u = focal_ * point.x / point.z + 0.5 * width_, v = focal_ * point.y / point.z + 0.5 * height_;
-  return u >= 0 && u < width_ && v >= 0 && v < height_;
-}
 }  // namespace lbea::bake

@@ -33,10 +33,24 @@ class PinholeImage {
   explicit PinholeImage(const StereoSensor& sensor);
   [[nodiscard]] std::uint32_t width() const { return width_; }
   [[nodiscard]] std::uint32_t height() const { return height_; }
+  [[nodiscard]] std::size_t pixels() const { return std::size_t{width_} * height_; }
   /// Direction with z = 1 through a pixel's centre.
-  [[nodiscard]] Vec3 direction(std::uint32_t column, std::uint32_t row) const;
+  [[nodiscard]] Vec3 direction(std::uint32_t column, std::uint32_t row) const {
+    return {(column + 0.5 - 0.5 * width_) / focal_, (row + 0.5 - 0.5 * height_) / focal_, 1};
+  }
+  /// The point of depth z on the ray through a pixel's centre; pixels are counted row by row from the top left.
+  [[nodiscard]] Vec3 at_depth(std::size_t pixel, double depth) const {
+    const Vec3 d = direction(static_cast<std::uint32_t>(pixel % width_), static_cast<std::uint32_t>(pixel / width_));
+    return {depth * d.x, depth * d.y, depth};
+  }
+  /// Where a point in camera coordinates, z > 0, appears.
+  [[nodiscard]] double column_of(const Vec3& point) const { return focal_ * point.x / point.z + 0.5 * width_; }
+  [[nodiscard]] double row_of(const Vec3& point) const { return focal_ * point.y / point.z + 0.5 * height_; }
   /// Whether a point in camera coordinates lies in front of the camera and inside its image.
-  [[nodiscard]] bool sees(const Vec3& point) const;
+  [[nodiscard]] bool sees(const Vec3& point) const {
+    const double column = column_of(point), row = row_of(point);
+    return point.z > 0 && column >= 0 && column < width_ && row >= 0 && row < height_;
+  }
 
  private:
   std::uint32_t width_, height_;

@@ -22,13 +22,6 @@ void check_noise(const SensingNoise& noise) {
   check_number("background", noise.background, std::numeric_limits<float>::max());
 }
 
-Vec3 at_depth(const Rig& rig, std::size_t pixel, double depth) {
-  const std::size_t width = rig.plane.width();
-  const auto column = static_cast<std::uint32_t>(pixel % width), row = static_cast<std::uint32_t>(pixel / width);
-  const Vec3 d = rig.plane.direction(column, row);
-  return {depth * d.x, depth * d.y, depth};
-}
-
 /// The point with its errors, all of them along the line of sight.
 Point disturbed(const Vec3& p, const SensingNoise& noise, const CounterRandom& random) {
   double stretch = 1 + noise.sigma * random.normal() / norm(p);
@@ -37,12 +30,10 @@ Point disturbed(const Vec3& p, const SensingNoise& noise, const CounterRandom& r
   return {static_cast<float>(stretch * p.x), static_cast<float>(stretch * p.y), static_cast<float>(stretch * p.z)};
 }
 
-double wall_depth(const Rig& rig, const PlacedMesh& mesh) {
+double wall_depth(const PlacedMesh& mesh) {
   double farthest = 0;
-  for (std::uint32_t node = 0; node < rig.nodes; ++node) {
-    const double depth = mesh.node(node).z;
-    if (std::isfinite(depth)) farthest = std::max(farthest, depth);
-  }
+  for (const Vec3& node : mesh.nodes())
+    if (std::isfinite(node.z)) farthest = std::max(farthest, node.z);
   return wall_distance * farthest;
 }
 
@@ -51,34 +42,48 @@ double wall_depth(const Rig& rig, const PlacedMesh& mesh) {
 struct Background {
   double depth = 0, probability = 0;
 
-  Background(const Rig& rig, const PlacedMesh& mesh, const SensorImage& image, float share) {
+  Background(const PlacedMesh& mesh, const SensorImage& image, float share) {
     const auto measured = std::count(image.measured.begin(), image.measured.end(), 1);
     const auto empty = std::count(image.element.begin(), image.element.end(), no_element);
     if (share <= 0 || measured == 0 || empty == 0) return;
-    depth = wall_depth(rig, mesh);
+    depth = wall_depth(mesh);
     probability = share * static_cast<double>(measured) / static_cast<double>(empty);
+  }
+
+  /// One per pixel: 1 where it shows the wall and the right camera sees the same point. Empty without background.
+  [[nodiscard]] std::vector<std::uint8_t> seen(const Rig& rig, PlacedMesh& mesh, const SensorImage& image,
+                                               std::uint64_t seed) const {
+    if (probability == 0) return {};
+    std::vector<std::size_t> pixels;
+    std::vector<Vec3> points;
+    for (std::size_t pixel = 0; pixel < image.pixels(); ++pixel) {
+      if (image.element[pixel] != no_element) continue;
+      if (CounterRandom(seed, pixel).uniform(Draw::background) >= probability) continue;
+      pixels.push_back(pixel);
+      points.push_back(rig.plane.at_depth(pixel, depth));
+    }
+    const auto is_seen = mesh.seen_from_right(points);
+    std::vector<std::uint8_t> result(image.pixels(), 0);
+    for (std::size_t i = 0; i < pixels.size(); ++i) result[pixels[i]] = is_seen[i];
+    return result;
   }
 };
 }  // namespace
 
-std::vector<Point> measure(const Rig& rig, const PlacedMesh& mesh, const SensingNoise& noise, std::uint64_t seed) {
+std::vector<Point> measure(const Rig& rig, PlacedMesh& mesh, const SensingNoise& noise, std::uint64_t seed) {
   check_noise(noise);
-  const SensorImage image = mesh.render(noise.min_cos_incidence);
-  const Background background(rig, mesh, image, noise.background);
-  const auto shows_wall = [&](std::size_t pixel, const CounterRandom& random) {
-    if (image.element[pixel] != no_element) return false;
-    if (random.uniform(Draw::background) >= background.probability) return false;
-    const Vec3 point = at_depth(rig, pixel, background.depth);
-    return rig.in_right_image(point) && !mesh.hidden_from_right(point);
-  };
+  SensorImage image;
+  mesh.render(noise.min_cos_incidence, image);
+  const Background background(mesh, image, noise.background);
+  const auto wall = background.seen(rig, mesh, image, seed);
   std::vector<Point> points;
   for (std::size_t pixel = 0; pixel < image.pixels(); ++pixel) {
     const CounterRandom random(seed, pixel);
     if (random.uniform(Draw::dropout) < noise.dropout) continue;
     if (image.measured[pixel] != 0)
-      points.push_back(disturbed(at_depth(rig, pixel, image.depth[pixel]), noise, random));
-    else if (background.probability > 0 && shows_wall(pixel, random))
-      points.push_back(disturbed(at_depth(rig, pixel, background.depth), noise, random));
+      points.push_back(disturbed(rig.plane.at_depth(pixel, double{image.depth[pixel]}), noise, random));
+    else if (!wall.empty() && wall[pixel] != 0)
+      points.push_back(disturbed(rig.plane.at_depth(pixel, background.depth), noise, random));
   }
   return points;
 }

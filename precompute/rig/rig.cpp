@@ -1,9 +1,7 @@
 #include "precompute/rig/rig.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <thread>
 
 namespace lbea::bake::sensing {
 namespace {
@@ -20,32 +18,10 @@ void check_size(const Rig& rig, const SurfaceState& state) {
                                        std::to_string(rig.elements) + " elements"};
 }
 
-std::vector<float> placed(const Rig& rig, const SurfaceState& state) {
-  check_size(rig, state);
-  std::vector<float> result;
-  result.reserve(state.positions.size());
-  for (std::size_t i = 0; i < state.positions.size(); i += 3) {
-    const float* node = &state.positions[i];
-    const Vec3 p = rig.T_sensor_reference({node[0], node[1], node[2]});
-    for (const double value : {p.x, p.y, p.z}) result.push_back(static_cast<float>(value));
-  }
-  return result;
-}
-
-template <class Row>
-void for_each_row(std::uint32_t rows, unsigned threads, const Row& row) {
-  std::atomic<std::uint32_t> next = 0;
-  const auto work = [&] {
-    for (std::uint32_t index = next++; index < rows; index = next++) row(index);
-  };
-  std::vector<std::jthread> helpers;
-  for (unsigned helper = 1; helper < threads; ++helper) helpers.emplace_back(work);
-  work();
-}
+bool is_finite(const Vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 }  // namespace
 
-Rig::Rig(const StereoSensor& description, std::size_t node_count, std::span<const std::array<std::uint32_t, 4>> quads,
-         unsigned wanted_threads)
+Rig::Rig(const StereoSensor& description, std::size_t node_count, std::span<const std::array<std::uint32_t, 4>> quads)
     : sensor(description),
       plane(description),
       T_sensor_reference(to_pose(description.T_reference_sensor, "T_reference_sensor").inverse()),
@@ -53,8 +29,7 @@ Rig::Rig(const StereoSensor& description, std::size_t node_count, std::span<cons
                      to_pose(description.T_reference_sensor, "T_reference_sensor")),
       right_eye(T_right_sensor.inverse().translation),
       nodes(node_count),
-      elements(quads.size()),
-      threads(wanted_threads != 0 ? wanted_threads : std::max(1u, std::thread::hardware_concurrency())) {
+      elements(quads.size()) {
   if (elements >= no_element)
     throw Error{Status::bad_input, "a mesh of " + std::to_string(elements) + " elements is too large"};
   triangles.reserve(2 * elements);
@@ -76,69 +51,78 @@ void Rig::add(std::uint32_t element, const std::array<std::uint32_t, 4>& quad) {
 
 bool Rig::faces_both(const Vec3& point, const Vec3& normal, double min_cos_incidence) const {
   const Vec3 from_right = point - right_eye;
-  const double length = norm(normal);
-  const double left = dot(normal, point) / (length * norm(point));
-  const double right = dot(normal, from_right) / (length * norm(from_right));
-  return left * right > 0 && std::abs(left) >= min_cos_incidence && std::abs(right) >= min_cos_incidence;
+  const double left = dot(normal, point), right = dot(normal, from_right);
+  const double least = min_cos_incidence * min_cos_incidence * dot(normal, normal);
+  return left * right > 0 && left * left >= least * dot(point, point) &&
+         right * right >= least * dot(from_right, from_right);
 }
 
-PlacedMesh::Live PlacedMesh::live_triangles(const Rig& rig, const SurfaceState& state) {
-  if (state.alive.empty()) return {rig.triangles, rig.triangle_element};
-  Live live;
-  for (std::size_t i = 0; i < rig.triangles.size(); ++i) {
-    if (state.alive[rig.triangle_element[i]] == 0) continue;
-    live.triangles.push_back(rig.triangles[i]);
-    live.element.push_back(rig.triangle_element[i]);
+void PlacedMesh::place(const SurfaceState& state) {
+  check_size(rig_, state);
+  nodes_.clear();
+  for (std::size_t i = 0; i < state.positions.size(); i += 3)
+    nodes_.push_back(rig_.T_sensor_reference({state.positions[i], state.positions[i + 1], state.positions[i + 2]}));
+  right_nodes_.resize(nodes_.size());
+  std::ranges::transform(nodes_, right_nodes_.begin(), rig_.T_right_sensor);
+  keep_live_triangles(state);
+  left_.place(nodes_, triangles_);
+  right_.place(right_nodes_, triangles_);
+}
+
+void PlacedMesh::keep_live_triangles(const SurfaceState& state) {
+  triangles_.clear();
+  element_.clear();
+  for (std::size_t i = 0; i < rig_.triangles.size(); ++i) {
+    const std::uint32_t element = rig_.triangle_element[i];
+    if (!state.alive.empty() && state.alive[element] == 0) continue;
+    if (!std::ranges::all_of(rig_.triangles[i], [&](std::uint32_t n) { return is_finite(nodes_[n]); })) continue;
+    triangles_.push_back(rig_.triangles[i]);
+    element_.push_back(element);
   }
-  return live;
-}
-
-PlacedMesh::PlacedMesh(const Rig& rig, const SurfaceState& state)
-    : rig_(rig),
-      positions_(placed(rig, state)),
-      live_(live_triangles(rig, state)),
-      scene_(rig.device, positions_, live_.triangles) {}
-
-Vec3 PlacedMesh::node(std::uint32_t index) const {
-  const float* p = &positions_[std::size_t{3} * index];
-  return {p[0], p[1], p[2]};
 }
 
 Vec3 PlacedMesh::normal(const Triangle& triangle) const {
-  const Vec3 corner = node(triangle[0]);
-  return cross(node(triangle[1]) - corner, node(triangle[2]) - corner);
+  const Vec3& corner = nodes_[triangle[0]];
+  return cross(nodes_[triangle[1]] - corner, nodes_[triangle[2]] - corner);
 }
 
-bool PlacedMesh::hidden_from_left(const Vec3& point) const {
-  return scene_.blocked(Vec3{}, point, self_occlusion_tolerance);
+std::span<const std::uint8_t> PlacedMesh::seen_from_left(std::span<const Vec3> points) {
+  left_.seen(points, self_occlusion_tolerance, seen_left_);
+  return seen_left_;
 }
 
-bool PlacedMesh::hidden_from_right(const Vec3& point) const {
-  return scene_.blocked(rig_.right_eye, point, self_occlusion_tolerance);
+std::span<const std::uint8_t> PlacedMesh::seen_from_right(std::span<const Vec3> points) {
+  right_points_.resize(points.size());
+  std::ranges::transform(points, right_points_.begin(), rig_.T_right_sensor);
+  right_.seen(right_points_, self_occlusion_tolerance, seen_right_);
+  return seen_right_;
 }
 
-SensorImage PlacedMesh::render(double min_cos_incidence) const {
-  SensorImage image{rig_.plane.width(), rig_.plane.height(), {}, {}, {}};
-  const std::size_t pixels = std::size_t{image.width_px} * image.height_px;
-  image.depth.assign(pixels, std::numeric_limits<float>::quiet_NaN());
-  image.element.assign(pixels, no_element);
-  image.measured.assign(pixels, 0);
-  for_each_row(image.height_px, rig_.threads, [&](std::uint32_t row) { render_row(row, min_cos_incidence, image); });
-  return image;
-}
-
-void PlacedMesh::render_row(std::uint32_t row, double min_cos_incidence, SensorImage& into) const {
-  std::size_t pixel = std::size_t{row} * into.width_px;
-  for (std::uint32_t column = 0; column < into.width_px; ++column, ++pixel) {
-    const Vec3 direction = rig_.plane.direction(column, row);
-    const auto hit = scene_.first_hit(Vec3{}, direction);
-    if (!hit) continue;
-    const double depth = hit->distance;  // the direction has z = 1
-    const Vec3 point{depth * direction.x, depth * direction.y, depth};
-    into.depth[pixel] = static_cast<float>(depth);
-    into.element[pixel] = live_.element[hit->triangle];
-    into.measured[pixel] = rig_.in_right_image(point) && rig_.faces_both(point, hit->normal, min_cos_incidence) &&
-                           !hidden_from_right(point);
+void PlacedMesh::see_from_left(double min_cos_incidence, SensorImage& image) {
+  const PixelViews& views = left_.nearest();
+  pixels_.clear();
+  points_.clear();
+  for (std::size_t pixel = 0; pixel < views.triangle.size(); ++pixel) {
+    const std::uint64_t triangle = views.triangle[pixel];
+    if (triangle == no_triangle) continue;
+    const double depth = 1 / views.inverse_depth[pixel];
+    image.depth[pixel] = static_cast<float>(depth);
+    image.element[pixel] = element_[triangle];
+    const Vec3 point = rig_.plane.at_depth(pixel, depth);
+    if (!rig_.faces_both(point, normal(triangles_[triangle]), min_cos_incidence)) continue;
+    pixels_.push_back(pixel);
+    points_.push_back(point);
   }
+}
+
+void PlacedMesh::render(double min_cos_incidence, SensorImage& image) {
+  image.width_px = rig_.plane.width();
+  image.height_px = rig_.plane.height();
+  image.depth.assign(rig_.plane.pixels(), std::numeric_limits<float>::quiet_NaN());
+  image.element.assign(rig_.plane.pixels(), no_element);
+  image.measured.assign(rig_.plane.pixels(), 0);
+  see_from_left(min_cos_incidence, image);
+  const auto seen = seen_from_right(points_);
+  for (std::size_t i = 0; i < pixels_.size(); ++i) image.measured[pixels_[i]] = seen[i];
 }
 }  // namespace lbea::bake::sensing

@@ -1,12 +1,10 @@
 // Implementation of VirtualSensor: cameras and mesh topology, one state of the mesh before them, and its measurement.
 #pragma once
 
-#include "precompute/rig/camera.hpp"
-#include "precompute/rig/ray_scene.hpp"
+#include "precompute/rig/camera_view.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 
 namespace lbea::bake::sensing {
-using Triangle = std::array<std::uint32_t, 3>;
 
 /// What stays the same from state to state: the cameras and the mesh topology.
 struct Rig {
@@ -17,14 +15,9 @@ struct Rig {
   std::size_t nodes, elements;
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> triangle_element;
-  unsigned threads;
-  RayDevice device;
 
-  Rig(const StereoSensor& description, std::size_t node_count, std::span<const std::array<std::uint32_t, 4>> quads,
-      unsigned wanted_threads);
+  Rig(const StereoSensor& description, std::size_t node_count, std::span<const std::array<std::uint32_t, 4>> quads);
 
-  [[nodiscard]] bool in_left_image(const Vec3& point) const { return plane.sees(point); }
-  [[nodiscard]] bool in_right_image(const Vec3& point) const { return plane.sees(T_right_sensor(point)); }
   /// Whether both cameras look at the same side of a surface with this normal, and neither along it.
   [[nodiscard]] bool faces_both(const Vec3& point, const Vec3& normal, double min_cos_incidence) const;
 
@@ -32,35 +25,38 @@ struct Rig {
   void add(std::uint32_t element, const std::array<std::uint32_t, 4>& quad);
 };
 
-/// One state of the mesh, in sensor coordinates.
+/// One state of the mesh before both cameras, in sensor coordinates. Keeps its memory from state to state; for one
+/// thread.
 class PlacedMesh {
  public:
+  explicit PlacedMesh(const Rig& rig) : rig_(rig), left_(rig.plane), right_(rig.plane) {}
   /// Throws Error{bad_input} when the state does not fit the rig's mesh.
-  PlacedMesh(const Rig& rig, const SurfaceState& state);
+  void place(const SurfaceState& state);
 
-  /// Triangles of elements that are alive.
-  [[nodiscard]] const std::vector<Triangle>& triangles() const noexcept { return live_.triangles; }
-  [[nodiscard]] Vec3 node(std::uint32_t index) const;
+  /// Triangles of elements that are alive and whose positions are finite.
+  [[nodiscard]] const std::vector<Triangle>& triangles() const noexcept { return triangles_; }
+  [[nodiscard]] std::span<const Vec3> nodes() const noexcept { return nodes_; }
   [[nodiscard]] Vec3 normal(const Triangle& triangle) const;
-  [[nodiscard]] bool hidden_from_left(const Vec3& point) const;
-  [[nodiscard]] bool hidden_from_right(const Vec3& point) const;
-  [[nodiscard]] SensorImage render(double min_cos_incidence) const;
+  /// One per point: 1 when it lies in the camera's image and nothing hides it. Valid until the next call.
+  [[nodiscard]] std::span<const std::uint8_t> seen_from_left(std::span<const Vec3> points);
+  [[nodiscard]] std::span<const std::uint8_t> seen_from_right(std::span<const Vec3> points);
+  void render(double min_cos_incidence, SensorImage& image);
 
  private:
-  struct Live {
-    std::vector<Triangle> triangles;
-    std::vector<std::uint32_t> element;  // of each triangle
-  };
-  static Live live_triangles(const Rig& rig, const SurfaceState& state);
-  void render_row(std::uint32_t row, double min_cos_incidence, SensorImage& into) const;
+  void keep_live_triangles(const SurfaceState& state);
+  void see_from_left(double min_cos_incidence, SensorImage& image);
 
   const Rig& rig_;
-  std::vector<float> positions_;  // nodes x 3, sensor coordinates
-  Live live_;
-  RayScene scene_;
+  CameraView left_, right_;
+  std::vector<Vec3> nodes_, right_nodes_;  // in each camera's coordinates
+  std::vector<Triangle> triangles_;
+  std::vector<std::uint32_t> element_;  // of each triangle
+  std::vector<std::size_t> pixels_;     // whose points face both cameras
+  std::vector<Vec3> points_, right_points_;
+  std::vector<std::uint8_t> seen_left_, seen_right_;
 };
 
 /// From what the cameras see to what the rig delivers: noise, dropouts, outliers, background. See VirtualSensor::sense.
-[[nodiscard]] std::vector<Point> measure(const Rig& rig, const PlacedMesh& mesh, const SensingNoise& noise,
+[[nodiscard]] std::vector<Point> measure(const Rig& rig, PlacedMesh& mesh, const SensingNoise& noise,
                                          std::uint64_t seed);
 }  // namespace lbea::bake::sensing

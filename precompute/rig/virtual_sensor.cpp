@@ -24,37 +24,41 @@ StereoSensor scaled(const StereoSensor& sensor, double factor) {
 }
 
 VirtualSensor::VirtualSensor(const StereoSensor& sensor, std::size_t nodes,
-                             std::span<const std::array<std::uint32_t, 4>> elements, unsigned threads)
-    : rig_(std::make_unique<const sensing::Rig>(sensor, nodes, elements, threads)) {}
+                             std::span<const std::array<std::uint32_t, 4>> elements)
+    : rig_(std::make_unique<const sensing::Rig>(sensor, nodes, elements)) {}
 VirtualSensor::~VirtualSensor() = default;
 VirtualSensor::VirtualSensor(VirtualSensor&&) noexcept = default;
 VirtualSensor& VirtualSensor::operator=(VirtualSensor&&) noexcept = default;
 const StereoSensor& VirtualSensor::sensor() const noexcept { return rig_->sensor; }
 
 SensorImage VirtualSensor::image(const SurfaceState& state, float min_cos_incidence) const {
-  return sensing::PlacedMesh(*rig_, state).render(min_cos_incidence);
+  sensing::PlacedMesh mesh(*rig_);
+  mesh.place(state);
+  SensorImage image;
+  mesh.render(min_cos_incidence, image);
+  return image;
 }
 
 std::vector<float> VirtualSensor::depth_image(const SurfaceState& state) const { return image(state).depth; }
 
 std::vector<Point> VirtualSensor::sense(const SurfaceState& state, const SensingNoise& noise,
                                         std::uint64_t seed) const {
-  return sensing::measure(*rig_, sensing::PlacedMesh(*rig_, state), noise, seed);
+  sensing::PlacedMesh mesh(*rig_);
+  mesh.place(state);
+  return sensing::measure(*rig_, mesh, noise, seed);
 }
 
 std::vector<std::uint8_t> VirtualSensor::visible_nodes(const SurfaceState& state, float min_cos_incidence) const {
-  const sensing::PlacedMesh mesh(*rig_, state);
+  sensing::PlacedMesh mesh(*rig_);
+  mesh.place(state);
   std::vector<std::uint8_t> visible(rig_->nodes, 0);
   for (const auto& triangle : mesh.triangles())
     for (const std::uint32_t node : triangle)
       if (visible[node] == 0)
-        visible[node] = rig_->faces_both(mesh.node(node), mesh.normal(triangle), min_cos_incidence);
-  for (std::uint32_t node = 0; node < visible.size(); ++node) {
-    const Vec3 point = mesh.node(node);
-    if (visible[node] != 0)
-      visible[node] = rig_->in_left_image(point) && rig_->in_right_image(point) && !mesh.hidden_from_left(point) &&
-                      !mesh.hidden_from_right(point);
-  }
+        visible[node] = rig_->faces_both(mesh.nodes()[node], mesh.normal(triangle), min_cos_incidence);
+  const auto from_left = mesh.seen_from_left(mesh.nodes()), from_right = mesh.seen_from_right(mesh.nodes());
+  for (std::size_t node = 0; node < visible.size(); ++node)
+    visible[node] = visible[node] != 0 && from_left[node] != 0 && from_right[node] != 0;
   return visible;
 }
 

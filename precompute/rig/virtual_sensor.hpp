@@ -1,4 +1,4 @@
-// What the stereo rig would measure of a simulated state: rendered by ray casting, then disturbed by noise.
+// What the stereo rig would measure of a simulated state: rendered, then disturbed by noise.
 #pragma once
 
 #include "precompute/rig/stereo_sensor.hpp"
@@ -31,15 +31,14 @@ struct SurfaceState {
   std::span<const std::uint8_t> alive{};
 };
 
-/// Sees one mesh topology. All functions are const and safe to call from several threads; the answers do not
-/// depend on the number of threads. A state of the wrong size throws Error{bad_input}.
+/// Sees one mesh topology. All functions are const and safe to call from several threads; the answers are the same on
+/// every machine. A state of the wrong size throws Error{bad_input}.
 class VirtualSensor {
  public:
-  /// `elements`: node indices, a triangle repeats its last node; quads are split along nodes 0-2. `threads`: how
-  /// many share the rows of one image, 0 = all processors. Throws Error{bad_config} for an invalid sensor and
-  /// Error{bad_input} for an element that names a node beyond `nodes`.
-  VirtualSensor(const StereoSensor& sensor, std::size_t nodes, std::span<const std::array<std::uint32_t, 4>> elements,
-                unsigned threads = 0);
+  /// `elements`: node indices, a triangle repeats its last node; quads are split along nodes 0-2.
+  /// Throws Error{bad_config} for an invalid sensor and Error{bad_input} for an element that names a node beyond
+  /// `nodes`.
+  VirtualSensor(const StereoSensor& sensor, std::size_t nodes, std::span<const std::array<std::uint32_t, 4>> elements);
   ~VirtualSensor();
   VirtualSensor(VirtualSensor&&) noexcept;
   VirtualSensor& operator=(VirtualSensor&&) noexcept;

@@ -78,7 +78,7 @@ StereoSensor rig(const Eigen::Vector3d& from, const Eigen::Vector3d& at) {
 }
 
 std::vector<Point> filmed(const Component& component, const StereoSensor& sensor) {
-  const VirtualSensor camera(sensor, component.positions.size() / 3, component.elements, 1);
+  const VirtualSensor camera(sensor, component.positions.size() / 3, component.elements);
   return camera.sense({component.positions}, {static_cast<float>(noise), 0.001f, 0.17f, 0, 0}, 3);
 }
 

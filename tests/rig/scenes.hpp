@@ -39,8 +39,8 @@ inline StereoSensor parallel_sensor() {
   return sensor;
 }
 
-inline VirtualSensor look_at(const Scene& scene, const StereoSensor& sensor = parallel_sensor(), unsigned threads = 2) {
-  return VirtualSensor(sensor, scene.nodes(), scene.elements, threads);
+inline VirtualSensor look_at(const Scene& scene, const StereoSensor& sensor = parallel_sensor()) {
+  return VirtualSensor(sensor, scene.nodes(), scene.elements);
 }
 
 inline constexpr SensingNoise noiseless{0, 0, 0.17f, 0, 0};

@@ -91,6 +91,28 @@ TEST_CASE("a warped quad is split along nodes 0-2") {
   CHECK(depth[40 * 81 + 40] == doctest::Approx(900).epsilon(1e-6));  // along 1-3 it would be 1100
 }
 
+TEST_CASE("no ray passes between the elements of a surface, also when it meets their nodes and edges") {
+  // Nodes at pixel centres and between them, at depths that are no round numbers.
+  Scene scene;
+  constexpr std::uint32_t side = 41;
+  const StereoSensor sensor = parallel_sensor();
+  for (std::uint32_t row = 0; row < side; ++row)
+    for (std::uint32_t column = 0; column < side; ++column) {
+      const double depth = 1000.1 + 7.3 * (column % 3) + 3.7 * (row % 5);
+      const double x = (-10 + 0.5 * column + 0.5) / 100, y = (-10 + 0.5 * row + 0.5) / 100;
+      for (const double value : {x * depth, y * depth, depth}) scene.positions.push_back(static_cast<float>(value));
+    }
+  for (std::uint32_t row = 0; row + 1 < side; ++row)
+    for (std::uint32_t column = 0; column + 1 < side; ++column) {
+      const std::uint32_t first = row * side + column;
+      scene.elements.push_back({first, first + 1, first + side + 1, first + side});
+    }
+  const SensorImage image = look_at(scene).image({scene.positions}, 0);
+  for (std::uint32_t row = 31; row < 50; ++row)
+    for (std::uint32_t column = 51; column < 70; ++column)
+      CHECK(std::isfinite(image.depth[std::size_t{row} * sensor.width_px + column]));
+}
+
 TEST_CASE("a triangle repeats its last node and is whole") {
   Scene scene;
   scene.add_plate(-101, 101, -101, 101, 1000);

@@ -46,7 +46,7 @@ bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& vi
 bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& output) {
   const bake::EnsembleDescription description = with_region_nodes(command);
   bake::BakeOptions options = step_options(command.threads, description.depth_sensor);
-  options.visible_nodes = visibility(description.region, command.threads);
+  options.visible_nodes = visibility(description.region);
   options.leaves_out_broken = command.leave_out_broken;
   output = description.output;
   return bake::bake_model(ensemble_of(command, description), description, output, options);
@@ -55,7 +55,7 @@ bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& o
 bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& work) {
   const bake::EnsembleDescription description = placed(command);
   bake::BakeOptions options = step_options(command.threads, description.depth_sensor);
-  options.visible_nodes = visibility(description.region, command.threads);
+  options.visible_nodes = visibility(description.region);
   return bake::plan_bake(work, ensemble_of(command, description), description, options);
 }
 

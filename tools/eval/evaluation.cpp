@@ -44,7 +44,7 @@ class Evaluator {
     description.mode = mode;
     bake::BakeOptions options;
     options.threads = plan_.threads;
-    options.visible_nodes = visibility(description.region, plan_.threads);
+    options.visible_nodes = visibility(description.region);
     options.depth_renderer = depth_rendering(description.depth_sensor);
     options.cancelled = [this] { return stopped(); };
     const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";

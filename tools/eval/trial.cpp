@@ -51,7 +51,7 @@ class Test {
         settings_(settings),
         reader_(experiment.open()),
         mesh_(reader_->mesh(), model_),
-        sensor_(settings.sensor.sensor, reader_->mesh().nodes(), reader_->mesh().elements, 1),
+        sensor_(settings.sensor.sensor, reader_->mesh().nodes(), reader_->mesh().elements),
         noise_(disturbed(settings.sensor.noise, settings.disturbance)),
         own_simulation_(simulation_named(model_, experiment.name)),
         observed_(model_.nodes(), 0),

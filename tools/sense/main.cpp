@@ -32,7 +32,6 @@ struct Options {
   std::uint64_t seed = 1;
   double scale = 1;
   std::optional<float> sigma, outliers, dropout, background;
-  unsigned threads = 0;
   bool single_file = false, json = false;
 };
 
@@ -70,7 +69,6 @@ void declare(Tool& tool, Options& options) {
   tool.add_option("--background", options.background,
                   std::string("additional points on a wall behind the component, as a share") + from_file)
       ->check(non_negative_number());
-  tool.add_option("--threads", options.threads, "0: all processors; the frames do not depend on it");
   tool.add_flag("--json", options.json, "print the summary as JSON");
 }
 
@@ -197,8 +195,7 @@ Summary sense(const Options& options) {
   const auto reader = open_named_run(options.run, options.single_file);
   const auto plan = planned_frames(options, *reader);
   catch_stop_signals();  // until here nothing is written, and a signal ends the program at once
-  const bake::VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements,
-                                   options.threads);
+  const bake::VirtualSensor sensor(description.sensor, reader->mesh().nodes(), reader->mesh().elements);
   RecordingFolder folder(options.out, options.run, description.length_unit);
   folder.write_sensor(sensor_copy(options.sensor, description));
 

@@ -99,11 +99,11 @@ void read_region_nodes(bake::RegionDescription& region) {
   region.node_ids.insert(region.node_ids.end(), ids.begin(), ids.end());
 }
 
-decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region, unsigned threads) {
+decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region) {
   if (region.sensor.empty()) return {};
   const io::SensorDescription description = io::read_sensor_json(region.sensor);
-  return [description, threads](const bake::CommonMesh& mesh, std::span<const float> positions) {
-    const bake::VirtualSensor sensor(description.sensor, mesh.node_ids.size(), mesh.elements, threads);
+  return [description](const bake::CommonMesh& mesh, std::span<const float> positions) {
+    const bake::VirtualSensor sensor(description.sensor, mesh.node_ids.size(), mesh.elements);
     return sensor.visible_nodes({positions}, description.noise.min_cos_incidence);
   };
 }

@@ -28,8 +28,7 @@ inline constexpr auto single_file_help = "the run is this file alone, not all fi
 void read_region_nodes(bake::RegionDescription& region);
 
 /// BakeOptions::visible_nodes for the region's sensor; empty when there is none.
-[[nodiscard]] decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region,
-                                                                    unsigned threads);
+[[nodiscard]] decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region);
 
 /// BakeOptions::depth_renderer for the rig described by the file `sensor`; empty for an empty path.
 [[nodiscard]] decltype(bake::BakeOptions::depth_renderer) depth_rendering(const std::filesystem::path& sensor);
