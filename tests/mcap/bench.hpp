@@ -10,7 +10,9 @@
 
 #include <doctest/doctest.h>
 #include <algorithm>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace lbea::test {
 
@@ -19,6 +21,25 @@ using namespace lbea::wire;
 
 using namespace std::chrono_literals;
 using Json = nlohmann::json;
+
+/// Programs that start during its life run on a system that differs from this one as `variable` says; see
+/// other_system.cpp.
+class OtherSystem {
+ public:
+  OtherSystem(const char* variable, const std::string& value) : variable_(variable) {
+    ::setenv("ASAN_OPTIONS", "verify_asan_link_order=0", 1);  // under the address sanitizer, its library is not first
+    ::setenv("LD_PRELOAD", LBEA_OTHER_SYSTEM, 1);
+    ::setenv(variable, value.c_str(), 1);
+  }
+  ~OtherSystem() {
+    for (const char* variable : {"ASAN_OPTIONS", "LD_PRELOAD", variable_}) ::unsetenv(variable);
+  }
+  OtherSystem(const OtherSystem&) = delete;
+  OtherSystem& operator=(const OtherSystem&) = delete;
+
+ private:
+  const char* variable_;
+};
 
 class Bench {
  public:

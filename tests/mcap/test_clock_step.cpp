@@ -20,10 +20,9 @@ TEST_CASE("a step of the system's clock neither cuts nor extends a recorded wind
     CAPTURE(step_s);
     Bench bench;
     std::ofstream(bench.file("step")) << std::string(sizeof(long long), '\0');
-    ::setenv("LD_PRELOAD", LBEA_OTHER_SYSTEM, 1);
-    ::setenv("LBEA_CLOCK_STEP", bench.file("step").c_str(), 1);
+    std::optional<OtherSystem> stepping(std::in_place, "LBEA_CLOCK_STEP", bench.file("step"));
     const auto server = bench.serve({"--record", bench.file("run.mcap"), "--record-window", "60:1"});
-    ::unsetenv("LD_PRELOAD");
+    stepping.reset();
     WireContext context;
     Camera camera(context, bench.frames());
     for (std::uint64_t id = 0; id < 5; ++id) camera.send(id);

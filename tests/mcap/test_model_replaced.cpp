@@ -64,11 +64,9 @@ TEST_CASE("cp over the model of a running matcher: frames are matched as before,
 
 TEST_CASE("cp over a model that is too large for a copy in memory ends the matcher with a sentence") {
   Bench bench;
-  ::setenv("LD_PRELOAD", LBEA_OTHER_SYSTEM, 1);
-  ::setenv("LBEA_MEMORY_PAGES", "3000", 1);  // 12 MB, of which three quarters may hold the model of 11 MB
+  std::optional<OtherSystem> small(std::in_place, "LBEA_MEMORY_PAGES", "3000");  // 12 MB, three quarters for 11 MB
   const auto server = serve_copy(bench, "vtp", {"--queue", "2", "--max-points", "100000"});
-  ::unsetenv("LD_PRELOAD");
-  ::unsetenv("LBEA_MEMORY_PAGES");
+  small.reset();
   WireContext context;
   ResultSource results(context, bench.results());
   REQUIRE(results.receive(30s));
