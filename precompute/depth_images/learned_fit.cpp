@@ -45,7 +45,8 @@ class LeftOutFitter {
   LeftOutFitter(const LeftOutFitter&) = delete;
   LeftOutFitter& operator=(const LeftOutFitter&) = delete;
 
-  FrameErrors errors(std::span<const float> observed, std::size_t sample, std::span<const RankedSample> candidates) {
+  FrameErrors errors(std::span<const float> observed, std::size_t sample, std::span<const RankedSample> candidates,
+                     bool is_hidden) {
     std::vector<RankedSample> proposed;
     for (std::uint32_t k = 0; k < candidates.size(); ++k) {
       source_.read_images(candidates[k].sample, std::span(depths_).subspan(k * stride_, stride_));
@@ -54,7 +55,7 @@ class LeftOutFitter {
     }
     truth_ = nodes_of(sample);
     std::ranges::copy(observed, observed_.begin());
-    const SurfaceFit fit = fitter_.fit(observed_, proposed);
+    const SurfaceFit fit = fitter_.fit(observed_, proposed, is_hidden);
     std::vector<WeightedRow> rows;
     for (const auto& [candidate, share] : fit.estimate) rows.push_back({shape(candidate.simulation), share});
     std::vector<float> estimate;
@@ -112,8 +113,8 @@ std::vector<std::vector<FrameErrors>> errors_of(const SampleSource& source, std:
       for (const DepthMetric& metric : metrics) fitters.emplace_back(source, metric);
       for (std::size_t frame = next(); frame < frames.size(); frame = next())
         for (std::size_t m = 0; m < metrics.size(); ++m)
-          all[m][first + frame] =
-              fitters[m].errors(frames.observed(frame), frames.sample(frame), best[m * frames.size() + frame].ranked());
+          all[m][first + frame] = fitters[m].errors(frames.observed(frame), frames.sample(frame),
+                                                    best[m * frames.size() + frame].ranked(), hidden > 0);
     });
   }
   return all;

@@ -62,7 +62,8 @@ LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, doubl
     std::ranges::transform(image, observed.begin(), [](std::uint16_t depth) {
       return depth == empty_cell ? nothing_seen : static_cast<float>(depth);
     });
-    if (hidden > 0) hide(source.camera, hidden, frame, observed);
+    if (hidden == 0) continue;
+    hide(source.camera, hidden, frame, observed);
     surroundings.limit(observed);
   }
 }

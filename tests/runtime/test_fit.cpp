@@ -138,6 +138,38 @@ TEST_CASE("a hidden third of the surface changes neither the match nor the verdi
   CHECK(part.fit.misfit < 1.1f * misfit);
 }
 
+// Once only the cells next to a filled one were evidence, so the long plate fitted better than the short one.
+TEST_CASE("a frame that a sample explains completely counts against all that is longer") {
+  const auto squeezed = [](float length, float height) {
+    auto positions = plate_mesh().positions;
+    for (std::size_t i = 0; i < positions.size(); i += 3) positions[i] *= length, positions[i + 2] += height;
+    return positions;
+  };
+  Ensemble ensemble;
+  for (const auto& last : {squeezed(0.5f, -7), squeezed(1, 0)})
+    ensemble.runs.push_back(
+        {"run_" + std::to_string(ensemble.runs.size()), {}, [last] {
+           const SyntheticSimulation flat = bending_plate(0, 2);
+           std::vector states{bent_state(flat.mesh(), 0, 0, 190), bent_state(flat.mesh(), 1e-3, 0, 190)};
+           states[1].positions = last;
+           return std::make_unique<SyntheticSimulation>(flat.mesh(), states, flat.fields());
+         }});
+  const TemporaryFolder folder;
+  bake_model(ensemble, bent_plates_description(), folder / "m.lbea", with_views());
+  const Model model = Model::open(folder / "m.lbea");
+  // A height at which the long plate fits better when of its cells beside the frame's 32 columns only two columns
+  // count.
+  const float border = std::pow(SensorViews::baked_into(model).data()->metric.one_sided, 2.0f) * 2 / 34;
+  float height = -7;
+  while ((height + 7) * (height + 7) < 1.3f * (height * height + border)) height += 0.1f;
+  MatcherConfig config = fit_config();
+  config.min_coverage = 0;
+  Matcher matcher(model, config);
+  const MatchResult result = matcher.match({.points = seen(squeezed(0.5f, height))});
+  REQUIRE(result.status == Status::ok);
+  CHECK(result.matches[0].sample == Sample{0, 1});
+}
+
 TEST_CASE("an empty cell counts against the samples that fill it only within two cells of a filled one") {
   DepthCamera camera;
   camera.columns = 9;

@@ -124,15 +124,6 @@ float mean_square(const Kernels& code, std::span<const float> observed, const st
   return sums.squares / std::max(sums.filled, 1.0f);
 }
 
-float hidden_share(std::span<const float> observed, std::span<const std::uint16_t> image) noexcept {
-  float filled = 0, hidden = 0;
-  for (std::size_t c = 0; c < image.size(); ++c) {
-    filled += image[c] != empty_cell ? 1.0f : 0.0f;
-    hidden += image[c] != empty_cell && observed[c] == not_observed ? 1.0f : 0.0f;
-  }
-  return hidden / std::max(filled, 1.0f);
-}
-
 Surroundings::Surroundings(const DepthCamera& camera)
     : columns_(camera.columns), rows_(camera.rows), along_row_(camera.cells()) {}
 
@@ -160,8 +151,7 @@ FrameDepthImage::FrameDepthImage(const DepthCamera& camera)
       T_sensor_reference_(inverse(camera.T_reference_sensor)),
       tallies_(camera.cells() + 1),
       points_(camera.cells()),
-      cells_(padded_cells(camera), nothing_seen),
-      surroundings_(camera) {}
+      cells_(padded_cells(camera), nothing_seen) {}
 
 void FrameDepthImage::build(const CloudIndex& index) noexcept {
   std::ranges::fill(tallies_, CellTally{});
@@ -177,7 +167,6 @@ void FrameDepthImage::build(const CloudIndex& index) noexcept {
   const float fewest = share_of_mean * points / std::max(filled, 1.0f);
   for (std::size_t c = 0; c < cells; ++c)
     cells_[c] = points_[c] > 0 && points_[c] >= fewest ? total(tallies_[c].depth) / points_[c] : nothing_seen;
-  surroundings_.limit(cells_);
 }
 
 ThinnedImages::ThinnedImages(const DepthImages& images)
@@ -200,10 +189,6 @@ void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) 
   best.clear();
   for (std::size_t s = 0; s < depths_.size() / stride; ++s)
     best.offer(static_cast<std::uint32_t>(s), mean_square(code_, observed_, &depths_[s * stride], prices_));
-}
-
-float ThinnedImages::hidden_share(std::uint32_t sample) const noexcept {
-  return lbea::hidden_share(observed_, std::span(depths_).subspan(sample * observed_.size(), observed_.size()));
 }
 
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric)

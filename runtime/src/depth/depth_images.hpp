@@ -75,11 +75,8 @@ struct DepthImages {
 [[nodiscard]] float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
                                 const CellPrices& prices) noexcept;
 
-/// The share of an image's filled cells that are not_observed in a frame. Both have as many cells.
-[[nodiscard]] float hidden_share(std::span<const float> observed, std::span<const std::uint16_t> image) noexcept;
-
-/// Removes the evidence of what a frame does not show: an empty cell is evidence against a sample that fills it only
-/// near filled cells, at the silhouette. Farther away something may hide the component.
+/// Removes the evidence of what a frame does not show, where something hides a part of the component: an empty cell is
+/// evidence against a sample that fills it only near filled cells, at the silhouette.
 class Surroundings {
  public:
   /// Allocates all memory.
@@ -102,7 +99,7 @@ class FrameDepthImage {
 
   /// Sets every cell to the mean depth of the indexed points in it, in depth steps. A cell with less than a quarter of
   /// the points that a filled cell holds on average becomes nothing_seen: a single outlier at an edge is no surface.
-  /// Far from filled cells it becomes not_observed. Does not allocate.
+  /// Does not allocate.
   void build(const CloudIndex& index) noexcept;
   /// padded_cells() values.
   [[nodiscard]] std::span<float> cells() noexcept { return cells_; }
@@ -112,7 +109,6 @@ class FrameDepthImage {
   RigidTransform T_sensor_reference_;
   std::vector<CellTally> tallies_;  // one more than there are cells, for points outside
   std::vector<float> points_, cells_;
-  Surroundings surroundings_;
 };
 
 /// Proposes samples by every fourth cell of their images, along rows and columns.
@@ -123,8 +119,6 @@ class ThinnedImages {
   [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
   /// Offers all samples. observed: padded_cells() depths in steps. Does not allocate.
   void propose(std::span<const float> observed, BestSamples& best) noexcept;
-  /// The share of a sample's filled cells that are not_observed in the frame of the last propose().
-  [[nodiscard]] float hidden_share(std::uint32_t sample) const noexcept;
 
  private:
   static constexpr std::size_t every = 4, most_bytes = std::size_t{256} << 20;

@@ -119,6 +119,8 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       settings_(settings),
       code_(kernels()),
       frame_(views_.data()->camera),
+      surroundings_(views_.data()->camera),
+      limited_(padded_cells(views_.data()->camera)),
       thinned_(*views_.data()),
       proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
       best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), views_.data()->metric),
@@ -143,21 +145,42 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
   frame_.build(index);  // the depth image of the frame
-  if (thinned_.empty()) return fit(frame_.cells(), proposed);
-  thinned_.propose(frame_.cells(), proposed_);
+  std::ranges::copy(frame_.cells(), limited_.begin());
+  surroundings_.limit(limited_);
+  if (thinned_.empty()) return fit(limited_, proposed);
   // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
-  const bool is_hidden = thinned_.hidden_share(proposed_.ranked()[0].sample) > settings_.hidden;
-  return fit(frame_.cells(), is_hidden ? proposed_.ranked() : proposed, is_hidden);
+  return hides_a_part() ? fit(limited_, proposed_.ranked(), true) : fit(frame_.cells(), proposed);
+}
+
+/// Leaves the samples with the least residual without the cells far from what the frame shows in proposed_.
+bool SurfaceFitter::hides_a_part() noexcept {
+  thinned_.propose(frame_.cells(), proposed_);
+  const float whole = least_residual(frame_.cells());
+  thinned_.propose(limited_, proposed_);
+  const float noise = square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step);
+  return whole > settings_.hidden * (least_residual(limited_) + noise);
+}
+
+/// Of the first of the proposed samples, squared, in depth steps.
+float SurfaceFitter::least_residual(std::span<const float> observed) const noexcept {
+  constexpr std::size_t most = 8;  // thinned images are nearly as good as whole ones
+  const auto proposed = proposed_.ranked().first(std::min(most, proposed_.ranked().size()));
+  float least = std::numeric_limits<float>::infinity();
+  for (const RankedSample& sample : proposed) {
+    const auto image = views_.data()->of_sample(sample.sample);
+    least = std::min(least, mean_square(code_, observed, image.data(), best_.prices()));
+  }
+  return least;
 }
 
 SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed,
                               bool is_hidden) noexcept {
   SurfaceFit result;
-  choose_candidates(observed, proposed);                     // the samples with the least residual
-  combine_candidates(observed);                              // their convex combination with the least residual
-  if (!is_hidden && !hides_a_part(observed)) extrapolate();  // the estimate may lie beside the samples
-  weigh(result);                                             // candidates ranked by their distance from the estimate
-  judge(result);                                             // misfit, spread, verdict
+  choose_candidates(observed, proposed);  // the samples with the least residual
+  combine_candidates(observed);           // their convex combination with the least residual
+  if (!is_hidden) extrapolate();          // the estimate may lie beside the samples
+  weigh(result);                          // candidates ranked by their distance from the estimate
+  judge(result);                          // misfit, spread, verdict
   return result;
 }
 
@@ -196,10 +219,6 @@ void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept
   }
   const auto w = simplex_.solve(gram_, k, std::span<const float>(linear_).first(k));
   std::ranges::copy(w, shares_.begin());
-}
-
-bool SurfaceFitter::hides_a_part(std::span<const float> observed) const noexcept {
-  return hidden_share(observed, views_.data()->of_sample(best_.ranked()[0].sample)) > settings_.hidden;
 }
 
 void SurfaceFitter::extrapolate() noexcept {

@@ -44,7 +44,9 @@ class RidgeProblem {
 struct FitSettings {
   std::uint32_t proposals = 256;  // samples whose depth images are compared
   std::uint32_t candidates = 24;  // the best of them, which the estimate combines
-  float hidden = 0.05f;  // share of the surface far from what the frame shows: if it is larger, something hides a part
+  // Something hides a part of the component if no sample explains the whole frame: if the least squared residual is
+  // more than this times the least one without the cells far from what the frame shows
+  float hidden = 1.6f;
   // Cost of a sample's share in the estimate, added to the squared residual of the combination:
   float residual_price = 0.2f;   // times the sample's squared residual
   float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
@@ -67,7 +69,7 @@ class SurfaceFitter {
   /// of the result and of matches() are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
   /// The same for the frame's depth image, by the proposed samples alone. observed: padded_cells() values, of which
-  /// hidden cells become not_observed. is_hidden: whether something is known to hide a part of the component.
+  /// hidden cells become not_observed. is_hidden: whether something hides a part of the component.
   SurfaceFit fit(std::span<float> observed, std::span<const RankedSample> proposed, bool is_hidden = false) noexcept;
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
@@ -80,7 +82,8 @@ class SurfaceFitter {
   void choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
   void combine_candidates(std::span<const float> observed) noexcept;
   void extrapolate() noexcept;
-  [[nodiscard]] bool hides_a_part(std::span<const float> observed) const noexcept;
+  [[nodiscard]] bool hides_a_part() noexcept;
+  [[nodiscard]] float least_residual(std::span<const float> observed) const noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   void judge(SurfaceFit& result) noexcept;
@@ -96,6 +99,8 @@ class SurfaceFitter {
   FitSettings settings_;
   const Kernels& code_;
   FrameDepthImage frame_;
+  Surroundings surroundings_;
+  std::vector<float> limited_;  // the frame's cells without the evidence of what it does not show
   ThinnedImages thinned_;
   BestSamples proposed_;
   DepthRanking best_;    // by residual
