@@ -4,8 +4,11 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
+#include <numeric>
 #include <sstream>
 
 using namespace lbea::test;
@@ -24,6 +27,32 @@ json read_json(const std::filesystem::path& file) {
   std::ifstream in(file);
   return json::parse(in);
 }
+
+using CsvRow = std::map<std::string, std::string>;
+
+/// Without quoted fields.
+std::vector<CsvRow> read_csv(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::vector<std::string> names;
+  std::vector<CsvRow> rows;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream cells(line);
+    std::string cell;
+    if (names.empty()) {
+      while (std::getline(cells, cell, ',')) names.push_back(cell);
+      continue;
+    }
+    CsvRow& row = rows.emplace_back();
+    for (const std::string& name : names) row[name] = std::getline(cells, cell, ',') ? cell : "";
+  }
+  return rows;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+using Errors = std::map<std::string, std::vector<double>>;  // per method, of the frames of a test
 
 std::size_t lines_of(const std::filesystem::path& file) {
   std::ifstream in(file);
@@ -96,6 +125,36 @@ TEST_CASE("tables, JSON and CSV of an evaluation are consistent") {
     CHECK(head.find(array) != std::string::npos);
   for (const auto& entry : std::filesystem::directory_iterator(folder / "e"))
     CHECK(entry.path().extension() != ".lbea");
+}
+
+TEST_CASE("folds agree with the frames") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_program(
+      evaluation("--folds 3 --first-step 8 --every 10 --no-icp --no-contained --no-strangers"), folder.path());
+  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+  std::map<std::string, std::map<std::string, Errors>> errors;  // by fold, then by run
+  for (const CsvRow& row : read_csv(folder / "e/frames.csv")) {
+    for (const char* method : {"oracle", "lbea", "fit", "path"})
+      errors[row.at("fold")][row.at("experiment")][method].push_back(std::stod(row.at(method)));
+  }
+  json folds = read_json(folder / "e/summary.json")["rounds"][0]["folds"];
+  REQUIRE(errors.size() == 3);
+  CHECK(folds.size() == 5);  // and the mean and the worst
+  const auto over_tests = [&](const char* fold, const char* method) {
+    std::vector<double> means;
+    for (const auto& [run, methods] : errors[fold]) means.push_back(mean(methods.at(method)));
+    return mean(means);
+  };
+  for (const char* method : {"lbea", "fit", "path"}) {
+    std::vector<double> ratios;
+    for (const char* fold : {"1", "2", "3"}) {
+      ratios.push_back(over_tests(fold, method) / over_tests(fold, "oracle"));
+      CHECK(folds[fold][method].get<double>() == doctest::Approx(ratios.back()).epsilon(1e-4));
+      CHECK(folds[fold]["tests"] == errors[fold].size());
+    }
+    CHECK(folds["mean"][method].get<double>() == doctest::Approx(mean(ratios)).epsilon(1e-4));
+    CHECK(folds["worst"][method].get<double>() == doctest::Approx(std::ranges::max(ratios)).epsilon(1e-4));
+  }
 }
 
 TEST_CASE("wrong options and unknown runs have their exit codes") {

@@ -156,6 +156,28 @@ TEST_CASE("errors are averaged over time first, then over tests") {
   CHECK(summarize({}).frames == 0);
 }
 
+TEST_CASE("folds are scored alone; their mean and the worst follow") {
+  std::vector<TestTrial> tests{test_of({frame_of(1, 2, 0, 5)}), test_of({frame_of(3, 4, 0, 5), frame_of(3, 8, 0, 5)}),
+                               test_of({frame_of(2, 2, 0, 5)})};
+  CHECK(fold_rows(tests).empty());  // one split
+  for (std::uint32_t i = 0; i < 3; ++i) tests[i].fold = i + 1;
+  CHECK(fold_rows(tests).empty());  // each left out once
+  tests[1].fold = 1;
+  const auto rows = fold_rows(tests);
+  REQUIRE(rows.size() == 4);
+  const auto fit =
+      static_cast<std::size_t>(std::ranges::find(tabulated_methods, EvaluatedMethod::fit) - tabulated_methods.begin());
+  const std::vector<FoldRow> expected{{"1", 2, {}}, {"3", 1, {}}, {"mean", 3, {}}, {"worst", 3, {}}};
+  const std::array ratios{(2.0 + 6.0) / (1 + 3), 1.0, 1.5, 2.0};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    CHECK(rows[i].name == expected[i].name);
+    CHECK(rows[i].tests == expected[i].tests);
+    CHECK(rows[i].values[0] == 2);  // of the oracle
+    CHECK(rows[i].values[fit + 1] == ratios[i]);
+    CHECK(std::isnan(rows[i].values[1]));  // vtp was not measured
+  }
+}
+
 TEST_CASE("own samples are counted in contained experiments; an oracle of 0 has no ratio") {
   TestTrial test = test_of({frame_of(0, 0, 5, 5), frame_of(0, 1, 6, 7)});
   test.contained = true;

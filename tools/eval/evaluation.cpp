@@ -67,6 +67,7 @@ class Evaluator {
 
   void test_split(const Split& split, ReferenceMode mode) {
     const Model model = bake_runs(split.simulations, mode);
+    fold_ = plan_.splits.size() > 1 ? static_cast<std::uint32_t>(&split - plan_.splits.data()) + 1 : 0;
     if (!result_.model) result_.model = model;
     std::vector<Experiment> tested = experiments(split.experiments);
     tested.insert(tested.end(), plan_.more_experiments.begin(), plan_.more_experiments.end());
@@ -144,6 +145,7 @@ class Evaluator {
           return stopped();
         });
         tests[i].branch = branch_of(experiments[i]);
+        tests[i].fold = round.title == "unseen" ? fold_ : 0;
       }
     });
     for (TestTrial& done : tests)
@@ -192,6 +194,7 @@ class Evaluator {
   std::map<std::string, std::size_t> round_indices_;
   std::mutex mutex_;
   int baked_ = 0;
+  std::uint32_t fold_ = 0;  // of the last split; from 1, 0: it is the only one
 };
 
 }  // namespace

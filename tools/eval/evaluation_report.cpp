@@ -35,10 +35,17 @@ Json to_json(const Round& round) {
     json["test_verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = or_null(summary.test_verdicts[v]);
   json["own_simulation"] = or_null(summary.named);
   for (const auto& [name, value] : field_errors) json["field"][name] = or_null(summary.field.*value);
+  for (const FoldRow& fold : fold_rows(round.tests)) {
+    Json& line = json["folds"][fold.name] = {{"tests", fold.tests}, {"oracle", or_null(fold.values[0])}};
+    for (std::size_t c = 0; c < tabulated_methods.size(); ++c)
+      line[std::string(evaluated_method_names[static_cast<std::size_t>(tabulated_methods[c])])] =
+          or_null(fold.values[c + 1]);
+  }
   for (const TestTrial& test : round.tests) {
     const Summary alone = summarize(std::span(&test, 1));
     Json line{{"experiment", test.experiment},
               {"branch", test.branch},
+              {"fold", test.fold},
               {"named", test.named},
               {"oracle", or_null(alone.oracle.mean)}};
     for (std::size_t c = 0; c < evaluated_methods; ++c)
@@ -49,7 +56,7 @@ Json to_json(const Round& round) {
 }
 
 std::string frames_csv(const Evaluation& evaluation) {
-  CsvTable table("experiments,mode,frames_are,experiment,branch,step,time_s,points,status,verdict,test_verdict");
+  CsvTable table("experiments,mode,frames_are,experiment,branch,fold,step,time_s,points,status,verdict,test_verdict");
   for (const auto& number : frame_numbers) table.add(number.name);
   table.add("oracle");
   for (const auto name : evaluated_method_names) table.add(name);
@@ -61,8 +68,8 @@ std::string frames_csv(const Evaluation& evaluation) {
   for (const Round& round : evaluation.rounds)
     for (const TestTrial& test : round.tests)
       for (const FrameTrial& frame : test.frames) {
-        table.add(round.title, mode_name(round.mode), round.disturbance.name, test.experiment, test.branch, frame.step,
-                  frame.time_s, frame.points, to_string(frame.status), to_string(frame.verdict),
+        table.add(round.title, mode_name(round.mode), round.disturbance.name, test.experiment, test.branch, test.fold,
+                  frame.step, frame.time_s, frame.points, to_string(frame.status), to_string(frame.verdict),
                   to_string(frame.test_verdict));
         for (const auto& number : frame_numbers) table.add(frame.*number.value);
         table.add(frame.best.error);

@@ -23,6 +23,8 @@ struct Summary {
   std::array<double, 4> test_verdicts{};
   double named = not_measured;  // share of the contained tests whose own simulation was found at the end
   FieldError field;
+
+  [[nodiscard]] const Score& of(EvaluatedMethod method) const { return scores[static_cast<std::size_t>(method)]; }
 };
 
 /// NaN values are left out; without others the result is NaN.
@@ -31,6 +33,20 @@ struct Summary {
 [[nodiscard]] double median(std::span<const double> values);
 
 [[nodiscard]] Summary summarize(std::span<const TestTrial> tests);
+
+/// The methods of tables that have a column per method.
+inline constexpr std::array tabulated_methods{
+    EvaluatedMethod::vtp,      EvaluatedMethod::lbea,    EvaluatedMethod::look_alike, EvaluatedMethod::fit,
+    EvaluatedMethod::estimate, EvaluatedMethod::tracked, EvaluatedMethod::path};
+
+/// Of the tests of one fold, or the mean or the greatest value over the folds.
+struct FoldRow {
+  std::string name;                                           // "1", "2", ..., "mean", "worst"
+  std::size_t tests = 0;                                      // of the fold; of all in the last two rows
+  std::array<double, 1 + tabulated_methods.size()> values{};  // the oracle's mean EE; ratios of the methods' to it
+};
+/// Empty unless there are several folds and any has several tests.
+[[nodiscard]] std::vector<FoldRow> fold_rows(std::span<const TestTrial> tests);
 
 /// Frames of a removed branch whose oracle error without the branch is more than twice that with it. In earlier frames
 /// the branches have not diverged, and other simulations fit. `with` and `without`: the same tests and frames.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 
 namespace lbea::tool {
 namespace {
@@ -62,6 +64,24 @@ std::string percent(double value) { return std::isnan(value) ? "-" : formatted("
 
 std::string mode_words(ReferenceMode mode) { return mode == ReferenceMode::impact ? "at impact" : "over time"; }
 
+using Cells = std::vector<std::string>;
+
+std::string line(const Cells& cells) {
+  std::string text = "|";
+  for (const std::string& cell : cells) text += " " + cell + " |";
+  return text + "\n";
+}
+
+std::string table_head(const std::string& title, const Cells& columns) {
+  std::string text = "### " + title + "\n\n" + line(columns) + "|";
+  for (std::size_t i = 0; i < columns.size(); ++i) text += "---|";
+  return text + "\n";
+}
+
+std::string name_of(EvaluatedMethod method) {
+  return std::string(evaluated_method_names[static_cast<std::size_t>(method)]);
+}
+
 bool undisturbed(const Round& round) { return round.disturbance.name == Disturbance{}.name; }
 
 std::string errors_table(const Round& round, const std::string& unit) {
@@ -70,8 +90,8 @@ std::string errors_table(const Round& round, const std::string& unit) {
                                mode_words(round.mode).c_str(), summary.tests, summary.frames);
   text += "| method | mean EE [" + unit + "] | median | ratio to the oracle | own sample |\n|---|---|---|---|---|\n";
   const auto row = [&](std::string_view name, const Score& score) {
-    text += "| " + std::string(name) + " | " + number(score.mean, 3) + " | " + number(score.median, 3) + " | " +
-            number(score.ratio) + " | " + percent(score.exact) + " |\n";
+    text += line(
+        {std::string(name), number(score.mean, 3), number(score.median, 3), number(score.ratio), percent(score.exact)});
   };
   row("oracle", summary.oracle);
   for (std::size_t c = 0; c < evaluated_methods; ++c)
@@ -82,36 +102,48 @@ std::string errors_table(const Round& round, const std::string& unit) {
 }
 
 std::string robustness_table(const Evaluation& evaluation, const std::string& title) {
-  constexpr std::array shown{EvaluatedMethod::vtp, EvaluatedMethod::lbea,     EvaluatedMethod::look_alike,
-                             EvaluatedMethod::fit, EvaluatedMethod::estimate, EvaluatedMethod::tracked,
-                             EvaluatedMethod::path};
-  std::string text = "### Disturbed frames, " + title + "\n\n| frames | oracle |";
-  for (const EvaluatedMethod c : shown)
-    text += " " + std::string(evaluated_method_names[static_cast<std::size_t>(c)]) + " |";
-  text += " own sample (fit) | own simulation (tracker) | no simulation fits |\n|---|---|";
-  for (std::size_t i = 0; i < shown.size(); ++i) text += "---|";
-  text += "---|---|---|\n";
+  Cells columns{"frames", "oracle"};
+  std::ranges::transform(tabulated_methods, std::back_inserter(columns), name_of);
+  columns.insert(columns.end(), {"own sample (fit)", "own simulation (tracker)", "no simulation fits"});
+  std::string text = table_head("Disturbed frames, " + title, columns);
   std::size_t rows = 0;
   for (const Round& round : evaluation.rounds) {
     if (round.title != title || round.mode != evaluation.rounds.front().mode) continue;
     const Summary s = summarize(round.tests);
-    text += "| " + round.disturbance.name + " | " + number(s.oracle.mean) + " |";
-    for (const EvaluatedMethod c : shown) {
-      const Score& score = s.scores[static_cast<std::size_t>(c)];
-      text += " " + number(score.mean) + (std::isnan(score.ratio) ? "" : " (" + number(score.ratio) + ")") + " |";
+    Cells cells{round.disturbance.name, number(s.oracle.mean)};
+    for (const EvaluatedMethod c : tabulated_methods) {
+      const Score& score = s.of(c);
+      cells.push_back(number(score.mean) + (std::isnan(score.ratio) ? "" : " (" + number(score.ratio) + ")"));
     }
-    text += " " + percent(s.scores[static_cast<std::size_t>(EvaluatedMethod::fit)].exact) + " | " + percent(s.named) +
-            " | " + percent(s.verdicts[static_cast<std::size_t>(Verdict::no_simulation_fits)]) + " |\n";
+    cells.insert(cells.end(), {percent(s.of(EvaluatedMethod::fit).exact), percent(s.named),
+                               percent(s.verdicts[static_cast<std::size_t>(Verdict::no_simulation_fits)])});
+    text += line(cells);
     ++rows;
   }
   return rows < 2 ? "" : text + "\nMean EE, and its ratio to the oracle's.\n\n";
 }
 
+std::string fold_table(const Round& round) {
+  const auto folds = fold_rows(round.tests);
+  if (folds.empty()) return "";
+  Cells columns{"fold", "tests", "oracle"};
+  std::ranges::transform(tabulated_methods, std::back_inserter(columns), name_of);
+  std::string text = table_head(
+      "Folds, " + round.title + " experiments, reference " + mode_words(round.mode) + ", " + round.disturbance.name,
+      columns);
+  for (const FoldRow& fold : folds) {
+    Cells cells{fold.name, std::to_string(fold.tests)};
+    for (const double value : fold.values) cells.push_back(number(value));
+    text += line(cells);
+  }
+  return text + "\nOracle: mean EE; methods: ratio to it. Worst: the greatest value of each column.\n\n";
+}
+
 std::string verdict_table(const Evaluation& evaluation) {
   std::string text =
-      "### Verdicts, shares of the frames\n\n| experiments | frames | matched | ambiguous | no simulation fits | "
-      "unknown | after divergence | test: matched | test: ambiguous | test: no simulation fits | test: after "
-      "divergence |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+      table_head("Verdicts, shares of the frames",
+                 {"experiments", "frames", "matched", "ambiguous", "no simulation fits", "unknown", "after divergence",
+                  "test: matched", "test: ambiguous", "test: no simulation fits", "test: after divergence"});
   for (const Round& round : evaluation.rounds) {
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode) continue;
     const Summary s = summarize(round.tests);
@@ -129,10 +161,9 @@ std::string verdict_table(const Evaluation& evaluation) {
       diverged = percent(after.no_simulation_fits) + formatted(" of %zu", after.frames);
       test_diverged = percent(after.test_no_simulation_fits);
     }
-    text += "| " + round.title + formatted(" | %zu | ", s.frames) + share(Verdict::matched) + " | " +
-            share(Verdict::ambiguous) + " | " + share(Verdict::no_simulation_fits) + " | " + share(Verdict::unknown) +
-            " | " + diverged + " | " + test_share(Verdict::matched) + " | " + test_share(Verdict::ambiguous) + " | " +
-            test_share(Verdict::no_simulation_fits) + " | " + test_diverged + " |\n";
+    text += line({round.title, std::to_string(s.frames), share(Verdict::matched), share(Verdict::ambiguous),
+                  share(Verdict::no_simulation_fits), share(Verdict::unknown), diverged, test_share(Verdict::matched),
+                  test_share(Verdict::ambiguous), test_share(Verdict::no_simulation_fits), test_diverged});
   }
   return text +
          "\nTest: the verdict on the test so far, from its fourth frame on. After divergence: share of *no simulation "
@@ -140,15 +171,15 @@ std::string verdict_table(const Evaluation& evaluation) {
 }
 
 std::string field_table(const Evaluation& evaluation) {
-  std::string text = "### Inferred " + evaluation.field +
-                     "\n\n| experiments | mean of the truth | error of the match | of the estimate | of the estimate "
-                     "in hidden elements | within two spreads |\n|---|---|---|---|---|---|\n";
+  std::string text = table_head("Inferred " + evaluation.field,
+                                {"experiments", "mean of the truth", "error of the match", "of the estimate",
+                                 "of the estimate in hidden elements", "within two spreads"});
   std::size_t rows = 0;
   for (const Round& round : evaluation.rounds) {
     const FieldError field = summarize(round.tests).field;
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode || std::isnan(field.true_mean)) continue;
-    text += "| " + round.title + " | " + number(field.true_mean, 4) + " | " + number(field.matched, 4) + " | " +
-            number(field.inferred, 4) + " | " + number(field.hidden, 4) + " | " + percent(field.within_spread) + " |\n";
+    text += line({round.title, number(field.true_mean, 4), number(field.matched, 4), number(field.inferred, 4),
+                  number(field.hidden, 4), percent(field.within_spread)});
     ++rows;
   }
   return rows == 0 ? "" : text + "\nMean absolute difference per element, over the whole component.\n\n";
@@ -156,20 +187,18 @@ std::string field_table(const Evaluation& evaluation) {
 
 std::string branch_table(const Evaluation& evaluation) {
   const Round& round = evaluation.rounds.front();
-  std::string text = "### Deformation branches, " + round.title + " experiments\n\n| branch | tests | oracle |";
-  for (std::size_t c = 0; c < evaluated_methods; ++c) text += " " + std::string(evaluated_method_names[c]) + " |";
-  text += "\n|---|---|---|";
-  for (std::size_t c = 0; c < evaluated_methods; ++c) text += "---|";
-  text += "\n";
+  Cells columns{"branch", "tests", "oracle"};
+  columns.insert(columns.end(), evaluated_method_names.begin(), evaluated_method_names.end());
+  std::string text = table_head("Deformation branches, " + round.title + " experiments", columns);
   for (std::uint32_t branch = 0; branch < evaluation.branches; ++branch) {
     std::vector<TestTrial> tests;
     std::ranges::copy_if(round.tests, std::back_inserter(tests),
                          [&](const TestTrial& test) { return test.branch == branch; });
     if (tests.empty()) continue;
     const Summary s = summarize(tests);
-    text += formatted("| %u | %zu | ", branch, s.tests) + number(s.oracle.mean) + " |";
-    for (const Score& score : s.scores) text += " " + number(score.ratio) + " |";
-    text += "\n";
+    Cells cells{std::to_string(branch), std::to_string(s.tests), number(s.oracle.mean)};
+    for (const Score& score : s.scores) cells.push_back(number(score.ratio));
+    text += line(cells);
   }
   return text + "\nOracle: mean EE; methods: ratio to it. For errors over time see frames.csv and the figures.\n\n";
 }
@@ -194,9 +223,7 @@ std::string time_table(const Evaluation& evaluation) {
   };
   const double points = stage([](const FrameTrial& f) { return f.points; });
   text += "| matching of a frame of " + number(points, 0) + " points | ms, median |\n|---|---|\n";
-  const auto row = [&](const char* name, double value) {
-    text += "| " + std::string(name) + " | " + number(value, 3) + " |\n";
-  };
+  const auto row = [&](const char* name, double value) { text += line({name, number(value, 3)}); };
   row("index of the cloud", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.index; }));
   row("correspondence", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.correspondence; }));
   row("projection", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.projection; }));
@@ -247,6 +274,29 @@ Summary summarize(std::span<const TestTrial> tests) {
   return summary;
 }
 
+std::vector<FoldRow> fold_rows(std::span<const TestTrial> tests) {
+  std::map<std::uint32_t, std::vector<TestTrial>> folds;
+  for (const TestTrial& test : tests)
+    if (test.fold > 0) folds[test.fold].push_back(test);
+  std::vector<FoldRow> rows;
+  if (folds.size() < 2 || folds.size() == tests.size()) return rows;
+  for (const auto& [fold, tested] : folds) {
+    const Summary s = summarize(tested);
+    FoldRow& row = rows.emplace_back(FoldRow{std::to_string(fold), s.tests, {s.oracle.mean}});
+    std::ranges::transform(tabulated_methods, row.values.begin() + 1, [&](auto method) { return s.of(method).ratio; });
+  }
+  FoldRow average{"mean", tests.size(), {}}, worst{"worst", tests.size(), {}};
+  for (std::size_t c = 0; c < average.values.size(); ++c) {
+    std::vector<double> values;
+    for (const FoldRow& row : rows) values.push_back(row.values[c]);
+    average.values[c] = mean(values);
+    worst.values[c] =
+        std::accumulate(values.begin(), values.end(), not_measured, [](double x, double y) { return std::fmax(x, y); });
+  }
+  rows.insert(rows.end(), {average, worst});
+  return rows;
+}
+
 DivergedFrames diverged_frames(std::span<const TestTrial> without, std::span<const TestTrial> with) {
   DivergedFrames diverged;
   std::vector<double> refused, refused_by_test;
@@ -273,6 +323,7 @@ std::string tables(const Evaluation& evaluation) {
   for (const Round& round : evaluation.rounds)
     if (undisturbed(round) && (round.title == "unseen" || round.title == "contained"))
       text += errors_table(round, evaluation.length_unit);
+  for (const Round& round : evaluation.rounds) text += fold_table(round);
   text += branch_table(evaluation);
   for (const char* title : {"unseen", "contained"}) text += robustness_table(evaluation, title);
   return text + verdict_table(evaluation) + field_table(evaluation) + time_table(evaluation);

@@ -61,6 +61,7 @@ struct FrameTrial : FrameNumbers {
 struct TestTrial {
   std::string experiment;
   std::uint32_t branch = 0;
+  std::uint32_t fold = 0;  // from 1; 0: not one of several splits
   std::vector<FrameTrial> frames;
   std::string named;       // the most likely simulation after the last frame
   bool contained = false;  // the experiment is one of the simulations
