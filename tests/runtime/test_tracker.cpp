@@ -8,7 +8,6 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
-#include <random>
 #include <vector>
 
 using namespace lbea;
@@ -122,49 +121,58 @@ TEST_CASE("nonsense in the configuration is refused by name") {
     CHECK_THROWS_AS(Tracker(model, config), Error);
 }
 
-TEST_CASE("the path after the test is the best of all paths: as brute force finds it, over a model small enough") {
-  const AlignedBytes bytes = bent_plates_model(ReferenceMode::impact, {.runs = 2, .steps = 3});
+namespace {
+
+/// Two frames' worth of candidates: simulation 0 explained the first one better, simulation 1 the second one slightly.
+struct TwoFrames {
+  std::vector<Match> first{{{0, 1}, 1.0f}, {{1, 1}, 3.0f}}, second{{{0, 3}, 2.05f}, {{1, 4}, 2.0f}};
+};
+
+const TestState& update(Tracker& tracker, const std::vector<Match>& ranked) {
+  MatchResult result;
+  std::vector<float> ranks;
+  for (const Match& m : ranked) ranks.push_back(m.distance);
+  result.fit.candidates = ranked;
+  result.fit.ranks = ranks;
+  return tracker.update(result);
+}
+
+}  // namespace
+
+TEST_CASE("of candidates with nearly the same rank the tracker chooses the one whose simulation fitted before") {
+  const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());
-  const TrackerConfig config{.sharpness = 0.5f, .noise = 0.5f, .change = 0.1f};
-  std::mt19937 random(3);
-  std::uniform_real_distribution<float> residual(0.5f, 3);
-  for (int trial = 0; trial < 20; ++trial) {
-    std::vector<std::vector<Match>> evidence;
-    for (int frame = 0; frame < 4; ++frame)
-      evidence.push_back(Evidence(model, [&](Sample) { return residual(random); }).candidates);
-    const auto path = likeliest_path(model, evidence, config);
-    REQUIRE(path.size() == evidence.size());
-    // Every pure path, one that stays in its simulation and never goes back, is no likelier.
-    const auto log_likelihood = [&](const std::vector<Sample>& samples) {
-      double sum = 0;
-      for (std::size_t f = 0; f < samples.size(); ++f) {
-        const double best = double{evidence[f][0].distance} * double{evidence[f][0].distance};
-        for (const Match& m : evidence[f])
-          if (m.sample == samples[f])
-            sum += std::max(-0.5 * (double{m.distance} * double{m.distance} - best) /
-                                (best + double{config.noise} * double{config.noise}),
-                            std::log(1e-9));
-        if (f == 0) continue;
-        const Sample a = samples[f - 1], b = samples[f];
-        const bool forward = a.simulation == b.simulation && b.time_step >= a.time_step;
-        const double within = forward ? std::log(1 - double{config.change}) +
-                                            (b.time_step - a.time_step) * std::log(double{config.persistence}) +
-                                            std::log(1 - double{config.persistence})
-                                      : -1e9;
-        const double change = b.time_step >= a.time_step ? std::log(double{config.change} / model.samples()) : -1e9;
-        sum += std::max(within, change);
-      }
-      return sum;
-    };
-    const double found = log_likelihood(path);
-    for (std::uint32_t simulation = 0; simulation < 2; ++simulation)
-      for (std::uint32_t a = 0; a < 3; ++a)
-        for (std::uint32_t b = a; b < 3; ++b)
-          for (std::uint32_t c = b; c < 3; ++c)
-            for (std::uint32_t d = c; d < 3; ++d)
-              CHECK(found >=
-                    log_likelihood({{simulation, a}, {simulation, b}, {simulation, c}, {simulation, d}}) - 1e-5);
-    for (std::size_t f = 1; f < path.size(); ++f) CHECK(path[f].time_step >= path[f - 1].time_step);
-  }
-  CHECK(likeliest_path(model, {}, config).empty());
+  const TwoFrames frames;
+  Tracker tracker(model);
+  CHECK(update(tracker, frames.second).sample == Sample{1, 4});
+  // exp(-8 (2.05^2 - 2^2) / (2^2 + 1^2)) for the other one
+  CHECK(tracker.state().sample_probability == doctest::Approx(1 / (1 + std::exp(-8 * 0.2025 / 5))).epsilon(1e-4));
+  tracker.reset();
+  CHECK(update(tracker, frames.first).sample == Sample{0, 1});
+  CHECK(update(tracker, frames.second).sample == Sample{0, 3});
+  CHECK(tracker.state().sample_probability > 0.9f);
+}
+
+// Once the sample had to follow a hidden Markov model, and a wrong history kept it from candidates that fit.
+TEST_CASE("no history keeps the tracker from a sample that fits much better than all others") {
+  const AlignedBytes bytes = bent_plates_model();
+  const Model model = Model::view(bytes.span());
+  Tracker tracker(model);
+  for (int frame = 0; frame < 50; ++frame) update(tracker, {{{0, 5}, 1.0f}, {{1, 5}, 3.0f}});
+  CHECK(update(tracker, {{{0, 5}, 9.0f}, {{1, 2}, 1.0f}}).sample == Sample{1, 2});
+}
+
+TEST_CASE("the path looks back: a later frame decides between candidates with nearly the same rank") {
+  const AlignedBytes bytes = bent_plates_model();
+  const Model model = Model::view(bytes.span());
+  const TwoFrames frames;
+  const auto path = likeliest_path(model, std::vector<std::vector<Match>>{frames.second, {}, frames.first});
+  REQUIRE(path.size() == 3);
+  CHECK(path[0] == Sample{0, 3});
+  CHECK(path[1] == Sample{0, 3});
+  CHECK(path[2] == Sample{0, 1});
+  CHECK(likeliest_path(model, {}).empty());
+  const std::vector<float> ranks{4, 5};
+  CHECK(ranked(frames.first, ranks)[1].distance == 5);
+  CHECK(ranked(frames.first, {})[1].distance == 3);
 }

@@ -35,6 +35,7 @@ WireResult some_result() {
   result.leading_coordinates = {1.5f, -2.5f, 3.5f};
   for (const auto& number : fit_numbers) result.fit.*number.value = different++;
   result.fit.candidates = {{{1, 2}, 1}, {{3, 4}, 1.5f}};
+  result.fit.ranks = {2, 1};
   result.fit.estimate = {{{1, 2}, 0.25f}, {{3, 4}, 0.75f}};
   result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}, 1.25f, WireVerdict::ambiguous};
   result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
@@ -70,6 +71,7 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.model_checksum == b.model_checksum);
   CHECK(a.leading_coordinates == b.leading_coordinates);
   CHECK(have_equal_bits<FitNumbers>(a.fit, b.fit));
+  CHECK(a.fit.ranks == b.fit.ranks);
   CHECK(std::ranges::equal(a.fit.candidates, b.fit.candidates, [](const Match& p, const Match& q) {
     return p.sample == q.sample && p.distance == q.distance;
   }));

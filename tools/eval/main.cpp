@@ -169,7 +169,8 @@ class LiveTest {
   /// The most likely path of the whole test.
   void find_path() {
     std::vector<std::vector<Match>> evidence;
-    for (const LiveRow& row : summary_.rows) evidence.push_back(row.result.fit.candidates);
+    for (const LiveRow& row : summary_.rows)
+      evidence.push_back(ranked(row.result.fit.candidates, row.result.fit.ranks));
     summary_.has_path = std::ranges::any_of(evidence, [](const auto& candidates) { return !candidates.empty(); });
     if (!summary_.has_path) return;
     const auto path = likeliest_path(model_, evidence);

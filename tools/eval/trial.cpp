@@ -128,11 +128,12 @@ class Test {
         meshes_->add_match(number, model_.sample_index(result.matches.front().sample), row.time_s);
       }
     }
-    evidence_.emplace_back(result.fit.candidates.begin(), result.fit.candidates.end());
+    evidence_.push_back(ranked(result.fit.candidates, result.fit.ranks));
     row.status = result.status;
     row.verdict = result.verdict;
     row.fit = result.fit;
     row.fit.candidates = {};
+    row.fit.ranks = {};
     row.fit.estimate = {};
     static_cast<FrameNumbers&>(row) = result;
     row.fit_ns = result.elapsed_ns;

@@ -152,6 +152,7 @@ struct WireTimes {
 /// See SurfaceFit. Without candidates: another method than fit.
 struct WireFit : FitNumbers {
   std::vector<Match> candidates;         // best first; distance: residual
+  std::vector<float> ranks;              // per candidate; none in recordings of lbea 0.1
   std::vector<WeightedSample> estimate;  // weights add up to 1
 };
 

@@ -108,7 +108,9 @@ Offset<schema::Fit> build(FlatBufferBuilder& builder, const WireFit& fit) {
   for (const WeightedSample& s : fit.estimate) estimate.emplace_back(s.sample.simulation, s.sample.time_step, s.weight);
   const auto candidate_vector = builder.CreateVectorOfStructs(candidates);
   const auto share_vector = builder.CreateVectorOfStructs(estimate);
+  const auto ranks = builder.CreateVector(fit.ranks);
   schema::FitBuilder table(builder);
+  table.add_ranks(ranks);
   table.add_estimate(share_vector);
   table.add_candidates(candidate_vector);
   add<FitNumbers>(builder, fit, fit_numbers, fit_slots);
@@ -122,6 +124,8 @@ WireFit read(const schema::Fit* from) {
   if (from->candidates() != nullptr)
     for (const auto* c : *from->candidates())
       fit.candidates.push_back({{c->simulation(), c->time_step()}, c->residual()});
+  if (from->ranks() != nullptr && from->ranks()->size() == fit.candidates.size())
+    fit.ranks.assign(from->ranks()->begin(), from->ranks()->end());
   if (from->estimate() != nullptr)
     for (const auto* s : *from->estimate()) fit.estimate.push_back({{s->simulation(), s->time_step()}, s->weight()});
   return fit;

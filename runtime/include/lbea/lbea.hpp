@@ -323,6 +323,7 @@ inline constexpr std::array fit_numbers{
 /// Result of Method::fit. Empty and NaN with the other methods.
 struct SurfaceFit : FitNumbers {
   std::span<const Match> candidates{};         // the samples most similar to the frame; distance: their residual
+  std::span<const float> ranks{};              // per candidate, length unit: the least is the match
   std::span<const WeightedSample> estimate{};  // the combination of samples that explains the frame best
 };
 

@@ -3,6 +3,9 @@
 // A hidden Markov model over the samples. Between two frames the time step of a simulation stays or moves forward by
 // any number of steps; fewer steps are more likely. Neither the rates of the two clocks nor their offset are needed. A
 // small share of the probability may change to another simulation, so that the tracker recovers from a wrong start.
+//
+// With fit, the sample of a frame is chosen among its candidates: a simulation that explained the frames before less well
+// than the best one ranks lower. Of an unseen run that never is worse than the match, unlike the model's own sample.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -24,7 +27,7 @@ struct TrackerConfig {
 /// Spans are valid until the next update() or reset().
 struct TestState {
   std::uint64_t frames = 0;  // frames with evidence
-  Sample sample;             // the most likely one now, given all frames so far
+  Sample sample;             // the most likely one now, given all frames so far; with fit one of its candidates
   float sample_probability = 0;
   std::uint32_t simulation = 0;                       // the most likely one for the whole test so far
   std::span<const float> simulation_probabilities{};  // simulations(), for the whole test so far
@@ -55,11 +58,13 @@ class LBEA_API Tracker {
   std::unique_ptr<State> state_;
 };
 
-/// After the test: the most likely sequence of samples for all its frames, by the tracker's model (Viterbi). evidence:
-/// the candidates of each frame, best first; empty for a frame without evidence. Returns one sample per frame. For
-/// offline use: allocates 4 bytes per frame and sample.
+/// The candidates with their ranks as distances, if there are any: the evidence for likeliest_path().
+[[nodiscard]] LBEA_API std::vector<Match> ranked(std::span<const Match> candidates, std::span<const float> ranks);
+
+/// After the test: one sample per frame, given all frames: as the tracker chooses it, but from the frames before and
+/// after. evidence: the candidates of each frame; empty for a frame without, which repeats the sample before it. For
+/// offline use.
 [[nodiscard]] LBEA_API std::vector<Sample> likeliest_path(const Model& model,
-                                                          std::span<const std::vector<Match>> evidence,
-                                                          const TrackerConfig& config = {});
+                                                          std::span<const std::vector<Match>> evidence);
 
 }  // namespace lbea

@@ -138,6 +138,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       estimate_landmarks_(landmark_floats_),
       from_best_(best_.capacity()),
       from_estimate_(best_.capacity()),
+      ranks_(best_.capacity()),
       plausibility_(best_.capacity()),
       shares_(best_.capacity()),
       candidates_(best_.capacity()),
@@ -245,6 +246,7 @@ void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
   for (std::size_t i = 0; i < k; ++i) from_estimate_[i] = mean_distance(landmarks(i), estimate_landmarks_);
   rank();
   result.candidates = std::span<const Match>(candidates_).first(k);
+  result.ranks = std::span<const float>(ranks_).first(k);
   result.estimate = std::span<const WeightedSample>(estimate_).first(used);
   result.residual = candidates_[0].distance;
   result.estimate_residual = std::sqrt(std::max(squared, 0.0f));
@@ -252,8 +254,11 @@ void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
 
 void SurfaceFitter::rank() noexcept {
   matches_.clear();
-  for (std::uint32_t i = 0; i < count(); ++i)
-    matches_.offer(i, square(from_estimate_[i]) + settings_.residual_rank * square(candidates_[i].distance));
+  for (std::uint32_t i = 0; i < count(); ++i) {
+    const float squared = square(from_estimate_[i]) + settings_.residual_rank * square(candidates_[i].distance);
+    ranks_[i] = std::sqrt(squared);
+    matches_.offer(i, squared);
+  }
   std::ranges::transform(matches_.ranked(), matched_.begin(), [this](const RankedSample& match) {
     return RankedSample{best_.ranked()[match.sample].sample, from_estimate_[match.sample]};
   });

@@ -113,7 +113,7 @@ class SurfaceFitter {
   std::vector<std::uint32_t> landmark_nodes_;
   std::size_t landmark_floats_;
   std::vector<float> landmarks_, estimate_landmarks_;  // candidates x 3 x landmarks
-  std::vector<float> from_best_, from_estimate_, plausibility_, shares_;
+  std::vector<float> from_best_, from_estimate_, ranks_, plausibility_, shares_;
   std::vector<Match> candidates_;
   std::vector<WeightedSample> estimate_;
   float filled_ = 1;  // cells that the frame or the best candidate fills

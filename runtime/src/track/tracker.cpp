@@ -1,7 +1,11 @@
 #include "runtime/src/track/tracker.hpp"
 
+#include <ranges>
+
 namespace lbea {
 namespace {
+
+constexpr std::size_t most_candidates = 64;
 
 void require(bool holds, const char* name, float value, const char* range) {
   if (!holds)
@@ -17,54 +21,24 @@ void check(const TrackerConfig& config) {
   require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
 }
 
-constexpr double never = -std::numeric_limits<double>::infinity();
+/// Chooses the candidate with the least squared rank, to which a share of what its simulation cost in other frames is
+/// added. On a rail a larger share made the choice worse: the history outweighed the frame.
+struct ChosenSample {
+  static constexpr double share = 0.3;
+  Sample sample;
+  double probability = 0;  // by Plausibility
 
-// Viterbi's algorithm on the tracker's model: forward in time within a simulation, sometimes a change to another one.
-struct Trellis {
-  const Model& model;
-  double log_stop, log_step, log_stay, log_change;
-  std::vector<double> score;                       // per sample: score of the best path that ends there
-  std::vector<std::vector<std::uint32_t>> before;  // per frame after the first, per sample: predecessor on that path
-
-  Trellis(const Model& m, const TrackerConfig& config)
-      : model(m),
-        log_stop(std::log(1 - double{config.persistence})),
-        log_step(std::log(double{config.persistence})),
-        log_stay(std::log(1 - double{config.change})),
-        log_change(std::log(double{config.change} / m.samples())),
-        score(m.samples(), 0.0) {}
-
-  void weigh(std::span<const Match> evidence, const TrackerConfig& config) {
-    const Likelihood likelihood(evidence.front().distance, config);
-    std::vector<double> logs(score.size(), std::log(likelihood(evidence.back().distance)));
-    for (const Match& candidate : evidence)
-      logs[model.sample_index(candidate.sample)] = std::log(likelihood(candidate.distance));
-    for (std::size_t s = 0; s < score.size(); ++s) score[s] += logs[s];
-  }
-
-  void advance() {
-    const auto best = static_cast<std::uint32_t>(std::ranges::max_element(score) - score.begin());
-    std::vector<std::uint32_t> from(score.size(), best);
-    std::vector<double> next(score.size(), never);
-    double carried = never;
-    std::uint32_t carrier = 0;
-    for (std::uint32_t s = 0; s < score.size(); ++s) {
-      if (s == 0 || model.sample(s).simulation != model.sample(s - 1).simulation) carried = never;
-      carried += log_step;
-      if (score[s] + log_stop >= carried) {
-        carried = score[s] + log_stop;
-        carrier = s;
-      }
-      next[s] = log_stay + carried;
-      from[s] = carrier;
-      const bool later = model.sample(s).time_step >= model.sample(best).time_step;
-      if (later && score[best] + log_change > next[s]) {
-        next[s] = score[best] + log_change;
-        from[s] = best;
-      }
-    }
-    score = std::move(next);
-    before.push_back(std::move(from));
+  template <class Cost>
+  ChosenSample(std::span<const Match> ranked, double noise, double sharpness, const Cost& of_simulation) noexcept {
+    const double scale = square(std::ranges::min(ranked, {}, &Match::distance).distance) + noise * noise;
+    const auto cost = [&](const Match& m) {
+      return square(m.distance) + share * scale * of_simulation(m.sample.simulation);
+    };
+    const auto best = std::ranges::min_element(ranked, {}, cost);
+    double all = 0;
+    for (const Match& m : ranked) all += std::exp(-sharpness * (cost(m) - cost(*best)) / (cost(*best) + noise * noise));
+    sample = best->sample;
+    probability = 1 / all;
   }
 };
 
@@ -79,6 +53,8 @@ struct Tracker::State {
         probability(model.samples()),
         likelihood(model.samples()),
         first(model.simulations() + 1),
+        ranked(most_candidates),
+        history(model.simulations(), mesh_noise),
         simulations(model.simulations()),
         branches(model.branches()) {
     for (std::uint32_t s = 0; s < model.samples(); ++s) ++first[model.sample(s).simulation + 1];
@@ -90,6 +66,7 @@ struct Tracker::State {
   void predict() noexcept;
   void weigh(std::span<const Match> evidence) noexcept;
   void publish() noexcept;
+  void choose(const SurfaceFit& fit) noexcept;
   void judge(const SurfaceFit& fit) noexcept;
 
   Model model;
@@ -100,6 +77,8 @@ struct Tracker::State {
   std::uint64_t judged = 0;                     // frames
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
+  std::vector<Match> ranked;                    // the frame's candidates; distance: rank
+  History history;
   std::vector<float> simulations, branches;
   TestState state;
 };
@@ -109,6 +88,7 @@ void Tracker::State::reset() noexcept {
   state = {};
   log_misfits = weights = 0;
   judged = 0;
+  history.reset();
   publish();
 }
 
@@ -158,6 +138,18 @@ void Tracker::State::publish() noexcept {
   state.branch_probabilities = branches;
 }
 
+void Tracker::State::choose(const SurfaceFit& fit) noexcept {
+  const std::size_t count = std::min({fit.candidates.size(), fit.ranks.size(), ranked.size()});
+  if (count == 0) return;
+  for (std::size_t i = 0; i < count; ++i) ranked[i] = {fit.candidates[i].sample, fit.ranks[i]};
+  const auto candidates = std::span<const Match>(ranked).first(count);
+  const ChosenSample choice(candidates, mesh_noise, double{config.sharpness},
+                            [&](std::uint32_t simulation) { return history[simulation]; });
+  state.sample = choice.sample;
+  state.sample_probability = static_cast<float>(choice.probability);
+  history.add(candidates);
+}
+
 // Misfits scatter from frame to frame. Over a test their mean distinguishes a run of an unknown branch from one of a
 // known branch. The weight of a frame is one over the square of its expected residual.
 void Tracker::State::judge(const SurfaceFit& fit) noexcept {
@@ -195,23 +187,36 @@ const TestState& Tracker::update(const MatchResult& result) noexcept {
   if (state_->state.frames++ > 0) state_->predict();
   state_->weigh(evidence);
   state_->publish();
+  state_->choose(result.fit);
   state_->judge(result.fit);
   return state_->state;
 }
 
-std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence,
-                                   const TrackerConfig& wanted) {
-  const TrackerConfig config = completed(wanted, model);
-  Trellis trellis(model, config);
-  for (std::size_t frame = 0; frame < evidence.size(); ++frame) {
-    if (frame > 0) trellis.advance();
-    if (!evidence[frame].empty()) trellis.weigh(evidence[frame], config);
-  }
-  std::vector<Sample> path(evidence.size());
-  auto at = static_cast<std::uint32_t>(std::ranges::max_element(trellis.score) - trellis.score.begin());
-  for (std::size_t frame = evidence.size(); frame-- > 0;) {
-    path[frame] = model.sample(at);
-    if (frame > 0) at = trellis.before[frame - 1][at];
+std::vector<Match> ranked(std::span<const Match> candidates, std::span<const float> ranks) {
+  std::vector<Match> result(candidates.begin(), candidates.end());
+  for (std::size_t i = 0; i < std::min(result.size(), ranks.size()); ++i) result[i].distance = ranks[i];
+  return result;
+}
+
+std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence) {
+  const double noise = double{DepthMetric{}.in(model.length_unit()).mesh_noise};
+  const auto histories = [&](auto frames) {  // before each frame, in the order of the frames
+    std::vector<History> all{History(model.simulations(), noise)};
+    for (const std::vector<Match>& frame : frames) {
+      all.push_back(all.back());
+      if (!frame.empty()) all.back().add(frame);
+    }
+    return all;
+  };
+  const auto before = histories(evidence), after = histories(evidence | std::views::reverse);
+  std::vector<Sample> path;
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    const History &past = before[i], &future = after[evidence.size() - 1 - i];
+    const auto cost = [&](std::uint32_t simulation) { return (past[simulation] + future[simulation]) / 2; };
+    if (evidence[i].empty())
+      path.push_back(path.empty() ? Sample{} : path.back());
+    else
+      path.push_back(ChosenSample(evidence[i], noise, 1, cost).sample);
   }
   return path;
 }

@@ -46,6 +46,7 @@ void fill(wire::WireFit& fit, const SurfaceFit& from) noexcept {
   if (from.candidates.empty()) return;
   static_cast<FitNumbers&>(fit) = from;
   fit.candidates.assign(from.candidates.begin(), from.candidates.end());
+  fit.ranks.assign(from.ranks.begin(), from.ranks.end());
   fit.estimate.assign(from.estimate.begin(), from.estimate.end());
 }
 
@@ -92,6 +93,7 @@ wire::ModelSummary summarize(const Model& model, const std::string& file) {
 void reserve(Outcome& outcome, std::uint32_t max_matches) {
   outcome.matches.reserve(max_matches);
   outcome.result.fit.candidates.reserve(max_candidates);
+  outcome.result.fit.ranks.reserve(max_candidates);
   outcome.result.fit.estimate.reserve(max_candidates);
   outcome.result.test.simulations.reserve(max_chances);
   outcome.result.test.branches.reserve(max_branches);
@@ -102,6 +104,7 @@ void clear(Outcome& outcome) noexcept {
   wire::WireResult& result = outcome.result;
   wire::WireResult fresh;
   fresh.fit.candidates = emptied(result.fit.candidates);
+  fresh.fit.ranks = emptied(result.fit.ranks);
   fresh.fit.estimate = emptied(result.fit.estimate);
   fresh.test.simulations = emptied(result.test.simulations);
   fresh.test.branches = emptied(result.test.branches);
