@@ -4,8 +4,9 @@
 // any number of steps; fewer steps are more likely. Neither the rates of the two clocks nor their offset are needed. A
 // small share of the probability may change to another simulation, so that the tracker recovers from a wrong start.
 //
-// With fit, the sample of a frame is chosen among its candidates: a simulation that explained the frames before less well
-// than the best one ranks lower. Of an unseen run that never is worse than the match, unlike the model's own sample.
+// With fit, the sample of a frame is chosen among its candidates: a simulation that explained the frames before less
+// well than the best one ranks lower. Of an unseen run that never is worse than the match, unlike the model's own
+// sample.
 #pragma once
 
 #include <lbea/lbea.hpp>
