@@ -127,15 +127,17 @@ TEST_CASE("tables, JSON and CSV of an evaluation are consistent") {
     CHECK(entry.path().extension() != ".lbea");
 }
 
-TEST_CASE("folds agree with the frames") {
+TEST_CASE("folds and worst tests agree with the frames") {
   const TemporaryFolder folder;
   const Outcome outcome = run_program(
       evaluation("--folds 3 --first-step 8 --every 10 --no-icp --no-contained --no-strangers"), folder.path());
   REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
-  std::map<std::string, std::map<std::string, Errors>> errors;  // by fold, then by run
+  std::map<std::string, std::map<std::string, Errors>> errors;      // by fold, then by run
+  std::map<std::string, std::map<std::string, double>> difference;  // of fit and oracle, by run, then by step
   for (const CsvRow& row : read_csv(folder / "e/frames.csv")) {
     for (const char* method : {"oracle", "lbea", "fit", "path"})
       errors[row.at("fold")][row.at("experiment")][method].push_back(std::stod(row.at(method)));
+    difference[row.at("experiment")][row.at("step")] = std::stod(row.at("fit")) - std::stod(row.at("oracle"));
   }
   json folds = read_json(folder / "e/summary.json")["rounds"][0]["folds"];
   REQUIRE(errors.size() == 3);
@@ -154,6 +156,30 @@ TEST_CASE("folds agree with the frames") {
     }
     CHECK(folds["mean"][method].get<double>() == doctest::Approx(mean(ratios)).epsilon(1e-4));
     CHECK(folds["worst"][method].get<double>() == doctest::Approx(std::ranges::max(ratios)).epsilon(1e-4));
+  }
+
+  const auto worst = read_csv(folder / "e/worst.csv");
+  REQUIRE(worst.size() > 2);
+  CHECK(files_in(folder / "e/worst") == worst.size());
+  double before = 1e9;
+  for (std::size_t i = 0; i < worst.size(); ++i) {
+    const std::string& run = worst[i].at("experiment");
+    const Errors& methods = errors[worst[i].at("fold")].at(run);
+    const double fit = mean(methods.at("fit")), best = mean(methods.at("oracle"));
+    CHECK(std::stod(worst[i].at("ratio")) == doctest::Approx(fit / best).epsilon(1e-4));
+    CHECK(fit - best <= before + 1e-4);
+    before = fit - best;
+    for (const auto& [step, apart] : difference[run]) CHECK(apart <= difference[run].at(worst[i].at("step")));
+    // The frame and both samples are images of the same component; the oracle's also has about the frame's outline.
+    std::map<std::string, std::vector<double>> depths;
+    for (const CsvRow& cell : read_csv(folder / ("e/worst/" + std::to_string(i + 1) + ".csv")))
+      for (const char* image : {"frame", "fit", "oracle"})
+        if (!cell.at(image).empty()) depths[image].push_back(std::stod(cell.at(image)));
+    REQUIRE(depths.size() == 3);
+    for (const char* image : {"fit", "oracle"})
+      CHECK(mean(depths[image]) == doctest::Approx(mean(depths["frame"])).epsilon(0.02));
+    CHECK(static_cast<double>(depths["oracle"].size()) ==
+          doctest::Approx(static_cast<double>(depths["frame"].size())).epsilon(0.2));
   }
 }
 

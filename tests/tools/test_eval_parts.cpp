@@ -178,6 +178,23 @@ TEST_CASE("folds are scored alone; their mean and the worst follow") {
   }
 }
 
+TEST_CASE("the worst tests are those in which fit exceeds the oracle most") {
+  Evaluation evaluation;
+  CHECK(worst_tests(evaluation).empty());
+  auto& tests = evaluation.rounds.emplace_back().tests;
+  // Differences of the means: 1, 4, 2, none.
+  tests = {test_of({frame_of(1, 2, 0, 5)}), test_of({frame_of(1, 1, 0, 5), frame_of(1, 9, 0, 5)}),
+           test_of({frame_of(5, 7, 0, 5)}), test_of({frame_of(1, 1, 0, 5)})};
+  for (std::size_t i = 0; i < 3; ++i) tests[i].worst.columns = 1;
+  const auto worst = worst_tests(evaluation), two = worst_tests(evaluation, 2);
+  REQUIRE(worst.size() == 3);
+  CHECK(worst[0].test == &tests[1]);
+  CHECK(worst[1].test == &tests[2]);
+  CHECK(worst[2].test == &tests[0]);
+  REQUIRE(two.size() == 2);
+  CHECK(two[1].test == &tests[2]);
+}
+
 TEST_CASE("own samples are counted in contained experiments; an oracle of 0 has no ratio") {
   TestTrial test = test_of({frame_of(0, 0, 5, 5), frame_of(0, 1, 6, 7)});
   test.contained = true;

@@ -135,7 +135,9 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments")->required();
   app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that senses the experiments, and its noise")
       ->required();
-  app.add_option("-o,--out", arguments.out, "folder for tables.md, summary.json, frames.csv, view.csv")->required();
+  app.add_option("-o,--out", arguments.out,
+                 "folder for tables.md, summary.json, frames.csv, view.csv, worst.csv, worst/")
+      ->required();
   declare_experiments(app, arguments);
   app.add_option("--mode", arguments.mode, "reference mesh: impact, over-time or both")
       ->check(one_of({"impact", "over-time", "both"}));

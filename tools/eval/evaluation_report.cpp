@@ -116,6 +116,29 @@ std::string view_csv(const Evaluation& evaluation) {
   return table.text();
 }
 
+std::string worst_csv(std::span<const WorstTest> tests) {
+  CsvTable table("experiment,branch,fold,oracle,fit,estimate,ratio,step,step_oracle,step_fit");
+  table.end_row();
+  for (const auto& [test, s] : tests) {
+    const Score& fit = s.of(EvaluatedMethod::fit);
+    table.add(test->experiment, test->branch, test->fold, s.oracle.mean, fit.mean, s.of(EvaluatedMethod::estimate).mean,
+              fit.ratio, test->worst.step, test->worst.oracle, test->worst.fit);
+    table.end_row();
+  }
+  return table.text();
+}
+
+std::string images_csv(const WorstFrame& worst) {
+  CsvTable table("row,column,frame,fit,oracle");
+  table.end_row();
+  for (std::size_t cell = 0; cell < worst.images[0].size(); ++cell) {
+    table.add(cell / worst.columns, cell % worst.columns);
+    for (const auto& image : worst.images) table.add(image[cell]);
+    table.end_row();
+  }
+  return table.text();
+}
+
 }  // namespace
 
 std::string to_json(const Evaluation& evaluation) {
@@ -143,6 +166,12 @@ void write_evaluation(const std::filesystem::path& folder, const Evaluation& eva
   io::write_file(folder / "summary.json", to_json(evaluation) + '\n');
   io::write_file(folder / "frames.csv", frames_csv(evaluation));
   io::write_file(folder / "view.csv", view_csv(evaluation));
+  const auto worst = worst_tests(evaluation);
+  io::write_file(folder / "worst.csv", worst_csv(worst));
+  std::error_code error;  // is reported when the first file is written
+  std::filesystem::create_directories(folder / "worst", error);
+  for (std::size_t i = 0; i < worst.size(); ++i)
+    io::write_file(folder / "worst" / (std::to_string(i + 1) + ".csv"), images_csv(worst[i].test->worst));
 }
 
 }  // namespace lbea::tool

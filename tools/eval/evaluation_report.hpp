@@ -48,6 +48,14 @@ struct FoldRow {
 /// Empty unless there are several folds and any has several tests.
 [[nodiscard]] std::vector<FoldRow> fold_rows(std::span<const TestTrial> tests);
 
+/// The tests of the first round in which the mean EE of fit exceeds the oracle's most, greatest difference first. Tests
+/// without any difference are left out.
+struct WorstTest {
+  const TestTrial* test;
+  Summary summary;  // of this test
+};
+[[nodiscard]] std::vector<WorstTest> worst_tests(const Evaluation& evaluation, std::size_t most = 10);
+
 /// Frames of a removed branch whose oracle error without the branch is more than twice that with it. In earlier frames
 /// the branches have not diverged, and other simulations fit. `with` and `without`: the same tests and frames.
 struct DivergedFrames {
@@ -63,7 +71,8 @@ struct DivergedFrames {
 [[nodiscard]] std::string to_json(const Evaluation& evaluation);
 
 /// Writes FOLDER/tables.md, summary.json, frames.csv (a line per frame and round), view.csv (a line per sample and per
-/// undisturbed unseen frame). Throws Error{write_failed}.
+/// undisturbed unseen frame), worst.csv (a line per test of worst_tests()) and for line N worst/N.csv (a line per cell
+/// of the depth images of its worst frame). Throws Error{write_failed}.
 void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation);
 
 }  // namespace lbea::tool

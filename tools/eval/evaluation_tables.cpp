@@ -139,6 +139,21 @@ std::string fold_table(const Round& round) {
   return text + "\nOracle: mean EE; methods: ratio to it. Worst: the greatest value of each column.\n\n";
 }
 
+std::string worst_table(const Evaluation& evaluation) {
+  const auto tests = worst_tests(evaluation);
+  if (tests.empty()) return "";
+  std::string text = table_head("Worst tests, " + evaluation.rounds.front().title + " experiments",
+                                {"experiment", "branch", "oracle", "fit", "estimate", "ratio", "worst step"});
+  for (const auto& [test, s] : tests) {
+    const Score& fit = s.of(EvaluatedMethod::fit);
+    text += line({test->experiment, std::to_string(test->branch), number(s.oracle.mean), number(fit.mean),
+                  number(s.of(EvaluatedMethod::estimate).mean), number(fit.ratio), std::to_string(test->worst.step)});
+  }
+  return text +
+         "\nMean EE; greatest difference between fit and oracle first. Ratio: fit to oracle. Worst step: of the "
+         "frame in which they differ most; for its depth images see worst/ and the figures.\n\n";
+}
+
 std::string verdict_table(const Evaluation& evaluation) {
   std::string text =
       table_head("Verdicts, shares of the frames",
@@ -297,6 +312,18 @@ std::vector<FoldRow> fold_rows(std::span<const TestTrial> tests) {
   return rows;
 }
 
+std::vector<WorstTest> worst_tests(const Evaluation& evaluation, std::size_t most) {
+  std::vector<WorstTest> worst;
+  if (evaluation.rounds.empty()) return worst;
+  for (const TestTrial& test : evaluation.rounds.front().tests)
+    if (test.worst.columns > 0) worst.push_back({&test, summarize(std::span(&test, 1))});
+  std::ranges::stable_sort(worst, std::greater{}, [](const WorstTest& w) {
+    return w.summary.of(EvaluatedMethod::fit).mean - w.summary.oracle.mean;
+  });
+  worst.resize(std::min(worst.size(), most));
+  return worst;
+}
+
 DivergedFrames diverged_frames(std::span<const TestTrial> without, std::span<const TestTrial> with) {
   DivergedFrames diverged;
   std::vector<double> refused, refused_by_test;
@@ -324,7 +351,7 @@ std::string tables(const Evaluation& evaluation) {
     if (undisturbed(round) && (round.title == "unseen" || round.title == "contained"))
       text += errors_table(round, evaluation.length_unit);
   for (const Round& round : evaluation.rounds) text += fold_table(round);
-  text += branch_table(evaluation);
+  text += worst_table(evaluation) + branch_table(evaluation);
   for (const char* title : {"unseen", "contained"}) text += robustness_table(evaluation, title);
   return text + verdict_table(evaluation) + field_table(evaluation) + time_table(evaluation);
 }

@@ -3,7 +3,8 @@
 
 usage: figures.py EVALUATION_FOLDER [PARAMETER]
 Writes methods.png (mean error per method beside the oracle), branches.png (error over time per deformation branch),
-robustness.png when there are disturbed frames, and view.png (the simulations as curves in time in the joint
+robustness.png when there are disturbed frames, worst.png (depth images of the frame, fit's sample and the oracle's in
+the worst frame of the tests with the worst fit), and view.png (the simulations as curves in time in the joint
 low-dimensional representation, colored by PARAMETER, by default the one most correlated with it; experiments in black on top).
 """
 import csv
@@ -96,6 +97,25 @@ def draw_robustness(rows, file):
     figure.savefig(file, dpi=130)
 
 
+def draw_worst(tests, folder, file):
+    if not tests:
+        return
+    figure, panels = plt.subplots(len(tests), 3, figsize=(11, 1.8 * len(tests)), squeeze=False, layout="constrained")
+    for rank, (test, row) in enumerate(zip(tests, panels), 1):
+        cells = read(folder / f"{rank}.csv")
+        size = int(cells[-1]["row"]) + 1, int(cells[-1]["column"]) + 1
+        images = {name: np.array([number(c[name]) for c in cells]).reshape(size) for name in ("frame", "fit", "oracle")}
+        everything = np.array(list(images.values()))
+        titles = {"frame": f"{rank}: {test['experiment']}, step {test['step']}"}
+        titles.update((m, f"{m}: EE {number(test['step_' + m]):.1f}") for m in ("fit", "oracle"))
+        for axes, (name, image) in zip(row, images.items()):
+            shown = axes.imshow(image, vmin=np.nanmin(everything), vmax=np.nanmax(everything), cmap="viridis")
+            axes.set_title(titles[name], fontsize=8)
+            axes.set(xticks=[], yticks=[], facecolor="lightgray")
+        figure.colorbar(shown, ax=row, label="depth")
+    figure.savefig(file, dpi=130)
+
+
 def most_correlated_parameter(simulations, names):
     """The parameter with the strongest correlation with the last coordinates."""
     last = {}
@@ -147,6 +167,7 @@ def main(folder, parameter):
     draw_methods(frames, folder / "methods.png")
     draw_branches(frames, folder / "branches.png")
     draw_robustness(frames, folder / "robustness.png")
+    draw_worst(read(folder / "worst.csv"), folder / "worst", folder / "worst.png")
     draw_view(view, folder / "view.png", parameter)
 
 

@@ -2,6 +2,7 @@
 
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 #include "tools/eval/mesh_series.hpp"
 
 #include <lbea/inference.hpp>
@@ -82,6 +83,7 @@ class Test {
         hidden_place_ = any_of_them(sensed, seed);
       const auto points = disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_);
       trial.frames.push_back(frame(step, points, matchers, tracker));
+      keep_if_worst(trial.worst, trial.frames.back(), points);
       if (done()) break;
     }
     if (meshes_) meshes_->finish();
@@ -113,6 +115,31 @@ class Test {
     row.vtp_ns = by_vtp.elapsed_ns;
     row.lbea_ns = by_lbea.elapsed_ns;
     return row;
+  }
+
+  void keep_if_worst(WorstFrame& worst, const FrameTrial& row, std::span<const Point> points) const {
+    const auto fit = static_cast<std::size_t>(EvaluatedMethod::fit);
+    const double excess = row.errors[fit] - row.best.error, before = worst.columns > 0 ? worst.fit - worst.oracle : 0;
+    const SensorViews views = SensorViews::baked_into(model_);
+    if (views.empty() || !(excess > before)) return;
+    worst = {row.step,
+             row.best.error,
+             row.errors[fit],
+             views.columns(),
+             {depth_image(points, views), views.depth_image(row.samples[fit]), views.depth_image(row.best.sample)}};
+  }
+  /// The frame as fit compares it with the images of the samples.
+  [[nodiscard]] std::vector<float> depth_image(std::span<const Point> points, const SensorViews& views) const {
+    CloudIndex index(envelope_grid(model_.view().envelope), static_cast<std::uint32_t>(points.size()));
+    index.build(points, config_.T_reference_sensor);
+    const DepthCamera& camera = views.data()->camera;
+    FrameDepthImage image(camera);
+    image.build(index);
+    std::vector<float> depths;
+    for (const float cell : image.cells().first(camera.cells()))
+      depths.push_back(cell < 0 ? std::numeric_limits<float>::quiet_NaN()
+                                : camera.depth_origin + camera.depth_step * cell);
+    return depths;
   }
 
   void score_fit(FrameTrial& row, const MatchResult& result) {

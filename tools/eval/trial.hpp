@@ -58,10 +58,20 @@ struct FrameTrial : FrameNumbers {
   FieldError field;  // of the model's first field
 };
 
+/// The frame of a test in which the error of fit exceeds the oracle's most, as depth images. Empty when it never
+/// exceeds it.
+struct WorstFrame {
+  std::uint32_t step = 0;
+  double oracle = not_measured, fit = not_measured;  // EE
+  std::uint32_t columns = 0;
+  std::array<std::vector<float>, 3> images;  // of the frame, fit's sample, the oracle's; NaN: nothing seen
+};
+
 struct TestTrial {
   std::string experiment;
   std::uint32_t branch = 0;
   std::uint32_t fold = 0;  // from 1; 0: not one of several splits
+  WorstFrame worst;
   std::vector<FrameTrial> frames;
   std::string named;       // the most likely simulation after the last frame
   bool contained = false;  // the experiment is one of the simulations
