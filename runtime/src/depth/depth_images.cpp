@@ -198,13 +198,15 @@ DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, co
       chosen_(capacity),
       common_(padded_cells(camera)) {}
 
-void DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_t> depths,
-                        std::span<const RankedSample> proposed) noexcept {
+float DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_t> depths,
+                         std::span<const RankedSample> proposed) noexcept {
   compare(observed, depths, proposed);
+  const float least = ranked()[0].distance;
   mark_occluded(observed, depths);
   const auto chosen = std::span(chosen_).first(ranked().size());
   std::ranges::copy(ranked(), chosen.begin());
   compare(observed, depths, chosen);
+  return least;
 }
 
 void DepthRanking::compare(std::span<const float> observed, std::span<const std::uint16_t> depths,

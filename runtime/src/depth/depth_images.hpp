@@ -137,9 +137,10 @@ class DepthRanking {
 
   /// observed: padded_cells() depths in steps; depths: the images of all samples; proposed: the samples to rank.
   /// A cell that all of the best samples fill and the frame does not is regarded as occluded, not as a hole in the
-  /// component: it becomes `not_observed` and is ignored from then on. Does not allocate.
-  void rank(std::span<float> observed, std::span<const std::uint16_t> depths,
-            std::span<const RankedSample> proposed) noexcept;
+  /// component: it becomes `not_observed` and is ignored from then on. Returns the least mean square before that. Does
+  /// not allocate.
+  float rank(std::span<float> observed, std::span<const std::uint16_t> depths,
+             std::span<const RankedSample> proposed) noexcept;
 
   /// Best first. distance: mean square over the cells that either image fills, in squared depth steps.
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }

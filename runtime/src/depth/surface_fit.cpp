@@ -149,45 +149,45 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   std::ranges::copy(frame_.cells(), limited_.begin());
   surroundings_.limit(limited_);
   if (thinned_.empty()) return fit(limited_, proposed);
-  // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
-  return hides_a_part() ? fit(limited_, proposed_.ranked(), true) : fit(frame_.cells(), proposed);
-}
-
-/// Leaves the samples with the least residual without the cells far from what the frame shows in proposed_.
-bool SurfaceFitter::hides_a_part() noexcept {
-  thinned_.propose(frame_.cells(), proposed_);
-  const float whole = least_residual(frame_.cells());
-  thinned_.propose(limited_, proposed_);
+  const float whole = choose_candidates(frame_.cells(), proposed);
   const float noise = square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step);
-  return whole > settings_.hidden * (least_residual(limited_) + noise);
+  const bool is_hidden = whole > settings_.hidden * (least_limited_residual() + noise);
+  // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
+  return is_hidden ? fit(limited_, proposed_.ranked(), true) : fit_candidates(frame_.cells(), false);
 }
 
-/// Of the first of the proposed samples, squared, in depth steps.
-float SurfaceFitter::least_residual(std::span<const float> observed) const noexcept {
+/// The least one, squared, in depth steps, without the cells far from what the frame shows. Leaves the samples that are
+/// best then in proposed_.
+float SurfaceFitter::least_limited_residual() noexcept {
   constexpr std::size_t most = 8;  // thinned images are nearly as good as whole ones
-  const auto proposed = proposed_.ranked().first(std::min(most, proposed_.ranked().size()));
+  thinned_.propose(limited_, proposed_);
   float least = std::numeric_limits<float>::infinity();
-  for (const RankedSample& sample : proposed) {
+  for (const RankedSample& sample : proposed_.ranked().first(std::min(most, proposed_.ranked().size()))) {
     const auto image = views_.data()->of_sample(sample.sample);
-    least = std::min(least, mean_square(code_, observed, image.data(), best_.prices()));
+    least = std::min(least, mean_square(code_, limited_, image.data(), best_.prices()));
   }
   return least;
 }
 
 SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed,
                               bool is_hidden) noexcept {
+  choose_candidates(observed, proposed);
+  return fit_candidates(observed, is_hidden);
+}
+
+SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> observed, bool is_hidden) noexcept {
   SurfaceFit result;
-  choose_candidates(observed, proposed);  // the samples with the least residual
-  combine_candidates(observed);           // their convex combination with the least residual
-  if (!is_hidden) extrapolate();          // the estimate may lie beside the samples
-  weigh(result);                          // candidates ranked by their distance from the estimate
-  judge(result);                          // misfit, spread, verdict
+  combine_candidates(observed);   // their convex combination with the least residual
+  if (!is_hidden) extrapolate();  // the estimate may lie beside the samples
+  weigh(result);                  // candidates ranked by their distance from the estimate
+  judge(result);                  // misfit, spread, verdict
   return result;
 }
 
-void SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
+/// The samples with the least residual. Returns the least one, squared, before hidden cells are left out.
+float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
-  best_.rank(observed, images.depths, proposed);
+  const float least = best_.rank(observed, images.depths, proposed);
   const float step = images.camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
@@ -195,6 +195,7 @@ void SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const
                       step * std::sqrt(sample.distance)};
     copy_landmarks(sample.sample, landmarks(k));
   }
+  return least;
 }
 
 // The residual of a combination is approximated by the combination of the residuals. That is exact along a line of

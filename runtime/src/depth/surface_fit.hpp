@@ -79,11 +79,11 @@ class SurfaceFitter {
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
  private:
-  void choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
+  float choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
+  SurfaceFit fit_candidates(std::span<const float> observed, bool is_hidden) noexcept;
   void combine_candidates(std::span<const float> observed) noexcept;
   void extrapolate() noexcept;
-  [[nodiscard]] bool hides_a_part() noexcept;
-  [[nodiscard]] float least_residual(std::span<const float> observed) const noexcept;
+  [[nodiscard]] float least_limited_residual() noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   void judge(SurfaceFit& result) noexcept;
