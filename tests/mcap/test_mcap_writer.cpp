@@ -79,13 +79,21 @@ TEST_CASE("the checksum of joined pieces is that of the whole") {
   }
 }
 
+// Ten times slower under the address sanitizer, which sees one bit of every byte. The release build checks all.
+#ifdef __SANITIZE_ADDRESS__
+constexpr unsigned flipped_bits = 1;
+#else
+constexpr unsigned flipped_bits = 8;
+#endif
+
 TEST_CASE("any flipped bit is detected") {
   for (const Compression compression : all_compressions) {
     CAPTURE(name_of(compression));
     MemorySink sink;
     REQUIRE(write_file(sink, some_messages(9), 4, compression) == 0);
     for (std::size_t byte = 0; byte < sink.bytes.size(); ++byte)
-      for (unsigned bit = 0; bit < 8; ++bit) {
+      for (unsigned i = 0; i < flipped_bits; ++i) {
+        const unsigned bit = (byte + i) % 8;
         sink.bytes[byte] ^= static_cast<std::byte>(1u << bit);
         if (hear(sink.bytes).audit.is_intact()) {
           CAPTURE(byte);
