@@ -172,6 +172,9 @@ TEST_CASE("the path looks back: a later frame decides between candidates with ne
   CHECK(path[1] == Sample{0, 3});
   CHECK(path[2] == Sample{0, 1});
   CHECK(likeliest_path(model, {}).empty());
+  const std::vector<std::vector<Match>> forged{{{{4'000'000'000, 1}, 1.0f}, {{0, 99}, 1.0f}, {{1, 1}, std::nanf("")}},
+                                               frames.first};
+  CHECK(likeliest_path(model, forged)[1] == Sample{0, 1});
   const std::vector<float> ranks{4, 5};
   CHECK(ranked(frames.first, ranks)[1].distance == 5);
   CHECK(ranked(frames.first, {})[1].distance == 3);

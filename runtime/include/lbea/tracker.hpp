@@ -63,8 +63,8 @@ class LBEA_API Tracker {
 [[nodiscard]] LBEA_API std::vector<Match> ranked(std::span<const Match> candidates, std::span<const float> ranks);
 
 /// After the test: one sample per frame, given all frames: as the tracker chooses it, but from the frames before and
-/// after. evidence: the candidates of each frame; empty for a frame without, which repeats the sample before it. For
-/// offline use.
+/// after. evidence: the candidates of each frame, of which those that are not in the model are ignored; a frame without
+/// any repeats the sample before it. For offline use.
 [[nodiscard]] LBEA_API std::vector<Sample> likeliest_path(const Model& model,
                                                           std::span<const std::vector<Match>> evidence);
 

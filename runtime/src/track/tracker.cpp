@@ -198,9 +198,14 @@ std::vector<Match> ranked(std::span<const Match> candidates, std::span<const flo
   return result;
 }
 
-std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> evidence) {
+std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> recorded) {
+  std::vector<std::vector<Match>> evidence(recorded.begin(), recorded.end());
+  for (std::vector<Match>& frame : evidence)
+    std::erase_if(frame, [&](const Match& m) {
+      return model.sample_index(m.sample) == model.samples() || !std::isfinite(m.distance);
+    });
   const double noise = double{DepthMetric{}.in(model.length_unit()).mesh_noise};
-  const auto histories = [&](auto frames) {  // before each frame, in the order of the frames
+  const auto histories = [&](auto&& frames) {  // before each frame, in the order of the frames
     std::vector<History> all{History(model.simulations(), noise)};
     for (const std::vector<Match>& frame : frames) {
       all.push_back(all.back());
