@@ -27,9 +27,11 @@ void SharedCounters::store(const IdTracker& ids) noexcept {
 
 wire::Counters SharedCounters::load() const noexcept {
   wire::Counters counters;
-  for (std::size_t i = 0; i < wire::wire_status_count; ++i)
-    counters.by_status[i] = by_status_[i].load(std::memory_order_acquire);
-  counters.received = received_.load(std::memory_order_acquire);
+  do {  // until no frame is received meanwhile; else frames seem to be on the way that have a status
+    counters.received = received_.load(std::memory_order_acquire);
+    for (std::size_t i = 0; i < wire::wire_status_count; ++i)
+      counters.by_status[i] = by_status_[i].load(std::memory_order_acquire);
+  } while (counters.received != received_.load(std::memory_order_acquire));
   counters.missed = counters.of(wire::WireStatus::missed);
   counters.duplicates = duplicates_.load(std::memory_order_relaxed);
   counters.reordered = reordered_.load(std::memory_order_relaxed);
