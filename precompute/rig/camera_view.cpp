@@ -8,7 +8,7 @@ namespace lbea::bake {
 namespace {
 
 constexpr double rounding = 1e-6;      // px
-constexpr double least_share = 1e-10;  // below it, the rounding of a sum is more than 0.1 % of it
+constexpr double least_share = 1e-10;  // of a sum in its summands: below it, rounding matters
 constexpr std::uint32_t no_pixel = 0xffff'ffff;
 
 struct Linear {
@@ -23,9 +23,9 @@ class Projection {
   /// Degenerate when the eye lies in the triangle's plane, up to rounding.
   Projection(const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
-    const Vec3 normal{ab.x + bc.x + ca.x, ab.y + bc.y + ca.y, ab.z + bc.z + ca.z};
-    const double volume = dot(bc, a);  // normal a
-    const double summands = std::abs(bc.x * a.x) + std::abs(bc.y * a.y) + std::abs(bc.z * a.z);
+    const Vec3 normal = cross(b - a, c - a);
+    const double volume = dot(normal, a);
+    const double summands = std::abs(normal.x * a.x) + std::abs(normal.y * a.y) + std::abs(normal.z * a.z);
     is_degenerate_ = !(std::abs(volume) > least_share * summands) || !std::isfinite(volume);
     const double sign = volume > 0 ? 1 : -1;
     edges_ = {scaled(ab, sign), scaled(bc, sign), scaled(ca, sign)};

@@ -31,8 +31,8 @@ struct SurfaceState {
   std::span<const std::uint8_t> alive{};
 };
 
-/// Sees one mesh topology. All functions are const and safe to call from several threads; the answers are the same on
-/// every machine. A state of the wrong size throws Error{bad_input}.
+/// Sees one mesh topology. All functions are const and safe to call from several threads; images and visibility are
+/// the same on every machine. A state of the wrong size throws Error{bad_input}.
 class VirtualSensor {
  public:
   /// `elements`: node indices, a triangle repeats its last node; quads are split along nodes 0-2.

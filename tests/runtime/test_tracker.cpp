@@ -162,6 +162,22 @@ TEST_CASE("no history keeps the tracker from a sample that fits much better than
   CHECK(update(tracker, {{{0, 5}, 9.0f}, {{1, 2}, 1.0f}}).sample == Sample{1, 2});
 }
 
+// Forged candidates were written to beyond the tracker's arrays, and one rank that is not a number spoiled all frames.
+TEST_CASE("candidates that the model does not contain, and numbers that are not finite, change nothing") {
+  const AlignedBytes bytes = bent_plates_model();
+  const Model model = Model::view(bytes.span());
+  const float infinity = std::numeric_limits<float>::infinity();
+  Tracker tracker(model);
+  update(tracker, {{{1000, 1}, 1.0f}, {{0, 99}, 1.0f}});
+  CHECK(tracker.state().frames == 0);
+  update(tracker, {{{0, 1}, std::nanf("")}, {{1, 1}, infinity}});
+  CHECK(tracker.state().frames == 0);
+  CHECK(update(tracker, {{{0, 1}, std::nanf("")}, {{1, 1}, 2.0f}, {{2, 1}, infinity}}).sample == Sample{1, 1});
+  CHECK(update(tracker, {{{0, 2}, 4.0f}, {{1, 2}, 3.0f}, {{2, 2}, 1.0f}}).sample == Sample{2, 2});
+  CHECK(tracker.state().sample_probability > 0.5f);
+  CHECK(tracker.state().simulation_probabilities[0] >= 0);
+}
+
 TEST_CASE("the path looks back: a later frame decides between candidates with nearly the same rank") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());
@@ -175,6 +191,7 @@ TEST_CASE("the path looks back: a later frame decides between candidates with ne
   const std::vector<std::vector<Match>> forged{{{{4'000'000'000, 1}, 1.0f}, {{0, 99}, 1.0f}, {{1, 1}, std::nanf("")}},
                                                frames.first};
   CHECK(likeliest_path(model, forged)[1] == Sample{0, 1});
+  CHECK(likeliest_path(model, forged)[0] == Sample{0, 1});  // that of the first frame with candidates
   const std::vector<float> ranks{4, 5};
   CHECK(ranked(frames.first, ranks)[1].distance == 5);
   CHECK(ranked(frames.first, {})[1].distance == 3);

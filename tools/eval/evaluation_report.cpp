@@ -168,7 +168,8 @@ void write_evaluation(const std::filesystem::path& folder, const Evaluation& eva
   io::write_file(folder / "view.csv", view_csv(evaluation));
   const auto worst = worst_tests(evaluation);
   io::write_file(folder / "worst.csv", worst_csv(worst));
-  std::error_code error;  // is reported when the first file is written
+  std::error_code error;                                 // is reported when the first file is written
+  std::filesystem::remove_all(folder / "worst", error);  // of an earlier evaluation
   std::filesystem::create_directories(folder / "worst", error);
   for (std::size_t i = 0; i < worst.size(); ++i)
     io::write_file(folder / "worst" / (std::to_string(i + 1) + ".csv"), images_csv(worst[i].test->worst));

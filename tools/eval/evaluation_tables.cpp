@@ -317,9 +317,11 @@ std::vector<WorstTest> worst_tests(const Evaluation& evaluation, std::size_t mos
   if (evaluation.rounds.empty()) return worst;
   for (const TestTrial& test : evaluation.rounds.front().tests)
     if (test.worst.columns > 0) worst.push_back({&test, summarize(std::span(&test, 1))});
-  std::ranges::stable_sort(worst, std::greater{}, [](const WorstTest& w) {
+  const auto difference = [](const WorstTest& w) {
     return w.summary.of(EvaluatedMethod::fit).mean - w.summary.oracle.mean;
-  });
+  };
+  std::erase_if(worst, [&](const WorstTest& w) { return !(difference(w) > 0); });
+  std::ranges::stable_sort(worst, std::greater{}, difference);
   worst.resize(std::min(worst.size(), most));
   return worst;
 }

@@ -167,7 +167,8 @@ def main(folder, parameter):
     draw_methods(frames, folder / "methods.png")
     draw_branches(frames, folder / "branches.png")
     draw_robustness(frames, folder / "robustness.png")
-    draw_worst(read(folder / "worst.csv"), folder / "worst", folder / "worst.png")
+    if (folder / "worst.csv").exists():  # not in evaluations of lbea 0.1
+        draw_worst(read(folder / "worst.csv"), folder / "worst", folder / "worst.png")
     draw_view(view, folder / "view.png", parameter)
 
 

@@ -5,8 +5,7 @@
 // small share of the probability may change to another simulation, so that the tracker recovers from a wrong start.
 //
 // With fit, the sample of a frame is chosen among its candidates: a simulation that explained the frames before less
-// well than the best one ranks lower. Of an unseen run that never is worse than the match, unlike the model's own
-// sample.
+// well than the best one ranks lower.
 #pragma once
 
 #include <lbea/lbea.hpp>
@@ -28,7 +27,7 @@ struct TrackerConfig {
 /// Spans are valid until the next update() or reset().
 struct TestState {
   std::uint64_t frames = 0;  // frames with evidence
-  Sample sample;             // the most likely one now, given all frames so far; with fit one of its candidates
+  Sample sample;             // the most likely one now, given all frames so far; with ranks one of its candidates
   float sample_probability = 0;
   std::uint32_t simulation = 0;                       // the most likely one for the whole test so far
   std::span<const float> simulation_probabilities{};  // simulations(), for the whole test so far
@@ -63,8 +62,8 @@ class LBEA_API Tracker {
 [[nodiscard]] LBEA_API std::vector<Match> ranked(std::span<const Match> candidates, std::span<const float> ranks);
 
 /// After the test: one sample per frame, given all frames: as the tracker chooses it, but from the frames before and
-/// after. evidence: the candidates of each frame, of which those that are not in the model are ignored; a frame without
-/// any repeats the sample before it. For offline use.
+/// after. evidence: the candidates of each frame, of which those that are not in the model are ignored; a frame
+/// without any repeats the sample before it, or has that of the first frame with candidates. For offline use.
 [[nodiscard]] LBEA_API std::vector<Sample> likeliest_path(const Model& model,
                                                           std::span<const std::vector<Match>> evidence);
 

@@ -148,7 +148,7 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   frame_.build(index);  // the depth image of the frame
   std::ranges::copy(frame_.cells(), limited_.begin());
   surroundings_.limit(limited_);
-  if (thinned_.empty()) return fit(limited_, proposed);
+  if (thinned_.empty()) return fit(limited_, proposed, true);
   const float whole = choose_candidates(frame_.cells(), proposed);
   const float noise = square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step);
   const bool is_hidden = whole > settings_.hidden * (least_limited_residual() + noise);

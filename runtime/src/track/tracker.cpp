@@ -5,8 +5,6 @@
 namespace lbea {
 namespace {
 
-constexpr std::size_t most_candidates = 64;
-
 void require(bool holds, const char* name, float value, const char* range) {
   if (!holds)
     throw Error(Status::bad_config,
@@ -53,7 +51,7 @@ struct Tracker::State {
         probability(model.samples()),
         likelihood(model.samples()),
         first(model.simulations() + 1),
-        ranked(most_candidates),
+        known(model.samples()),
         history(model.simulations(), mesh_noise),
         simulations(model.simulations()),
         branches(model.branches()) {
@@ -63,6 +61,7 @@ struct Tracker::State {
   }
 
   void reset() noexcept;
+  std::span<const Match> keep_known(std::span<const Match> candidates, std::span<const float> distances) noexcept;
   void predict() noexcept;
   void weigh(std::span<const Match> evidence) noexcept;
   void publish() noexcept;
@@ -77,7 +76,7 @@ struct Tracker::State {
   std::uint64_t judged = 0;                     // frames
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
-  std::vector<Match> ranked;                    // the frame's candidates; distance: rank
+  std::vector<Match> known;                     // those of a frame's candidates that the model contains
   History history;
   std::vector<float> simulations, branches;
   TestState state;
@@ -138,11 +137,22 @@ void Tracker::State::publish() noexcept {
   state.branch_probabilities = branches;
 }
 
+/// The candidates of the model with finite distances: their own, or those given.
+std::span<const Match> Tracker::State::keep_known(std::span<const Match> candidates,
+                                                  std::span<const float> distances) noexcept {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < candidates.size() && count < known.size(); ++i) {
+    const float distance = distances.empty() ? candidates[i].distance : distances[i];
+    if (model.sample_index(candidates[i].sample) < model.samples() && std::isfinite(distance))
+      known[count++] = {candidates[i].sample, distance};
+  }
+  return std::span<const Match>(known).first(count);
+}
+
 void Tracker::State::choose(const SurfaceFit& fit) noexcept {
-  const std::size_t count = std::min({fit.candidates.size(), fit.ranks.size(), ranked.size()});
-  if (count == 0) return;
-  for (std::size_t i = 0; i < count; ++i) ranked[i] = {fit.candidates[i].sample, fit.ranks[i]};
-  const auto candidates = std::span<const Match>(ranked).first(count);
+  if (fit.ranks.empty() || fit.ranks.size() != fit.candidates.size()) return;
+  const auto candidates = keep_known(fit.candidates, fit.ranks);
+  if (candidates.empty()) return;
   const ChosenSample choice(candidates, mesh_noise, double{config.sharpness},
                             [&](std::uint32_t simulation) { return history[simulation]; });
   state.sample = choice.sample;
@@ -180,7 +190,7 @@ const TestState& Tracker::state() const noexcept { return state_->state; }
 void Tracker::reset() noexcept { state_->reset(); }
 
 const TestState& Tracker::update(const MatchResult& result) noexcept {
-  const auto evidence = result.fit.candidates.empty() ? result.matches : result.fit.candidates;
+  const auto evidence = state_->keep_known(result.fit.candidates.empty() ? result.matches : result.fit.candidates, {});
   if (result.status == Status::low_coverage)
     state_->judge(result.fit);  // too little for a sample, but the misfit counts
   if (result.status != Status::ok || evidence.empty()) return state_->state;
@@ -215,13 +225,16 @@ std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vect
   };
   const auto before = histories(evidence), after = histories(evidence | std::views::reverse);
   std::vector<Sample> path;
+  const auto first = std::ranges::find_if_not(evidence, &std::vector<Match>::empty);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const History &past = before[i], &future = after[evidence.size() - 1 - i];
     const auto cost = [&](std::uint32_t simulation) { return (past[simulation] + future[simulation]) / 2; };
-    if (evidence[i].empty())
-      path.push_back(path.empty() ? Sample{} : path.back());
-    else
+    if (!evidence[i].empty())
       path.push_back(ChosenSample(evidence[i], noise, 1, cost).sample);
+    else if (!path.empty())
+      path.push_back(path.back());
+    else
+      path.push_back(first != evidence.end() ? std::ranges::min(*first, {}, &Match::distance).sample : model.sample(0));
   }
   return path;
 }
