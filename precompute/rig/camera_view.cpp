@@ -58,7 +58,7 @@ class Projection {
   Vec3 inverse_depth_;
 };
 
-/// Replaces the depths of the pixels [begin, end) of a row where the triangle is nearer.
+/// Replaces the inverse depths and triangles of pixels of a row where the triangle is nearer.
 void draw(const Projection::Row& triangle, std::uint64_t number, const double* x, std::size_t count,
           double* __restrict inverse_depth, std::uint64_t* __restrict numbers) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -110,21 +110,26 @@ CameraView::Box CameraView::pixels_around(const Triangle& triangle, double margi
   return {range(p.column, q.column, r.column, plane_.width()), range(p.row, q.row, r.row, plane_.height())};
 }
 
-const PixelViews& CameraView::nearest() {
-  views_.inverse_depth.assign(plane_.pixels(), 0.0);
-  views_.triangle.assign(plane_.pixels(), no_triangle);
+template <class Draw>
+void CameraView::for_each_row(double margin, const Draw& draw) const {
   for (std::uint64_t t = 0; t < triangles_.size(); ++t) {
-    const Box box = pixels_around(triangles_[t], 0);
-    if (box.empty()) continue;
+    const auto [columns, rows] = pixels_around(triangles_[t], margin);
+    if (columns.is_empty() || rows.is_empty()) continue;
     const auto& [a, b, c] = triangles_[t];
     const Projection triangle(nodes_[a], nodes_[b], nodes_[c]);
     if (triangle.is_degenerate()) continue;
-    for (std::uint32_t row = box.rows.begin; row < box.rows.end; ++row) {
-      const std::size_t first = std::size_t{row} * plane_.width() + box.columns.begin;
-      draw(triangle.row(plane_.direction(0, row).y), t, &directions_[box.columns.begin],
-           box.columns.end - box.columns.begin, &views_.inverse_depth[first], &views_.triangle[first]);
-    }
+    for (std::uint32_t row = rows.begin; row < rows.end; ++row) draw(t, triangle, row, columns);
   }
+}
+
+const PixelViews& CameraView::nearest() {
+  views_.inverse_depth.assign(plane_.pixels(), 0.0);
+  views_.triangle.assign(plane_.pixels(), no_triangle);
+  for_each_row(0, [&](std::uint64_t number, const Projection& triangle, std::uint32_t row, const Range& columns) {
+    const std::size_t first = std::size_t{row} * plane_.width() + columns.begin;
+    draw(triangle.row(plane_.direction(0, row).y), number, &directions_[columns.begin], columns.end - columns.begin,
+         &views_.inverse_depth[first], &views_.triangle[first]);
+  });
   return views_;
 }
 
@@ -155,19 +160,11 @@ void CameraView::sort(std::span<const Vec3> points) {
 
 void CameraView::seen(std::span<const Vec3> points, double tolerance, std::vector<std::uint8_t>& result) {
   sort(points);
-  for (const Triangle& corners : triangles_) {
-    const Box box = pixels_around(corners, 0.5);
-    if (box.empty()) continue;
-    const auto& [a, b, c] = corners;
-    const Projection triangle(nodes_[a], nodes_[b], nodes_[c]);
-    if (triangle.is_degenerate()) continue;
-    for (std::uint32_t row = box.rows.begin; row < box.rows.end; ++row) {
-      const std::size_t first = std::size_t{row} * plane_.width();
-      const std::uint32_t begin = points_.begin[first + box.columns.begin];
-      cover(triangle, points_.begin[first + box.columns.end] - begin, points_.x.data() + begin,
-            points_.y.data() + begin, points_.nearest.data() + begin);
-    }
-  }
+  for_each_row(0.5, [&](std::uint64_t, const Projection& triangle, std::uint32_t row, const Range& columns) {
+    const std::size_t first = std::size_t{row} * plane_.width();
+    const std::uint32_t begin = points_.begin[first + columns.begin], end = points_.begin[first + columns.end];
+    cover(triangle, end - begin, points_.x.data() + begin, points_.y.data() + begin, points_.nearest.data() + begin);
+  });
   result.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     result[i] = points_.pixel[i] != no_pixel && points_.nearest[points_.place[i]] * points[i].z * (1 - tolerance) <= 1;

@@ -36,13 +36,13 @@ class CameraView {
   struct ImagePoint {
     double column, row;  // px
   };
-  /// The pixels, from begin to before end, whose interval of one coordinate contains a part of [low, high].
+  /// Columns or rows from begin to before end.
   struct Range {
     std::uint32_t begin, end;
+    [[nodiscard]] bool is_empty() const { return begin >= end; }
   };
   struct Box {
     Range columns, rows;
-    [[nodiscard]] bool empty() const { return columns.begin >= columns.end || rows.begin >= rows.end; }
   };
   /// Points in the image, sorted by pixel.
   struct SortedPoints {
@@ -55,6 +55,9 @@ class CameraView {
   };
 
   [[nodiscard]] Box pixels_around(const Triangle& triangle, double margin) const;
+  /// Calls draw(number of the triangle, Projection, row, columns) for the pixels around every triangle.
+  template <class Draw>
+  void for_each_row(double margin, const Draw& draw) const;
   void sort(std::span<const Vec3> points);
 
   const PinholeImage& plane_;

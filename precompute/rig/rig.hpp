@@ -30,6 +30,7 @@ struct Rig {
 class PlacedMesh {
  public:
   explicit PlacedMesh(const Rig& rig) : rig_(rig), left_(rig.plane), right_(rig.plane) {}
+  PlacedMesh(const Rig& rig, const SurfaceState& state) : PlacedMesh(rig) { place(state); }
   /// Throws Error{bad_input} when the state does not fit the rig's mesh.
   void place(const SurfaceState& state);
 

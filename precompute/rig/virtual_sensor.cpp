@@ -32,8 +32,7 @@ VirtualSensor& VirtualSensor::operator=(VirtualSensor&&) noexcept = default;
 const StereoSensor& VirtualSensor::sensor() const noexcept { return rig_->sensor; }
 
 SensorImage VirtualSensor::image(const SurfaceState& state, float min_cos_incidence) const {
-  sensing::PlacedMesh mesh(*rig_);
-  mesh.place(state);
+  sensing::PlacedMesh mesh(*rig_, state);
   SensorImage image;
   mesh.render(min_cos_incidence, image);
   return image;
@@ -43,14 +42,12 @@ std::vector<float> VirtualSensor::depth_image(const SurfaceState& state) const {
 
 std::vector<Point> VirtualSensor::sense(const SurfaceState& state, const SensingNoise& noise,
                                         std::uint64_t seed) const {
-  sensing::PlacedMesh mesh(*rig_);
-  mesh.place(state);
+  sensing::PlacedMesh mesh(*rig_, state);
   return sensing::measure(*rig_, mesh, noise, seed);
 }
 
 std::vector<std::uint8_t> VirtualSensor::visible_nodes(const SurfaceState& state, float min_cos_incidence) const {
-  sensing::PlacedMesh mesh(*rig_);
-  mesh.place(state);
+  sensing::PlacedMesh mesh(*rig_, state);
   std::vector<std::uint8_t> visible(rig_->nodes, 0);
   for (const auto& triangle : mesh.triangles())
     for (const std::uint32_t node : triangle)
