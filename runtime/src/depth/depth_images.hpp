@@ -159,18 +159,22 @@ class DepthRanking {
   std::vector<std::uint16_t> common_;  // per cell: 0 where the image of any of the best is empty
 };
 
+template <typename Real = float>
+[[nodiscard]] constexpr Real square(float v) noexcept {
+  return Real{v} * Real{v};
+}
+
 /// Plausibility of a sample by its residual r: exp(-sharpness * (r^2 - best^2) / (best^2 + noise^2)).
 template <typename Real>
 class Plausibility {
  public:
   Plausibility(float best_residual, float noise, float sharpness) noexcept
-      : best_(square(best_residual)), scale_(best_ + square(noise)), sharpness_{sharpness} {}
+      : best_(square<Real>(best_residual)), scale_(best_ + square<Real>(noise)), sharpness_{sharpness} {}
   [[nodiscard]] Real operator()(float residual) const noexcept {
-    return std::exp(-sharpness_ * (square(residual) - best_) / scale_);
+    return std::exp(-sharpness_ * (square<Real>(residual) - best_) / scale_);
   }
 
  private:
-  static Real square(float v) noexcept { return Real{v} * Real{v}; }
   Real best_, scale_, sharpness_;
 };
 

@@ -10,8 +10,6 @@ std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
   return chosen;
 }
 
-float square(float v) noexcept { return v * v; }
-
 // Upper bound of the largest eigenvalue: the largest absolute row sum.
 float eigenvalue_bound(std::span<const float> gram, std::size_t stride, std::size_t k) noexcept {
   float largest = 0;

@@ -19,22 +19,29 @@ void check(const TrackerConfig& config) {
   require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
 }
 
-/// Chooses the candidate with the least squared rank, to which a share of what its simulation cost in other frames is
-/// added. On a rail a larger share made the choice worse: the history outweighed the frame.
+/// Whether a candidate is evidence: results of other programs may contain anything.
+bool is_usable(const Match& candidate, const Model& model) noexcept {
+  return model.sample_index(candidate.sample) < model.samples() && std::isfinite(candidate.distance);
+}
+
+/// The candidate with the least cost: its squared rank plus a share of its simulation's excess in other frames. On a
+/// rail, a larger share made the choice worse.
 struct ChosenSample {
   static constexpr double share = 0.3;
   Sample sample;
-  double probability = 0;  // by Plausibility
+  double probability = 0;
 
-  template <class Cost>
-  ChosenSample(std::span<const Match> ranked, double noise, double sharpness, const Cost& of_simulation) noexcept {
-    const double scale = square(std::ranges::min(ranked, {}, &Match::distance).distance) + noise * noise;
-    const auto cost = [&](const Match& m) {
-      return square(m.distance) + share * scale * of_simulation(m.sample.simulation);
+  template <class Excess>
+  ChosenSample(std::span<const Match> ranked, float noise, float sharpness, const Excess& excess) noexcept {
+    const float least = std::ranges::min(ranked, {}, &Match::distance).distance;
+    const double scale = square<double>(least) + square<double>(noise);
+    const auto root_of_cost = [&](const Match& m) {
+      return static_cast<float>(std::sqrt(square<double>(m.distance) + share * scale * excess(m.sample.simulation)));
     };
-    const auto best = std::ranges::min_element(ranked, {}, cost);
+    const auto best = std::ranges::min_element(ranked, {}, root_of_cost);
+    const Plausibility<double> plausibility(root_of_cost(*best), noise, sharpness);
     double all = 0;
-    for (const Match& m : ranked) all += std::exp(-sharpness * (cost(m) - cost(*best)) / (cost(*best) + noise * noise));
+    for (const Match& m : ranked) all += plausibility(root_of_cost(m));
     sample = best->sample;
     probability = 1 / all;
   }
@@ -46,12 +53,12 @@ struct Tracker::State {
   State(Model m, const TrackerConfig& c, const SensorViews& views)
       : model(std::move(m)),
         config(completed(c, model)),
-        mesh_noise(double{DepthMetric{}.in(model.length_unit()).mesh_noise}),
+        mesh_noise(DepthMetric{}.in(model.length_unit()).mesh_noise),
         misfit_limit(views.test_misfit_limit()),
         probability(model.samples()),
         likelihood(model.samples()),
         first(model.simulations() + 1),
-        known(model.samples()),
+        usable(model.samples()),
         history(model.simulations(), mesh_noise),
         simulations(model.simulations()),
         branches(model.branches()) {
@@ -61,7 +68,7 @@ struct Tracker::State {
   }
 
   void reset() noexcept;
-  std::span<const Match> keep_known(std::span<const Match> candidates, std::span<const float> distances) noexcept;
+  std::span<const Match> keep_usable(std::span<const Match> candidates, std::span<const float> distances) noexcept;
   void predict() noexcept;
   void weigh(std::span<const Match> evidence) noexcept;
   void publish() noexcept;
@@ -70,13 +77,13 @@ struct Tracker::State {
 
   Model model;
   TrackerConfig config;
-  double mesh_noise;
+  float mesh_noise;
   float misfit_limit;  // 0: no depth images, so no verdict
   double log_misfits = 0, weights = 0;
   std::uint64_t judged = 0;                     // frames
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
-  std::vector<Match> known;                     // those of a frame's candidates that the model contains
+  std::vector<Match> usable;                    // of a frame
   History history;
   std::vector<float> simulations, branches;
   TestState state;
@@ -137,23 +144,22 @@ void Tracker::State::publish() noexcept {
   state.branch_probabilities = branches;
 }
 
-/// The candidates of the model with finite distances: their own, or those given.
-std::span<const Match> Tracker::State::keep_known(std::span<const Match> candidates,
-                                                  std::span<const float> distances) noexcept {
+/// The usable candidates, with the distances instead of their own unless there are none.
+std::span<const Match> Tracker::State::keep_usable(std::span<const Match> candidates,
+                                                   std::span<const float> distances) noexcept {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < candidates.size() && count < known.size(); ++i) {
-    const float distance = distances.empty() ? candidates[i].distance : distances[i];
-    if (model.sample_index(candidates[i].sample) < model.samples() && std::isfinite(distance))
-      known[count++] = {candidates[i].sample, distance};
+  for (std::size_t i = 0; i < candidates.size() && count < usable.size(); ++i) {
+    usable[count] = {candidates[i].sample, distances.empty() ? candidates[i].distance : distances[i]};
+    if (is_usable(usable[count], model)) ++count;
   }
-  return std::span<const Match>(known).first(count);
+  return std::span<const Match>(usable).first(count);
 }
 
 void Tracker::State::choose(const SurfaceFit& fit) noexcept {
   if (fit.ranks.empty() || fit.ranks.size() != fit.candidates.size()) return;
-  const auto candidates = keep_known(fit.candidates, fit.ranks);
+  const auto candidates = keep_usable(fit.candidates, fit.ranks);
   if (candidates.empty()) return;
-  const ChosenSample choice(candidates, mesh_noise, double{config.sharpness},
+  const ChosenSample choice(candidates, mesh_noise, config.sharpness,
                             [&](std::uint32_t simulation) { return history[simulation]; });
   state.sample = choice.sample;
   state.sample_probability = static_cast<float>(choice.probability);
@@ -167,7 +173,7 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   constexpr std::uint64_t least_frames = 4;
   constexpr float sure = 0.9f;
   const double residual = double{fit.residual}, misfit = double{fit.misfit};
-  const double weight = misfit * misfit / (residual * residual + mesh_noise * mesh_noise);
+  const double weight = misfit * misfit / (residual * residual + square<double>(mesh_noise));
   log_misfits += weight * std::log(misfit);
   weights += weight;
   state.misfit = static_cast<float>(std::exp(log_misfits / weights));
@@ -190,7 +196,7 @@ const TestState& Tracker::state() const noexcept { return state_->state; }
 void Tracker::reset() noexcept { state_->reset(); }
 
 const TestState& Tracker::update(const MatchResult& result) noexcept {
-  const auto evidence = state_->keep_known(result.fit.candidates.empty() ? result.matches : result.fit.candidates, {});
+  const auto evidence = state_->keep_usable(result.fit.candidates.empty() ? result.matches : result.fit.candidates, {});
   if (result.status == Status::low_coverage)
     state_->judge(result.fit);  // too little for a sample, but the misfit counts
   if (result.status != Status::ok || evidence.empty()) return state_->state;
@@ -210,11 +216,8 @@ std::vector<Match> ranked(std::span<const Match> candidates, std::span<const flo
 
 std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> recorded) {
   std::vector<std::vector<Match>> evidence(recorded.begin(), recorded.end());
-  for (std::vector<Match>& frame : evidence)
-    std::erase_if(frame, [&](const Match& m) {
-      return model.sample_index(m.sample) == model.samples() || !std::isfinite(m.distance);
-    });
-  const double noise = double{DepthMetric{}.in(model.length_unit()).mesh_noise};
+  for (std::vector<Match>& frame : evidence) std::erase_if(frame, [&](const Match& m) { return !is_usable(m, model); });
+  const float noise = DepthMetric{}.in(model.length_unit()).mesh_noise;
   const auto histories = [&](auto&& frames) {  // before each frame, in the order of the frames
     std::vector<History> all{History(model.simulations(), noise)};
     for (const std::vector<Match>& frame : frames) {
@@ -228,9 +231,9 @@ std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vect
   const auto first = std::ranges::find_if_not(evidence, &std::vector<Match>::empty);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const History &past = before[i], &future = after[evidence.size() - 1 - i];
-    const auto cost = [&](std::uint32_t simulation) { return (past[simulation] + future[simulation]) / 2; };
+    const auto excess = [&](std::uint32_t simulation) { return (past[simulation] + future[simulation]) / 2; };
     if (!evidence[i].empty())
-      path.push_back(ChosenSample(evidence[i], noise, 1, cost).sample);
+      path.push_back(ChosenSample(evidence[i], noise, 1, excess).sample);
     else if (!path.empty())
       path.push_back(path.back());
     else

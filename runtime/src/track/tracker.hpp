@@ -31,24 +31,25 @@ class Likelihood {
   Plausibility<double> plausibility_;
 };
 
-[[nodiscard]] inline double square(float v) noexcept { return double{v} * double{v}; }
-
 /// How badly each simulation explains frames: the excess of its best candidate's squared rank over the least of the
 /// frame, relative to the latter. Ranks are the distances of the candidates.
 class History {
  public:
-  History(std::size_t simulations, double noise) : excess_(simulations), best_(simulations), noise_(noise * noise) {}
+  History(std::size_t simulations, float noise)
+      : excess_(simulations), best_(simulations), squared_noise_(square<double>(noise)) {}
   void reset() noexcept {
     std::ranges::fill(excess_, 0.0);
     weights_ = 0;
   }
   void add(std::span<const Match> ranked) noexcept {
     const auto [least, most] = std::ranges::minmax(ranked, {}, &Match::distance);
-    std::ranges::fill(best_, square(most.distance));  // of a simulation without a candidate
-    for (const Match& m : ranked) best_[m.sample.simulation] = std::min(best_[m.sample.simulation], square(m.distance));
+    std::ranges::fill(best_, square<double>(most.distance));  // of a simulation without a candidate
+    for (const Match& m : ranked)
+      best_[m.sample.simulation] = std::min(best_[m.sample.simulation], square<double>(m.distance));
     weights_ = decay * weights_ + 1;
     for (std::size_t s = 0; s < excess_.size(); ++s)
-      excess_[s] = decay * excess_[s] + (best_[s] - square(least.distance)) / (square(least.distance) + noise_);
+      excess_[s] = decay * excess_[s] +
+                   (best_[s] - square<double>(least.distance)) / (square<double>(least.distance) + squared_noise_);
   }
   /// The mean over the frames, the last one with weight 1.
   [[nodiscard]] double operator[](std::uint32_t simulation) const noexcept {
@@ -58,7 +59,7 @@ class History {
  private:
   static constexpr double decay = 0.7;  // per frame
   std::vector<double> excess_, best_;
-  double noise_, weights_ = 0;
+  double squared_noise_, weights_ = 0;
 };
 
 }  // namespace lbea
