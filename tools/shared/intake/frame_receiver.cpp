@@ -27,7 +27,7 @@ void SharedCounters::store(const IdTracker& ids) noexcept {
 
 wire::Counters SharedCounters::load() const noexcept {
   wire::Counters counters;
-  do {  // until no frame is received meanwhile; else frames seem to be on the way that have a status
+  do {  // repeated if a frame is received meanwhile: frames that have a status would count as on the way
     counters.received = received_.load(std::memory_order_acquire);
     for (std::size_t i = 0; i < wire::wire_status_count; ++i)
       counters.by_status[i] = by_status_[i].load(std::memory_order_acquire);
