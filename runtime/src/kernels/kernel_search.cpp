@@ -53,8 +53,8 @@ void search_group(const CloudTree& tree, std::size_t level, std::size_t group, c
 // The search of sixteen queries. Which leaves a query must test is hard to predict, so (leaf, query) pairs are listed
 // first and then tested in one loop without branches.
 struct Search {
-  static constexpr std::size_t enough = 24;  // listed pairs after which testing them pays off: it lowers the bounds
-  static constexpr std::uint32_t many_ties = 32;  // the cloud is not an ordinary one
+  static constexpr std::size_t enough = 24;      // listed pairs after which testing them pays off: it lowers the bounds
+  static constexpr std::uint32_t many_ties = 8;  // the cloud is not an ordinary one
 
   const CloudTree& tree;
   const float* const* planes;
@@ -139,7 +139,7 @@ __attribute__((noinline)) void resolve_tie(Search& search, std::uint32_t rival, 
   if (place_in(search, rival, query, squared) < place) search.best[query] = candidate(squared, rival);
 }
 
-void test_leaf(Search& search, std::uint32_t leaf, std::size_t query) {
+__attribute__((always_inline)) inline void test_leaf(Search& search, std::uint32_t leaf, std::size_t query) {
   const std::uint64_t found = candidate(least(squared_distances(search.tree.leaves[leaf], search.planes, query)), leaf);
   const std::uint64_t best = search.best[query];
   if (((found ^ best) >> 32 == 0) & (found != best)) return resolve_tie(search, leaf, query);
@@ -190,34 +190,51 @@ Floats squared_gaps(const BoxGroup& group, const Search& search) {
 }
 
 // The search of a crowded cloud, query by query: boxes nearest first, among equally near ones that with the first point
-// of the frame. No box that is as near as the best point is tested after it, however many there are.
+// of the frame. Few boxes that are as near as the best point are tested after it, however many there are.
 
-std::size_t next_box(const float* squared, const std::uint32_t* first, std::uint32_t open) {
-  auto next = static_cast<std::size_t>(__builtin_ctz(open));
-  for (open &= open - 1; open != 0; open &= open - 1) {
-    const auto i = static_cast<std::size_t>(__builtin_ctz(open));
-    if (squared[i] < squared[next] || (squared[i] == squared[next] && first[i] < first[next])) next = i;
+std::size_t next_box(const Floats& squared, const std::uint32_t* first, std::uint32_t open) {
+  const float lowest = least(choose(lanes_of(open), squared, all(infinity)));
+  std::uint32_t ties = open & at_most(squared, all(lowest));
+  auto next = static_cast<std::size_t>(__builtin_ctz(ties));
+  for (ties &= ties - 1; ties != 0; ties &= ties - 1) {
+    const auto i = static_cast<std::size_t>(__builtin_ctz(ties));
+    if (first[i] < first[next]) next = i;
   }
   return next;
+}
+
+// The order matters only among the leaves that are as near as the best point.
+void search_crowded_leaves(Search& search, std::size_t group, std::size_t query, const Floats& distances,
+                           std::uint32_t open) {
+  const auto leaf = static_cast<std::uint32_t>(group * lanes);
+  const std::uint32_t* const first = search.tree.first[0] + group * lanes;
+  const auto bound = [&] { return all(squared_of(search.best[query])); };
+  for (std::uint32_t nearer = open & ~at_most(bound(), distances); nearer != 0; nearer &= nearer - 1)
+    test_leaf(search, leaf + static_cast<std::uint32_t>(__builtin_ctz(nearer)), query);
+  for (open &= at_most(distances, bound()) & at_most(bound(), distances); open != 0;) {
+    const std::size_t i = next_box(distances, first, open);
+    if (first[i] >= place_of_best(search, query)) return;
+    open &= ~(1u << i);
+    test_leaf(search, leaf + static_cast<std::uint32_t>(i), query);
+  }
 }
 
 void search_crowded_group(Search& search, std::size_t level, std::size_t group, std::size_t query) {
   const float position[3] = {search.planes[0][query], search.planes[1][query], search.planes[2][query]};
   const std::uint32_t* const first = search.tree.first[level] + group * lanes;
   const Floats distances = squared_distances(search.tree.groups[level][group], position);
-  float squared[lanes];
-  store(squared, distances);
   std::uint32_t open =
       at_most(distances, all(squared_of(search.best[query]))) & at_most(distances, all(largest_finite));
+  if (level == 0) {
+    if (open != 0) search_crowded_leaves(search, group, query, distances, open);
+    return;
+  }
   while (open != 0) {
-    const std::size_t i = next_box(squared, first, open), box = group * lanes + i;
-    const float bound = squared_of(search.best[query]);
-    if (squared[i] > bound || (squared[i] == bound && first[i] >= place_of_best(search, query))) return;
+    const std::size_t i = next_box(distances, first, open);
+    const float bound = squared_of(search.best[query]), squared = distances[i];
+    if (squared > bound || (squared == bound && first[i] >= place_of_best(search, query))) return;
     open &= ~(1u << i);
-    if (level > 0)
-      search_crowded_group(search, level - 1, box, query);
-    else
-      test_leaf(search, static_cast<std::uint32_t>(box), query);
+    search_crowded_group(search, level - 1, group * lanes + i, query);
   }
 }
 
@@ -267,9 +284,12 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
   for (std::size_t i = 0; i < lanes; ++i) search.best[i] = candidate(best.squared[i], NearestPoint::none);
   for (std::size_t i = 0; i < lanes; ++i)
     if (hints[i] != NearestPoint::none) test_leaf(search, hints[i] / lanes, i);
-  search_group_16(search, tree.top, 0);
-  test_listed(search);
-  if (is_flooded(search)) search_crowded(search);
+  if (!best.has_many_ties) {
+    search_group_16(search, tree.top, 0);
+    test_listed(search);
+  }
+  if (best.has_many_ties || is_flooded(search)) search_crowded(search);
+  best.has_many_ties = is_flooded(search);
   for (std::size_t i = 0; i < lanes; ++i) {
     const std::uint32_t number = leaf_of(search.best[i]);
     if (number == NearestPoint::none) continue;

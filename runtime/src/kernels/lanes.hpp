@@ -207,6 +207,13 @@ static inline std::uint32_t at_most(const Floats& a, const Floats& b) {
 #endif
 }
 
+/// All bits of lane i are set where bit i is.
+static inline Ints lanes_of(std::uint32_t bits) {
+  std::int32_t one[lanes];
+  for (std::size_t i = 0; i < lanes; ++i) one[i] = 1 << i;
+  return (loaded<Ints>(one) & all_of(static_cast<std::int32_t>(bits))) != 0;
+}
+
 /// Bit i: a[i] != b[i].
 static inline std::uint32_t differing(const Ints& a, const Ints& b) {
 #if defined(__AVX512F__)

@@ -45,40 +45,40 @@ void count_outside(std::span<const Point> points, PointTally& tally) noexcept {
 }
 
 constexpr std::uint32_t least_limit = 128, limits_per_cloud = 256;
-constexpr std::uint32_t limits_per_division = 4;  // smaller cells cost less in a search than ordered
-constexpr std::size_t most_passes = 2;            // on average over the points of a cloud
+constexpr std::uint32_t ranges_per_cloud = 4096;  // smaller ranges cost less in a search than ordered
+constexpr std::uint32_t many_points = 1024;       // in a range, which is then divided into more parts
+constexpr std::size_t most_passes = 3;            // on average over the points of a cloud
 constexpr float least_resolution = 1e-30f;        // keeps its inverse finite
 constexpr std::array<std::uint32_t, 16> spread_bits{0x000, 0x001, 0x008, 0x009, 0x040, 0x041, 0x048, 0x049,
                                                     0x200, 0x201, 0x208, 0x209, 0x240, 0x241, 0x248, 0x249};
 
-using Four = std::array<float, 4>;  // x, y, z; the fourth is meaningless and fills a register
+// x, y, z, 0.
+typedef float Four __attribute__((vector_size(16)));
+typedef std::int32_t FourInts __attribute__((vector_size(16)));
 
-PlacedPoint point_at(const std::byte* points, std::size_t i) noexcept {
-  PlacedPoint point;
+Four point_at(const std::byte* points, std::size_t i) noexcept {
+  static_assert(sizeof(PlacedPoint) == sizeof(Four));
+  FourInts point;
   std::memcpy(&point, points + i * sizeof(point), sizeof(point));
-  return point;
+  return reinterpret_cast<Four>(point &
+                                FourInts{-1, -1, -1, 0});  // the place in the frame: as a float, a slow denormal
 }
 
 struct Box {
   Four low, high;
 
   [[nodiscard]] float extent() const noexcept {
-    return std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+    const Four extents = high - low;
+    return std::max({extents[0], extents[1], extents[2]});
   }
 };
 
 Box box_of(const std::byte* points, std::size_t count) noexcept {
-  const auto position = [&](std::size_t i) {
-    const PlacedPoint point = point_at(points, i);
-    return Four{point.x, point.y, point.z, 0};
-  };
-  Box box{position(0), position(0)};
+  Box box{point_at(points, 0), point_at(points, 0)};
   for (std::size_t i = 1; i < count; ++i) {
-    const Four p = position(i);
-    for (std::size_t axis = 0; axis < 4; ++axis) {
-      box.low[axis] = std::min(box.low[axis], p[axis]);
-      box.high[axis] = std::max(box.high[axis], p[axis]);
-    }
+    const Four p = point_at(points, i);
+    box.low = p < box.low ? p : box.low;
+    box.high = p > box.high ? p : box.high;
   }
   return box;
 }
@@ -132,7 +132,7 @@ std::uint32_t CrowdedCells::limit(std::size_t points) noexcept {
 void CrowdedCells::sort(std::span<std::byte> points, PlacedPoint* spare, std::uint32_t* keys,
                         float resolution) noexcept {
   const std::size_t count = points.size() / sizeof(PlacedPoint);
-  const std::uint32_t least = limits_per_division * limit(count);
+  const std::uint32_t least = std::max(least_limit, static_cast<std::uint32_t>(count / ranges_per_cloud));
   std::size_t work = most_passes * count;
   for (std::size_t next = 0; next < ranges_.size(); ++next) {  // divide() adds ranges
     const Range range = ranges_[next];
@@ -149,22 +149,25 @@ void CrowdedCells::divide(std::byte* points, Range range, PlacedPoint* spare, st
                           float resolution) noexcept {
   const Box box = box_of(points, range.count);
   if (!(box.extent() > resolution)) return;
-  const float scale = static_cast<float>(1u << bits) / box.extent();
-  const auto along = [&](float position, std::size_t axis) {
-    return spread_bits[std::min(static_cast<std::uint32_t>((position - box.low[axis]) * scale), (1u << bits) - 1)];
-  };
-  std::ranges::fill(ends_, 0u);
+  const std::uint32_t parts = range.count > many_points ? most_parts : most_parts / 2;
+  const float scale = static_cast<float>(parts) / box.extent();
+  const std::span ends = std::span(ends_).first(std::size_t{parts} * parts * parts);
+  const FourInts last = FourInts{} + static_cast<std::int32_t>(parts - 1);
+  std::ranges::fill(ends, 0u);
   for (std::size_t i = 0; i < range.count; ++i) {
-    const PlacedPoint p = point_at(points, i);
-    keys[i] = along(p.x, 0) | along(p.y, 1) << 1 | along(p.z, 2) << 2;
-    ++ends_[keys[i]];
+    const FourInts along = __builtin_convertvector((point_at(points, i) - box.low) * scale, FourInts);
+    const FourInts part = along < last ? along : last;
+    const auto spread = [&](std::size_t axis) { return spread_bits[static_cast<std::uint32_t>(part[axis])]; };
+    keys[i] = spread(0) | spread(1) << 1 | spread(2) << 2;
+    ++ends[keys[i]];
   }
   std::uint32_t begin = 0;
-  for (std::uint32_t& end : ends_) {
+  for (std::uint32_t& end : ends) {
     if (end > least_limit) add(range.begin + begin, end);
     begin += std::exchange(end, begin);
   }
-  for (std::size_t i = 0; i < range.count; ++i) spare[ends_[keys[i]]++] = point_at(points, i);
+  for (std::size_t i = 0; i < range.count; ++i)
+    std::memcpy(&spare[ends[keys[i]]++], points + i * sizeof(PlacedPoint), sizeof(PlacedPoint));
   std::memcpy(points, spare, range.count * sizeof(PlacedPoint));
 }
 

@@ -67,9 +67,9 @@ class CrowdedCells {
   };
   void divide(std::byte* points, Range range, PlacedPoint* spare, std::uint32_t* keys, float resolution) noexcept;
 
-  static constexpr std::uint32_t bits = 4;  // per axis and pass
-  std::vector<Range> ranges_;               // coarse ones first
-  std::array<std::uint32_t, (1u << (3 * bits))> ends_{};
+  static constexpr std::uint32_t most_parts = 16;  // per axis and pass
+  std::vector<Range> ranges_;                      // coarse ones first
+  std::array<std::uint32_t, most_parts * most_parts * most_parts> ends_{};
 };
 
 class CloudIndex {

@@ -86,9 +86,9 @@ std::vector<double> masses(const ModelView& model, const ReferenceView& referenc
 void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
                 std::span<std::uint32_t> points) noexcept {
   constexpr float anywhere = std::numeric_limits<float>::infinity();
+  Group queries;
   std::uint32_t hint = 0;  // without a hint of its own, a vertex uses the previous one
   for (std::size_t begin = 0; begin < vertices.size(); begin += group) {
-    Group queries;
     for (std::size_t i = 0; i < group; ++i) {
       const std::size_t v = std::min(begin + i, vertices.size() - 1);  // beyond the end: the last one repeated
       const std::uint32_t known = index.hint(corresponding[v]);
