@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
+#include <numeric>
 #include <random>
 
 namespace lbea::tool::bench {
@@ -24,7 +26,8 @@ BenchCloud load(const std::filesystem::path& file, std::optional<std::uint32_t> 
 
 class Generator {
  public:
-  explicit Generator(std::span<const Point> ordinary) : ordinary_(ordinary), center_(ordinary[ordinary.size() / 2]) {}
+  explicit Generator(std::span<const Point> ordinary)
+      : ordinary_(ordinary), center_(ordinary[ordinary.size() / 2]), middle_(middle_of(ordinary)) {}
 
   std::vector<BenchCloud> all() {
     constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -45,7 +48,15 @@ class Generator {
     for (const float radius : {5.0f, 20.0f, 60.0f})
       add("a sphere of radius " + std::to_string(std::lround(radius)),
           [&, radius](std::size_t) { return on_sphere(center_, radius); });
+    for (const float radius : {0.03f, 1.0f, 45.0f})
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        add("a ring of radius " + (radius < 1 ? std::string("0.03") : std::to_string(std::lround(radius))) + " about " +
+                "xyz"[axis],
+            [&, radius, axis](std::size_t) { return on_ring(middle_, radius, axis); });
+    add("a cap about the far end", [&](std::size_t) { return on_cap(); });
     add("a line", [&](std::size_t i) { return moved_along(center_, 100 * share(i)); });
+    add("shuffled", [&](std::size_t i) { return some(i); });
+    add("120 copies of each point, shuffled", [&](std::size_t i) { return some(i % (ordinary_.size() / 120 + 1)); });
     add("every second point not a number", [&](std::size_t i) { return i % 2 == 0 ? ordinary_[i] : Point{nan, 0, 0}; });
     return std::move(clouds_);
   }
@@ -83,8 +94,32 @@ class Generator {
     return {p.x + scale * to[0], p.y + scale * to[1], p.z + scale * to[2]};
   }
 
+  /// About the axis through the middle of the cloud: every point of the ring is nearly as near to what is on the axis.
+  Point on_ring(const Point& p, float radius, std::size_t axis) {
+    const float angle = std::numbers::pi_v<float> * uniform();
+    std::array<float, 3> at{p.x, p.y, p.z};
+    at[(axis + 1) % 3] += radius * std::cos(angle);
+    at[(axis + 2) % 3] += radius * std::sin(angle);
+    return {at[0], at[1], at[2]};
+  }
+  /// Equally distant from one end of the cloud, at the other one.
+  Point on_cap() {
+    const auto [least, most] = std::ranges::minmax(ordinary_, {}, &Point::x);
+    const Point p = moved(least, 20);
+    const auto distance = [&](const Point& q) { return std::hypot(q.x - most.x, q.y - most.y, q.z - most.z); };
+    const float scale = distance(least) / distance(p);
+    return {most.x + scale * (p.x - most.x), most.y + scale * (p.y - most.y), most.z + scale * (p.z - most.z)};
+  }
+  static Point middle_of(std::span<const Point> points) {
+    const auto middle = [&](float Point::*axis) {
+      const auto [least, most] = std::ranges::minmax(points, {}, axis);
+      return std::midpoint(least.*axis, most.*axis);
+    };
+    return {middle(&Point::x), middle(&Point::y), middle(&Point::z)};
+  }
+
   std::span<const Point> ordinary_;
-  Point center_;
+  Point center_, middle_;
   std::minstd_rand random_{1};
   std::vector<BenchCloud> clouds_;
 };
