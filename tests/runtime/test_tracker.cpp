@@ -1,4 +1,4 @@
-#include "tests/support/synthetic_model.hpp"
+#include "tests/runtime/seen_plates.hpp"
 
 #include <lbea/tracker.hpp>
 
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -176,6 +177,28 @@ TEST_CASE("candidates that the model does not contain, and numbers that are not 
   CHECK(update(tracker, {{{0, 2}, 4.0f}, {{1, 2}, 3.0f}, {{2, 2}, 1.0f}}).sample == Sample{2, 2});
   CHECK(tracker.state().sample_probability > 0.5f);
   CHECK(tracker.state().simulation_probabilities[0] >= 0);
+  for (const float huge : {3e38f, 0.0f, 3e38f, 3e38f})
+    CHECK(update(tracker, {{{0, 3}, huge}, {{1, 3}, 3.4e38f}}).sample_probability > 0.4f);  // was not a number
+}
+
+// The mean of the misfits was not a number from then on, and the verdict on the test `matched`.
+TEST_CASE("a misfit or a residual that is not finite does not enter the verdict") {
+  const AlignedBytes bytes = seen_plates_model(2, 4);
+  const Model model = Model::view(bytes.span());
+  Tracker tracker(model);
+  const Evidence evidence(model, [](Sample s) { return 1.0f + static_cast<float>(s.simulation); });
+  const auto judged = [&](float misfit, float residual) {
+    MatchResult result = evidence.result;
+    result.fit.misfit = misfit;
+    result.fit.residual = residual;
+    return tracker.update(result);
+  };
+  judged(std::numeric_limits<float>::infinity(), 1);
+  judged(9, std::nanf(""));
+  CHECK(tracker.state().misfit == 0);
+  for (int frame = 0; frame < 4; ++frame) judged(9, 1);
+  CHECK(tracker.state().misfit == doctest::Approx(9));
+  CHECK(tracker.state().verdict == Verdict::no_simulation_fits);
 }
 
 TEST_CASE("the path looks back: a later frame decides between candidates with nearly the same rank") {

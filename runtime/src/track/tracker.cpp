@@ -1,7 +1,5 @@
 #include "runtime/src/track/tracker.hpp"
 
-#include <ranges>
-
 namespace lbea {
 namespace {
 
@@ -36,7 +34,8 @@ struct ChosenSample {
     const float least = std::ranges::min(ranked, {}, &Match::distance).distance;
     const double scale = square<double>(least) + square<double>(noise);
     const auto root_of_cost = [&](const Match& m) {
-      return static_cast<float>(std::sqrt(square<double>(m.distance) + share * scale * excess(m.sample.simulation)));
+      const double root = std::sqrt(square<double>(m.distance) + share * scale * excess(m));
+      return static_cast<float>(std::min(root, double{std::numeric_limits<float>::max()}));
     };
     const auto best = std::ranges::min_element(ranked, {}, root_of_cost);
     const Plausibility<double> plausibility(root_of_cost(*best), noise, sharpness);
@@ -160,7 +159,7 @@ void Tracker::State::choose(const SurfaceFit& fit) noexcept {
   const auto candidates = keep_usable(fit.candidates, fit.ranks);
   if (candidates.empty()) return;
   const ChosenSample choice(candidates, mesh_noise, config.sharpness,
-                            [&](std::uint32_t simulation) { return history[simulation]; });
+                            [&](const Match& m) { return history[m.sample.simulation]; });
   state.sample = choice.sample;
   state.sample_probability = static_cast<float>(choice.probability);
   history.add(candidates);
@@ -169,7 +168,7 @@ void Tracker::State::choose(const SurfaceFit& fit) noexcept {
 // Misfits scatter from frame to frame. Over a test their mean distinguishes a run of an unknown branch from one of a
 // known branch. The weight of a frame is one over the square of its expected residual.
 void Tracker::State::judge(const SurfaceFit& fit) noexcept {
-  if (!(fit.misfit > 0) || !(misfit_limit > 0)) return;
+  if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !std::isfinite(fit.residual) || !(misfit_limit > 0)) return;
   constexpr std::uint64_t least_frames = 4;
   constexpr float sure = 0.9f;
   const double residual = double{fit.residual}, misfit = double{fit.misfit};
@@ -218,26 +217,25 @@ std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vect
   std::vector<std::vector<Match>> evidence(recorded.begin(), recorded.end());
   for (std::vector<Match>& frame : evidence) std::erase_if(frame, [&](const Match& m) { return !is_usable(m, model); });
   const float noise = DepthMetric{}.in(model.length_unit()).mesh_noise;
-  const auto histories = [&](auto&& frames) {  // before each frame, in the order of the frames
-    std::vector<History> all{History(model.simulations(), noise)};
-    for (const std::vector<Match>& frame : frames) {
-      all.push_back(all.back());
-      if (!frame.empty()) all.back().add(frame);
-    }
-    return all;
-  };
-  const auto before = histories(evidence), after = histories(evidence | std::views::reverse);
+  History past(model.simulations(), noise), future = past;
+  std::vector<std::vector<double>> later(evidence.size());  // per candidate: the excess in the frames behind its own
+  for (std::size_t i = evidence.size(); i-- > 0;) {
+    for (const Match& m : evidence[i]) later[i].push_back(future[m.sample.simulation]);
+    if (!evidence[i].empty()) future.add(evidence[i]);
+  }
   std::vector<Sample> path;
   const auto first = std::ranges::find_if_not(evidence, &std::vector<Match>::empty);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
-    const History &past = before[i], &future = after[evidence.size() - 1 - i];
-    const auto excess = [&](std::uint32_t simulation) { return (past[simulation] + future[simulation]) / 2; };
+    const auto excess = [&](const Match& m) {
+      return (past[m.sample.simulation] + later[i][static_cast<std::size_t>(&m - evidence[i].data())]) / 2;
+    };
     if (!evidence[i].empty())
       path.push_back(ChosenSample(evidence[i], noise, 1, excess).sample);
     else if (!path.empty())
       path.push_back(path.back());
     else
       path.push_back(first != evidence.end() ? std::ranges::min(*first, {}, &Match::distance).sample : model.sample(0));
+    if (!evidence[i].empty()) past.add(evidence[i]);
   }
   return path;
 }
