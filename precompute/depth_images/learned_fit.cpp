@@ -14,9 +14,10 @@
 namespace lbea::bake {
 namespace {
 
-constexpr std::size_t most_matched = 192, most_compared = 1024;  // frames
-constexpr double hidden_by_a_patch = 0.3;                        // share of the cells
-constexpr std::size_t most_nodes = 128;                          // at which shapes are compared
+constexpr std::size_t most_matched = 192, most_compared = 1024;   // frames
+constexpr double hidden_by_a_patch = 0.3;                         // share of the cells
+constexpr std::size_t most_nodes = 128;                           // at which shapes are compared
+constexpr std::uint32_t neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
 
 /// How far a left-out frame's estimate and match are from its shape: mean distances.
 struct FrameErrors {
@@ -24,47 +25,83 @@ struct FrameErrors {
   double estimate = 0, match = 0, spread = 0;
 };
 
-/// Matches frames by their candidates alone, in a model that has only these.
+/// A left-out frame's image, the samples of other simulations that are proposed for it and, unless something hides a
+/// part, its predicted shape scores.
+struct LeftOutFrame {
+  std::span<const float> observed;
+  std::size_t sample;
+  std::vector<std::uint32_t> proposed;
+  bool is_hidden;
+  std::vector<float> predicted{};
+};
+
+/// Matches frames by their proposed samples alone, in a model that has only these.
 class LeftOutFitter {
  public:
-  LeftOutFitter(const SampleSource& source, const DepthMetric& metric)
+  /// most: proposed samples per frame. regression: of the source's samples.
+  LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
+                const ShapeRegression& regression = {})
       : source_(source),
+        regression_(regression),
         stride_(padded_cells(source.camera)),
         row_(3 * source.nodes),
-        ids_(FitSettings{}.candidates),
+        ids_(most),
         depths_(ids_.size() * stride_),
+        shapes_(regression.shapes.empty() ? 0 : ids_.size() * ShapeRegression::shape_scores),
         expected_(ids_.size(), 1.0f),
         observed_(stride_),
         truth_(nodes_of(0)),
         positions_(ids_.size() * truth_.size()),
         view_(view_of()),
         fitter_(view_,
-                SensorViews(std::make_shared<const DepthImages>(
-                    DepthImages{.camera = source.camera, .depths = depths_, .expected = expected_, .metric = metric})),
+                SensorViews(std::make_shared<const DepthImages>(DepthImages{.camera = source.camera,
+                                                                            .depths = depths_,
+                                                                            .expected = expected_,
+                                                                            .metric = metric,
+                                                                            .regression = regression_of_proposed()})),
                 1) {}
   LeftOutFitter(const LeftOutFitter&) = delete;
   LeftOutFitter& operator=(const LeftOutFitter&) = delete;
 
-  FrameErrors errors(std::span<const float> observed, std::size_t sample, std::span<const RankedSample> candidates,
-                     bool is_hidden) {
-    std::vector<RankedSample> proposed;
-    for (std::uint32_t k = 0; k < candidates.size(); ++k) {
-      source_.read_images(candidates[k].sample, std::span(depths_).subspan(k * stride_, stride_));
-      std::ranges::copy(nodes_of(candidates[k].sample), &positions_[k * truth_.size()]);
-      proposed.push_back({k, 0});
-    }
-    truth_ = nodes_of(sample);
-    std::ranges::copy(observed, observed_.begin());
-    const SurfaceFit fit = fitter_.fit(observed_, proposed, is_hidden);
+  FrameErrors errors(const LeftOutFrame& frame) {
+    const SurfaceFit fit = match(frame);
+    truth_ = nodes_of(frame.sample);
     std::vector<WeightedRow> rows;
     for (const auto& [candidate, share] : fit.estimate) rows.push_back({shape(candidate.simulation), share});
     std::vector<float> estimate;
     weighted_mean(rows, estimate);
-    return {source_.samples[sample].simulation, distance(estimate), distance(shape(fitter_.matches()[0].sample)),
+    return {source_.samples[frame.sample].simulation, distance(estimate), distance(shape(fitter_.matches()[0].sample)),
             double{fit.spread}};
+  }
+  /// Shape scores of the estimate by the candidates alone.
+  Eigen::RowVectorXd combination(LeftOutFrame frame, const Eigen::MatrixXd& shapes) {
+    frame.predicted.clear();
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(shapes.cols());
+    for (const auto& [proposed, share] : match(frame).estimate)
+      sum += double{share} * shapes.row(static_cast<Eigen::Index>(frame.proposed[proposed.simulation]));
+    return sum;
   }
 
  private:
+  SurfaceFit match(const LeftOutFrame& frame) {
+    std::vector<RankedSample> proposed;
+    for (std::uint32_t k = 0; k < frame.proposed.size(); ++k) {
+      source_.read_images(frame.proposed[k], std::span(depths_).subspan(k * stride_, stride_));
+      std::ranges::copy(nodes_of(frame.proposed[k]), &positions_[k * truth_.size()]);
+      if (!shapes_.empty())
+        std::ranges::copy(regression_.shape(frame.proposed[k]), &shapes_[k * ShapeRegression::shape_scores]);
+      proposed.push_back({k, 0});
+    }
+    std::ranges::copy(frame.observed, observed_.begin());
+    return fitter_.fit(observed_, proposed, frame.is_hidden, frame.predicted);
+  }
+  [[nodiscard]] ShapeRegression regression_of_proposed() const {
+    ShapeRegression regression;
+    regression.shapes = shapes_;
+    regression.blend = regression_.blend;
+    regression.most_difference = regression_.most_difference;
+    return regression;
+  }
   [[nodiscard]] ModelView view_of() {
     ModelView view;
     for (std::uint32_t k = 0; k < ids_.size(); ++k) ids_[k] = {k, 0};
@@ -90,34 +127,112 @@ class LeftOutFitter {
   }
 
   const SampleSource& source_;
+  ShapeRegression regression_;
   std::size_t stride_;
   std::vector<float> row_;
   std::vector<std::array<std::uint32_t, 2>> ids_;
   std::vector<std::uint16_t> depths_;
-  std::vector<float> expected_, observed_, truth_, positions_;
+  std::vector<float> shapes_, expected_, observed_, truth_, positions_;
   ModelView view_;
   SurfaceFitter fitter_;
 };
 
-/// The errors of all frames, seen completely and with a part hidden, for each metric.
-std::vector<std::vector<FrameErrors>> errors_of(const SampleSource& source, std::span<const DepthMetric> metrics,
-                                                unsigned threads) {
-  std::vector<std::vector<FrameErrors>> all(metrics.size());
-  for (const double hidden : {0.0, hidden_by_a_patch}) {
-    const LeftOutFrames frames(source, most_matched, hidden);
-    const auto best = best_of_others(source, frames, metrics, FitSettings{}.candidates, threads);
-    const std::size_t first = all[0].size();
-    for (auto& errors : all) errors.resize(first + frames.size());
-    work_in_parallel(frames.size(), threads, [&](const auto& next) {
-      std::deque<LeftOutFitter> fitters;
-      for (const DepthMetric& metric : metrics) fitters.emplace_back(source, metric);
-      for (std::size_t frame = next(); frame < frames.size(); frame = next())
-        for (std::size_t m = 0; m < metrics.size(); ++m)
-          all[m][first + frame] = fitters[m].errors(frames.observed(frame), frames.sample(frame),
-                                                    best[m * frames.size() + frame].ranked(), hidden > 0);
+/// Frames of left-out runs, seen completely or with a part hidden, and their candidates by each metric.
+class LeftOutTests {
+ public:
+  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, double hidden, unsigned threads)
+      : source_(source),
+        metrics_(metrics),
+        threads_(threads),
+        is_hidden_(hidden > 0),
+        frames_(source, most_matched, hidden),
+        best_(best_of_others(source, frames_, metrics, FitSettings{}.candidates, threads)) {}
+
+  [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const {
+    std::vector<FrameErrors> errors(frames_.size());
+    fit_all(metric, FitSettings{}.candidates, {},
+            [&](LeftOutFitter& fitter, std::size_t i) { errors[i] = fitter.errors(frame(metric, i)); });
+    return errors;
+  }
+  /// Shape scores of the candidates' combinations, one row per frame.
+  [[nodiscard]] Eigen::MatrixXd combinations(std::size_t metric, const Eigen::MatrixXd& shapes) const {
+    Eigen::MatrixXd rows(static_cast<Eigen::Index>(frames_.size()), shapes.cols());
+    fit_all(metric, FitSettings{}.candidates, {}, [&](LeftOutFitter& fitter, std::size_t i) {
+      rows.row(static_cast<Eigen::Index>(i)) = fitter.combination(frame(metric, i), shapes);
+    });
+    return rows;
+  }
+  /// The errors with predictions, one row of shape scores per frame.
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const ShapeRegression& regression,
+                                                const Eigen::MatrixXd& predicted) const {
+    std::vector<FrameErrors> errors(frames_.size());
+    fit_all(metric, FitSettings{}.candidates + neighbors, regression, [&](LeftOutFitter& fitter, std::size_t i) {
+      LeftOutFrame left_out = frame(metric, i);
+      const auto scores = predicted.row(static_cast<Eigen::Index>(i)).cast<float>().eval();
+      left_out.predicted.assign(scores.begin(), scores.end());
+      add_neighbors(regression, left_out);
+      errors[i] = fitter.errors(left_out);
+    });
+    return errors;
+  }
+
+ private:
+  template <class Work>
+  void fit_all(std::size_t metric, std::size_t most, const ShapeRegression& regression, const Work& work) const {
+    work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
+      LeftOutFitter fitter(source_, metrics_[metric], most, regression);
+      for (std::size_t i = next(); i < frames_.size(); i = next()) work(fitter, i);
     });
   }
-  return all;
+  [[nodiscard]] LeftOutFrame frame(std::size_t metric, std::size_t i) const {
+    LeftOutFrame frame{frames_.observed(i), frames_.sample(i), {}, is_hidden_};
+    for (const RankedSample& candidate : best_[metric * frames_.size() + i].ranked())
+      frame.proposed.push_back(candidate.sample);
+    return frame;
+  }
+  /// Proposes the samples of other simulations nearest to the prediction, too.
+  void add_neighbors(const ShapeRegression& regression, LeftOutFrame& frame) const {
+    BestSamples nearest(neighbors);
+    for (std::uint32_t s = 0; s < source_.samples.size(); ++s)
+      if (source_.samples[s].simulation != source_.samples[frame.sample].simulation &&
+          std::ranges::find(frame.proposed, s) == frame.proposed.end())
+        nearest.offer(s, squared_distance(regression.shape(s), frame.predicted));
+    for (const RankedSample& one : nearest.ranked()) frame.proposed.push_back(one.sample);
+  }
+
+  const SampleSource& source_;
+  std::span<const DepthMetric> metrics_;
+  unsigned threads_;
+  bool is_hidden_;
+  LeftOutFrames frames_;
+  std::vector<BestSamples> best_;
+};
+
+/// Trains the regression, and finds how much the estimate follows it: the share with the least mean error of the
+/// frames. Returns its predictions for the frames.
+Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& tests, std::size_t metric,
+                             const DepthMetric& costs, unsigned threads, TrainedShapes& trained) {
+  ShapeTraining training(source, costs);
+  const Eigen::MatrixXd& shapes = training.shapes();
+  Eigen::MatrixXd predicted = training.predict_left_out(tests.frames(), threads);
+  const Eigen::MatrixXd combined = tests.combinations(metric, shapes);
+  std::vector<double> differences;
+  for (Eigen::Index i = 0; i < combined.rows(); ++i) differences.push_back((predicted.row(i) - combined.row(i)).norm());
+  std::ranges::sort(differences);
+  const auto error = [&](double blend) {
+    double sum = 0;
+    for (std::size_t i = 0; i < tests.frames().size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i), sample = static_cast<Eigen::Index>(tests.frames().sample(i));
+      sum += (combined.row(row) + blend * (predicted.row(row) - combined.row(row)) - shapes.row(sample)).norm();
+    }
+    return sum;
+  };
+  const auto blend = std::ranges::min(std::array{0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0}, {}, error);
+  trained = training.train();
+  trained.blend = static_cast<float>(blend);
+  trained.most_difference = static_cast<float>(differences[differences.size() * 49 / 50]);
+  return predicted;
 }
 
 /// The default first. High costs distinguish large deformations; with low costs a fold that lies a few millimeters
@@ -166,13 +281,24 @@ struct RenderedImages {
 
 LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   LearnedFit learned{.metric = DepthMetric{}.in(source.length_unit),
-                     .expected = std::vector<float>(source.samples.size(), 0.0f)};
+                     .expected = std::vector<float>(source.samples.size(), 0.0f),
+                     .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
   if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) return learned;
 
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
-  const auto errors = errors_of(source, metrics, threads);
+  const LeftOutTests whole(source, metrics, 0, threads), hidden(source, metrics, hidden_by_a_patch, threads);
+  std::vector<std::vector<FrameErrors>> errors;
+  for (std::size_t m = 0; m < metrics.size(); ++m) {
+    errors.push_back(whole.errors(m));
+    const auto more = hidden.errors(m);
+    errors.back().insert(errors.back().end(), more.begin(), more.end());
+  }
   const auto best = std::ranges::min_element(errors, {}, [](const auto& of_metric) { return total(of_metric); });
-  learned.metric = metrics[static_cast<std::size_t>(best - errors.begin())];
+  const auto metric = static_cast<std::size_t>(best - errors.begin());
+  learned.metric = metrics[metric];
+  const Eigen::MatrixXd predicted = train_shapes(source, whole, metric, learned.metric, threads, learned.shapes);
+  if (learned.shapes.blend > 0)
+    std::ranges::copy(whole.errors(metric, learned.shapes.view(), predicted), best->begin());
   learned.error_per_spread = error_per_spread(*best, learned.metric);
 
   const LeftOutFrames frames(source, most_compared, 0);
@@ -215,7 +341,7 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   const LearnedFit& learned = rendered->learned;
   return SensorViews(std::make_shared<const DepthImages>(
       DepthImages{renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame,
-                  learned.limits.test, learned.error_per_spread, rendered}));
+                  learned.limits.test, learned.error_per_spread, learned.shapes.view(), rendered}));
 }
 
 }  // namespace lbea::bake

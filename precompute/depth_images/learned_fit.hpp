@@ -3,6 +3,7 @@
 
 #include "precompute/depth_images/left_out.hpp"
 #include "precompute/depth_images/residuals.hpp"
+#include "precompute/depth_images/shape_training.hpp"
 
 namespace lbea::bake {
 
@@ -11,6 +12,7 @@ struct LearnedFit {
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
   MisfitLimits limits{};
   float error_per_spread = 0;  // 90 % of the estimates' errors are below this times the spread; 0: not known
+  TrainedShapes shapes;
 };
 
 /// Frames with a full view and with a connected third hidden, of samples spread over the ensemble, are matched by

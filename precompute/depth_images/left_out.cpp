@@ -36,6 +36,23 @@ void hide(const DepthCamera& camera, double share, std::uint64_t seed, std::span
   for (const auto& [distance, cell] : filled) observed[cell] = nothing_seen;
 }
 
+/// Calls visit(cell, filled cells among the 3 x 3 around it, sum of their depths) for all filled cells.
+template <class Visit>
+void visit_filled(const DepthCamera& camera, std::span<const float> observed, const Visit& visit) {
+  const auto low = [](std::uint32_t i) { return i - std::min(i, 1u); };
+  for (std::uint32_t row = 0; row < camera.rows; ++row)
+    for (std::uint32_t column = 0; column < camera.columns; ++column) {
+      const std::size_t cell = std::size_t{row} * camera.columns + column;
+      if (observed[cell] < 0) continue;
+      std::size_t filled = 0;
+      float sum = 0;
+      for (std::uint32_t r = low(row); r < std::min(row + 2, camera.rows); ++r)
+        for (std::uint32_t c = low(column); c < std::min(column + 2, camera.columns); ++c)
+          if (const float depth = observed[std::size_t{r} * camera.columns + c]; depth >= 0) ++filled, sum += depth;
+      visit(cell, filled, sum);
+    }
+}
+
 /// Offers the samples from `first` on, whose images these are, to all frames of other simulations.
 void offer(const SampleSource& source, const LeftOutFrames& frames, const CellPrices& prices, std::size_t first,
            std::span<const std::uint16_t> images, std::span<BestSamples> best) {
@@ -49,19 +66,39 @@ void offer(const SampleSource& source, const LeftOutFrames& frames, const CellPr
 
 }  // namespace
 
+std::vector<float> observed_image(const SampleSource& source, std::size_t sample) {
+  std::vector<std::uint16_t> image(padded_cells(source.camera));
+  source.read_images(sample, image);
+  std::vector<float> observed(image.size());
+  std::ranges::transform(image, observed.begin(), [](std::uint16_t depth) {
+    return depth == empty_cell ? nothing_seen : static_cast<float>(depth);
+  });
+  return observed;
+}
+
+void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::span<float> observed) {
+  constexpr std::size_t whole = 9;                 // cells around one that is not at an edge
+  constexpr double at_edges = 0.5, single = 0.05;  // shares that are lost
+  const std::uint64_t kind = splitmix(seed);
+  const std::vector<float> before(observed.begin(), observed.end());
+  const auto offset = static_cast<float>(CounterRandom(seed, camera.cells()).normal()) * noise;
+  visit_filled(camera, before, [&](std::size_t cell, std::size_t filled, float sum) {
+    const double drawn = CounterRandom(seed, cell).uniform(Draw::dropout);
+    const bool is_lost = kind / 2 % 3 == 0 ? filled < whole && drawn < at_edges : kind / 2 % 3 == 1 && drawn < single;
+    const float depth = kind % 2 == 0 ? sum / static_cast<float>(filled) : before[cell];
+    observed[cell] = is_lost ? nothing_seen : std::max(depth + offset, 0.0f);
+  });
+}
+
 LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, double hidden)
     : stride_(padded_cells(source.camera)) {
   const std::size_t count = std::min(most, source.samples.size());
   for (std::size_t frame = 0; frame < count; ++frame) samples_.push_back(frame * source.samples.size() / count);
   observed_.resize(count * stride_);
-  std::vector<std::uint16_t> image(stride_);
   Surroundings surroundings(source.camera);
   for (std::size_t frame = 0; frame < count; ++frame) {
     const auto observed = std::span(observed_).subspan(frame * stride_, stride_);
-    source.read_images(samples_[frame], image);
-    std::ranges::transform(image, observed.begin(), [](std::uint16_t depth) {
-      return depth == empty_cell ? nothing_seen : static_cast<float>(depth);
-    });
+    std::ranges::copy(observed_image(source, samples_[frame]), observed.begin());
     if (hidden == 0) continue;
     hide(source.camera, hidden, frame, observed);
     surroundings.limit(observed);

@@ -19,6 +19,13 @@ struct SampleSource {
   std::function<void(std::size_t sample, std::span<float> positions)> read_positions{};
 };
 
+/// The depth image of a sample as a frame's: padded_cells() values.
+[[nodiscard]] std::vector<float> observed_image(const SampleSource& source, std::size_t sample);
+
+/// Changes an image as sensors do: depths are blurred or not; half of the cells at edges are lost, or single cells, or
+/// none; all depths are offset, with the standard deviation `noise`, in depth steps. seed: determines which.
+void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::span<float> observed);
+
 /// Depth images of some samples as frames.
 class LeftOutFrames {
  public:

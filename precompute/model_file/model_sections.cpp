@@ -145,6 +145,14 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
   plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
   plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
+  constexpr std::uint64_t image_scores = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
+  const std::uint64_t trained = ShapeRegression::trained_with(s);
+  plan.push_back({SectionId::regression_numbers, 0, ElementType::f64, {4}});
+  plan.push_back(
+      {SectionId::regression_basis, 0, ElementType::f32, {2 + image_scores, ShapeRegression::features(*camera)}});
+  plan.push_back({SectionId::regression_images, 0, ElementType::f32, {trained, image_scores}});
+  plan.push_back({SectionId::regression_weights, 0, ElementType::f32, {shape_scores, format::padded(trained)}});
+  plan.push_back({SectionId::regression_shapes, 0, ElementType::f32, {s, shape_scores}});
 }
 
 }  // namespace
@@ -187,6 +195,14 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});
   writer.write<float>(SectionId::view_expected, 0, 0, learned.expected);
+  const TrainedShapes& shapes = learned.shapes;
+  writer.write<double>(SectionId::regression_numbers, 0, 0,
+                       std::array{double{shapes.one_sided}, double{shapes.length_scale}, double{shapes.blend},
+                                  double{shapes.most_difference}});
+  writer.write<float>(SectionId::regression_basis, 0, 0, shapes.basis);
+  writer.write<float>(SectionId::regression_images, 0, 0, shapes.images);
+  writer.write<float>(SectionId::regression_weights, 0, 0, shapes.weights);
+  writer.write<float>(SectionId::regression_shapes, 0, 0, shapes.shapes);
 }
 
 using format::ElementType;

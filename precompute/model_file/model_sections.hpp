@@ -107,7 +107,8 @@ struct ModelPlan {
 [[nodiscard]] std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
                                           double kept_variance, const std::vector<std::string>& left_out);
 
-/// Sections 64, 65 and 67: camera and metric, size, expected residuals; the images are written sample by sample.
+/// Sections 64, 65, 67 and 0x8001 to 0x8005: camera and metric, size, expected residuals, regression; the images are
+/// written sample by sample.
 void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
 
 }  // namespace lbea::bake

@@ -1,5 +1,6 @@
 // What the bake learns for method fit, on images made by hand: a ramp across the image whose slope is the state.
 #include "precompute/depth_images/learned_fit.hpp"
+#include "runtime/src/depth/shape_regression.hpp"
 
 #include <doctest/doctest.h>
 
@@ -108,4 +109,86 @@ TEST_CASE("what is learned does not depend on the number of threads; with one si
   const LearnedFit usual = learn_fit(alone, 1);
   CHECK(usual.metric.cap == DepthMetric{}.cap);
   CHECK(usual.error_per_spread == 0);
+}
+
+TEST_CASE("the regression predicts the shapes of left-out runs") {
+  const SampleSource source = ramps();
+  const LeftOutFrames frames(source, 1000, 0);
+  ShapeTraining training(source, DepthMetric{});
+  const Eigen::MatrixXd predicted = training.predict_left_out(frames, 2);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const Sample& sample = source.samples[f];
+    if (sample.simulation == 0 || sample.simulation + 1 == runs) continue;  // these would be extrapolated
+    CAPTURE(f);
+    // A tenth of the root mean square difference of two neighboring runs' shapes.
+    const double next = 0.1 * sample.time_step * std::sqrt((columns - 1) * (2 * columns - 1) / 6.0);
+    const auto row = static_cast<Eigen::Index>(f);
+    CHECK((predicted.row(row) - training.shapes().row(row)).norm() < 0.1 * next + 0.3);
+  }
+}
+
+// The positions of one run are wrong. Only a regression that contains the run could predict them.
+TEST_CASE("a prediction for a left-out run knows nothing of that run") {
+  constexpr std::uint32_t wrong = 3;
+  SampleSource source = ramps();
+  source.read_positions = [right = source.read_positions, samples = source.samples](std::size_t sample,
+                                                                                    std::span<float> positions) {
+    right(sample, positions);
+    if (samples[sample].simulation != wrong) return;
+    for (std::size_t i = 1; i < positions.size(); i += 3) positions[i] += 500;
+  };
+  const LeftOutFrames frames(source, 1000, 0);
+  ShapeTraining training(source, DepthMetric{});
+  const Eigen::MatrixXd predicted = training.predict_left_out(frames, 2);
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    if (source.samples[f].simulation == wrong && source.samples[f].time_step > 0) {
+      const auto row = static_cast<Eigen::Index>(f);
+      CHECK((predicted.row(row) - training.shapes().row(row)).norm() > 400);
+    }
+}
+
+TEST_CASE("the runtime evaluates the regression that was trained") {
+  const SampleSource source = ramps();
+  const LeftOutFrames frames(source, 1000, 0);
+  ShapeTraining training(source, DepthMetric{});
+  (void)training.predict_left_out(frames, 1);
+  TrainedShapes trained = training.train();
+  trained.blend = 0.5f;
+  const auto images = [&] {
+    DepthImages all;
+    all.camera = source.camera;
+    all.regression = trained.view();
+    return all;
+  };
+  ShapePredictor predictor(images());
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    CAPTURE(f);
+    const auto scores = predictor.predict(frames.observed(f));
+    REQUIRE(scores.size() == ShapeRegression::shape_scores);
+    double squared = 0;
+    for (std::size_t i = 0; i < scores.size(); ++i)
+      squared += std::pow(
+          double{scores[i]} - training.shapes()(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(i)), 2);
+    CHECK(std::sqrt(squared) < 0.3);  // as far as noisy images of the same sample pull it
+  }
+  trained.blend = 0;
+  CHECK(ShapePredictor(images()).predict(frames.observed(0)).empty());
+}
+
+TEST_CASE("a disturbed image keeps its surface but for cells at edges or single ones, and a common offset") {
+  const SampleSource source = ramps();
+  std::size_t lost = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const std::vector<float> image = observed_image(source, 7);
+    std::vector<float> disturbed = image, again = image;
+    disturb(source.camera, 100, seed, disturbed);
+    disturb(source.camera, 100, seed, again);
+    CHECK(disturbed == again);
+    for (std::size_t c = 0; c < image.size(); ++c) {
+      if (image[c] < 0) CHECK(disturbed[c] == image[c]);
+      lost += image[c] >= 0 && disturbed[c] < 0;
+    }
+  }
+  CHECK(lost > 60);
+  CHECK(lost < 60 * columns * rows / 4);
 }

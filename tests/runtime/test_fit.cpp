@@ -1,6 +1,6 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
 #include "precompute/depth_images/learned_fit.hpp"
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/surface_fit.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
 #include <lbea/tracker.hpp>
@@ -86,6 +86,33 @@ TEST_CASE("a shape between the samples is estimated nearer than any sample is") 
     CHECK(result.verdict == Verdict::matched);
   }
   CHECK(between >= 3);
+}
+
+// The share of the difference between prediction and candidates that the estimate follows is learned, and limited.
+TEST_CASE("a prediction moves the estimate, but an absurd one no further than any left-out run's did") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  DepthImages images = *SensorViews::baked_into(model).data();
+  images.regression.blend = 0.5f;
+  images.regression.most_difference = 2;
+  const SensorViews views(std::make_shared<const DepthImages>(images));
+  const ShapeRegression& regression = views.data()->regression;
+  SurfaceFitter fitter(model.view(), views, 1);
+  std::vector<RankedSample> all;
+  for (std::uint32_t s = 0; s < model.samples(); ++s) all.push_back({s, 0});
+  const auto estimated = [&](std::span<const float> predicted) {
+    const auto image = views.data()->of_sample(8 * 3 + 5);
+    std::vector<float> observed(image.begin(), image.end());
+    std::ranges::replace(observed, 0.0f, nothing_seen);
+    return mesh_of(model, fitter.fit(observed, all, false, predicted).estimate);
+  };
+  const std::vector<float> alone = estimated({});
+  std::vector<float> prediction(ShapeRegression::shape_scores, 0.0f);
+  CHECK(mean_distance(estimated(regression.shape(8 * 3 + 5)), alone) < 0.1);
+  prediction[0] = 1e9f;
+  const double moved = mean_distance(estimated(prediction), alone);
+  CHECK(moved > 0.2 * double{regression.blend} * double{regression.most_difference});
+  CHECK(moved < 1.1 * double{regression.blend} * double{regression.most_difference} + 0.1);
 }
 
 TEST_CASE("a plate that bends the other way, or folds, fits no simulation") {

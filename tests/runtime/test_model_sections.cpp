@@ -1,5 +1,6 @@
 // Sections that not every model has, and what they must not hold.
 #include "tests/runtime/forged_model.hpp"
+#include "tests/runtime/seen_plates.hpp"
 #include "tests/support/synthetic_model.hpp"
 
 #include <doctest/doctest.h>
@@ -50,6 +51,22 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
   forge(blind.span(), SectionId::view_camera,
         [](auto&, std::span<std::byte> section) { std::ranges::fill(section, std::byte{0}); });
   CHECK(status_of(blind.span()) == Status::corrupt_model);
+}
+
+TEST_CASE("a regression whose numbers cannot be is refused") {
+  const AlignedBytes model = seen_plates_model(3, 3);
+  REQUIRE(status_of(model.span()) == Status::ok);
+  for (const SectionId id : {SectionId::regression_basis, SectionId::regression_images, SectionId::regression_weights,
+                             SectionId::regression_shapes})
+    for (const float value : {infinity, std::nanf(""), 1e13f})
+      CHECK(status_with(model, id, 3, value) == Status::corrupt_model);
+  for (std::size_t word = 0; word < 4; ++word)
+    for (const double value : {-1.0, std::nan(""), 1e300})
+      CHECK(status_with(model, SectionId::regression_numbers, word, value) == Status::corrupt_model);
+  for (const std::size_t positive : {0u, 1u})
+    CHECK(status_with(model, SectionId::regression_numbers, positive, 0.0) == Status::corrupt_model);
+  CHECK(status_with(model, SectionId::regression_numbers, 2, 1.5) == Status::corrupt_model);
+  CHECK(status_with(model, SectionId::regression_numbers, 2, 0.0) == Status::ok);  // not used then
 }
 
 TEST_CASE("landmarks that are not finite are refused") {

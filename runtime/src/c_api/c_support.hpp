@@ -30,7 +30,7 @@ struct lbea_matcher {
       : matcher(model, config),
         matches(std::min(config.max_matches, model.samples())),
         candidates(config.method == lbea::Method::fit ? lbea::FitSettings{}.candidates : 0),
-        estimate(candidates.size()) {}
+        estimate(config.method == lbea::Method::fit ? lbea::FitSettings{}.most_combined() : 0) {}
   lbea::Matcher matcher;
   lbea::MatchResult last;  // input of lbea_tracker_update
   std::vector<lbea_match> matches, candidates;

@@ -41,6 +41,35 @@ format::DepthCameraWords camera_words(const SectionReader& sections, const Depth
   return words;
 }
 
+ShapeRegression read_regression(const SectionReader& sections, const DepthCamera& camera, std::uint64_t samples) {
+  using format::SectionId;
+  ShapeRegression regression;
+  if (sections.find(SectionId::regression_numbers) == nullptr) return regression;
+  const auto numbers = sections.required<double>(SectionId::regression_numbers, {4, 1, 1});
+  constexpr std::uint64_t k = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
+  const std::uint64_t trained = ShapeRegression::trained_with(samples);
+  const auto read = [&](SectionId id, std::uint64_t rows, std::uint64_t values) {
+    const auto section = sections.required<float>(id, {rows, values, 1});
+    if (!sections.content(id).is_measured) sections.fail(id, 0, "a value is not finite or too large");
+    return section;
+  };
+  regression.basis = read(SectionId::regression_basis, 2 + k, ShapeRegression::features(camera));
+  regression.images = read(SectionId::regression_images, trained, k);
+  regression.weights = read(SectionId::regression_weights, shape_scores, format::padded(trained));
+  regression.shapes = read(SectionId::regression_shapes, samples, shape_scores);
+  const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
+  constexpr double least = 1 / format::largest_measure, most = format::largest_measure;
+  if (!within(numbers[2], 0, 1) ||
+      (numbers[2] > 0 &&
+       !(within(numbers[0], least, most) && within(numbers[1], least, most) && within(numbers[3], 0, most))))
+    sections.fail(SectionId::regression_numbers, 0, "a value is out of range");
+  regression.one_sided = static_cast<float>(numbers[0]);
+  regression.length_scale = static_cast<float>(numbers[1]);
+  regression.blend = static_cast<float>(numbers[2]);
+  regression.most_difference = static_cast<float>(numbers[3]);
+  return regression;
+}
+
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -81,6 +110,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   images->expected = sections.required<float>(SectionId::view_expected, {info.samples, 1, 1});
   require(std::ranges::all_of(images->expected, [](float v) { return v >= 0 && format::is_measured(v); }),
           SectionId::view_expected, "a value is negative or not finite");
+  images->regression = read_regression(sections, images->camera, info.samples);
   return images;
 }
 

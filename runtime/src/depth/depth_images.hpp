@@ -46,6 +46,40 @@ struct DepthMetric {
   }
 };
 
+/// What the bake learned about shapes from whole images; see ShapePredictor. Image scores and shape scores are
+/// principal components; those of shapes are of node positions, so that their distances are root mean square distances
+/// of nodes.
+struct ShapeRegression {
+  static constexpr std::size_t image_scores = 128, shape_scores = 48, most_images = 2048;
+  std::span<const float> basis;    // (2 + image_scores) x features(): typical depths, mean, principal components
+  std::span<const float> images;   // t x image_scores: of the images that it was trained with
+  std::span<const float> weights;  // shape_scores x padded(t): of their kernels
+  std::span<const float> shapes;   // s x shape_scores: of all samples, length unit
+  float one_sided = 0;             // depth steps: feature of an empty window
+  float length_scale = 0;          // of the kernel
+  float blend = 0;                 // the estimate goes this share of the way to the prediction; 0: not trained
+  float most_difference = 0;       // length unit: 98 % of predictions and combinations differ by less than this
+
+  /// Features of an image, padded with zeros to whole 64-byte lines.
+  [[nodiscard]] static std::size_t features(const DepthCamera& camera) noexcept {
+    return format::padded(std::size_t{2} * ((camera.columns + 1) / 2) * ((camera.rows + 1) / 2));
+  }
+  [[nodiscard]] std::span<const float> typical(std::size_t features) const noexcept { return basis.first(features); }
+  [[nodiscard]] std::span<const float> mean(std::size_t features) const noexcept {
+    return basis.subspan(features, features);
+  }
+  [[nodiscard]] std::span<const float> components(std::size_t features) const noexcept {
+    return basis.subspan(2 * features);
+  }
+  [[nodiscard]] std::span<const float> shape(std::size_t sample) const noexcept {
+    return shapes.subspan(sample * shape_scores, shape_scores);
+  }
+  /// Number of training images of an ensemble.
+  [[nodiscard]] static std::size_t trained_with(std::size_t samples) noexcept {
+    return std::min(2 * samples, most_images);
+  }
+};
+
 /// What SensorViews shares: the images of all samples and the residuals to expect.
 struct DepthImages {
   DepthCamera camera;
@@ -55,7 +89,8 @@ struct DepthImages {
   float misfit_limit = 0;                 // of one frame
   float test_misfit_limit = 0;            // of the geometric mean over a test
   float error_per_spread = 0;             // 90 % of the estimates' errors are below this times the spread; 0: not known
-  std::shared_ptr<const void> owner{};    // of the memory behind the spans
+  ShapeRegression regression{};
+  std::shared_ptr<const void> owner{};  // of the memory behind the spans
 
   [[nodiscard]] std::span<const std::uint16_t> of_sample(std::size_t sample) const noexcept {
     const std::size_t stride = padded_cells(camera);
@@ -63,7 +98,7 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 67. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 67 and 0x8001 to 0x8005. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);

@@ -10,6 +10,10 @@ std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
   return chosen;
 }
 
+void add(float weight, std::span<const float> values, std::span<float> sum) noexcept {
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * values[i];
+}
+
 // Upper bound of the largest eigenvalue: the largest absolute row sum.
 float eigenvalue_bound(std::span<const float> gram, std::size_t stride, std::size_t k) noexcept {
   float largest = 0;
@@ -130,17 +134,26 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       linear_(best_.capacity()),
       simplex_(best_.capacity()),
       ridge_(best_.capacity()),
+      predictor_(*views_.data()),
+      target_(ShapeRegression::shape_scores),
+      neighbors_(std::min(settings.neighbors, model.info.samples)),
+      offsets_(neighbors_.capacity() * ShapeRegression::shape_scores),
+      neighbor_gram_(neighbors_.capacity() * neighbors_.capacity()),
+      weights_(neighbors_.capacity()),
+      prices_(neighbors_.capacity()),
+      neighbor_ridge_(neighbors_.capacity()),
       landmark_nodes_(spread_out(model.info.nodes)),
       landmark_floats_(3 * landmark_nodes_.size()),
       landmarks_(best_.capacity() * landmark_floats_),
       estimate_landmarks_(landmark_floats_),
+      neighbor_landmarks_(landmark_floats_),
       from_best_(best_.capacity()),
       from_estimate_(best_.capacity()),
       ranks_(best_.capacity()),
       plausibility_(best_.capacity()),
       shares_(best_.capacity()),
       candidates_(best_.capacity()),
-      estimate_(best_.capacity()) {}
+      estimate_(std::max(best_.capacity(), neighbors_.capacity())) {}
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
   frame_.build(index);  // the depth image of the frame
@@ -151,7 +164,8 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   const float noise = square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step);
   const bool is_hidden = whole > settings_.hidden * (least_limited_residual() + noise);
   // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
-  return is_hidden ? fit(limited_, proposed_.ranked(), true) : fit_candidates(frame_.cells(), false);
+  if (is_hidden) return fit(limited_, proposed_.ranked(), true);
+  return fit_candidates(frame_.cells(), proposed, false, predictor_.predict(frame_.cells()));
 }
 
 /// The least one, squared, in depth steps, without the cells far from what the frame shows. Leaves the samples that are
@@ -167,18 +181,22 @@ float SurfaceFitter::least_limited_residual() noexcept {
   return least;
 }
 
-SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed,
-                              bool is_hidden) noexcept {
+SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed, bool is_hidden,
+                              std::span<const float> predicted) noexcept {
   choose_candidates(observed, proposed);
-  return fit_candidates(observed, is_hidden);
+  return fit_candidates(observed, proposed, is_hidden, predicted);
 }
 
-SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> observed, bool is_hidden) noexcept {
+SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> observed, std::span<const RankedSample> proposed,
+                                         bool is_hidden, std::span<const float> predicted) noexcept {
   SurfaceFit result;
   combine_candidates(observed);   // their convex combination with the least residual
   if (!is_hidden) extrapolate();  // the estimate may lie beside the samples
-  weigh(result);                  // candidates ranked by their distance from the estimate
-  judge(result);                  // misfit, spread, verdict
+  result.estimate_residual = residual_of_combination();
+  use_candidates();
+  if (!predicted.empty()) use_neighbors(predicted, proposed);
+  weigh(result);  // candidates ranked by their distance from the estimate
+  judge(result);  // misfit, spread, verdict
   return result;
 }
 
@@ -189,8 +207,7 @@ float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<cons
   const float step = images.camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
-    candidates_[k] = {{model_.samples[sample.sample][0], model_.samples[sample.sample][1]},
-                      step * std::sqrt(sample.distance)};
+    candidates_[k] = {sample_at(sample.sample), step * std::sqrt(sample.distance)};
     copy_landmarks(sample.sample, landmarks(k));
   }
   return least;
@@ -230,25 +247,74 @@ void SurfaceFitter::extrapolate() noexcept {
   if (mean > 0) ridge_.solve(gram_, k, std::span(linear_).first(k), std::span(shares_).first(k));
 }
 
+float SurfaceFitter::residual_of_combination() const noexcept {
+  const std::size_t k = best_.ranked().size();
+  float squared = 0;
+  for (std::size_t i = 0; i < k; ++i)
+    for (std::size_t j = 0; j < k; ++j) squared += shares_[i] * shares_[j] * gram_[i * k + j];
+  return std::sqrt(std::max(squared, 0.0f));
+}
+
+void SurfaceFitter::use_candidates() noexcept {
+  used_ = 0;
+  std::ranges::fill(estimate_landmarks_, 0.0f);
+  for (std::size_t i = 0; i < count(); ++i) {
+    if (shares_[i] == 0) continue;
+    estimate_[used_++] = {candidates_[i].sample, shares_[i]};
+    add(shares_[i], landmarks(i), estimate_landmarks_);
+  }
+}
+
+// The candidates do not span all shapes near them: more samples, near the blended shape, represent it better.
+void SurfaceFitter::use_neighbors(std::span<const float> predicted, std::span<const RankedSample> proposed) noexcept {
+  const ShapeRegression& regression = views_.data()->regression;
+  constexpr std::size_t scores = ShapeRegression::shape_scores;
+  move_toward(predicted);
+  neighbors_.clear();
+  for (const RankedSample& proposal : proposed)
+    neighbors_.offer(proposal.sample, squared_distance(regression.shape(proposal.sample), target_));
+  const std::size_t k = neighbors_.ranked().size();
+  float mean = 0;
+  for (std::size_t i = 0; i < k; ++i) {
+    const RankedSample& neighbor = neighbors_.ranked()[i];
+    std::ranges::transform(regression.shape(neighbor.sample), target_, &offsets_[i * scores], std::minus<>{});
+    mean += neighbor.distance / static_cast<float>(k);
+    code_.project(offsets_.data(), i + 1, scores, &offsets_[i * scores], weights_.data());
+    for (std::size_t j = 0; j <= i; ++j) neighbor_gram_[i * k + j] = neighbor_gram_[j * k + i] = weights_[j];
+  }
+  if (!(mean > 0)) return;
+  std::ranges::fill(prices_, settings_.neighbor_price * mean);
+  std::ranges::fill(weights_, 1 / static_cast<float>(k));
+  neighbor_ridge_.solve(neighbor_gram_, k, std::span(prices_).first(k), std::span(weights_).first(k));
+  std::ranges::fill(estimate_landmarks_, 0.0f);
+  for (std::size_t i = 0; i < k; ++i) {
+    const std::uint32_t sample = neighbors_.ranked()[i].sample;
+    estimate_[i] = {sample_at(sample), weights_[i]};
+    copy_landmarks(sample, neighbor_landmarks_);
+    add(weights_[i], neighbor_landmarks_, estimate_landmarks_);
+  }
+  used_ = k;
+}
+
+/// Sets the target. Predictions far from the candidates' combination, of a frame unlike all training images for
+/// example, move it no further than usual ones.
+void SurfaceFitter::move_toward(std::span<const float> predicted) noexcept {
+  const ShapeRegression& regression = views_.data()->regression;
+  std::ranges::fill(target_, 0.0f);
+  for (std::size_t i = 0; i < count(); ++i) add(shares_[i], regression.shape(best_.ranked()[i].sample), target_);
+  const float difference = std::sqrt(squared_distance(predicted, target_));
+  const float share = regression.blend * std::min(1.0f, regression.most_difference / std::max(difference, 1e-30f));
+  for (std::size_t i = 0; i < target_.size(); ++i) target_[i] += share * (predicted[i] - target_[i]);
+}
+
 void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
   const std::size_t k = count();
-  std::size_t used = 0;
-  std::ranges::fill(estimate_landmarks_, 0.0f);
-  float squared = 0;
-  for (std::size_t i = 0; i < k; ++i) {
-    if (shares_[i] == 0) continue;
-    estimate_[used++] = {candidates_[i].sample, shares_[i]};
-    const auto from = landmarks(i);
-    for (std::size_t c = 0; c < from.size(); ++c) estimate_landmarks_[c] += shares_[i] * from[c];
-    for (std::size_t j = 0; j < k; ++j) squared += shares_[i] * shares_[j] * gram_[i * k + j];
-  }
   for (std::size_t i = 0; i < k; ++i) from_estimate_[i] = mean_distance(landmarks(i), estimate_landmarks_);
   rank();
   result.candidates = std::span<const Match>(candidates_).first(k);
   result.ranks = std::span<const float>(ranks_).first(k);
-  result.estimate = std::span<const WeightedSample>(estimate_).first(used);
+  result.estimate = std::span<const WeightedSample>(estimate_).first(used_);
   result.residual = candidates_[0].distance;
-  result.estimate_residual = std::sqrt(std::max(squared, 0.0f));
 }
 
 void SurfaceFitter::rank() noexcept {

@@ -2,7 +2,7 @@
 // the frame.
 #pragma once
 
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/shape_regression.hpp"
 #include "runtime/src/match/sample_search.hpp"
 #include "runtime/src/model/model_view.hpp"
 
@@ -55,9 +55,16 @@ struct FitSettings {
   // share. Where something hides a part the combination stays convex.
   float change_price = 0.3f;           // times the candidates' mean squared residual
   float change_distance_price = 0.5f;  // times the candidate's squared mean distance from the best one
+  // The estimate is a combination of the samples nearest to the shape between the candidates' combination and the
+  // regression's prediction. Price of the squared weights, which keeps them small:
+  std::uint32_t neighbors = 48;
+  float neighbor_price = 0.01f;  // times the neighbors' mean squared distance from that shape
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual
   float residual_rank = 0.2f;
   float sharpness = 8;  // of the Plausibility
+
+  /// Most samples in an estimate.
+  [[nodiscard]] constexpr std::uint32_t most_combined() const noexcept { return std::max(candidates, neighbors); }
 };
 
 class SurfaceFitter {
@@ -69,8 +76,10 @@ class SurfaceFitter {
   /// of the result and of matches() are valid until the next call.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept;
   /// The same for the frame's depth image, by the proposed samples alone. observed: padded_cells() values, of which
-  /// hidden cells become not_observed. is_hidden: whether something hides a part of the component.
-  SurfaceFit fit(std::span<float> observed, std::span<const RankedSample> proposed, bool is_hidden = false) noexcept;
+  /// hidden cells become not_observed. is_hidden: whether something hides a part of the component. predicted: shape
+  /// scores by the regression; none: the candidates alone determine the estimate.
+  SurfaceFit fit(std::span<float> observed, std::span<const RankedSample> proposed, bool is_hidden = false,
+                 std::span<const float> predicted = {}) noexcept;
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
     return std::span(matched_).first(matches_.ranked().size());
@@ -80,13 +89,21 @@ class SurfaceFitter {
 
  private:
   float choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
-  SurfaceFit fit_candidates(std::span<const float> observed, bool is_hidden) noexcept;
+  SurfaceFit fit_candidates(std::span<const float> observed, std::span<const RankedSample> proposed, bool is_hidden,
+                            std::span<const float> predicted) noexcept;
   void combine_candidates(std::span<const float> observed) noexcept;
   void extrapolate() noexcept;
+  [[nodiscard]] float residual_of_combination() const noexcept;
+  void use_candidates() noexcept;
+  void use_neighbors(std::span<const float> predicted, std::span<const RankedSample> proposed) noexcept;
+  void move_toward(std::span<const float> predicted) noexcept;
   [[nodiscard]] float least_limited_residual() noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   void judge(SurfaceFit& result) noexcept;
+  [[nodiscard]] Sample sample_at(std::uint32_t row) const noexcept {
+    return {model_.samples[row][0], model_.samples[row][1]};
+  }
   void copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept;
   [[nodiscard]] float mean_distance(std::span<const float> a, std::span<const float> b) const noexcept;
   [[nodiscard]] std::size_t count() const noexcept { return best_.ranked().size(); }
@@ -110,13 +127,20 @@ class SurfaceFitter {
   std::vector<float> gram_, products_, linear_;
   SimplexProblem simplex_;
   RidgeProblem ridge_;
+  ShapePredictor predictor_;
+  std::vector<float> target_;  // shape scores
+  BestSamples neighbors_;      // by distance of their shape scores from the target
+  std::vector<float> offsets_, neighbor_gram_, weights_, prices_;
+  RidgeProblem neighbor_ridge_;
   std::vector<std::uint32_t> landmark_nodes_;
   std::size_t landmark_floats_;
-  std::vector<float> landmarks_, estimate_landmarks_;  // candidates x 3 x landmarks
+  std::vector<float> landmarks_, estimate_landmarks_,
+      neighbor_landmarks_;  // candidates x 3 x landmarks; one shape each
   std::vector<float> from_best_, from_estimate_, ranks_, plausibility_, shares_;
   std::vector<Match> candidates_;
   std::vector<WeightedSample> estimate_;
-  float filled_ = 1;  // cells that the frame or the best candidate fills
+  std::size_t used_ = 0;  // of estimate_
+  float filled_ = 1;      // cells that the frame or the best candidate fills
   Verdict verdict_ = Verdict::unknown;
 };
 

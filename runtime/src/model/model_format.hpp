@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little, "model files are littl
 inline constexpr std::array<std::uint8_t, 8> magic{0x89, 'L', 'B', 'E', 'A', '\r', '\n', 0x1a};
 inline constexpr std::uint32_t endian_tag = 0x01020304;
 inline constexpr std::uint16_t version_major = 1;  // readers refuse another
-inline constexpr std::uint16_t version_minor = 1;  // readers accept any
+inline constexpr std::uint16_t version_minor = 2;  // readers accept any
 inline constexpr std::size_t alignment = 64;
 inline constexpr std::uint32_t first_optional_id = 0x8000;  // unknown sections from here on are ignored
 
@@ -79,6 +79,11 @@ enum class SectionId : std::uint32_t {
   view_depths = 66,
   view_expected = 67,
   landmark_positions = 0x8000,  // optional: what matching needs of node_positions
+  regression_numbers = 0x8001,  // 0x8001 to 0x8005: optional, all or none, only with 64 to 67
+  regression_basis = 0x8002,
+  regression_images = 0x8003,
+  regression_weights = 0x8004,
+  regression_shapes = 0x8005,
 };
 
 /// Cold: match() by lbea and fit does not read the section.

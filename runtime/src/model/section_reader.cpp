@@ -23,6 +23,8 @@ constexpr std::string_view titles_from_32[] = {"reference_times", "vertex_nodes"
                                                "eigenvalues",     "projection",    "tree_boxes",       "tree_ranges",
                                                "coefficients",    "correspondence"};
 constexpr std::string_view titles_from_64[] = {"view_camera", "view_size", "view_depths", "view_expected"};
+constexpr std::string_view optional_titles[] = {"landmark_positions", "regression_numbers", "regression_basis",
+                                                "regression_images",  "regression_weights", "regression_shapes"};
 static_assert(std::size(titles_from_1) == 12 && std::size(titles_from_13) == 10 && std::size(titles_from_32) == 10);
 
 std::string_view title_after(SectionId first, SectionId id, std::span<const std::string_view> titles) noexcept {
@@ -75,11 +77,11 @@ const char* const bake_again = "; copy the file again or bake it again";
 }  // namespace
 
 std::string title(SectionId id) {
-  if (id == SectionId::landmark_positions) return "landmark_positions";
   std::string found(title_after(SectionId::info, id, titles_from_1));
   if (found.empty()) found = title_after(SectionId::node_positions, id, titles_from_13);
   if (found.empty()) found = title_after(SectionId::reference_times, id, titles_from_32);
   if (found.empty()) found = title_after(SectionId::view_camera, id, titles_from_64);
+  if (found.empty()) found = title_after(SectionId::landmark_positions, id, optional_titles);
   return found.empty() ? "unknown" : found;
 }
 

@@ -1,0 +1,224 @@
+#include "precompute/depth_images/shape_training.hpp"
+
+#include "precompute/depth_images/branches.hpp"
+#include "precompute/parallel.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <numeric>
+
+namespace lbea::bake {
+namespace {
+
+using Eigen::Index, Eigen::MatrixXd, Eigen::RowVectorXd;
+
+constexpr std::size_t most_nodes = 128;  // at which shapes are compared
+constexpr std::array regularizations{1e-4, 1e-3, 1e-2};
+
+/// At most 512 of `count` rows, evenly spaced: enough to compute principal components.
+std::vector<Index> snapshots_of(Index count) {
+  std::vector<Index> chosen(static_cast<std::size_t>(std::min<Index>(512, count)));
+  for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = static_cast<Index>(i) * count / std::ssize(chosen);
+  return chosen;
+}
+
+/// Principal components of the rows, whose mean is 0, one per column; zeros beyond their rank. By the method of
+/// snapshots (Sirovich 1987): from the rows' Gram matrix.
+MatrixXd principal_components(const MatrixXd& snapshots, std::size_t most) {
+  const Index count = snapshots.rows();
+  const MatrixXd gram = snapshots * snapshots.transpose();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
+  const double largest = solver.eigenvalues()(count - 1);
+  MatrixXd components = MatrixXd::Zero(snapshots.cols(), static_cast<Index>(most));
+  for (Index k = 0; k < std::min(count, components.cols()); ++k) {
+    const double eigenvalue = solver.eigenvalues()(count - 1 - k);
+    if (!(eigenvalue > 1e-10 * largest)) break;
+    components.col(k) = snapshots.transpose() * solver.eigenvectors().col(count - 1 - k) / std::sqrt(eigenvalue);
+  }
+  return components;
+}
+
+/// Six times the median distance of an image from its 24th nearest one, squared: over that distance shapes change
+/// smoothly, and every image has many neighbors.
+double squared_length_of(const MatrixXd& images) {
+  const Index nearest = std::min<Index>(24, images.rows() - 1), every = std::max<Index>(1, images.rows() / 256);
+  std::vector<double> found;
+  for (Index i = 0; i < images.rows(); i += every) {
+    const Eigen::VectorXd distances = (images.rowwise() - images.row(i)).rowwise().squaredNorm();
+    std::vector<double> sorted(distances.begin(), distances.end());
+    std::ranges::nth_element(sorted, sorted.begin() + nearest);
+    found.push_back(sorted[static_cast<std::size_t>(nearest)]);
+  }
+  const auto middle = found.begin() + std::ssize(found) / 2;
+  std::ranges::nth_element(found, middle);
+  return *middle > 0 ? 36 * *middle : 1;
+}
+
+/// Row by row, rows padded with zeros.
+std::vector<float> padded_rows(const MatrixXd& matrix, std::size_t stride) {
+  std::vector<float> rows(static_cast<std::size_t>(matrix.rows()) * stride, 0.0f);
+  for (Index i = 0; i < matrix.rows(); ++i)
+    for (Index j = 0; j < matrix.cols(); ++j)
+      rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)] = static_cast<float>(matrix(i, j));
+  return rows;
+}
+
+}  // namespace
+
+TrainedShapes TrainedShapes::untrained(const DepthCamera& camera, std::size_t samples) {
+  constexpr std::size_t k = ShapeRegression::image_scores, scores = ShapeRegression::shape_scores;
+  const std::size_t images = ShapeRegression::trained_with(samples);
+  const auto zeros = [](std::size_t count) { return std::vector<float>(count, 0.0f); };
+  return {zeros((2 + k) * ShapeRegression::features(camera)), zeros(images * k), zeros(scores * format::padded(images)),
+          zeros(samples * scores)};
+}
+
+ShapeTraining::ShapeTraining(const SampleSource& source, const DepthMetric& metric)
+    : samples_(source.samples),
+      windows_(source.camera),
+      typical_(windows_.count(), 0.0f),
+      features_(ShapeRegression::features(source.camera)),
+      one_sided_(metric.one_sided / source.camera.depth_step) {
+  const std::size_t count = ShapeRegression::trained_with(samples_.size());
+  for (std::size_t i = 0; i < count; ++i) trained_.push_back(i * samples_.size() / count);
+  read_images(source, metric.mesh_noise / source.camera.depth_step);
+  read_shapes(source);
+}
+
+RowVectorXd ShapeTraining::features(std::span<const float> observed) {
+  windows_.build(observed);
+  windows_.write_features(typical_, one_sided_, features_);
+  return Eigen::Map<const Eigen::RowVectorXf>(features_.data(), std::ssize(features_)).cast<double>();
+}
+
+/// Every second training image is disturbed, so that the regression does not depend on what sensors change.
+void ShapeTraining::read_images(const SampleSource& source, float noise) {
+  const auto image_of = [&](std::size_t i) {
+    std::vector<float> observed = observed_image(source, trained_[i]);
+    if (i % 2 == 1) disturb(source.camera, noise, i, observed);
+    return observed;
+  };
+  std::vector<double> depths(typical_.size(), 0.0), shares(typical_.size(), 0.0);
+  for (std::size_t i = 0; i < trained_.size(); i += 2) {
+    windows_.build(image_of(i));
+    for (std::size_t w = 0; w < typical_.size(); ++w) {
+      shares[w] += double{windows_.shares()[w]};
+      depths[w] += double{windows_.shares()[w]} * double{windows_.depths()[w]};
+    }
+  }
+  const double all =
+      std::reduce(depths.begin(), depths.end()) / std::max(std::reduce(shares.begin(), shares.end()), 1.0);
+  for (std::size_t w = 0; w < typical_.size(); ++w)
+    typical_[w] = static_cast<float>(shares[w] > 0 ? depths[w] / shares[w] : all);
+
+  MatrixXd rows(std::ssize(trained_), std::ssize(features_));
+  for (std::size_t i = 0; i < trained_.size(); ++i) rows.row(static_cast<Index>(i)) = features(image_of(i));
+  mean_ = rows.colwise().mean();
+  rows.rowwise() -= mean_;
+  components_ = principal_components(rows(snapshots_of(rows.rows()), Eigen::all), ShapeRegression::image_scores);
+  images_ = rows * components_;
+  squared_length_ = squared_length_of(images_);
+}
+
+void ShapeTraining::read_shapes(const SampleSource& source) {
+  std::vector<float> positions(3 * source.nodes);
+  const auto shape_of = [&](Index sample) -> RowVectorXd {
+    source.read_positions(static_cast<std::size_t>(sample), positions);
+    const std::vector<float> nodes = thinned_nodes(positions, most_nodes);
+    const auto row = Eigen::Map<const Eigen::RowVectorXf>(nodes.data(), std::ssize(nodes)).cast<double>();
+    return row / std::sqrt(static_cast<double>(row.cols()) / 3);  // distances are root mean squares over nodes
+  };
+  const std::vector<Index> chosen = snapshots_of(std::ssize(samples_));
+  MatrixXd snapshots(std::ssize(chosen), shape_of(0).cols());
+  for (std::size_t i = 0; i < chosen.size(); ++i) snapshots.row(static_cast<Index>(i)) = shape_of(chosen[i]);
+  const RowVectorXd mean = snapshots.colwise().mean();
+  snapshots.rowwise() -= mean;
+  const MatrixXd components = principal_components(snapshots, ShapeRegression::shape_scores);
+  shapes_.resize(std::ssize(samples_), components.cols());
+  for (Index s = 0; s < shapes_.rows(); ++s) shapes_.row(s) = (shape_of(s) - mean) * components;
+}
+
+MatrixXd ShapeTraining::kernel(const MatrixXd& a, const MatrixXd& b) const {
+  MatrixXd squared = -2 * a * b.transpose();
+  squared.colwise() += a.rowwise().squaredNorm();
+  squared.rowwise() += b.rowwise().squaredNorm().transpose();
+  return squared.unaryExpr([this](double d) { return inverse_multiquadric(d, squared_length_); });
+}
+
+/// L L' = K + regularization I.
+Eigen::LLT<MatrixXd> ShapeTraining::factor(double regularization) const {
+  MatrixXd matrix = kernel(images_, images_);
+  matrix.diagonal().array() += regularization;
+  return Eigen::LLT<MatrixXd>(matrix);
+}
+
+MatrixXd ShapeTraining::trained_shapes() const {
+  MatrixXd shapes(images_.rows(), shapes_.cols());
+  for (Index i = 0; i < shapes.rows(); ++i)
+    shapes.row(i) = shapes_.row(static_cast<Index>(trained_[static_cast<std::size_t>(i)]));
+  return shapes;
+}
+
+MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned threads) {
+  MatrixXd images(static_cast<Index>(frames.size()), std::ssize(features_));
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    images.row(static_cast<Index>(f)) = features(frames.observed(f)) - mean_;
+  const MatrixXd kernels = kernel(images_, images * components_);
+  std::array<MatrixXd, regularizations.size()> predicted;
+  work_in_parallel(predicted.size(), threads, [&](const auto& next) {
+    for (std::size_t i = next(); i < predicted.size(); i = next())
+      predicted[i] = predict_left_out(frames, kernels, regularizations[i]);
+  });
+  const auto error = [&](const MatrixXd& shapes) {
+    double sum = 0;
+    for (std::size_t f = 0; f < frames.size(); ++f)
+      sum += (shapes.row(static_cast<Index>(f)) - shapes_.row(static_cast<Index>(frames.sample(f)))).norm();
+    return sum;
+  };
+  const auto best = std::ranges::min_element(predicted, {}, error);
+  regularization_ = regularizations[static_cast<std::size_t>(best - predicted.begin())];
+  return *best;
+}
+
+/// With A the inverse of K + regularization I, weights w = A Y and the images g of a simulation, the regression without
+/// these predicts k'w - (A k)_g' A_gg^-1 w_g: block-wise inversion.
+MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, const MatrixXd& kernels,
+                                         double regularization) const {
+  const auto factored = factor(regularization);
+  const MatrixXd inverse = factored.solve(MatrixXd::Identity(images_.rows(), images_.rows()));
+  const MatrixXd weights = inverse * trained_shapes(), solved = inverse * kernels;
+  MatrixXd predicted = kernels.transpose() * weights;
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    std::vector<Index> own;
+    for (std::size_t i = 0; i < trained_.size(); ++i)
+      if (samples_[trained_[i]].simulation == samples_[frames.sample(f)].simulation)
+        own.push_back(static_cast<Index>(i));
+    if (own.empty()) continue;
+    const auto column = static_cast<Index>(f);
+    const MatrixXd block = inverse(own, own), own_weights = weights(own, Eigen::all);
+    const Eigen::VectorXd own_solved = solved(own, column);
+    predicted.row(column) -= own_solved.transpose() * block.llt().solve(own_weights);
+  }
+  return predicted;
+}
+
+TrainedShapes ShapeTraining::train() const {
+  TrainedShapes trained;
+  const std::size_t features = features_.size();
+  trained.basis.assign(features, 0.0f);
+  std::ranges::copy(typical_, trained.basis.begin());
+  MatrixXd basis(1 + components_.cols(), components_.rows());
+  basis << mean_, components_.transpose();
+  const std::vector<float> rows = padded_rows(basis, features);
+  trained.basis.insert(trained.basis.end(), rows.begin(), rows.end());
+  trained.images = padded_rows(images_, ShapeRegression::image_scores);
+  trained.weights =
+      padded_rows(factor(regularization_).solve(trained_shapes()).transpose(), format::padded(trained_.size()));
+  trained.shapes = padded_rows(shapes_, ShapeRegression::shape_scores);
+  trained.one_sided = one_sided_;
+  trained.length_scale = static_cast<float>(std::sqrt(squared_length_));
+  return trained;
+}
+
+}  // namespace lbea::bake

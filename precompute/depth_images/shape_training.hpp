@@ -1,0 +1,59 @@
+// Trains the regression from depth images to shapes: kernel ridge regression on images of the samples.
+#pragma once
+
+#include "precompute/depth_images/left_out.hpp"
+#include "runtime/src/depth/shape_regression.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace lbea::bake {
+
+/// Owns the memory of a ShapeRegression's spans.
+struct TrainedShapes {
+  std::vector<float> basis, images, weights, shapes;
+  float one_sided = 0, length_scale = 0, blend = 0, most_difference = 0;  // as in ShapeRegression
+
+  [[nodiscard]] ShapeRegression view() const noexcept {
+    return {basis, images, weights, shapes, one_sided, length_scale, blend, most_difference};
+  }
+  /// Zeros, for an ensemble that allows no training.
+  [[nodiscard]] static TrainedShapes untrained(const DepthCamera& camera, std::size_t samples);
+};
+
+class ShapeTraining {
+ public:
+  /// Reads images and positions of the samples. metric: its one-sided cost is the feature of empty windows, its mesh
+  /// noise the standard deviation of the disturbed images' offsets.
+  ShapeTraining(const SampleSource& source, const DepthMetric& metric);
+
+  /// Shape scores of the frames, one row each, each by a regression without the frame's simulation. Keeps the
+  /// regularization with the least mean error. Takes 100 MB per thread.
+  [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, unsigned threads);
+  /// Shape scores of all samples, one row each.
+  [[nodiscard]] const Eigen::MatrixXd& shapes() const noexcept { return shapes_; }
+  /// The regression from all simulations, blend and greatest difference still 0. Call predict_left_out() before.
+  [[nodiscard]] TrainedShapes train() const;
+
+ private:
+  void read_images(const SampleSource& source, float noise);
+  void read_shapes(const SampleSource& source);
+  [[nodiscard]] Eigen::RowVectorXd features(std::span<const float> observed);
+  [[nodiscard]] Eigen::MatrixXd kernel(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
+  [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, const Eigen::MatrixXd& kernels,
+                                                 double regularization) const;
+  [[nodiscard]] Eigen::LLT<Eigen::MatrixXd> factor(double regularization) const;
+  [[nodiscard]] Eigen::MatrixXd trained_shapes() const;
+
+  std::vector<Sample> samples_;
+  std::vector<std::size_t> trained_;  // per training image: its sample
+  ImageWindows windows_;
+  std::vector<float> typical_, features_;
+  float one_sided_;             // depth steps
+  Eigen::RowVectorXd mean_;     // of the features
+  Eigen::MatrixXd components_;  // features x image_scores
+  Eigen::MatrixXd images_;      // t x image_scores
+  Eigen::MatrixXd shapes_;      // s x shape_scores
+  double squared_length_ = 1, regularization_ = 0;
+};
+
+}  // namespace lbea::bake

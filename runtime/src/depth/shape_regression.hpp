@@ -1,0 +1,59 @@
+// Predicts a frame's shape from its whole depth image: kernel ridge regression on principal components, trained by the
+// bake.
+#pragma once
+
+#include "runtime/src/depth/depth_images.hpp"
+
+namespace lbea {
+
+/// Kernel of the regression, the inverse multiquadric (Hardy 1971): 1 / sqrt(1 + d^2 / length^2).
+template <typename Real>
+[[nodiscard]] Real inverse_multiquadric(Real squared_distance, Real squared_length) noexcept {
+  return 1 / std::sqrt(1 + std::max(squared_distance, Real{0}) / squared_length);
+}
+
+[[nodiscard]] inline float squared_distance(std::span<const float> a, std::span<const float> b) noexcept {
+  float sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += square(a[i] - b[i]);
+  return sum;
+}
+
+/// What the regression sees of a depth image: windows of 4 x 4 cells at every second row and column. Their means
+/// change little when single cells are empty or edges are cut off.
+class ImageWindows {
+ public:
+  /// Allocates all memory.
+  explicit ImageWindows(const DepthCamera& camera);
+  [[nodiscard]] std::size_t count() const noexcept { return down_ * across_; }
+  /// Per window: the mean depth of its filled cells, in steps, or 0; and their share of its 16 cells. observed:
+  /// padded_cells() values. Does not allocate.
+  void build(std::span<const float> observed) noexcept;
+  [[nodiscard]] std::span<const float> depths() const noexcept { return depths_; }
+  [[nodiscard]] std::span<const float> shares() const noexcept { return shares_; }
+  /// Features of the regression, ShapeRegression::features() values: per window (depth - typical) share, then
+  /// (1 - share) one_sided, in depth steps.
+  void write_features(std::span<const float> typical, float one_sided, std::span<float> features) const noexcept;
+
+ private:
+  std::size_t columns_, rows_, across_, down_;
+  std::vector<float> row_depths_, row_counts_;  // rows x across: sums over four columns
+  std::vector<float> depths_, shares_;
+};
+
+class ShapePredictor {
+ public:
+  /// Allocates all memory. Keeps spans of the images' regression.
+  explicit ShapePredictor(const DepthImages& images);
+  /// Principal components of the shape, ShapeRegression::shape_scores values, valid until the next call; nothing if the
+  /// bake has not trained a regression. observed: padded_cells() values of an image of which nothing is hidden. Does
+  /// not allocate.
+  [[nodiscard]] std::span<const float> predict(std::span<const float> observed) noexcept;
+
+ private:
+  const Kernels& code_;
+  ShapeRegression regression_;
+  ImageWindows windows_;
+  std::vector<float> features_, image_, squared_norms_, kernel_, shape_;
+};
+
+}  // namespace lbea
