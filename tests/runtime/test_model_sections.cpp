@@ -47,6 +47,12 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
     CAPTURE(word);
     CHECK(status_with(views, SectionId::view_camera, word, double{infinity}) == Status::corrupt_model);
   }
+  // Squares of costs overflowed, and the weights of the estimate were no numbers.
+  CHECK(status_with(views, SectionId::view_camera, 16, 1e-12) == Status::corrupt_model);
+  const AlignedBytes learned = seen_plates_model(2, 4);
+  REQUIRE(status_of(learned.span()) == Status::ok);
+  for (const std::size_t cost : {19u, 20u})
+    CHECK(status_with(learned, SectionId::view_camera, cost, 1e11) == Status::corrupt_model);
   AlignedBytes blind = views;
   forge(blind.span(), SectionId::view_camera,
         [](auto&, std::span<std::byte> section) { std::ranges::fill(section, std::byte{0}); });

@@ -38,6 +38,9 @@ format::DepthCameraWords camera_words(const SectionReader& sections, const Depth
   if (!std::ranges::all_of(positive, [](double v) { return v >= 1 / format::largest_measure; }) ||
       !(words.error_per_spread >= 0))
     sections.fail(SectionId::view_camera, 0, "a value is not positive");
+  constexpr double most_steps = 1e9;  // sums of squares over all cells do not overflow a float
+  if (!(std::max(words.cap, words.one_sided) <= most_steps * words.depth_step))
+    sections.fail(SectionId::view_camera, 0, "a cost is too many depth steps");
   return words;
 }
 
