@@ -3,11 +3,22 @@
 namespace lbea {
 namespace {
 
-std::vector<std::uint32_t> spread_out(std::uint32_t nodes) {
-  const std::uint32_t count = format::mesh_landmarks(nodes);
-  std::vector<std::uint32_t> chosen;
-  for (std::uint32_t i = 0; i < count; ++i) chosen.push_back(format::part_begin(i, count, nodes));
+// Of the mesh's landmarks, at which shapes are compared: enough for a mean distance.
+std::vector<std::uint32_t> compared_landmarks(std::uint32_t landmarks) {
+  constexpr std::uint32_t most = 128;
+  std::vector<std::uint32_t> chosen(std::min(most, landmarks));
+  for (std::uint32_t i = 0; i < chosen.size(); ++i) chosen[i] = format::part_begin(i, chosen.size(), landmarks);
   return chosen;
+}
+
+// Places of the compared landmarks in the positions that copy_landmarks() reads.
+std::vector<std::uint32_t> landmark_places(const ModelView& model) {
+  const std::uint32_t landmarks = format::mesh_landmarks(model.info.nodes);
+  std::vector<std::uint32_t> places = compared_landmarks(landmarks);
+  for (std::uint32_t& place : places)
+    place = model.landmark_positions.empty() ? format::part_begin(place, landmarks, model.info.nodes)
+                                             : format::surface_landmarks(model.info.vertices) + place;
+  return places;
 }
 
 void add(float weight, std::span<const float> values, std::span<float> sum) noexcept {
@@ -142,8 +153,8 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       weights_(neighbors_.capacity()),
       prices_(neighbors_.capacity()),
       neighbor_ridge_(neighbors_.capacity()),
-      landmark_nodes_(spread_out(model.info.nodes)),
-      landmark_floats_(3 * landmark_nodes_.size()),
+      landmark_places_(landmark_places(model)),
+      landmark_floats_(3 * landmark_places_.size()),
       landmarks_(best_.capacity() * landmark_floats_),
       estimate_landmarks_(landmark_floats_),
       neighbor_landmarks_(landmark_floats_),
@@ -355,13 +366,12 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
 }
 
 void SurfaceFitter::copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {
-  if (!model_.landmark_positions.empty()) {
-    std::ranges::copy(model_.landmarks(sample).last(into.size()), into.begin());
-    return;
-  }
-  const float* positions = model_.node_positions.data() + std::size_t{3} * model_.info.nodes * sample;
-  for (std::size_t i = 0; i < landmark_nodes_.size(); ++i)
-    std::copy_n(positions + std::size_t{3} * landmark_nodes_[i], 3, &into[3 * i]);
+  const float* positions = model_.landmark_positions.empty()
+                               ? model_.node_positions.data() + std::size_t{3} * model_.info.nodes * sample
+                               : model_.landmarks(sample).data();
+  for (std::size_t i = 0; i < landmark_places_.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      into[3 * i + axis] = positions[std::size_t{3} * landmark_places_[i] + axis];
 }
 
 float SurfaceFitter::mean_distance(std::span<const float> a, std::span<const float> b) const noexcept {
@@ -370,7 +380,7 @@ float SurfaceFitter::mean_distance(std::span<const float> a, std::span<const flo
     const float x = a[i] - b[i], y = a[i + 1] - b[i + 1], z = a[i + 2] - b[i + 2];
     sum += std::sqrt(x * x + y * y + z * z);
   }
-  return sum / static_cast<float>(landmark_nodes_.size());
+  return sum / static_cast<float>(landmark_places_.size());
 }
 
 }  // namespace lbea

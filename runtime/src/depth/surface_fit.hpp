@@ -132,7 +132,7 @@ class SurfaceFitter {
   BestSamples neighbors_;      // by distance of their shape scores from the target
   std::vector<float> offsets_, neighbor_gram_, weights_, prices_;
   RidgeProblem neighbor_ridge_;
-  std::vector<std::uint32_t> landmark_nodes_;
+  std::vector<std::uint32_t> landmark_places_;
   std::size_t landmark_floats_;
   std::vector<float> landmarks_, estimate_landmarks_,
       neighbor_landmarks_;  // candidates x 3 x landmarks; one shape each
