@@ -188,19 +188,25 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, const Matr
   const auto factored = factor(regularization);
   const MatrixXd inverse = factored.solve(MatrixXd::Identity(images_.rows(), images_.rows()));
   const MatrixXd weights = inverse * trained_shapes(), solved = inverse * kernels;
-  MatrixXd predicted = kernels.transpose() * weights;
+  MatrixXd predicted = kernels.transpose() * weights, change;
+  std::vector<Index> own;  // images of the frame's simulation; frames of a simulation follow each other
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    std::vector<Index> own;
-    for (std::size_t i = 0; i < trained_.size(); ++i)
-      if (samples_[trained_[i]].simulation == samples_[frames.sample(f)].simulation)
-        own.push_back(static_cast<Index>(i));
-    if (own.empty()) continue;
+    const std::uint32_t simulation = samples_[frames.sample(f)].simulation;
+    if (f == 0 || simulation != samples_[frames.sample(f - 1)].simulation) {
+      own = images_of(simulation);
+      if (!own.empty()) change = MatrixXd(inverse(own, own)).llt().solve(MatrixXd(weights(own, Eigen::all)));
+    }
     const auto column = static_cast<Index>(f);
-    const MatrixXd block = inverse(own, own), own_weights = weights(own, Eigen::all);
-    const Eigen::VectorXd own_solved = solved(own, column);
-    predicted.row(column) -= own_solved.transpose() * block.llt().solve(own_weights);
+    if (!own.empty()) predicted.row(column) -= solved(own, column).transpose() * change;
   }
   return predicted;
+}
+
+std::vector<Index> ShapeTraining::images_of(std::uint32_t simulation) const {
+  std::vector<Index> images;
+  for (std::size_t i = 0; i < trained_.size(); ++i)
+    if (samples_[trained_[i]].simulation == simulation) images.push_back(static_cast<Index>(i));
+  return images;
 }
 
 TrainedShapes ShapeTraining::train() const {

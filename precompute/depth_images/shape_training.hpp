@@ -41,6 +41,7 @@ class ShapeTraining {
   [[nodiscard]] Eigen::MatrixXd kernel(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
   [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, const Eigen::MatrixXd& kernels,
                                                  double regularization) const;
+  [[nodiscard]] std::vector<Eigen::Index> images_of(std::uint32_t simulation) const;
   [[nodiscard]] Eigen::LLT<Eigen::MatrixXd> factor(double regularization) const;
   [[nodiscard]] Eigen::MatrixXd trained_shapes() const;
 
