@@ -145,7 +145,7 @@ class LeftOutTests {
         metrics_(metrics),
         threads_(threads),
         is_hidden_(hidden > 0),
-        frames_(source, most_matched, hidden),
+        frames_(source, most_matched, hidden, is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step),
         best_(best_of_others(source, frames_, metrics, FitSettings{}.candidates, threads)) {}
 
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
@@ -299,7 +299,9 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   const Eigen::MatrixXd predicted = train_shapes(source, whole, metric, learned.metric, threads, learned.shapes);
   if (learned.shapes.blend > 0)
     std::ranges::copy(whole.errors(metric, learned.shapes.view(), predicted), best->begin());
-  learned.error_per_spread = error_per_spread(*best, learned.metric);
+  const auto of_whole = std::span(*best).first(whole.frames().size());
+  learned.error_per_spread = error_per_spread(of_whole, learned.metric);
+  learned.hidden_error_per_spread = error_per_spread(std::span(*best).subspan(of_whole.size()), learned.metric);
 
   const LeftOutFrames frames(source, most_compared, 0);
   const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);
@@ -339,9 +341,9 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   };
   rendered->learned = learn_fit(source, threads);
   const LearnedFit& learned = rendered->learned;
-  return SensorViews(std::make_shared<const DepthImages>(
-      DepthImages{renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame,
-                  learned.limits.test, learned.error_per_spread, learned.shapes.view(), rendered}));
+  return SensorViews(std::make_shared<const DepthImages>(DepthImages{
+      renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame, learned.limits.test,
+      learned.error_per_spread, learned.hidden_error_per_spread, learned.shapes.view(), rendered}));
 }
 
 }  // namespace lbea::bake

@@ -11,7 +11,9 @@ struct LearnedFit {
   DepthMetric metric;           // length unit: the one of five that gives the least errors of estimate and match
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
   MisfitLimits limits{};
-  float error_per_spread = 0;  // 90 % of the estimates' errors are below this times the spread; 0: not known
+  // 90 % of the estimates' errors are below this times the spread; 0: not known
+  float error_per_spread = 0;         // of frames with a full view
+  float hidden_error_per_spread = 0;  // of frames with a hidden third
   TrainedShapes shapes;
 };
 

@@ -90,7 +90,7 @@ void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::sp
   });
 }
 
-LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, double hidden)
+LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, double hidden, float noise)
     : stride_(padded_cells(source.camera)) {
   const std::size_t count = std::min(most, source.samples.size());
   for (std::size_t frame = 0; frame < count; ++frame) samples_.push_back(frame * source.samples.size() / count);
@@ -99,6 +99,7 @@ LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, doubl
   for (std::size_t frame = 0; frame < count; ++frame) {
     const auto observed = std::span(observed_).subspan(frame * stride_, stride_);
     std::ranges::copy(observed_image(source, samples_[frame]), observed.begin());
+    if (noise > 0 && frame % 2 == 1) disturb(source.camera, noise, frame, observed);
     if (hidden == 0) continue;
     hide(source.camera, hidden, frame, observed);
     surroundings.limit(observed);

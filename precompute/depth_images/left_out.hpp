@@ -30,8 +30,9 @@ void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::sp
 class LeftOutFrames {
  public:
   /// At most `most` samples, evenly spaced. hidden: the share of each image's filled cells that is taken away: those
-  /// nearest to one of them, chosen at random, as something in front of the component would hide them.
-  LeftOutFrames(const SampleSource& source, std::size_t most, double hidden);
+  /// nearest to one of them, chosen at random, as something in front of the component would hide them. noise: every
+  /// second image is disturbed with this one (see disturb()); 0: none is.
+  LeftOutFrames(const SampleSource& source, std::size_t most, double hidden, float noise = 0);
 
   [[nodiscard]] std::size_t size() const noexcept { return samples_.size(); }
   [[nodiscard]] std::size_t sample(std::size_t frame) const noexcept { return samples_[frame]; }

@@ -147,7 +147,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
   constexpr std::uint64_t image_scores = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
   const std::uint64_t trained = ShapeRegression::trained_with(s);
-  plan.push_back({SectionId::regression_numbers, 0, ElementType::f64, {4}});
+  plan.push_back({SectionId::regression_numbers, 0, ElementType::f64, {5}});
   plan.push_back(
       {SectionId::regression_basis, 0, ElementType::f32, {2 + image_scores, ShapeRegression::features(*camera)}});
   plan.push_back({SectionId::regression_images, 0, ElementType::f32, {trained, image_scores}});
@@ -190,7 +190,7 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
                                  double{learned.limits.test},
                                  double{learned.metric.cap},
                                  double{learned.metric.one_sided},
-                                 double{learned.error_per_spread}};
+                                 double{learned.hidden_error_per_spread}};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});
@@ -198,7 +198,7 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   const TrainedShapes& shapes = learned.shapes;
   writer.write<double>(SectionId::regression_numbers, 0, 0,
                        std::array{double{shapes.one_sided}, double{shapes.length_scale}, double{shapes.blend},
-                                  double{shapes.most_difference}});
+                                  double{shapes.most_difference}, double{learned.error_per_spread}});
   writer.write<float>(SectionId::regression_basis, 0, 0, shapes.basis);
   writer.write<float>(SectionId::regression_images, 0, 0, shapes.images);
   writer.write<float>(SectionId::regression_weights, 0, 0, shapes.weights);

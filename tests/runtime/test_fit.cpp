@@ -109,6 +109,8 @@ TEST_CASE("a prediction moves the estimate, but an absurd one no further than an
   const std::vector<float> alone = estimated({});
   std::vector<float> prediction(ShapeRegression::shape_scores, 0.0f);
   CHECK(mean_distance(estimated(regression.shape(8 * 3 + 5)), alone) < 0.1);
+  prediction[0] = std::numeric_limits<float>::quiet_NaN();
+  CHECK(mean_distance(estimated(prediction), alone) < 0.1);
   prediction[0] = 1e9f;
   const double moved = mean_distance(estimated(prediction), alone);
   CHECK(moved > 0.2 * double{regression.blend} * double{regression.most_difference});

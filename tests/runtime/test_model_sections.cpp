@@ -66,7 +66,7 @@ TEST_CASE("a regression whose numbers cannot be is refused") {
                              SectionId::regression_shapes})
     for (const float value : {infinity, std::nanf(""), 1e13f})
       CHECK(status_with(model, id, 3, value) == Status::corrupt_model);
-  for (std::size_t word = 0; word < 4; ++word)
+  for (std::size_t word = 0; word < 5; ++word)
     for (const double value : {-1.0, std::nan(""), 1e300})
       CHECK(status_with(model, SectionId::regression_numbers, word, value) == Status::corrupt_model);
   for (const std::size_t positive : {0u, 1u})

@@ -44,11 +44,11 @@ format::DepthCameraWords camera_words(const SectionReader& sections, const Depth
   return words;
 }
 
-ShapeRegression read_regression(const SectionReader& sections, const DepthCamera& camera, std::uint64_t samples) {
+void read_regression(const SectionReader& sections, std::uint64_t samples, DepthImages& images) {
   using format::SectionId;
-  ShapeRegression regression;
-  if (sections.find(SectionId::regression_numbers) == nullptr) return regression;
-  const auto numbers = sections.required<double>(SectionId::regression_numbers, {4, 1, 1});
+  if (sections.find(SectionId::regression_numbers) == nullptr) return;
+  ShapeRegression& regression = images.regression;
+  const auto numbers = sections.required<double>(SectionId::regression_numbers, {5, 1, 1});
   constexpr std::uint64_t k = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
   const std::uint64_t trained = ShapeRegression::trained_with(samples);
   const auto read = [&](SectionId id, std::uint64_t rows, std::uint64_t values) {
@@ -56,7 +56,7 @@ ShapeRegression read_regression(const SectionReader& sections, const DepthCamera
     if (!sections.content(id).is_measured) sections.fail(id, 0, "a value is not finite or too large");
     return section;
   };
-  regression.basis = read(SectionId::regression_basis, 2 + k, ShapeRegression::features(camera));
+  regression.basis = read(SectionId::regression_basis, 2 + k, ShapeRegression::features(images.camera));
   regression.images = read(SectionId::regression_images, trained, k);
   regression.weights = read(SectionId::regression_weights, shape_scores, format::padded(trained));
   regression.shapes = read(SectionId::regression_shapes, samples, shape_scores);
@@ -64,13 +64,14 @@ ShapeRegression read_regression(const SectionReader& sections, const DepthCamera
   constexpr double least = 1 / format::largest_measure, most = format::largest_measure;
   if (!within(numbers[2], 0, 1) ||
       (numbers[2] > 0 &&
-       !(within(numbers[0], least, most) && within(numbers[1], least, most) && within(numbers[3], 0, most))))
+       !(within(numbers[0], least, most) && within(numbers[1], least, most) && within(numbers[3], 0, most))) ||
+      !within(numbers[4], 0, most))
     sections.fail(SectionId::regression_numbers, 0, "a value is out of range");
   regression.one_sided = static_cast<float>(numbers[0]);
   regression.length_scale = static_cast<float>(numbers[1]);
   regression.blend = static_cast<float>(numbers[2]);
   regression.most_difference = static_cast<float>(numbers[3]);
-  return regression;
+  images.error_per_spread = static_cast<float>(numbers[4]);
 }
 
 RigidTransform inverse(const RigidTransform& T) noexcept {
@@ -105,7 +106,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   auto images = std::make_shared<DepthImages>();
   images->camera = camera_from(words, size);
   images->metric = {static_cast<float>(words.cap), static_cast<float>(words.one_sided), usual.mesh_noise};
-  images->error_per_spread = static_cast<float>(words.error_per_spread);
+  images->error_per_spread = images->hidden_error_per_spread = static_cast<float>(words.error_per_spread);
   images->misfit_limit = static_cast<float>(words.misfit_limit);
   images->test_misfit_limit = static_cast<float>(words.test_misfit_limit);
   images->depths =
@@ -113,7 +114,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   images->expected = sections.required<float>(SectionId::view_expected, {info.samples, 1, 1});
   require(std::ranges::all_of(images->expected, [](float v) { return v >= 0 && format::is_measured(v); }),
           SectionId::view_expected, "a value is negative or not finite");
-  images->regression = read_regression(sections, images->camera, info.samples);
+  read_regression(sections, info.samples, *images);
   return images;
 }
 

@@ -88,7 +88,9 @@ struct DepthImages {
   DepthMetric metric;                     // length unit
   float misfit_limit = 0;                 // of one frame
   float test_misfit_limit = 0;            // of the geometric mean over a test
-  float error_per_spread = 0;             // 90 % of the estimates' errors are below this times the spread; 0: not known
+  // 90 % of the estimates' errors are below this times the spread; 0: not known
+  float error_per_spread = 0;         // of whole frames
+  float hidden_error_per_spread = 0;  // of frames of which something hides a part
   ShapeRegression regression{};
   std::shared_ptr<const void> owner{};  // of the memory behind the spans
 

@@ -206,8 +206,8 @@ SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> observed, std::s
   result.estimate_residual = residual_of_combination();
   use_candidates();
   if (!predicted.empty()) use_neighbors(predicted, proposed);
-  weigh(result);  // candidates ranked by their distance from the estimate
-  judge(result);  // misfit, spread, verdict
+  weigh(result);             // candidates ranked by their distance from the estimate
+  judge(result, is_hidden);  // misfit, spread, verdict
   return result;
 }
 
@@ -314,6 +314,7 @@ void SurfaceFitter::move_toward(std::span<const float> predicted) noexcept {
   std::ranges::fill(target_, 0.0f);
   for (std::size_t i = 0; i < count(); ++i) add(shares_[i], regression.shape(best_.ranked()[i].sample), target_);
   const float difference = std::sqrt(squared_distance(predicted, target_));
+  if (!std::isfinite(difference)) return;  // by a forged model
   const float share = regression.blend * std::min(1.0f, regression.most_difference / std::max(difference, 1e-30f));
   for (std::size_t i = 0; i < target_.size(); ++i) target_[i] += share * (predicted[i] - target_[i]);
 }
@@ -340,7 +341,7 @@ void SurfaceFitter::rank() noexcept {
   });
 }
 
-void SurfaceFitter::judge(SurfaceFit& result) noexcept {
+void SurfaceFitter::judge(SurfaceFit& result, bool is_hidden) noexcept {
   const DepthImages& images = *views_.data();
   const Plausibility<float> plausibility(result.residual, views_.data()->metric.mesh_noise, settings_.sharpness);
   const float noise = square(views_.data()->metric.mesh_noise), best = square(result.residual);
@@ -352,7 +353,8 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
     spread += plausibility_[i] * from_estimate_[i];
   }
   result.spread = spread / all;
-  if (images.error_per_spread > 0) result.error_90 = images.error_per_spread * result.spread;
+  if (const float per_spread = is_hidden ? images.hidden_error_per_spread : images.error_per_spread; per_spread > 0)
+    result.error_90 = per_spread * result.spread;
   result.misfit = std::sqrt((best + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
   constexpr float clearly_different = 1.5f;  // relative to its residual

@@ -100,7 +100,7 @@ class SurfaceFitter {
   [[nodiscard]] float least_limited_residual() noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
-  void judge(SurfaceFit& result) noexcept;
+  void judge(SurfaceFit& result, bool is_hidden) noexcept;
   [[nodiscard]] Sample sample_at(std::uint32_t row) const noexcept {
     return {model_.samples[row][0], model_.samples[row][1]};
   }
