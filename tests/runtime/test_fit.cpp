@@ -135,6 +135,29 @@ TEST_CASE("a plate that bends the other way, or folds, fits no simulation") {
   }
 }
 
+// A forged model may hold such shapes. Their squared differences round to zero.
+TEST_CASE("the shares of samples whose predicted shapes hardly differ are finite") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  DepthImages images = *SensorViews::baked_into(model).data();
+  std::vector<RankedSample> all;
+  for (std::uint32_t s = 0; s < model.samples(); ++s) all.push_back({s, 0});
+  for (const float scale : {0.0f, 1e-24f, 1e-23f, 1e-22f, 1e-21f, 1e-20f}) {
+    CAPTURE(scale);
+    std::vector<float> shapes(images.regression.shapes.begin(), images.regression.shapes.end());
+    for (float& score : shapes) score *= scale;
+    DepthImages forged = images;
+    forged.regression.shapes = shapes;
+    forged.regression.blend = 0.5f;
+    SurfaceFitter fitter(model.view(), SensorViews(std::make_shared<const DepthImages>(forged)), 1);
+    std::vector<float> observed(padded_cells(forged.camera), 100.0f);
+    const std::vector<float> prediction(ShapeRegression::shape_scores, 0.0f);
+    float sum = 0;
+    for (const WeightedSample& share : fitter.fit(observed, all, false, prediction).estimate) sum += share.weight;
+    CHECK(sum == doctest::Approx(1).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("points that belong to nothing, and half of them gone, change no match") {
   const AlignedBytes bytes = seen_plates_model();
   const Model model = Model::view(bytes.span());

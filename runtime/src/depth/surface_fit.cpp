@@ -293,8 +293,9 @@ void SurfaceFitter::use_neighbors(std::span<const float> predicted, std::span<co
     code_.project(offsets_.data(), i + 1, scores, &offsets_[i * scores], weights_.data());
     for (std::size_t j = 0; j <= i; ++j) neighbor_gram_[i * k + j] = neighbor_gram_[j * k + i] = weights_[j];
   }
-  if (!(mean > 0)) return;
-  std::ranges::fill(prices_, settings_.neighbor_price * mean);
+  const float price = settings_.neighbor_price * mean;
+  if (!(price >= std::numeric_limits<float>::min())) return;  // all neighbors have the same shape
+  std::ranges::fill(prices_, price);
   std::ranges::fill(weights_, 1 / static_cast<float>(k));
   neighbor_ridge_.solve(neighbor_gram_, k, std::span(prices_).first(k), std::span(weights_).first(k));
   std::ranges::fill(estimate_landmarks_, 0.0f);
