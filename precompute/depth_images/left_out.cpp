@@ -66,6 +66,15 @@ void offer(const SampleSource& source, const LeftOutFrames& frames, const CellPr
 
 }  // namespace
 
+std::vector<std::size_t> spread_samples(std::size_t count, std::size_t all) {
+  std::vector<std::size_t> chosen(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t begin = i * all / count, end = (i + 1) * all / count;
+    chosen[i] = begin + splitmix(count + i) % std::max<std::size_t>(end - begin, 1);
+  }
+  return chosen;
+}
+
 std::vector<float> observed_image(const SampleSource& source, std::size_t sample) {
   std::vector<std::uint16_t> image(padded_cells(source.camera));
   source.read_images(sample, image);
@@ -91,9 +100,9 @@ void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::sp
 }
 
 LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, double hidden, float noise)
-    : stride_(padded_cells(source.camera)) {
-  const std::size_t count = std::min(most, source.samples.size());
-  for (std::size_t frame = 0; frame < count; ++frame) samples_.push_back(frame * source.samples.size() / count);
+    : stride_(padded_cells(source.camera)),
+      samples_(spread_samples(std::min(most, source.samples.size()), source.samples.size())) {
+  const std::size_t count = samples_.size();
   observed_.resize(count * stride_);
   Surroundings surroundings(source.camera);
   for (std::size_t frame = 0; frame < count; ++frame) {

@@ -19,6 +19,11 @@ struct SampleSource {
   std::function<void(std::size_t sample, std::span<float> positions)> read_positions{};
 };
 
+/// `count` of `all` samples, ascending: one of each of as many equal parts, chosen at random, because equal distances
+/// choose the same few states of every run if the numbers of runs and of chosen samples have a large common divisor.
+/// Some twice if count > all.
+[[nodiscard]] std::vector<std::size_t> spread_samples(std::size_t count, std::size_t all);
+
 /// The depth image of a sample as a frame's: padded_cells() values.
 [[nodiscard]] std::vector<float> observed_image(const SampleSource& source, std::size_t sample);
 
@@ -29,7 +34,7 @@ void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::sp
 /// Depth images of some samples as frames.
 class LeftOutFrames {
  public:
-  /// At most `most` samples, evenly spaced. hidden: the share of each image's filled cells that is taken away: those
+  /// At most `most` samples, spread over all. hidden: the share of each image's filled cells that is taken away: those
   /// nearest to one of them, chosen at random, as something in front of the component would hide them. noise: every
   /// second image is disturbed with this one (see disturb()); 0: none is.
   LeftOutFrames(const SampleSource& source, std::size_t most, double hidden, float noise = 0);

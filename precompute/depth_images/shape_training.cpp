@@ -2,6 +2,7 @@
 
 #include "precompute/depth_images/branches.hpp"
 #include "precompute/parallel.hpp"
+#include "precompute/rig/counter_random.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -16,11 +17,9 @@ using Eigen::Index, Eigen::MatrixXd, Eigen::RowVectorXd;
 constexpr std::size_t most_nodes = 128;  // at which shapes are compared
 constexpr std::array regularizations{1e-4, 1e-3, 1e-2};
 
-/// At most 512 of `count` rows, evenly spaced: enough to compute principal components.
-std::vector<Index> snapshots_of(Index count) {
-  std::vector<Index> chosen(static_cast<std::size_t>(std::min<Index>(512, count)));
-  for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = static_cast<Index>(i) * count / std::ssize(chosen);
-  return chosen;
+/// At most 512 of `count` rows: enough to compute principal components.
+std::vector<std::size_t> snapshots_of(std::size_t count) {
+  return spread_samples(std::min<std::size_t>(512, count), count);
 }
 
 /// Principal components of the rows, whose mean is 0, one per column; zeros beyond their rank. By the method of
@@ -42,10 +41,11 @@ MatrixXd principal_components(const MatrixXd& snapshots, std::size_t most) {
 /// Six times the median distance of an image from its 24th nearest one, squared: over that distance shapes change
 /// smoothly, and every image has many neighbors.
 double squared_length_of(const MatrixXd& images) {
-  const Index nearest = std::min<Index>(24, images.rows() - 1), every = std::max<Index>(1, images.rows() / 256);
+  const Index nearest = std::min<Index>(24, images.rows() - 1);
+  const auto count = static_cast<std::size_t>(images.rows());
   std::vector<double> found;
-  for (Index i = 0; i < images.rows(); i += every) {
-    const Eigen::VectorXd distances = (images.rowwise() - images.row(i)).rowwise().squaredNorm();
+  for (const std::size_t i : spread_samples(std::min<std::size_t>(256, count), count)) {
+    const Eigen::VectorXd distances = (images.rowwise() - images.row(static_cast<Index>(i))).rowwise().squaredNorm();
     std::vector<double> sorted(distances.begin(), distances.end());
     std::ranges::nth_element(sorted, sorted.begin() + nearest);
     found.push_back(sorted[static_cast<std::size_t>(nearest)]);
@@ -76,12 +76,11 @@ TrainedShapes TrainedShapes::untrained(const DepthCamera& camera, std::size_t sa
 
 ShapeTraining::ShapeTraining(const SampleSource& source, const DepthMetric& metric)
     : samples_(source.samples),
+      trained_(spread_samples(ShapeRegression::trained_with(samples_.size()), samples_.size())),
       windows_(source.camera),
       typical_(windows_.count(), 0.0f),
       features_(ShapeRegression::features(source.camera)),
       one_sided_(metric.one_sided / source.camera.depth_step) {
-  const std::size_t count = ShapeRegression::trained_with(samples_.size());
-  for (std::size_t i = 0; i < count; ++i) trained_.push_back(i * samples_.size() / count);
   read_images(source, metric.mesh_noise / source.camera.depth_step);
   read_shapes(source);
 }
@@ -92,15 +91,17 @@ RowVectorXd ShapeTraining::features(std::span<const float> observed) {
   return Eigen::Map<const Eigen::RowVectorXf>(features_.data(), std::ssize(features_)).cast<double>();
 }
 
-/// Every second training image is disturbed, so that the regression does not depend on what sensors change.
+/// Of every two training images one is disturbed, so that the regression does not depend on what sensors change.
 void ShapeTraining::read_images(const SampleSource& source, float noise) {
+  const auto is_disturbed = [](std::size_t i) { return (i ^ splitmix(i / 2)) % 2 == 1; };
   const auto image_of = [&](std::size_t i) {
     std::vector<float> observed = observed_image(source, trained_[i]);
-    if (i % 2 == 1) disturb(source.camera, noise, i, observed);
+    if (is_disturbed(i)) disturb(source.camera, noise, i, observed);
     return observed;
   };
   std::vector<double> depths(typical_.size(), 0.0), shares(typical_.size(), 0.0);
-  for (std::size_t i = 0; i < trained_.size(); i += 2) {
+  for (std::size_t i = 0; i < trained_.size(); ++i) {
+    if (is_disturbed(i)) continue;
     windows_.build(image_of(i));
     for (std::size_t w = 0; w < typical_.size(); ++w) {
       shares[w] += double{windows_.shares()[w]};
@@ -116,27 +117,28 @@ void ShapeTraining::read_images(const SampleSource& source, float noise) {
   for (std::size_t i = 0; i < trained_.size(); ++i) rows.row(static_cast<Index>(i)) = features(image_of(i));
   mean_ = rows.colwise().mean();
   rows.rowwise() -= mean_;
-  components_ = principal_components(rows(snapshots_of(rows.rows()), Eigen::all), ShapeRegression::image_scores);
+  components_ = principal_components(rows(snapshots_of(trained_.size()), Eigen::all), ShapeRegression::image_scores);
   images_ = rows * components_;
   squared_length_ = squared_length_of(images_);
 }
 
 void ShapeTraining::read_shapes(const SampleSource& source) {
   std::vector<float> positions(3 * source.nodes);
-  const auto shape_of = [&](Index sample) -> RowVectorXd {
-    source.read_positions(static_cast<std::size_t>(sample), positions);
+  const auto shape_of = [&](std::size_t sample) -> RowVectorXd {
+    source.read_positions(sample, positions);
     const std::vector<float> nodes = thinned_nodes(positions, most_nodes);
     const auto row = Eigen::Map<const Eigen::RowVectorXf>(nodes.data(), std::ssize(nodes)).cast<double>();
     return row / std::sqrt(static_cast<double>(row.cols()) / 3);  // distances are root mean squares over nodes
   };
-  const std::vector<Index> chosen = snapshots_of(std::ssize(samples_));
+  const std::vector<std::size_t> chosen = snapshots_of(samples_.size());
   MatrixXd snapshots(std::ssize(chosen), shape_of(0).cols());
   for (std::size_t i = 0; i < chosen.size(); ++i) snapshots.row(static_cast<Index>(i)) = shape_of(chosen[i]);
   const RowVectorXd mean = snapshots.colwise().mean();
   snapshots.rowwise() -= mean;
   const MatrixXd components = principal_components(snapshots, ShapeRegression::shape_scores);
   shapes_.resize(std::ssize(samples_), components.cols());
-  for (Index s = 0; s < shapes_.rows(); ++s) shapes_.row(s) = (shape_of(s) - mean) * components;
+  for (std::size_t s = 0; s < samples_.size(); ++s)
+    shapes_.row(static_cast<Index>(s)) = (shape_of(s) - mean) * components;
 }
 
 MatrixXd ShapeTraining::kernel(const MatrixXd& a, const MatrixXd& b) const {

@@ -113,6 +113,29 @@ TEST_CASE("what is learned does not depend on the number of threads; with one si
   CHECK(usual.error_per_spread == 0);
 }
 
+// 192 of 192 runs with eight states each are not 192 undeformed states.
+TEST_CASE("samples are spread over the runs and over their states, whatever the number of runs") {
+  constexpr std::size_t states = 8;
+  for (const std::size_t runs_of_ensemble : {48u, 96u, 192u, 193u, 384u}) {
+    CAPTURE(runs_of_ensemble);
+    const std::size_t all = states * runs_of_ensemble, count = 192;
+    std::array<std::size_t, states> chosen{};
+    const std::vector<std::size_t> samples = spread_samples(count, all);
+    REQUIRE(samples.size() == count);
+    for (std::size_t i = 0; i < count; ++i) {
+      CHECK(samples[i] >= i * all / count);
+      CHECK(samples[i] < (i + 1) * all / count);
+      ++chosen[samples[i] % states];
+    }
+    CHECK(std::ranges::min(chosen) >= count / states / 3);
+  }
+  for (std::size_t i = 0; i < 30; ++i) {
+    CHECK(spread_samples(30, 30)[i] == i);
+    CHECK(spread_samples(60, 30)[2 * i] == i);
+    CHECK(spread_samples(60, 30)[2 * i + 1] == i);
+  }
+}
+
 TEST_CASE("the regression predicts the shapes of left-out runs") {
   const SampleSource source = ramps();
   const LeftOutFrames frames(source, 1000, 0);
