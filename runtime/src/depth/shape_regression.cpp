@@ -5,25 +5,25 @@
 
 namespace lbea {
 namespace {
-constexpr std::size_t every = 2, before = 1, after = 2;  // cells: the windows' distance and reach
+constexpr std::size_t interval = 2, reach_before = 1, reach_after = 2;  // cells: the windows' distance and reach
 }
 
 ImageWindows::ImageWindows(const DepthCamera& camera)
     : columns_(camera.columns),
       rows_(camera.rows),
-      across_((columns_ + every - 1) / every),
-      down_((rows_ + every - 1) / every),
+      across_((columns_ + interval - 1) / interval),
+      down_((rows_ + interval - 1) / interval),
       row_depths_(rows_ * across_),
       row_counts_(rows_ * across_),
       depths_(down_ * across_),
       shares_(down_ * across_) {}
 
 void ImageWindows::build(std::span<const float> observed) noexcept {
-  const auto begin = [](std::size_t i) { return every * i - std::min(every * i, before); };
+  const auto begin = [](std::size_t i) { return interval * i - std::min(interval * i, reach_before); };
   for (std::size_t row = 0; row < rows_; ++row)
     for (std::size_t i = 0; i < across_; ++i) {
       float depth = 0, count = 0;
-      for (std::size_t column = begin(i); column < std::min(every * i + after + 1, columns_); ++column) {
+      for (std::size_t column = begin(i); column < std::min(interval * i + reach_after + 1, columns_); ++column) {
         const float cell = observed[row * columns_ + column];
         depth += cell >= 0 ? cell : 0.0f;
         count += cell >= 0 ? 1.0f : 0.0f;
@@ -31,11 +31,11 @@ void ImageWindows::build(std::span<const float> observed) noexcept {
       row_depths_[row * across_ + i] = depth;
       row_counts_[row * across_ + i] = count;
     }
-  constexpr auto cells = static_cast<float>((before + after + 1) * (before + after + 1));
+  constexpr auto cells = static_cast<float>((reach_before + reach_after + 1) * (reach_before + reach_after + 1));
   for (std::size_t j = 0; j < down_; ++j)
     for (std::size_t i = 0; i < across_; ++i) {
       float depth = 0, count = 0;
-      for (std::size_t row = begin(j); row < std::min(every * j + after + 1, rows_); ++row) {
+      for (std::size_t row = begin(j); row < std::min(interval * j + reach_after + 1, rows_); ++row) {
         depth += row_depths_[row * across_ + i];
         count += row_counts_[row * across_ + i];
       }
