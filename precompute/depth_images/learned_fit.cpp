@@ -14,10 +14,10 @@
 namespace lbea::bake {
 namespace {
 
-constexpr std::size_t most_matched = 192, most_compared = 1024;   // frames
-constexpr double hidden_by_a_patch = 0.3;                         // share of the cells
-constexpr std::size_t most_nodes = 128;                           // at which shapes are compared
-constexpr std::uint32_t neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
+constexpr std::size_t most_matched = 192, most_compared = 1024;        // frames
+constexpr double hidden_by_a_patch = 0.3;                              // share of the cells
+constexpr std::size_t most_nodes = 128;                                // at which shapes are compared
+constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
 
 /// How far a left-out frame's estimate and match are from its shape: mean distances.
 struct FrameErrors {
@@ -167,7 +167,7 @@ class LeftOutTests {
   [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const ShapeRegression& regression,
                                                 const Eigen::MatrixXd& predicted) const {
     std::vector<FrameErrors> errors(frames_.size());
-    fit_all(metric, FitSettings{}.candidates + neighbors, regression, [&](LeftOutFitter& fitter, std::size_t i) {
+    fit_all(metric, FitSettings{}.candidates + most_neighbors, regression, [&](LeftOutFitter& fitter, std::size_t i) {
       LeftOutFrame left_out = frame(metric, i);
       const auto scores = predicted.row(static_cast<Eigen::Index>(i)).cast<float>().eval();
       left_out.predicted.assign(scores.begin(), scores.end());
@@ -193,7 +193,7 @@ class LeftOutTests {
   }
   /// Proposes the samples of other simulations nearest to the prediction, too.
   void add_neighbors(const ShapeRegression& regression, LeftOutFrame& frame) const {
-    BestSamples nearest(neighbors);
+    BestSamples nearest(most_neighbors);
     for (std::uint32_t s = 0; s < source_.samples.size(); ++s)
       if (source_.samples[s].simulation != source_.samples[frame.sample].simulation &&
           std::ranges::find(frame.proposed, s) == frame.proposed.end())
