@@ -27,7 +27,9 @@ for name in liblbea0 liblbea-dev lbea-tools; do
   dpkg-deb --fsys-tarfile "$(package $name)" | tar -tv | awk '$2 != "root/root" {exit 1}' || fail "$name: files are not owned by root"
   contents $name | grep -vE '^\./(usr/(bin|include|lib|share)(/|$)|usr/$|$)' && fail "$name has files in other folders"
 done
-dpkg-deb --fsys-tarfile "$(package liblbea0)" | tar -xO ./usr/share/doc/liblbea0/copyright | grep -q "The owners have not chosen a license" ||
+# Not by a pipe: grep would end before tar, which then fails by SIGPIPE.
+copyright=$(dpkg-deb --fsys-tarfile "$(package liblbea0)" | tar -xO ./usr/share/doc/liblbea0/copyright)
+grep -q "The owners have not chosen a license" <<<"$copyright" ||
   fail "the copyright file of liblbea0 does not say that no license is chosen"
 
 holds liblbea0 '/liblbea\.so\.0$' '/liblbea\.so\.0\.[0-9.]+$'
