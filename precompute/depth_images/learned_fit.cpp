@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <deque>
 #include <map>
 
 namespace lbea::bake {
@@ -23,6 +22,7 @@ constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // propos
 struct FrameErrors {
   std::uint32_t simulation = 0;
   double estimate = 0, match = 0, spread = 0;
+  std::vector<std::pair<std::size_t, float>> weights{};  // of the estimate: sample, weight
 };
 
 /// A left-out frame's image, the samples of other simulations that are proposed for it and, unless something hides a
@@ -66,20 +66,18 @@ class LeftOutFitter {
   FrameErrors errors(const LeftOutFrame& frame) {
     const SurfaceFit fit = match(frame);
     truth_ = nodes_of(frame.sample);
+    FrameErrors errors{.simulation = source_.samples[frame.sample].simulation};
     std::vector<WeightedRow> rows;
-    for (const auto& [candidate, share] : fit.estimate) rows.push_back({shape(candidate.simulation), share});
+    for (const auto& [proposed, weight] : fit.estimate) {
+      rows.push_back({shape(proposed.simulation), weight});
+      errors.weights.emplace_back(frame.proposed[proposed.simulation], weight);
+    }
     std::vector<float> estimate;
     weighted_mean(rows, estimate);
-    return {source_.samples[frame.sample].simulation, distance(estimate), distance(shape(fitter_.matches()[0].sample)),
-            double{fit.spread}};
-  }
-  /// Shape scores of the estimate by the candidates alone.
-  Eigen::RowVectorXd combination(LeftOutFrame frame, const Eigen::MatrixXd& shapes) {
-    frame.predicted.clear();
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(shapes.cols());
-    for (const auto& [proposed, share] : match(frame).estimate)
-      sum += double{share} * shapes.row(static_cast<Eigen::Index>(frame.proposed[proposed.simulation]));
-    return sum;
+    errors.estimate = distance(estimate);
+    errors.match = distance(shape(fitter_.matches()[0].sample));
+    errors.spread = double{fit.spread};
+    return errors;
   }
 
  private:
@@ -149,42 +147,24 @@ class LeftOutTests {
         best_(best_of_others(source, frames_, metrics, FitSettings{}.candidates, threads)) {}
 
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const {
+  /// predicted: one row of shape scores per frame; without rows, the candidates alone determine the estimates.
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const ShapeRegression& regression = {},
+                                                const Eigen::MatrixXd& predicted = {}) const {
+    const bool is_predicted = predicted.rows() > 0;
     std::vector<FrameErrors> errors(frames_.size());
-    fit_all(metric, FitSettings{}.candidates, {},
-            [&](LeftOutFitter& fitter, std::size_t i) { errors[i] = fitter.errors(frame(metric, i)); });
-    return errors;
-  }
-  /// Shape scores of the candidates' combinations, one row per frame.
-  [[nodiscard]] Eigen::MatrixXd combinations(std::size_t metric, const Eigen::MatrixXd& shapes) const {
-    Eigen::MatrixXd rows(static_cast<Eigen::Index>(frames_.size()), shapes.cols());
-    fit_all(metric, FitSettings{}.candidates, {}, [&](LeftOutFitter& fitter, std::size_t i) {
-      rows.row(static_cast<Eigen::Index>(i)) = fitter.combination(frame(metric, i), shapes);
-    });
-    return rows;
-  }
-  /// The errors with predictions, one row of shape scores per frame.
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const ShapeRegression& regression,
-                                                const Eigen::MatrixXd& predicted) const {
-    std::vector<FrameErrors> errors(frames_.size());
-    fit_all(metric, FitSettings{}.candidates + most_neighbors, regression, [&](LeftOutFitter& fitter, std::size_t i) {
-      LeftOutFrame left_out = frame(metric, i);
-      const auto scores = predicted.row(static_cast<Eigen::Index>(i)).cast<float>().eval();
-      left_out.predicted.assign(scores.begin(), scores.end());
-      add_neighbors(regression, left_out);
-      errors[i] = fitter.errors(left_out);
+    work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
+      LeftOutFitter fitter(source_, metrics_[metric], FitSettings{}.candidates + (is_predicted ? most_neighbors : 0),
+                           regression);
+      for (std::size_t i = next(); i < frames_.size(); i = next()) {
+        LeftOutFrame left_out = frame(metric, i);
+        if (is_predicted) add_prediction(regression, predicted.row(static_cast<Eigen::Index>(i)), left_out);
+        errors[i] = fitter.errors(left_out);
+      }
     });
     return errors;
   }
 
  private:
-  template <class Work>
-  void fit_all(std::size_t metric, std::size_t most, const ShapeRegression& regression, const Work& work) const {
-    work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
-      LeftOutFitter fitter(source_, metrics_[metric], most, regression);
-      for (std::size_t i = next(); i < frames_.size(); i = next()) work(fitter, i);
-    });
-  }
   [[nodiscard]] LeftOutFrame frame(std::size_t metric, std::size_t i) const {
     LeftOutFrame frame{frames_.observed(i), frames_.sample(i), {}, is_hidden_};
     for (const RankedSample& candidate : best_[metric * frames_.size() + i].ranked())
@@ -192,7 +172,9 @@ class LeftOutTests {
     return frame;
   }
   /// Proposes the samples of other simulations nearest to the prediction, too.
-  void add_neighbors(const ShapeRegression& regression, LeftOutFrame& frame) const {
+  void add_prediction(const ShapeRegression& regression, const Eigen::RowVectorXd& scores, LeftOutFrame& frame) const {
+    const Eigen::RowVectorXf rounded = scores.cast<float>();
+    frame.predicted.assign(rounded.begin(), rounded.end());
     BestSamples nearest(most_neighbors);
     for (std::uint32_t s = 0; s < source_.samples.size(); ++s)
       if (source_.samples[s].simulation != source_.samples[frame.sample].simulation &&
@@ -209,14 +191,24 @@ class LeftOutTests {
   std::vector<BestSamples> best_;
 };
 
+/// Shape scores of the frames' estimates, one row each. shapes: those of all samples.
+Eigen::MatrixXd combinations(std::span<const FrameErrors> frames, const Eigen::MatrixXd& shapes) {
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::ssize(frames), shapes.cols());
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    for (const auto& [sample, weight] : frames[i].weights)
+      rows.row(static_cast<Eigen::Index>(i)) += double{weight} * shapes.row(static_cast<Eigen::Index>(sample));
+  return rows;
+}
+
 /// Trains the regression, and finds how much the estimate follows it: the share with the least mean error of the
-/// frames. Returns its predictions for the frames.
-Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& tests, std::size_t metric,
-                             const DepthMetric& costs, unsigned threads, TrainedShapes& trained) {
+/// frames. by_candidates: the frames' estimates without it. Returns its predictions for the frames.
+Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& tests,
+                             std::span<const FrameErrors> by_candidates, const DepthMetric& costs, unsigned threads,
+                             TrainedShapes& trained) {
   ShapeTraining training(source, costs);
   const Eigen::MatrixXd& shapes = training.shapes();
   Eigen::MatrixXd predicted = training.predict_left_out(tests.frames(), threads);
-  const Eigen::MatrixXd combined = tests.combinations(metric, shapes);
+  const Eigen::MatrixXd combined = combinations(by_candidates, shapes);
   std::vector<double> differences;
   for (Eigen::Index i = 0; i < combined.rows(); ++i) differences.push_back((predicted.row(i) - combined.row(i)).norm());
   std::ranges::sort(differences);
@@ -296,10 +288,10 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   const auto best = std::ranges::min_element(errors, {}, [](const auto& of_metric) { return total(of_metric); });
   const auto metric = static_cast<std::size_t>(best - errors.begin());
   learned.metric = metrics[metric];
-  const Eigen::MatrixXd predicted = train_shapes(source, whole, metric, learned.metric, threads, learned.shapes);
-  if (learned.shapes.blend > 0)
-    std::ranges::copy(whole.errors(metric, learned.shapes.view(), predicted), best->begin());
   const auto of_whole = std::span(*best).first(whole.frames().size());
+  const Eigen::MatrixXd predicted = train_shapes(source, whole, of_whole, learned.metric, threads, learned.shapes);
+  if (learned.shapes.blend > 0)
+    std::ranges::move(whole.errors(metric, learned.shapes.view(), predicted), of_whole.begin());
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(std::span(*best).subspan(of_whole.size()), learned.metric);
 

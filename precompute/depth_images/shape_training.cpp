@@ -148,13 +148,6 @@ MatrixXd ShapeTraining::kernel(const MatrixXd& a, const MatrixXd& b) const {
   return squared.unaryExpr([this](double d) { return inverse_multiquadric(d, squared_length_); });
 }
 
-/// L L' = K + regularization I.
-Eigen::LLT<MatrixXd> ShapeTraining::factor(double regularization) const {
-  MatrixXd matrix = kernel(images_, images_);
-  matrix.diagonal().array() += regularization;
-  return Eigen::LLT<MatrixXd>(matrix);
-}
-
 MatrixXd ShapeTraining::trained_shapes() const {
   MatrixXd shapes(images_.rows(), shapes_.cols());
   for (Index i = 0; i < shapes.rows(); ++i)
@@ -167,29 +160,34 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned t
   for (std::size_t f = 0; f < frames.size(); ++f)
     images.row(static_cast<Index>(f)) = features(frames.observed(f)) - mean_;
   const MatrixXd kernels = kernel(images_, images * components_);
-  std::array<MatrixXd, regularizations.size()> predicted;
-  work_in_parallel(predicted.size(), threads, [&](const auto& next) {
-    for (std::size_t i = next(); i < predicted.size(); i = next())
-      predicted[i] = predict_left_out(frames, kernels, regularizations[i]);
+  const MatrixXd matrix = kernel(images_, images_);
+  std::array<Regression, regularizations.size()> regressions;
+  work_in_parallel(regressions.size(), threads, [&](const auto& next) {
+    for (std::size_t i = next(); i < regressions.size(); i = next()) {
+      MatrixXd regularized = matrix;
+      regularized.diagonal().array() += regularizations[i];
+      regressions[i] = regress(frames, std::move(regularized), kernels);
+    }
   });
-  const auto error = [&](const MatrixXd& shapes) {
+  const auto error = [&](const Regression& regression) {
     double sum = 0;
     for (std::size_t f = 0; f < frames.size(); ++f)
-      sum += (shapes.row(static_cast<Index>(f)) - shapes_.row(static_cast<Index>(frames.sample(f)))).norm();
+      sum +=
+          (regression.left_out.row(static_cast<Index>(f)) - shapes_.row(static_cast<Index>(frames.sample(f)))).norm();
     return sum;
   };
-  const auto best = std::ranges::min_element(predicted, {}, error);
-  regularization_ = regularizations[static_cast<std::size_t>(best - predicted.begin())];
-  return *best;
+  Regression& best = *std::ranges::min_element(regressions, {}, error);
+  weights_ = std::move(best.weights);
+  return std::move(best.left_out);
 }
 
-/// With A the inverse of K + regularization I, weights w = A Y and the images g of a simulation, the regression without
-/// these predicts k'w - (A k)_g' A_gg^-1 w_g: block-wise inversion.
-MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, const MatrixXd& kernels,
-                                         double regularization) const {
-  const auto factored = factor(regularization);
+/// matrix: K + regularization I. With A its inverse, weights w = A Y and the images g of a simulation, the regression
+/// without these predicts k'w - (A k)_g' A_gg^-1 w_g: block-wise inversion.
+ShapeTraining::Regression ShapeTraining::regress(const LeftOutFrames& frames, MatrixXd matrix,
+                                                 const MatrixXd& kernels) const {
+  const Eigen::LLT<Eigen::Ref<MatrixXd>> factored(matrix);
   const MatrixXd inverse = factored.solve(MatrixXd::Identity(images_.rows(), images_.rows()));
-  const MatrixXd weights = inverse * trained_shapes(), solved = inverse * kernels;
+  const MatrixXd weights = factored.solve(trained_shapes()), solved = inverse * kernels;
   MatrixXd predicted = kernels.transpose() * weights, change;
   std::vector<Index> own;  // images of the frame's simulation; frames of a simulation follow each other
   for (std::size_t f = 0; f < frames.size(); ++f) {
@@ -201,7 +199,7 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, const Matr
     const auto column = static_cast<Index>(f);
     if (!own.empty()) predicted.row(column) -= solved(own, column).transpose() * change;
   }
-  return predicted;
+  return {weights, predicted};
 }
 
 std::vector<Index> ShapeTraining::images_of(std::uint32_t simulation) const {
@@ -221,8 +219,7 @@ TrainedShapes ShapeTraining::train() const {
   const std::vector<float> rows = padded_rows(basis, features);
   trained.basis.insert(trained.basis.end(), rows.begin(), rows.end());
   trained.images = padded_rows(images_, ShapeRegression::image_scores);
-  trained.weights =
-      padded_rows(factor(regularization_).solve(trained_shapes()).transpose(), format::padded(trained_.size()));
+  trained.weights = padded_rows(weights_.transpose(), format::padded(trained_.size()));
   trained.shapes = padded_rows(shapes_, ShapeRegression::shape_scores);
   trained.one_sided = one_sided_;
   trained.length_scale = static_cast<float>(std::sqrt(squared_length_));

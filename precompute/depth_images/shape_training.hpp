@@ -39,10 +39,13 @@ class ShapeTraining {
   void read_shapes(const SampleSource& source);
   [[nodiscard]] Eigen::RowVectorXd features(std::span<const float> observed);
   [[nodiscard]] Eigen::MatrixXd kernel(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
-  [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, const Eigen::MatrixXd& kernels,
-                                                 double regularization) const;
+  struct Regression {
+    Eigen::MatrixXd weights;   // t x shape_scores
+    Eigen::MatrixXd left_out;  // frames x shape_scores: predictions without the frame's simulation
+  };
+  [[nodiscard]] Regression regress(const LeftOutFrames& frames, Eigen::MatrixXd matrix,
+                                   const Eigen::MatrixXd& kernels) const;
   [[nodiscard]] std::vector<Eigen::Index> images_of(std::uint32_t simulation) const;
-  [[nodiscard]] Eigen::LLT<Eigen::MatrixXd> factor(double regularization) const;
   [[nodiscard]] Eigen::MatrixXd trained_shapes() const;
 
   std::vector<Sample> samples_;
@@ -54,7 +57,8 @@ class ShapeTraining {
   Eigen::MatrixXd components_;  // features x image_scores
   Eigen::MatrixXd images_;      // t x image_scores
   Eigen::MatrixXd shapes_;      // s x shape_scores
-  double squared_length_ = 1, regularization_ = 0;
+  Eigen::MatrixXd weights_;     // t x shape_scores
+  double squared_length_ = 1;
 };
 
 }  // namespace lbea::bake
