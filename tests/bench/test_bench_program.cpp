@@ -56,6 +56,15 @@ TEST_CASE("thinned clouds, Markdown, another method") {
   CHECK(contains(run.out, "of 1000 to 1000 points"));
 }
 
+TEST_CASE("clouds made to be slow, of as many points as requested; method fit is measured with these only") {
+  const Outcome run = bench(model + " " + frames + pose + " --adversarial --points 4000 --frames 9 --method fit");
+  CHECK(run.exit_code == 0);
+  CHECK(contains(run.out, "a ring of radius 0.03 about x"));
+  const Outcome refused = bench(model + " " + frames + pose + " --method fit");
+  CHECK(refused.exit_code == 1);
+  CHECK(contains(refused.err, "--method fit is measured with --adversarial only"));
+}
+
 TEST_CASE("a damaged model is refused") {
   const TemporaryFolder folder;
   std::string bytes = text_of(model);

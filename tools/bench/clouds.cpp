@@ -53,11 +53,16 @@ class Generator {
         add("a ring of radius " + (radius < 1 ? std::string("0.03") : std::to_string(std::lround(radius))) + " about " +
                 "xyz"[axis],
             [&, radius, axis](std::size_t) { return on_ring(middle_, radius, axis); });
-    add("a cap about the far end", [&](std::size_t) { return on_cap(); });
+    const auto [left, right] = std::ranges::minmax(ordinary_, {}, &Point::x);
+    add("a cap about the far end", [&](std::size_t) { return on_cap(left, right); });
     add("a line", [&](std::size_t i) { return moved_along(center_, 100 * share(i)); });
     add("shuffled", [&](std::size_t i) { return some(i); });
     add("120 copies of each point, shuffled", [&](std::size_t i) { return some(i % (ordinary_.size() / 120 + 1)); });
     add("every second point not a number", [&](std::size_t i) { return i % 2 == 0 ? ordinary_[i] : Point{nan, 0, 0}; });
+    for (const float radius : {1e-3f, 0.1f})
+      add("a sphere of radius 1e" + std::to_string(std::lround(std::log10(radius))),
+          [&, radius](std::size_t) { return on_sphere(middle_, radius); });
+    add("a ring of radius 0.1 about the origin", [&](std::size_t) { return on_ring({}, 0.1f, 0); });
     return std::move(clouds_);
   }
 
@@ -102,13 +107,12 @@ class Generator {
     at[(axis + 2) % 3] += radius * std::sin(angle);
     return {at[0], at[1], at[2]};
   }
-  /// Equally distant from one end of the cloud, at the other one.
-  Point on_cap() {
-    const auto [least, most] = std::ranges::minmax(ordinary_, {}, &Point::x);
-    const Point p = moved(least, 20);
-    const auto distance = [&](const Point& q) { return std::hypot(q.x - most.x, q.y - most.y, q.z - most.z); };
-    const float scale = distance(least) / distance(p);
-    return {most.x + scale * (p.x - most.x), most.y + scale * (p.y - most.y), most.z + scale * (p.z - most.z)};
+  /// At one end of the cloud, equally distant from the other one.
+  Point on_cap(const Point& end, const Point& other) {
+    const Point p = moved(end, 20);
+    const auto distance = [&](const Point& q) { return std::hypot(q.x - other.x, q.y - other.y, q.z - other.z); };
+    const float scale = distance(end) / distance(p);
+    return {other.x + scale * (p.x - other.x), other.y + scale * (p.y - other.y), other.z + scale * (p.z - other.z)};
   }
   static Point middle_of(std::span<const Point> points) {
     const auto middle = [&](float Point::*axis) {

@@ -25,8 +25,13 @@ struct BenchCloud {
 /// up to `jitter` along each axis. The same arguments give the same points.
 [[nodiscard]] std::vector<Point> resized(std::span<const Point> points, std::size_t count, float jitter);
 
+/// The jitter of repeated clouds in a model's unit: 0.1 mm, similar to the noise of a sensor.
+[[nodiscard]] constexpr float point_jitter(std::string_view length_unit) noexcept {
+  return static_cast<float>(0.1 * units_per_mm(length_unit));
+}
+
 /// Clouds for which a search of nearest points may have to test every point for every vertex, of as many points each as
-/// `ordinary`, a cloud of the component in reference coordinates: equal points, few places, tiny balls, spheres,
+/// `ordinary`, a cloud of the component in reference coordinates: equal points, few places, tiny balls, spheres, rings,
 /// exponentially spaced and denormal coordinates. The same arguments give the same points.
 [[nodiscard]] std::vector<BenchCloud> hostile_clouds(std::span<const Point> ordinary);
 

@@ -19,7 +19,6 @@ struct GrowthRow {
 constexpr std::array<std::size_t, 10> point_counts{1'000,  2'000,   5'000,   10'000,  20'000,
                                                    50'000, 100'000, 200'000, 500'000, 1'000'000};
 constexpr std::size_t most_clouds = 4;
-constexpr double point_jitter_mm = 0.1;  // similar to the noise of a sensor
 
 // Fewer frames of large clouds, but enough for a median.
 Schedule schedule_for(std::size_t points) {
@@ -31,7 +30,7 @@ Schedule schedule_for(std::size_t points) {
 // previous frame.
 std::vector<BenchCloud> sized_clouds(std::span<const BenchCloud> clouds, std::size_t points,
                                      std::string_view length_unit) {
-  const auto jitter = static_cast<float>(point_jitter_mm * units_per_mm(length_unit));
+  const float jitter = point_jitter(length_unit);
   const std::size_t count = std::min(most_clouds, clouds.size());
   std::vector<BenchCloud> result;
   for (const BenchCloud& cloud : clouds.subspan((clouds.size() - count) / 2, count))

@@ -29,7 +29,7 @@ constexpr auto description =
     "cloud and vertex are printed, nothing is timed, and the exit code is 1. Percentiles are\n"
     "nearest-rank. \"total\" is wall time; \"processor\" is processor time of the thread.";
 
-const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}};
+const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
 
 /// The other options are declared before.
 void add_server_options(Tool& tool, Options& options) {
@@ -52,14 +52,16 @@ void add_options(Tool& tool, Options& options) {
                   "sensor.json with T_reference_sensor (default: clouds are in reference coordinates)")
       ->check(existing_file());
   add_columns_option(tool, options.columns);
-  tool.add_option("--points", options.points, "thin every cloud to this number of points; smaller clouds are refused")
+  tool.add_option(
+          "--points", options.points,
+          "thin every cloud to this number of points; smaller clouds are refused, or, with --adversarial, repeated")
       ->check(in_range(1u, 16'777'216u));
   tool.add_option("--frames", options.schedule.frames, "number of frames to time; the clouds are used in turn")
       ->check(in_range(1u, 10'000'000u));
   tool.add_option("--warm-up", options.schedule.warm_up, "number of frames before those, not timed")
       ->check(in_range(0u, 10'000'000u));
   tool.add_choice("--method", options.matcher.method, method_names,
-                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
+                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1); fit, with --adversarial: depth images");
   tool.add_option("--trigger-ns", options.matcher.trigger_ns, "time of impact in the clock of the clouds, ns");
   tool.add_option("--baseline", options.baselines,
                   "pipelines to compare with: nanoflann (a tree per frame, simple loops), portable (the product with "
@@ -142,20 +144,19 @@ std::vector<BenchCloud> with_hostile(const BenchCloud& first, const RigidTransfo
   return clouds;
 }
 
+// Method fit starts from the nearest points of method lbea; the check has no reference for its depth images.
 int compare_hostile(Options options, const Model& model, const BenchCloud& first) {
   const std::vector<BenchCloud> clouds = with_hostile(first, options.matcher.T_reference_sensor);
   options.matcher.T_reference_sensor = identity_transform;
   options.matcher.max_points = most_points(clouds);
+  MatcherConfig checked = options.matcher;
+  if (checked.method == Method::fit) checked.method = Method::lbea;
+  const MatchTask task{model.view(), checked.method, identity_transform, checked.max_matches};
+  if (!answers_agree(make_pipelines(options, model, checked), task, clouds)) return exit_failed;
   const auto pipelines = make_pipelines(options, model, options.matcher);
-  const MatchTask task{model.view(), options.matcher.method, identity_transform, options.matcher.max_matches};
-  if (!answers_agree(pipelines, task, clouds)) return exit_failed;
-  double usual_us = 0;
   for (const BenchCloud& cloud : clouds) {
-    const Schedule schedule{.frames = std::min(options.schedule.frames, 50u), .warm_up = 1};
-    const double us =
-        measure(pipelines, {&cloud, 1}, schedule, [](std::uint64_t) {}).front().stage_us(processor_stage).p50;
-    if (usual_us == 0) usual_us = us;
-    std::printf("%-44s %8.3f ms %6.2f x\n", cloud.name.c_str(), us * 1e-3, us / usual_us);
+    const auto [us, ratio] = compare(pipelines, cloud, clouds.front(), std::min(options.schedule.frames, 90u));
+    std::printf("%-44s %8.3f ms %6.2f x\n", cloud.name.c_str(), us * 1e-3, ratio);
   }
   return exit_ok;
 }
@@ -202,7 +203,14 @@ int bench(Options options) {
   const Model model = Model::open(options.model_file);
   if (!options.pose_file.empty())
     options.matcher.T_reference_sensor = io::read_pose(options.pose_file, model.length_unit());
-  std::vector<BenchCloud> clouds = load_clouds(options.cloud_paths, options.points, options.columns);
+  if (options.matcher.method == Method::fit &&
+      (!options.adversarial || !options.kernels_name.empty() || !options.baselines.empty()))
+    throw Error(Status::bad_config,
+                "--method fit is measured with --adversarial only, and without --kernels and --baseline");
+  std::vector<BenchCloud> clouds =
+      load_clouds(options.cloud_paths, options.adversarial ? std::nullopt : options.points, options.columns);
+  if (options.adversarial && options.points)
+    clouds.front().points = resized(clouds.front().points, *options.points, point_jitter(model.length_unit()));
   options.matcher.max_points = most_points(clouds);
   require_matches(model, options.matcher, clouds);
   if (options.adversarial) return compare_hostile(options, model, clouds.front());

@@ -92,6 +92,20 @@ std::vector<Measurement> measure(Pipelines pipelines, std::span<const BenchCloud
   return measurements;
 }
 
+Comparison compare(Pipelines pipelines, const BenchCloud& cloud, const BenchCloud& usual, std::uint32_t frames) {
+  constexpr std::uint32_t rounds = 9;
+  const Schedule schedule{.frames = std::max(frames / rounds, 1u), .warm_up = 1};
+  const auto median_us = [&](const BenchCloud& timed) {
+    return measure(pipelines, {&timed, 1}, schedule, [](std::uint64_t) {}).front().stage_us(processor_stage).p50;
+  };
+  std::vector<double> us, ratios;
+  for (std::uint32_t round = 0; round < rounds; ++round) {
+    us.push_back(median_us(cloud));
+    ratios.push_back(us.back() / median_us(usual));
+  }
+  return {statistics_of(us).p50, statistics_of(ratios).p50};
+}
+
 double ratio(const Measurement& baseline, const Measurement& product, std::size_t stage) {
   return baseline.stage_us(stage).p50 / product.stage_us(stage).p50;
 }

@@ -62,6 +62,14 @@ using Pipelines = std::span<const std::unique_ptr<Pipeline>>;
                                                const Schedule& schedule,
                                                const std::function<void(std::uint64_t)>& progress);
 
+/// Processor time of the first pipeline for one cloud, and its ratio to that for the usual cloud. Both are medians over
+/// rounds of both clouds in turn, because other programs' load varies.
+struct Comparison {
+  double us, ratio;
+};
+[[nodiscard]] Comparison compare(Pipelines pipelines, const BenchCloud& cloud, const BenchCloud& usual,
+                                 std::uint32_t frames);
+
 /// p50 of the baseline over p50 of the product.
 [[nodiscard]] double ratio(const Measurement& baseline, const Measurement& product, std::size_t stage);
 
