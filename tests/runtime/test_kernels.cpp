@@ -104,6 +104,62 @@ TEST_CASE("sixteen queries at once find what each finds alone, whatever the hint
   }
 }
 
+// Clouds of which many points are nearly equally distant from many queries, on every scale of rounding: rings and
+// spheres around queries, shuffled copies. Rings took up to 18 times as long as ordinary clouds.
+TEST_CASE("sixteen queries find what each finds alone where each of them has to test many points") {
+  constexpr std::size_t size = 20'000;
+  const auto random = test::random_positions(size, 1, 36);
+  const auto cloud_of = [&](auto position) {
+    std::vector<Position> cloud;
+    for (std::size_t i = 0; i < size; ++i) cloud.push_back(position(i));
+    return cloud;
+  };
+  std::vector<std::vector<Position>> clouds;
+  for (const float radius : {1e-6f, 1e-4f, 0.03f, 1.0f, 20.0f})
+    for (const float x : {0.0f, 50.0f}) {
+      clouds.push_back(cloud_of([&](std::size_t i) {
+        const float angle = 3.14159265f * random[i][0];
+        return Position{x, radius * std::cos(angle), radius * std::sin(angle)};
+      }));
+      clouds.push_back(cloud_of([&](std::size_t i) {
+        const float length = std::hypot(random[i][0], random[i][1], random[i][2]);
+        const auto at = [&](std::size_t axis) { return radius / length * random[i][axis]; };
+        return Position{x + at(0), at(1), at(2)};
+      }));
+    }
+  clouds.push_back(cloud_of([&](std::size_t i) { return Position{random[i % 50][0], random[i % 7][1], 0}; }));
+  for (const auto& cloud : clouds)
+    for (const Kernels* k : all_kernels())
+      for (const std::uint32_t cells : {1u, 50'000u}) {
+        CloudIndex index(bounding_grid(cloud, cells), size, *k);
+        std::vector<Point> points;
+        for (const auto& [x, y, z] : cloud) points.push_back({x, y, z});
+        index.build(points, identity_transform);
+        NearestPoints found;
+        for (int group = 0; group < 6; ++group) {
+          float planes[3][16];
+          std::uint32_t hints[16];
+          const float aside = static_cast<float>(group % 3);
+          for (std::size_t i = 0; i < 16; ++i) {  // on the axis of the rings, and beside it
+            const Position query{static_cast<float>(16 * group) + static_cast<float>(i), 0.01f * aside * random[i][1],
+                                 aside * random[i][2]};
+            for (std::size_t axis = 0; axis < 3; ++axis) planes[axis][i] = query[axis];
+            hints[i] = group % 2 == 0 ? NearestPoint::none : static_cast<std::uint32_t>(997 * i);
+          }
+          const float bound = group == 4 ? 400.0f : std::numeric_limits<float>::infinity();
+          std::fill_n(found.squared, 16, bound);
+          std::fill_n(found.point, 16, NearestPoint::none);
+          const float* const coordinates[3] = {planes[0], planes[1], planes[2]};
+          index.nearest_16(coordinates, hints, found);
+          for (std::size_t i = 0; i < 16; ++i) {
+            const NearestPoint alone = index.nearest({planes[0][i], planes[1][i], planes[2][i]}, {.squared = bound});
+            CHECK(found.point[i] == alone.point);
+            CHECK(found.squared[i] == alone.squared);
+          }
+        }
+      }
+}
+
 TEST_CASE("projections and mode distances have the same bits everywhere") {
   std::mt19937 random(34);
   std::normal_distribution<float> value(0, 50);

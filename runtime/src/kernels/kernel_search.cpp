@@ -1,12 +1,9 @@
 // The searches: nearest points of a cloud to one query and to sixteen at once; coefficients and their distances.
 // Compiled once per instruction set, like kernel_code.cpp.
-#include "runtime/src/kernels/kernels.hpp"
-#include "runtime/src/kernels/lanes.hpp"
+#include "runtime/src/kernels/hard_search.hpp"
 
 namespace lbea::LBEA_KERNELS {
 namespace {
-constexpr float infinity = __builtin_inff(), largest_finite = 3.4028234e38f;
-
 void search_leaf(const Leaf& leaf, const float query[3], NearestPoint& best) {
   const Floats dx = load(leaf.x) - query[0], dy = load(leaf.y) - query[1], dz = load(leaf.z) - query[2];
   const Floats squared = dx * dx + dy * dy + dz * dz;
@@ -15,16 +12,6 @@ void search_leaf(const Leaf& leaf, const float query[3], NearestPoint& best) {
     if (squared[i] > best.squared || (squared[i] == best.squared && leaf.point[i] >= best.point)) continue;
     best = {leaf.point[i], squared[i], leaf.x[i], leaf.y[i], leaf.z[i]};
   }
-}
-
-Floats squared_distances(const BoxGroup& group, const float query[3]) {
-  Floats squared{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Floats outward = maximum(load(group.low[axis]) - query[axis], query[axis] - load(group.high[axis]));
-    const Floats beyond = maximum(outward, Floats{});
-    squared += beyond * beyond;
-  }
-  return squared;
 }
 
 // Nearest box first. A box exactly at the bound may hold an equally near point that comes first in the frame.
@@ -52,30 +39,18 @@ void search_group(const CloudTree& tree, std::size_t level, std::size_t group, c
 
 // The search of sixteen queries. Which leaves a query must test is hard to predict, so (leaf, query) pairs are listed
 // first and then tested in one loop without branches.
-struct Search {
-  static constexpr std::size_t enough = 24;      // listed pairs after which testing them pays off: it lowers the bounds
-  static constexpr std::uint32_t many_ties = 8;  // the cloud is not an ordinary one
+struct Search : Queries {
+  static constexpr std::size_t enough = 24;  // listed pairs after which testing them pays off: it lowers the bounds
 
-  const CloudTree& tree;
-  const float* const* planes;
-  Floats x, y, z;
-  float low[3], high[3];      // their common box
   std::uint64_t best[lanes];  // bits of the squared distance, then the leaf: a nearer candidate is a smaller number
   bool is_first = true;       // no leaf but those of the hints has been tested
-  std::uint32_t ties = 0;     // resolved so far
-  std::uint64_t placed[lanes] = {};  // the value of `best` for which `place` holds the place in the frame
+  std::uint32_t ties = 0, tests = 0;  // resolved, tested so far
+  std::uint64_t placed[lanes] = {};   // the value of `best` for which `place` holds the place in the frame
   std::uint32_t place[lanes];
   std::size_t count = 0;
   std::uint32_t listed[enough + lanes * lanes + lanes];  // leaf * 16 + query
 
-  Search(const CloudTree& cloud, const float* const queries[3])
-      : tree(cloud), planes(queries), x(load(queries[0])), y(load(queries[1])), z(load(queries[2])) {
-    const Floats* const coordinates[3] = {&x, &y, &z};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = least(*coordinates[axis]);
-      high[axis] = greatest(*coordinates[axis]);
-    }
-  }
+  using Queries::Queries;
 };
 
 // Squared distances are not negative, so their bits have the order of the values.
@@ -147,20 +122,10 @@ __attribute__((always_inline)) inline void test_leaf(Search& search, std::uint32
 }
 
 void test_listed(Search& search) {
+  search.tests += static_cast<std::uint32_t>(search.count);
   for (std::size_t i = 0; i < search.count; ++i)
     test_leaf(search, static_cast<std::uint32_t>(search.listed[i] / lanes), search.listed[i] % lanes);
   search.count = 0;
-}
-
-// Squared distances of the queries from a box.
-Floats squared_distances(const BoxGroup& group, std::size_t i, const Search& search) {
-  Floats squared{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Floats& position = axis == 0 ? search.x : axis == 1 ? search.y : search.z;
-    const Floats outward = maximum(maximum(group.low[axis][i] - position, position - group.high[axis][i]), Floats{});
-    squared += outward * outward;
-  }
-  return squared;
 }
 
 // Bit i: the box may hold a nearer point for query i.
@@ -178,75 +143,18 @@ void list(Search& search, std::size_t group, std::uint32_t open) {
   }
 }
 
-// Squared distances of the boxes from the queries' common box.
-Floats squared_gaps(const BoxGroup& group, const Search& search) {
-  Floats squared{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Floats gap = maximum(
-        maximum(load(group.low[axis]) - search.high[axis], search.low[axis] - load(group.high[axis])), Floats{});
-    squared += gap * gap;
-  }
-  return squared;
+bool is_hard(const Search& search) { return is_hard(search.tree, search.ties, search.tests); }
+
+// Returns whether this was hard, too.
+__attribute__((noinline)) bool search_again(Search& search, const float* largest) {
+  std::uint32_t hints[lanes];
+  for (std::size_t i = 0; i < lanes; ++i) hints[i] = leaf_of(search.best[i]);
+  HardSearch hard(search, largest);
+  search_hard(hard, hints);
+  for (std::size_t i = 0; i < lanes; ++i)
+    if (hard.places[i] != HardSearch::no_point) search.best[i] = candidate(hard.bounds[i], leaf_of_best(hard, i));
+  return is_hard(search.tree, hard.ties, hard.tests);
 }
-
-// The search of a crowded cloud, query by query: boxes nearest first, among equally near ones that with the first point
-// of the frame. Few boxes that are as near as the best point are tested after it, however many there are.
-
-std::size_t next_box(const Floats& squared, const std::uint32_t* first, std::uint32_t open) {
-  const float lowest = least(choose(lanes_of(open), squared, all(infinity)));
-  std::uint32_t ties = open & at_most(squared, all(lowest));
-  auto next = static_cast<std::size_t>(__builtin_ctz(ties));
-  for (ties &= ties - 1; ties != 0; ties &= ties - 1) {
-    const auto i = static_cast<std::size_t>(__builtin_ctz(ties));
-    if (first[i] < first[next]) next = i;
-  }
-  return next;
-}
-
-// The order matters only among the leaves that are as near as the best point.
-void search_crowded_leaves(Search& search, std::size_t group, std::size_t query, const Floats& distances,
-                           std::uint32_t open) {
-  const auto leaf = static_cast<std::uint32_t>(group * lanes);
-  const std::uint32_t* const first = search.tree.first[0] + group * lanes;
-  const auto bound = [&] { return all(squared_of(search.best[query])); };
-  for (std::uint32_t nearer = open & ~at_most(bound(), distances); nearer != 0; nearer &= nearer - 1)
-    test_leaf(search, leaf + static_cast<std::uint32_t>(__builtin_ctz(nearer)), query);
-  for (open &= at_most(distances, bound()) & at_most(bound(), distances); open != 0;) {
-    const std::size_t i = next_box(distances, first, open);
-    if (first[i] >= place_of_best(search, query)) return;
-    open &= ~(1u << i);
-    test_leaf(search, leaf + static_cast<std::uint32_t>(i), query);
-  }
-}
-
-void search_crowded_group(Search& search, std::size_t level, std::size_t group, std::size_t query) {
-  const float position[3] = {search.planes[0][query], search.planes[1][query], search.planes[2][query]};
-  const std::uint32_t* const first = search.tree.first[level] + group * lanes;
-  const Floats distances = squared_distances(search.tree.groups[level][group], position);
-  std::uint32_t open =
-      at_most(distances, all(squared_of(search.best[query]))) & at_most(distances, all(largest_finite));
-  if (level == 0) {
-    if (open != 0) search_crowded_leaves(search, group, query, distances, open);
-    return;
-  }
-  while (open != 0) {
-    const std::size_t i = next_box(distances, first, open);
-    const float bound = squared_of(search.best[query]), squared = distances[i];
-    if (squared > bound || (squared == bound && first[i] >= place_of_best(search, query))) return;
-    open &= ~(1u << i);
-    search_crowded_group(search, level - 1, group * lanes + i, query);
-  }
-}
-
-void search_crowded(Search& search) {
-  for (std::size_t i = 0; i < lanes; ++i) {
-    const std::uint32_t known = i > 0 ? leaf_of(search.best[i - 1]) : NearestPoint::none;
-    if (known != NearestPoint::none) test_leaf(search, known, i);
-    search_crowded_group(search, search.tree.top, 0, i);
-  }
-}
-
-bool is_flooded(const Search& search) { return search.ties >= Search::many_ties && search.tree.is_crowded; }
 
 // The nearest box first, then the others in their order.
 void search_group_16(Search& search, std::size_t level, std::size_t group) {
@@ -269,7 +177,7 @@ void search_group_16(Search& search, std::size_t level, std::size_t group) {
     for (; now != 0; now &= now - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(now));
       if (queries_for(boxes, i, search, bounds_of(search)) != 0) search_group_16(search, level - 1, group * lanes + i);
-      if (is_flooded(search)) return;
+      if (is_hard(search)) return;
     }
 }
 }  // namespace
@@ -284,12 +192,12 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
   for (std::size_t i = 0; i < lanes; ++i) search.best[i] = candidate(best.squared[i], NearestPoint::none);
   for (std::size_t i = 0; i < lanes; ++i)
     if (hints[i] != NearestPoint::none) test_leaf(search, hints[i] / lanes, i);
-  if (!best.has_many_ties) {
+  if (!best.is_hard) {
     search_group_16(search, tree.top, 0);
     test_listed(search);
+    best.is_hard = is_hard(search);
   }
-  if (best.has_many_ties || is_flooded(search)) search_crowded(search);
-  best.has_many_ties = is_flooded(search);
+  if (best.is_hard) best.is_hard = search_again(search, best.squared);
   for (std::size_t i = 0; i < lanes; ++i) {
     const std::uint32_t number = leaf_of(search.best[i]);
     if (number == NearestPoint::none) continue;

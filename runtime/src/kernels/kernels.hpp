@@ -56,9 +56,9 @@ struct NearestPoint {
 /// The nearest points of 16 queries. On entry to a search: no points, and the squared bounds.
 struct alignas(64) NearestPoints {
   float squared[16];
-  std::uint32_t point[16];     // NearestPoint::none: nothing within the bound
-  std::uint32_t slot[16];      // leaf * 16 + lane in the leaf
-  bool has_many_ties = false;  // the previous search, which was nearby, met many equally near points
+  std::uint32_t point[16];  // NearestPoint::none: nothing within the bound
+  std::uint32_t slot[16];   // leaf * 16 + lane in the leaf
+  bool is_hard = false;     // the previous search, which was nearby, tested many points
 };
 
 /// A camera whose pixels are combined into cells. Depths are in steps from an origin.

@@ -9,8 +9,8 @@ constexpr std::size_t most_octants = 1 << 20;  // an index needs eight bytes for
 // floats.
 constexpr float resolution_per_cell = 0x1p-22f;
 
-// Spreads the 16 bits of a cell coordinate to every third bit, for a Morton key.
-std::uint64_t spread(std::uint64_t bits) noexcept {
+// Moves the low 16 bits to every third bit, for a Morton key.
+constexpr std::uint64_t spread(std::uint64_t bits) noexcept {
   std::uint64_t result = 0;
   for (unsigned bit = 0; bit < 16; ++bit) result |= (bits >> bit & 1u) << (3 * bit);
   return result;
@@ -44,13 +44,26 @@ void count_outside(std::span<const Point> points, PointTally& tally) noexcept {
     ++(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? tally.culled : tally.invalid);
 }
 
-constexpr std::uint32_t least_limit = 128, limits_per_cloud = 256;
-constexpr std::uint32_t ranges_per_cloud = 4096;  // smaller ranges cost less in a search than ordered
-constexpr std::uint32_t many_points = 1024;       // in a range, which is then divided into more parts
-constexpr std::size_t most_passes = 3;            // on average over the points of a cloud
-constexpr float least_resolution = 1e-30f;        // keeps its inverse finite
-constexpr std::array<std::uint32_t, 16> spread_bits{0x000, 0x001, 0x008, 0x009, 0x040, 0x041, 0x048, 0x049,
-                                                    0x200, 0x201, 0x208, 0x209, 0x240, 0x241, 0x248, 0x249};
+constexpr std::uint32_t least_limit = 128, limits_per_cloud = 1024;
+constexpr std::uint32_t least_range = 96;                  // fewer points cost less in a search than ordered
+constexpr std::uint32_t least_parts = 8, most_parts = 64;  // per axis and pass
+constexpr std::uint32_t cells_per_point = 4;               // of a grid that divides a range, at most
+constexpr std::size_t most_passes = 3;                     // on average over the points of a cloud
+constexpr float least_resolution = 1e-30f;                 // keeps its inverse finite
+
+constexpr auto spread_parts = [] {
+  std::array<std::uint32_t, most_parts> spread_numbers{};
+  for (std::uint32_t i = 0; i < most_parts; ++i) spread_numbers[i] = static_cast<std::uint32_t>(spread(i));
+  return spread_numbers;
+}();
+
+constexpr std::size_t cube(std::size_t edge) noexcept { return edge * edge * edge; }
+
+std::uint32_t parts_for(std::size_t count) noexcept {
+  std::uint32_t parts = least_parts;
+  while (parts < most_parts && cube(2 * parts) <= cells_per_point * count) parts *= 2;
+  return parts;
+}
 
 // x, y, z, 0.
 typedef float Four __attribute__((vector_size(16)));
@@ -121,8 +134,8 @@ CellGrid bounding_grid(std::span<const std::array<float, 3>> positions, std::uin
   return grid;
 }
 
-CrowdedCells::CrowdedCells(std::uint32_t max_points) {
-  ranges_.reserve((most_passes + 1) * (max_points / least_limit));
+CrowdedCells::CrowdedCells(std::uint32_t max_points) : ends_(cube(parts_for(max_points))) {
+  ranges_.reserve((most_passes + 1) * (max_points / least_range));
 }
 
 std::uint32_t CrowdedCells::limit(std::size_t points) noexcept {
@@ -132,11 +145,10 @@ std::uint32_t CrowdedCells::limit(std::size_t points) noexcept {
 void CrowdedCells::sort(std::span<std::byte> points, PlacedPoint* spare, std::uint32_t* keys,
                         float resolution) noexcept {
   const std::size_t count = points.size() / sizeof(PlacedPoint);
-  const std::uint32_t least = std::max(least_limit, static_cast<std::uint32_t>(count / ranges_per_cloud));
   std::size_t work = most_passes * count;
   for (std::size_t next = 0; next < ranges_.size(); ++next) {  // divide() adds ranges
     const Range range = ranges_[next];
-    if (range.count <= least) continue;
+    if (range.count <= least_range) continue;
     if (range.count > work) return;
     work -= range.count;
     divide(points.data() + range.begin * sizeof(PlacedPoint), range, spare, keys,
@@ -149,21 +161,21 @@ void CrowdedCells::divide(std::byte* points, Range range, PlacedPoint* spare, st
                           float resolution) noexcept {
   const Box box = box_of(points, range.count);
   if (!(box.extent() > resolution)) return;
-  const std::uint32_t parts = range.count > many_points ? most_parts : most_parts / 2;
+  const std::uint32_t parts = parts_for(range.count);
   const float scale = static_cast<float>(parts) / box.extent();
-  const std::span ends = std::span(ends_).first(std::size_t{parts} * parts * parts);
+  const std::span ends = std::span(ends_).first(cube(parts));
   const FourInts last = FourInts{} + static_cast<std::int32_t>(parts - 1);
   std::ranges::fill(ends, 0u);
   for (std::size_t i = 0; i < range.count; ++i) {
     const FourInts along = __builtin_convertvector((point_at(points, i) - box.low) * scale, FourInts);
     const FourInts part = along < last ? along : last;
-    const auto spread = [&](std::size_t axis) { return spread_bits[static_cast<std::uint32_t>(part[axis])]; };
-    keys[i] = spread(0) | spread(1) << 1 | spread(2) << 2;
+    const auto bits = [&](std::size_t axis) { return spread_parts[static_cast<std::uint32_t>(part[axis])]; };
+    keys[i] = bits(0) | bits(1) << 1 | bits(2) << 2;
     ++ends[keys[i]];
   }
   std::uint32_t begin = 0;
   for (std::uint32_t& end : ends) {
-    if (end > least_limit) add(range.begin + begin, end);
+    if (end > least_range) add(range.begin + begin, end);
     begin += std::exchange(end, begin);
   }
   for (std::size_t i = 0; i < range.count; ++i)

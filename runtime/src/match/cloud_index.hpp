@@ -67,9 +67,8 @@ class CrowdedCells {
   };
   void divide(std::byte* points, Range range, PlacedPoint* spare, std::uint32_t* keys, float resolution) noexcept;
 
-  static constexpr std::uint32_t most_parts = 16;  // per axis and pass
-  std::vector<Range> ranges_;                      // coarse ones first
-  std::array<std::uint32_t, most_parts * most_parts * most_parts> ends_{};
+  std::vector<Range> ranges_;        // coarse ones first
+  std::vector<std::uint32_t> ends_;  // per part of a range
 };
 
 class CloudIndex {
