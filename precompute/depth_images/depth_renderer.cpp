@@ -115,7 +115,7 @@ class StereoDepthRenderer final : public DepthRenderer {
       }
     if (4 * count < rays_ * rays_ || count == 0) return empty_cell;
     const double steps = (sum / count - double{camera_.depth_origin}) / double{camera_.depth_step};
-    return static_cast<std::uint16_t>(std::clamp(std::round(steps), 1.0, 65'535.0));
+    return depth_with_share(std::clamp(std::round(steps), 1.0, 65'535.0), static_cast<double>(count) / (rays_ * rays_));
   }
 
   std::uint32_t rays_;

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 namespace lbea::bake {
 namespace {
@@ -22,6 +23,7 @@ constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // propos
 struct FrameErrors {
   std::uint32_t simulation = 0;
   double estimate = 0, match = 0, spread = 0;
+  double motion = 0, pose_variance = 0;                  // of the apparent pose error
   std::vector<std::pair<std::size_t, float>> weights{};  // of the estimate: sample, weight
 };
 
@@ -34,6 +36,10 @@ struct LeftOutFrame {
   bool is_hidden;
   std::vector<float> predicted{};
 };
+
+double squared(const PoseMotion& motion) {
+  return std::inner_product(motion.begin(), motion.end(), motion.begin(), 0.0);
+}
 
 /// Matches frames by their proposed samples alone, in a model that has only these.
 class LeftOutFitter {
@@ -50,6 +56,8 @@ class LeftOutFitter {
         shapes_(regression.shapes.empty() ? 0 : ids_.size() * ShapeRegression::shape_scores),
         expected_(ids_.size(), 1.0f),
         observed_(stride_),
+        image_(stride_),
+        points_(source.camera.cells()),
         truth_(nodes_of(0)),
         positions_(ids_.size() * truth_.size()),
         view_(view_of()),
@@ -59,7 +67,8 @@ class LeftOutFitter {
                                                                             .expected = expected_,
                                                                             .metric = metric,
                                                                             .regression = regression_of_proposed()})),
-                1) {}
+                1),
+        calibration_(PoseFilter(PoseCenter::of(view_), units_per_mm(source.length_unit)).prior()) {}
   LeftOutFitter(const LeftOutFitter&) = delete;
   LeftOutFitter& operator=(const LeftOutFitter&) = delete;
 
@@ -77,6 +86,8 @@ class LeftOutFitter {
     errors.estimate = distance(estimate);
     errors.match = distance(shape(fitter_.matches()[0].sample));
     errors.spread = double{fit.spread};
+    errors.motion = std::sqrt(squared(fitter_.pose().mean));
+    errors.pose_variance = fitter_.pose_fit().variance();
     return errors;
   }
 
@@ -91,7 +102,9 @@ class LeftOutFitter {
       proposed.push_back({k, 0});
     }
     std::ranges::copy(frame.observed, observed_.begin());
-    return fitter_.fit(observed_, proposed, frame.is_hidden, frame.predicted);
+    source_.read_images(frame.sample, image_);
+    for (std::size_t c = 0; c < points_.size(); ++c) points_[c] = observed_[c] < 0 ? 0.0f : share_of(image_[c]);
+    return fitter_.fit({observed_, frame.is_hidden, frame.predicted, &calibration_, points_}, proposed);
   }
   [[nodiscard]] ShapeRegression regression_of_proposed() const {
     ShapeRegression regression;
@@ -102,6 +115,7 @@ class LeftOutFitter {
   }
   [[nodiscard]] ModelView view_of() {
     ModelView view;
+    std::ranges::copy(truth_, positions_.begin());  // for the component's middle
     for (std::uint32_t k = 0; k < ids_.size(); ++k) ids_[k] = {k, 0};
     view.info.samples = static_cast<std::uint32_t>(ids_.size());
     view.info.nodes = static_cast<std::uint32_t>(truth_.size() / 3);
@@ -130,9 +144,13 @@ class LeftOutFitter {
   std::vector<float> row_;
   std::vector<std::array<std::uint32_t, 2>> ids_;
   std::vector<std::uint16_t> depths_;
-  std::vector<float> shapes_, expected_, observed_, truth_, positions_;
+  std::vector<float> shapes_, expected_, observed_;
+  std::vector<std::uint16_t> image_;  // of the frame's sample
+  std::vector<float> points_;
+  std::vector<float> truth_, positions_;
   ModelView view_;
   SurfaceFitter fitter_;
+  const PoseBelief calibration_;
 };
 
 /// Frames of left-out runs, seen completely or with a part hidden, and their candidates by each metric.
@@ -263,6 +281,21 @@ float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& m
   return 0;
 }
 
+/// Mean over the frames, whose poses are right. 0, so that poses are not estimated, if the frames seem to be moved much
+/// farther than the estimates are wrong: then a pose error cannot be told from a difference of shape.
+float pose_variance(std::vector<FrameErrors> errors) {
+  constexpr double most = 4;  // times the error; the frames of a test together are less wrong than each
+  const auto median = [&errors](double FrameErrors::*value) {
+    const auto middle = errors.begin() + std::ssize(errors) / 2;
+    std::ranges::nth_element(errors, middle, {}, value);
+    return *middle.*value;
+  };
+  if (median(&FrameErrors::motion) > most * median(&FrameErrors::estimate)) return 0;
+  double sum = 0;
+  for (const FrameErrors& error : errors) sum += error.pose_variance / static_cast<double>(errors.size());
+  return static_cast<float>(sum);
+}
+
 /// Owns the memory of SensorViews' spans.
 struct RenderedImages {
   std::vector<std::uint16_t> depths;
@@ -294,6 +327,8 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
     std::ranges::move(whole.errors(metric, learned.shapes.view(), predicted), of_whole.begin());
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(std::span(*best).subspan(of_whole.size()), learned.metric);
+
+  learned.pose_variance = pose_variance({of_whole.begin(), of_whole.end()});
 
   const LeftOutFrames frames(source, most_compared, 0);
   const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);
@@ -333,9 +368,10 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   };
   rendered->learned = learn_fit(source, threads);
   const LearnedFit& learned = rendered->learned;
-  return SensorViews(std::make_shared<const DepthImages>(DepthImages{
-      renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame, learned.limits.test,
-      learned.error_per_spread, learned.hidden_error_per_spread, learned.shapes.view(), rendered}));
+  return SensorViews(std::make_shared<const DepthImages>(
+      DepthImages{renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame,
+                  learned.limits.test, learned.error_per_spread, learned.hidden_error_per_spread, learned.pose_variance,
+                  learned.shapes.view(), rendered}));
 }
 
 }  // namespace lbea::bake

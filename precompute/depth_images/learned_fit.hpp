@@ -14,6 +14,7 @@ struct LearnedFit {
   // 90 % of the estimates' errors are below this times the spread; 0: not known
   float error_per_spread = 0;         // of frames with a full view
   float hidden_error_per_spread = 0;  // of frames with a hidden third
+  float pose_variance = 0;            // of DepthImages; 0: not known
   TrainedShapes shapes;
 };
 

@@ -104,7 +104,7 @@ TEST_CASE("a prediction moves the estimate, but an absurd one no further than an
     const auto image = views.data()->of_sample(8 * 3 + 5);
     std::vector<float> observed(image.begin(), image.end());
     std::ranges::replace(observed, 0.0f, nothing_seen);
-    return mesh_of(model, fitter.fit(observed, all, false, predicted).estimate);
+    return mesh_of(model, fitter.fit({.observed = observed, .predicted = predicted}, all).estimate);
   };
   const std::vector<float> alone = estimated({});
   std::vector<float> prediction(ShapeRegression::shape_scores, 0.0f);
@@ -153,7 +153,8 @@ TEST_CASE("the shares of samples whose predicted shapes hardly differ are finite
     std::vector<float> observed(padded_cells(forged.camera), 100.0f);
     const std::vector<float> prediction(ShapeRegression::shape_scores, 0.0f);
     float sum = 0;
-    for (const WeightedSample& share : fitter.fit(observed, all, false, prediction).estimate) sum += share.weight;
+    for (const WeightedSample& share : fitter.fit({.observed = observed, .predicted = prediction}, all).estimate)
+      sum += share.weight;
     CHECK(sum == doctest::Approx(1).epsilon(1e-3));
   }
 }

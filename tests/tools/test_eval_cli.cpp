@@ -247,3 +247,28 @@ TEST_CASE("lbea-register refines a rough pose to about the noise of the sensor")
   CHECK(meters.err.find("1000") != std::string::npos);
   CHECK(!std::filesystem::exists(folder / "wrong.json"));
 }
+
+TEST_CASE("a pose error of the whole test is estimated and corrected") {
+  const TemporaryFolder folder;
+  const auto frames = [&](const std::string& options) {
+    const Outcome outcome = run_program(
+        evaluation(
+            "--split 0.2 --first-step 1 --every 3 --no-icp --no-contained --no-strangers --shift 6 --pose-error 2 " +
+            options),
+        folder.path());
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    std::vector<CsvRow> rows = read_csv(folder / "e/frames.csv");
+    std::erase_if(rows, [](const CsvRow& row) { return row.at("frames_are") == "as sensed"; });
+    return rows;
+  };
+  const auto means = [](const std::vector<CsvRow>& rows, const char* column) {
+    std::vector<double> values;
+    for (const CsvRow& row : rows) values.push_back(std::stod(row.at(column)));
+    return mean(values);
+  };
+  const auto fixed = frames("--fixed-pose"), corrected = frames("");
+  CHECK(means(fixed, "pose_left") == doctest::Approx(6));
+  CHECK(means(corrected, "pose_left") < 6 / 3.0);
+  CHECK(means(corrected, "pose_left_deg") < 2 / 3.0);
+  CHECK(means(corrected, "estimate") < means(fixed, "estimate") / 1.5);
+}

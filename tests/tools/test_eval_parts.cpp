@@ -268,26 +268,22 @@ TEST_CASE("thinning keeps a random share") {
   CHECK(thin(points, 0, 3).empty());
 }
 
-TEST_CASE("a pose error is a rotation about the center by the given angle") {
-  const RigidTransform T{0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30};
-  const Point center{50, 60, 70};
-  const RigidTransform turned_T = turned(T, 3, center, 9);
-  // The rotation is R' R^T; its trace is 1 + 2 cos(angle).
-  double trace = 0;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t k = 0; k < 3; ++k) trace += double{turned_T[4 * i + k]} * double{T[4 * i + k]};
-  CHECK(std::acos((trace - 1) / 2) * 57.29577951 == doctest::Approx(3).epsilon(1e-3));
-  // The sensor point at the center remains there: q = R^T (center - t).
-  const std::array<float, 3> off{center.x - T[3], center.y - T[7], center.z - T[11]};
-  std::array<float, 3> q{};
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t k = 0; k < 3; ++k) q[i] += T[4 * k + i] * off[k];
-  for (std::size_t i = 0; i < 3; ++i) {
-    const float there =
-        turned_T[4 * i] * q[0] + turned_T[4 * i + 1] * q[1] + turned_T[4 * i + 2] * q[2] + turned_T[4 * i + 3];
-    CHECK(there == doctest::Approx((std::array{center.x, center.y, center.z})[i]).epsilon(1e-5));
+TEST_CASE("a pose error turns about the center by the given angle and shifts by the given length") {
+  const RigidTransform T{0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30};  // reference x = 10 - y, y = 20 + x
+  const Point center{50, 60, 70}, at_center{40, -40, 40};
+  const Disturbance error{.pose_error_deg = 3, .pose_error = 5};
+  const auto distance = [](const Point& a, const Point& b) { return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z); };
+  const std::vector<Point> before{at_center, {140, -40, 40}, {40, 60, 40}, {40, -40, 140}};
+  for (const double share : {0.5, 1.0}) {
+    const auto after = misplaced(before, error, share, T, center, 9);
+    CHECK(distance(after[0], at_center) == doctest::Approx(5 * share).epsilon(1e-4));
+    // The trace of the rotation, from the images of the axes, is 1 + 2 cos(angle).
+    const float trace = (after[1].x - after[0].x + after[2].y - after[0].y + after[3].z - after[0].z) / 100;
+    CHECK(std::acos((trace - 1) / 2) * 57.29578f == doctest::Approx(3 * share).epsilon(2e-3));
+    const PoseError left = left_over(identity_transform, error, share, center, 9);
+    CHECK(left.turn_deg == doctest::Approx(3 * share));
+    CHECK(left.shift == doctest::Approx(5 * share));
   }
-  CHECK(turned(T, 0, center, 9) == T);
 }
 
 TEST_CASE("weighted mean and spread by their formulas") {
@@ -337,7 +333,7 @@ TEST_CASE("results.csv quotes names with commas and leaves cells without a value
   write_csv(folder / "results.csv", summary);
   const std::string text = text_of(folder / "results.csv");
   CAPTURE(text);
-  CHECK(text.ends_with("\n7,0,ok,\"2.1 mm, steel\",3,1.5,0,0.25,0.125,0,0,unknown,unknown,,,,,,,,,\n"));
+  CHECK(text.ends_with("\n7,0,ok,\"2.1 mm, steel\",3,1.5,0,0.25,0.125,0,0,unknown,unknown,,,,,,,,,,,\n"));
 }
 
 TEST_CASE("nodes of a run with the model's node numbers are found by number, those of a finer mesh by position") {

@@ -24,6 +24,9 @@ std::vector<Disturbance> robustness_rows() {
           {.name = "0.5 noise", .noise = 0.5f},
           {.name = "a third of the points", .kept = 1.0 / 3},
           {.name = "3 degrees of pose error", .pose_error_deg = 3},
+          {.name = "5 of pose error", .pose_error = 5},
+          {.name = "3 degrees and 10 of pose error", .pose_error_deg = 3, .pose_error = 10},
+          {.name = "drift to 3 degrees and 8 of pose error", .pose_error_deg = 3, .pose_error = 8, .is_drifting = true},
           {.name = "patches, outliers, noise, fewer points and pose error",
            .noise = 0.5f,
            .outliers = 0.02f,
@@ -49,7 +52,8 @@ void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan
 }
 
 bool disturbs(const Disturbance& own) {
-  return own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.noise || own.outliers;
+  return own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.pose_error > 0 ||
+         own.noise || own.outliers;
 }
 
 EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem::path& scratch) {
@@ -95,7 +99,10 @@ void declare_disturbance(CommandLine& app, Disturbance& own) {
       ->needs(connected)
       ->group("An additional round of disturbed frames");
   add("--thin", own.kept, 1, "share of the points that remain");
-  add("--pose-error", own.pose_error_deg, 180, "degrees about a random axis through the component");
+  add("--pose-error", own.pose_error_deg, 180, "turn in degrees about a random axis through the component's middle");
+  add("--shift", own.pose_error, 1e6, "shift in a random direction, length unit");
+  app.add_flag("--drift", own.is_drifting, "turn and shift grow during the test, from nothing to these values")
+      ->group("An additional round of disturbed frames");
   add("--noise", own.noise, 1e6, "standard deviation along the line of sight, length unit (default: sensor.json's)");
   add("--outliers", own.outliers, 1, "share of points that are outliers (default: sensor.json's)");
 }
@@ -147,6 +154,8 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("--seed", arguments.plan.trial.seed, "seed of the split, the noise and the disturbances");
   app.add_flag("--robustness", arguments.robustness,
                "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
+  app.add_flag("--fixed-pose{false}", arguments.plan.trial.estimate_pose,
+               "do not estimate the pose error of each test");
   declare_disturbance(app, arguments.own);
   declare_rounds(app, arguments.plan);
   app.add_flag("--meshes", arguments.meshes,

@@ -62,8 +62,8 @@ std::string frames_csv(const Evaluation& evaluation) {
   for (const auto name : evaluated_method_names) table.add(name);
   table.add("fit_is_own");
   for (const auto& number : fit_numbers) table.add(number.name);
-  table.add("tracked_probability", "branch_probability", "field_true", "field_matched", "field_inferred", "x1", "x2",
-            "x3");
+  table.add("pose_left_deg", "pose_left", "tracked_probability", "branch_probability", "field_true", "field_matched",
+            "field_inferred", "x1", "x2", "x3");
   table.end_row();
   for (const Round& round : evaluation.rounds)
     for (const TestTrial& test : round.tests)
@@ -76,8 +76,8 @@ std::string frames_csv(const Evaluation& evaluation) {
         for (const double error : frame.errors) table.add(error);
         table.add(test.contained && frame.samples[static_cast<std::size_t>(EvaluatedMethod::fit)] == frame.own ? 1 : 0);
         for (const auto& number : fit_numbers) table.add(frame.fit.*number.value);
-        table.add(frame.simulation_probability, frame.branch_probability, frame.field.true_mean, frame.field.matched,
-                  frame.field.inferred);
+        table.add(frame.pose_deg, frame.pose_error, frame.simulation_probability, frame.branch_probability,
+                  frame.field.true_mean, frame.field.matched, frame.field.inferred);
         for (const float x : frame.leading_coordinates) table.add(x);
         table.end_row();
       }

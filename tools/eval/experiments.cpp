@@ -1,6 +1,8 @@
 #include "tools/eval/experiments.hpp"
 
+#include "precompute/registration/alignment.hpp"
 #include "precompute/rig/counter_random.hpp"
+#include "tools/shared/matching/transformed.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -100,6 +102,18 @@ Box box_of(std::span<const float> positions) {
     if (box.size[i] > box.size[box.axis]) box.axis = i;
   }
   return box;
+}
+
+Eigen::Isometry3d pose_error(const Disturbance& disturbance, double share, const Point& center, std::uint64_t seed) {
+  Sequence random(seed);
+  const auto direction = [&random] {
+    const double z = 2 * random.next() - 1, angle = 2 * std::numbers::pi * random.next(), flat = std::sqrt(1 - z * z);
+    return Eigen::Vector3d(flat * std::cos(angle), flat * std::sin(angle), z);
+  };
+  bake::Vector6 motion;
+  motion << share * disturbance.pose_error_deg * std::numbers::pi / 180 * direction(),
+      share * disturbance.pose_error * direction();
+  return bake::motion_about({double{center.x}, double{center.y}, double{center.z}}, 1, motion);
 }
 
 /// Points in the unit cube: u along the component, v around it.
@@ -270,29 +284,19 @@ std::vector<Point> thin(std::vector<Point> points, double share, std::uint64_t s
   return points;
 }
 
-// Rodrigues' formula: R = I + sin a K + (1 - cos a) K K, with K = [axis]x. The result is T followed by the rotation
-// about the center.
-RigidTransform turned(const RigidTransform& T, double degrees, const Point& center, std::uint64_t seed) {
-  Sequence random(seed);
-  const double z = 2 * random.next() - 1, around = 2 * std::numbers::pi * random.next(), flat = std::sqrt(1 - z * z);
-  const std::array<double, 3> axis{flat * std::cos(around), flat * std::sin(around), z};
-  const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
-  const std::array<double, 9> K{0, -axis[2], axis[1], axis[2], 0, -axis[0], -axis[1], axis[0], 0};
-  std::array<double, 9> R{};
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      R[3 * i + j] = (i == j ? c : 0) + (1 - c) * axis[i] * axis[j] + s * K[3 * i + j];
-  const std::array<double, 3> about{double{center.x}, double{center.y}, double{center.z}};
-  RigidTransform result{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    double shift = about[i];
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t j = 0; j < 3; ++j) result[4 * i + j] += static_cast<float>(R[3 * i + k] * double{T[4 * k + j]});
-      shift += R[3 * i + k] * (double{T[4 * k + 3]} - about[k]);
-    }
-    result[4 * i + 3] = static_cast<float>(shift);
-  }
-  return result;
+std::vector<Point> misplaced(std::vector<Point> points, const Disturbance& disturbance, double share,
+                             const RigidTransform& T_reference_sensor, const Point& center, std::uint64_t seed) {
+  const Eigen::Isometry3d T = bake::to_isometry(T_reference_sensor);
+  const RigidTransform moved = bake::to_transform(T.inverse() * pose_error(disturbance, share, center, seed) * T);
+  for (Point& p : points) p = transformed(moved, p);
+  return points;
+}
+
+PoseError left_over(const RigidTransform& correction, const Disturbance& disturbance, double share, const Point& center,
+                    std::uint64_t seed) {
+  const Eigen::Isometry3d left = bake::to_isometry(correction) * pose_error(disturbance, share, center, seed);
+  const Eigen::Vector3d middle(double{center.x}, double{center.y}, double{center.z});
+  return {Eigen::AngleAxisd(left.rotation()).angle() * 180 / std::numbers::pi, (left * middle - middle).norm()};
 }
 
 std::vector<Point> disturbed(std::vector<Point> points, const Disturbance& disturbance, std::uint64_t seed,

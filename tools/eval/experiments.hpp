@@ -48,7 +48,9 @@ struct Disturbance {
   double connected = 0;       // share of the points that one connected patch hides, at another place in every frame
   bool same_place = false;    // the connected patch stays at one place for the whole test
   double kept = 1;            // share of the points, chosen at random
-  double pose_error_deg = 0;  // remaining after registration
+  double pose_error_deg = 0;  // remaining after registration: a turn about the component's middle
+  double pose_error = 0;      // and a shift, length unit; both the same for the whole test, in random directions
+  bool is_drifting = false;   // the pose error grows during the test, from nothing
 };
 
 [[nodiscard]] bake::SensingNoise disturbed(bake::SensingNoise noise, const Disturbance& disturbance);
@@ -64,9 +66,19 @@ struct Disturbance {
 /// Keeps every point with probability `share`.
 [[nodiscard]] std::vector<Point> thin(std::vector<Point> points, double share, std::uint64_t seed);
 
-/// The pose rotated about an axis of random direction through `center` (reference coordinates).
-[[nodiscard]] RigidTransform turned(const RigidTransform& T_reference_sensor, double degrees, const Point& centre,
-                                    std::uint64_t seed);
+/// The points, sensor coordinates, as a sensor with the pose error would measure them. share: of the error. center: of
+/// the turn, reference coordinates.
+[[nodiscard]] std::vector<Point> misplaced(std::vector<Point> points, const Disturbance& disturbance, double share,
+                                           const RigidTransform& T_reference_sensor, const Point& center,
+                                           std::uint64_t seed);
+
+/// What is left of that pose error after a correction in reference coordinates: the turn in degrees, and the distance
+/// by which the center is off.
+struct PoseError {
+  double turn_deg = 0, shift = 0;
+};
+[[nodiscard]] PoseError left_over(const RigidTransform& correction, const Disturbance& disturbance, double share,
+                                  const Point& center, std::uint64_t seed);
 
 /// Hides patches with a radius of 7 % of the diagonal of the cloud's box, then the surroundings of `place` (of a random
 /// point when there is none), then thins.

@@ -3,9 +3,11 @@
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/pose.hpp"
 #include "tools/eval/mesh_series.hpp"
 
 #include <lbea/inference.hpp>
+#include <lbea/pose.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -48,6 +50,7 @@ class Test {
  public:
   Test(const TestSetup& setup, const Experiment& experiment, const TrialSettings& settings)
       : setup_(setup),
+        name_(experiment.name),
         model_(setup.model),
         settings_(settings),
         reader_(experiment.open()),
@@ -56,11 +59,9 @@ class Test {
         noise_(disturbed(settings.sensor.noise, settings.disturbance)),
         own_simulation_(simulation_named(model_, experiment.name)),
         observed_(model_.nodes(), 0),
+        pose_(model_),
         box_(box_of_samples(model_)) {
     config_.T_reference_sensor = settings.sensor.sensor.T_reference_sensor;
-    if (settings.disturbance.pose_error_deg > 0)
-      config_.T_reference_sensor = turned(config_.T_reference_sensor, settings.disturbance.pose_error_deg,
-                                          middle(model_.node_positions(0)), settings.seed);
     config_.max_points = settings.sensor.sensor.width_px * settings.sensor.sensor.height_px;
     for (const std::uint32_t node : model_.vertex_nodes(0)) observed_[node] = 1;
     find_field();
@@ -74,6 +75,7 @@ class Test {
     trial.contained = own_simulation_ < model_.simulations();
     Matchers matchers{matcher(Method::vtp), matcher(Method::lbea), matcher(Method::fit)};
     Tracker tracker(model_);
+    pose_.reset();
     for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
       reader_->read(step, state_);
       mesh_.positions(state_.positions, truth_);
@@ -81,7 +83,7 @@ class Test {
       auto sensed = sensor_.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, noise_, seed);
       if (settings_.disturbance.same_place && !hidden_place_ && !sensed.empty())
         hidden_place_ = any_of_them(sensed, seed);
-      const auto points = disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_);
+      const auto points = misplaced(disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_), step);
       trial.frames.push_back(frame(step, points, matchers, tracker));
       keep_if_worst(trial.worst, trial.frames.back(), points);
       if (done()) break;
@@ -93,6 +95,17 @@ class Test {
   }
 
  private:
+  [[nodiscard]] std::vector<Point> misplaced(std::vector<Point> points, std::uint32_t step) const {
+    const Disturbance& disturbance = settings_.disturbance;
+    if (!(disturbance.pose_error_deg > 0 || disturbance.pose_error > 0)) return points;
+    return tool::misplaced(std::move(points), disturbance, share_of_pose_error(step), config_.T_reference_sensor,
+                           middle(model_.node_positions(0)), pose_seed());
+  }
+  [[nodiscard]] double share_of_pose_error(std::uint32_t step) const {
+    const double last = std::max(reader_->states(), 2u) - 1;
+    return settings_.disturbance.is_drifting ? step / last : 1;
+  }
+  [[nodiscard]] std::uint64_t pose_seed() const { return settings_.seed ^ std::hash<std::string>{}(name_); }
   /// The frame of the current state.
   FrameTrial frame(std::uint32_t step, std::span<const Point> points, Matchers& matchers, Tracker& tracker) {
     FrameTrial row;
@@ -105,13 +118,17 @@ class Test {
     row.own = model_.sample_index({own_simulation_, step});
     const Frame frame{step, static_cast<std::int64_t>(std::llround(row.time_s * 1e9)), points};
     const MatchResult by_vtp = matchers.vtp.match(frame), by_lbea = matchers.lbea.match(frame),
-                      by_fit = matchers.fit.match(frame);
+                      by_fit = settings_.estimate_pose ? matchers.fit.match(frame, pose_) : matchers.fit.match(frame);
     score_first(row, EvaluatedMethod::vtp, by_vtp.matches);
     score_first(row, EvaluatedMethod::lbea, by_lbea.matches);
     score_fit(row, by_fit);
     score_tracked(row, tracker.update(by_fit));
     if (setup_.icp) score_icp(row, points);
     row.leading_coordinates = by_lbea.leading_coordinates;
+    const PoseError left = left_over(pose_.correction(), settings_.disturbance, share_of_pose_error(step),
+                                     middle(model_.node_positions(0)), pose_seed());
+    row.pose_deg = left.turn_deg;
+    row.pose_error = left.shift;
     row.vtp_ns = by_vtp.elapsed_ns;
     row.lbea_ns = by_lbea.elapsed_ns;
     return row;
@@ -131,7 +148,8 @@ class Test {
   /// The frame as fit compares it with the images of the samples.
   [[nodiscard]] std::vector<float> depth_image(std::span<const Point> points, const SensorViews& views) const {
     CloudIndex index(envelope_grid(model_.view().envelope), static_cast<std::uint32_t>(points.size()));
-    index.build(points, config_.T_reference_sensor);
+    index.build(points, settings_.estimate_pose ? product(pose_.correction(), config_.T_reference_sensor)
+                                                : config_.T_reference_sensor);
     const DepthCamera& camera = views.data()->camera;
     FrameDepthImage image(camera);
     image.build(index);
@@ -233,6 +251,7 @@ class Test {
   }
 
   const TestSetup& setup_;
+  const std::string name_;
   const Model& model_;
   const TrialSettings& settings_;
   std::unique_ptr<bake::SimulationReader> reader_;
@@ -242,6 +261,7 @@ class Test {
   MatcherConfig config_;
   std::uint32_t own_simulation_;
   std::vector<std::uint8_t> observed_;  // per node of the model
+  TestPose pose_;
   std::array<std::array<double, 3>, 2> box_;
   std::size_t run_field_ = 0;
   bool has_field_ = false;

@@ -53,6 +53,7 @@ struct FrameTrial : FrameNumbers {
   std::uint32_t simulation = 0;                            // the most likely of the test so far
   float simulation_probability = 0, branch_probability = 0;
   std::array<float, 3> leading_coordinates{};
+  double pose_deg = not_measured, pose_error = not_measured;  // left after the estimate of the pose: about the middle
   StageTimes vtp_ns, lbea_ns, fit_ns;
   double icp_s = not_measured;
   FieldError field;  // of the model's first field
@@ -83,6 +84,7 @@ struct TrialSettings {
   std::uint32_t first_step = 2, every = 1;
   std::uint32_t impact_step = 0;
   double time_factor = 1;
+  bool estimate_pose = true;
   std::uint64_t seed = 1;
   std::filesystem::path meshes{};  // folder for <experiment>/estimate.pvd and matched.pvd; empty: none
 };

@@ -76,6 +76,23 @@ ResultComparison::ResultComparison(RecordedRun& run, double tolerance) : toleran
   find_lost_history(frames);
 }
 
+namespace {
+
+/// What depends on earlier frames: the state of the test and, where its pose error is estimated, every match.
+void leave_out_history(wire::WireResult& result) {
+  result.test = {};
+  if (!std::isfinite(result.fit.pose_turn)) return;
+  result.fit = {};
+  result.matches.clear();
+  result.coverage = 0;
+  result.leading_coordinates = {};
+  result.points = {.received = result.points.received};
+  result.verdict = {};
+  result.status = wire::WireStatus::ok;
+}
+
+}  // namespace
+
 void ResultComparison::find_sessions(const std::vector<Key>& frames) {
   for (const Key& frame : frames) {
     if (!recorded_.contains(frame)) continue;
@@ -135,8 +152,8 @@ std::optional<std::string> ResultComparison::compare(const wire::WireResult& res
   auto& results = found->second.results;
   if (const auto session = sessions_.find(key.first);
       session->second.began_before && (now.test.frames > 0 || results.front().test.frames > 0)) {
-    now.test = {};
-    for (wire::WireResult& then : results) then.test = {};
+    leave_out_history(now);
+    for (wire::WireResult& then : results) leave_out_history(then);
     ++tally_.without_history;
   }
   auto place = std::ranges::find_if(results, [&](const wire::WireResult& then) { return is_same(then, now); });

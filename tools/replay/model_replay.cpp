@@ -26,21 +26,26 @@ constexpr std::uint64_t most_differences_shown = 20;
 /// Receives a result without times other than the frame's own and without counters. Returns whether to continue.
 using ResultHandler = std::function<bool(const wire::WireResult& result)>;
 
+bool estimates_pose(const RunSettings& settings) {
+  return settings.estimates_pose != 0 && settings.matcher.method == Method::fit;
+}
+
 /// Matches recorded frames. The same recording and model give the same results to the last bit on any number of
 /// threads.
 class MatchReplay {
  public:
   /// `model` and `views` must remain.
-  MatchReplay(const Model& model, const MatcherConfig& config, const SensorViews& views, unsigned threads)
+  MatchReplay(const Model& model, const RunSettings& settings, const SensorViews& views, unsigned threads)
       : model_(model),
-        config_(config),
+        config_(settings.matcher),
         views_(views),
-        decoder_(wire::WireLimits{.max_points = config.max_points}),
+        decoder_(wire::WireLimits{.max_points = config_.max_points}),
         engine_(model, with_max_points(1), views),
         slots_(threads),
         begin_(threads),
         end_(threads) {
-    reserve(outcome_, config.max_matches);
+    if (estimates_pose(settings)) pose_.emplace(model, views);
+    reserve(outcome_, config_.max_matches);
     workers_.reserve(slots_.size() - 1);
     try {
       for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
@@ -110,9 +115,10 @@ class MatchReplay {
     slot.matcher.reset();
     slot.matcher = std::make_unique<Matcher>(model_, with_max_points(slot.max_points), views_);
   }
-  static void match(Slot& slot) {
-    if (slot.status == wire::WireStatus::ok)
-      slot.match = slot.matcher->match({slot.header.id, slot.header.stamp_ns, slot.points});
+  void match(Slot& slot) {
+    if (slot.status != wire::WireStatus::ok) return;
+    const Frame frame{slot.header.id, slot.header.stamp_ns, slot.points};
+    slot.match = pose_ ? slot.matcher->match(frame, *pose_) : slot.matcher->match(frame);
   }
 
   void work(Slot& slot) {
@@ -131,6 +137,7 @@ class MatchReplay {
   }
 
   void run_batch() {
+    if (pose_ && filled_ > 0) begin_test_of(slots_[0]);
     for (std::size_t i = filled_; i < slots_.size(); ++i)
       slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
     if (!workers_.empty()) begin_.arrive_and_wait();
@@ -138,9 +145,15 @@ class MatchReplay {
     if (!workers_.empty()) end_.arrive_and_wait();
   }
 
+  void begin_test_of(const Slot& slot) {
+    if (slot.header.session == std::exchange(session_, slot.header.session)) return;
+    engine_.begin_test();
+    if (pose_) pose_->reset();
+  }
+
   wire::WireResult result_of(Slot& slot) {
     clear(outcome_);
-    if (slot.header.session != std::exchange(session_, slot.header.session)) engine_.begin_test();
+    if (!pose_) begin_test_of(slot);
     outcome_.result.status = slot.status;
     outcome_.result.points.received = slot.header.points;
     if (slot.status == wire::WireStatus::ok) fill_outcome(outcome_, slot.match, engine_.track(slot.match));
@@ -163,7 +176,8 @@ class MatchReplay {
   wire::Encoder encoder_;
   wire::FrameDecoder decoder_;
   IdTracker ids_;
-  ModelEngine engine_;       // sums up the test
+  ModelEngine engine_;  // sums up the test
+  std::optional<TestPose> pose_;
   std::vector<Slot> slots_;  // one matcher per thread
   std::size_t filled_ = 0;
   std::uint64_t session_ = 0, sequence_ = 0;
@@ -286,7 +300,8 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   if (!pose_file.empty()) (void)io::read_pose(pose_file, model.length_unit());
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
                                       pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
-  MatchReplay replay(model, settings.matcher, views, options.threads);
+  // The pose error is estimated from frame to frame, so that frames cannot be matched at the same time.
+  MatchReplay replay(model, settings, views, estimates_pose(settings) ? 1 : options.threads);
   const ResultHandler handle = [&](const wire::WireResult& result) { return output(result); };
   if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, handle)) return false;
   output.finish();

@@ -25,6 +25,17 @@ std::optional<wire::WireState> recorded_state(const std::string& file) {
   return {};
 }
 
+/// Whether the matcher estimated the pose error of the tests, by its first result of method fit.
+bool has_estimated_pose(const std::string& file) {
+  RecordedRun run(file);
+  wire::WireResult result;
+  while (const auto message = run.next())
+    if (message->kind == RecordedMessage::Kind::result &&
+        wire::decode_result(message->data, result) == wire::WireStatus::ok && !result.fit.candidates.empty())
+      return std::isfinite(result.fit.pose_turn);
+  return false;
+}
+
 Method method_of(const std::string& name, const std::string& file) {
   const auto found = method_names.find(name);
   if (found == method_names.end())
@@ -57,8 +68,10 @@ void complete_method(RunSettings& settings, const SettingsOptions& options) {
   settings.method = name_of(settings.matcher.method);
 }
 
-// Only lbea-serve records the pose.
+// Only lbea-serve records the pose, and whether its error was estimated.
 void complete_pose(RunSettings& settings, const SettingsOptions& options) {
+  if (settings.program.starts_with("lbea-record"))
+    settings.estimates_pose = has_estimated_pose(options.recording) ? 1 : 0;
   if (!options.pose_file.empty()) {
     settings.matcher.T_reference_sensor = io::read_pose(options.pose_file);
     settings.sensor_json = io::as_text(io::read_file(options.pose_file));

@@ -129,13 +129,15 @@ typedef struct lbea_result {
   float spread;            /**< mean distance of the plausible samples from the estimate */
   uint32_t points_received, points_invalid, points_culled, points_used; /**< received = used + invalid + culled */
   uint32_t index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns, fit_ns; /**< wall time of each stage */
-  float error_90; /**< fit: the estimate's mean error is below this in 90 % of the frames of runs that are not in the
-                       ensemble; length unit; NaN: not known */
+  float error_90;   /**< fit: the estimate's mean error is below this in 90 % of the frames of runs that are not in the
+                         ensemble; length unit; NaN: not known */
+  float pose_turn;  /**< fit: angle of the test's pose error, which is corrected, degrees; NaN: not estimated */
+  float pose_shift; /**< its shift of the component's middle, length unit */
 } lbea_result;
 
 /* The members of lbea_result with the names of FrameNumbers and FitNumbers in C++: X(name). New ones go to its end. */
 #define LBEA_FRAME_NUMBERS(X) X(coverage)
-#define LBEA_FIT_NUMBERS(X) X(residual) X(estimate_residual) X(misfit) X(spread) X(error_90)
+#define LBEA_FIT_NUMBERS(X) X(residual) X(estimate_residual) X(misfit) X(spread) X(error_90) X(pose_turn) X(pose_shift)
 
 /** The result for the whole test so far. Pointers are valid until the next lbea_tracker_update. */
 typedef struct lbea_test_state {

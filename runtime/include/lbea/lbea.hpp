@@ -136,6 +136,8 @@ inline constexpr std::array<LengthUnit, 6> length_units{
 
 struct ModelView;    // the validated sections of a model file, runtime-internal
 struct DepthImages;  // the depth images and their camera, runtime-internal
+class TestPose;      // see lbea/pose.hpp
+class PoseFilter;    // runtime-internal
 
 /// The baked file. Immutable: threads may share it. Copies share one mapping.
 class LBEA_API Model {
@@ -307,6 +309,8 @@ struct FitNumbers {
   float misfit = std::numeric_limits<float>::quiet_NaN();
   float spread = std::numeric_limits<float>::quiet_NaN();
   float error_90 = std::numeric_limits<float>::quiet_NaN();
+  float pose_turn = std::numeric_limits<float>::quiet_NaN();
+  float pose_shift = std::numeric_limits<float>::quiet_NaN();
 };
 inline constexpr std::array fit_numbers{
     NumberInfo<FitNumbers>{"residual", &FitNumbers::residual,
@@ -318,7 +322,11 @@ inline constexpr std::array fit_numbers{
                            "mean distance of the plausible samples from the estimate, length unit"},
     NumberInfo<FitNumbers>{"error_90", &FitNumbers::error_90,
                            "the estimate's mean distance from the truth, over all nodes, is below this in 90 % of the "
-                           "frames of runs that are not in the ensemble; length unit; NaN: the model does not know"}};
+                           "frames of runs that are not in the ensemble; length unit; NaN: the model does not know"},
+    NumberInfo<FitNumbers>{"pose_turn", &FitNumbers::pose_turn,
+                           "angle of the test's pose error, which is corrected; degrees; NaN: not estimated"},
+    NumberInfo<FitNumbers>{"pose_shift", &FitNumbers::pose_shift,
+                           "the pose error's shift of the component's middle, which is corrected; length unit"}};
 
 /// Result of Method::fit. Empty and NaN with the other methods.
 struct SurfaceFit : FitNumbers {
@@ -354,12 +362,16 @@ class LBEA_API Matcher {
 
   /// Method steps 1-5 for one frame: correspondence, projection, nearest samples. Real-time safe.
   [[nodiscard]] MatchResult match(const Frame& frame) noexcept;
+  /// The same, corrected by the pose error of the frame's test, which the frame refines. While the error is not known
+  /// yet, a frame is matched up to eight times. Only Method::fit estimates it.
+  [[nodiscard]] MatchResult match(const Frame& frame, TestPose& pose) noexcept;
 
   [[nodiscard]] const Model& model() const noexcept;
   [[nodiscard]] const MatcherConfig& config() const noexcept;
 
  private:
   struct LBEA_HIDDEN State;
+  [[nodiscard]] LBEA_HIDDEN MatchResult match(const Frame& frame, PoseFilter* pose) noexcept;
   std::unique_ptr<State> state_;
 };
 

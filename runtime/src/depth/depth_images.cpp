@@ -115,6 +115,12 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   require(std::ranges::all_of(images->expected, [](float v) { return v >= 0 && format::is_measured(v); }),
           SectionId::view_expected, "a value is negative or not finite");
   read_regression(sections, info.samples, *images);
+  if (sections.find(SectionId::pose_variance) != nullptr) {
+    const auto variance = sections.required<double>(SectionId::pose_variance, {1, 1, 1});
+    require(variance[0] >= 0 && format::is_measured(variance[0]), SectionId::pose_variance,
+            "the value is negative or not finite");
+    images->pose_variance = static_cast<float>(variance[0]);
+  }
   return images;
 }
 

@@ -32,6 +32,16 @@ struct DepthCamera {
   return padded_cells(camera.cells());
 }
 inline constexpr std::uint16_t empty_cell = 0;
+/// The last three bits of a stored depth: the share of the cell that the sensor sees, in sevenths. That changes the
+/// depth by no more than seven steps.
+inline constexpr std::uint16_t fill_levels = 7;
+[[nodiscard]] constexpr std::uint16_t depth_with_share(double steps, double share) noexcept {
+  const auto depth = static_cast<std::uint16_t>(steps), level = static_cast<std::uint16_t>(share * fill_levels + 0.5);
+  return static_cast<std::uint16_t>((depth & ~fill_levels) | (level < 1 ? 1 : level > 7 ? 7 : level));
+}
+[[nodiscard]] constexpr float share_of(std::uint16_t stored) noexcept {
+  return static_cast<float>(stored & fill_levels) / fill_levels;
+}
 
 /// How two depth images are compared. The bake learns the costs from left-out runs; these are the defaults.
 struct DepthMetric {
@@ -91,6 +101,9 @@ struct DepthImages {
   // 90 % of the estimates' errors are below this times the spread; 0: not known
   float error_per_spread = 0;         // of whole frames
   float hidden_error_per_spread = 0;  // of frames of which something hides a part
+  // How much a run that is not in the ensemble looks like a moved one: see PoseFit. 0: not known, the pose is not
+  // estimated
+  float pose_variance = 0;
   ShapeRegression regression{};
   std::shared_ptr<const void> owner{};  // of the memory behind the spans
 
@@ -100,7 +113,7 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 67 and 0x8001 to 0x8005. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 67 and 0x8001 to 0x8006. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);
@@ -140,6 +153,8 @@ class FrameDepthImage {
   void build(const CloudIndex& index) noexcept;
   /// padded_cells() values.
   [[nodiscard]] std::span<float> cells() noexcept { return cells_; }
+  /// cells() numbers of points.
+  [[nodiscard]] std::span<const float> points() const noexcept { return points_; }
 
  private:
   CellRaster raster_;
@@ -181,6 +196,8 @@ class DepthRanking {
 
   /// Best first. distance: mean square over the cells that either image fills, in squared depth steps.
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
+  /// Per cell: not 0 if all of the best samples fill it.
+  [[nodiscard]] std::span<const std::uint16_t> in_all() const noexcept { return common_; }
   [[nodiscard]] std::size_t capacity() const noexcept { return best_.capacity(); }
   [[nodiscard]] const CellPrices& prices() const noexcept { return prices_; }
 

@@ -25,105 +25,7 @@ void add(float weight, std::span<const float> values, std::span<float> sum) noex
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * values[i];
 }
 
-// Upper bound of the largest eigenvalue: the largest absolute row sum.
-float eigenvalue_bound(std::span<const float> gram, std::size_t stride, std::size_t k) noexcept {
-  float largest = 0;
-  for (std::size_t i = 0; i < k; ++i) {
-    float row = 0;
-    for (std::size_t j = 0; j < k; ++j) row += std::abs(gram[i * stride + j]);
-    largest = std::max(largest, row);
-  }
-  return largest;
-}
-
 }  // namespace
-
-std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::size_t stride,
-                                             std::span<const float> linear) noexcept {
-  constexpr int most_steps = 200;
-  constexpr float least_change = 1e-5f;
-  const std::size_t k = linear.size();
-  const std::span w = std::span(w_).first(k), ahead = std::span(ahead_).first(k), next = std::span(next_).first(k);
-  std::ranges::fill(w, 0.0f);
-  w[0] = 1;
-  std::ranges::copy(w, ahead.begin());
-  const float bound = 2 * eigenvalue_bound(gram, stride, k);
-  if (!(bound > 0)) return w;
-  float momentum = 1;
-  for (int step = 0; step < most_steps; ++step) {
-    for (std::size_t i = 0; i < k; ++i) next[i] = linear[i];  // the gradient, column by column, so that it vectorizes
-    for (std::size_t j = 0; j < k; ++j)
-      for (std::size_t i = 0; i < k; ++i) next[i] += 2 * ahead[j] * gram[j * stride + i];
-    for (std::size_t i = 0; i < k; ++i) next[i] = ahead[i] - next[i] / bound;
-    project(next);
-    const float faster = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
-    float change = 0;
-    for (std::size_t i = 0; i < k; ++i) {
-      change = std::max(change, std::abs(next[i] - w[i]));
-      ahead[i] = next[i] + (momentum - 1) / faster * (next[i] - w[i]);
-      w[i] = next[i];
-    }
-    momentum = faster;
-    if (change < least_change) break;
-  }
-  return w;
-}
-
-// The nearest point of the simplex: subtracts the shift after which the positive values add up to 1.
-void SimplexProblem::project(std::span<float> values) noexcept {
-  const std::span sorted = std::span(sorted_).first(values.size());
-  std::ranges::copy(values, sorted.begin());
-  std::ranges::sort(sorted, std::ranges::greater{});
-  float sum = 0, shift = 0;
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    sum += sorted[i];
-    const float candidate = (sum - 1) / static_cast<float>(i + 1);
-    if (sorted[i] > candidate) shift = candidate;
-  }
-  for (float& value : values) value = std::max(value - shift, 0.0f);
-}
-
-// With w = w0 + d: (G + P) d = -G w0 - mu 1, and mu such that sum d = 0.
-void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
-                         std::span<float> w) noexcept {
-  const std::size_t k = w.size();
-  const std::span change = std::span(change_).first(k), ones = std::span(ones_).first(k);
-  factorize(gram, stride, prices);
-  for (std::size_t i = 0; i < k; ++i) {
-    double sum = 0;
-    for (std::size_t j = 0; j < k; ++j) sum -= double{gram[i * stride + j]} * double{w[j]};
-    change[i] = sum;
-    ones[i] = 1;
-  }
-  substitute(change);
-  substitute(ones);
-  double all = 0, unit = 0;
-  for (std::size_t i = 0; i < k; ++i) all += change[i], unit += ones[i];
-  for (std::size_t i = 0; i < k; ++i) w[i] += static_cast<float>(change[i] - all / unit * ones[i]);
-}
-
-// G + P = L L', L in the lower triangle.
-void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept {
-  const std::size_t k = prices.size();
-  for (std::size_t i = 0; i < k; ++i)
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = double{gram[i * stride + j]} + (i == j ? double{prices[i]} : 0.0);
-      for (std::size_t m = 0; m < j; ++m) sum -= factor_[i * k + m] * factor_[j * k + m];
-      factor_[i * k + j] = i == j ? std::sqrt(std::max(sum, double{prices[i]})) : sum / factor_[j * k + j];
-    }
-}
-
-void RidgeProblem::substitute(std::span<double> values) const noexcept {
-  const std::size_t k = values.size();
-  for (std::size_t i = 0; i < k; ++i) {
-    for (std::size_t j = 0; j < i; ++j) values[i] -= factor_[i * k + j] * values[j];
-    values[i] /= factor_[i * k + i];
-  }
-  for (std::size_t i = k; i-- > 0;) {
-    for (std::size_t j = i + 1; j < k; ++j) values[i] -= factor_[j * k + i] * values[j];
-    values[i] /= factor_[i * k + i];
-  }
-}
 
 SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches,
                              const FitSettings& settings)
@@ -143,6 +45,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       gram_(best_.capacity() * best_.capacity()),
       products_(best_.capacity()),
       linear_(best_.capacity()),
+      pose_fit_(views_.data()->camera, PoseCenter::of(model), views_.data()->metric, best_.capacity()),
       simplex_(best_.capacity()),
       ridge_(best_.capacity()),
       predictor_(*views_.data()),
@@ -166,17 +69,19 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       candidates_(best_.capacity()),
       estimate_(std::max(best_.capacity(), neighbors_.capacity())) {}
 
-SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed) noexcept {
+SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed,
+                              const PoseBelief* prior) noexcept {
   frame_.build(index);  // the depth image of the frame
   std::ranges::copy(frame_.cells(), limited_.begin());
   surroundings_.limit(limited_);
-  if (thinned_.empty()) return fit(limited_, proposed, true);
+  const FrameImage limited{limited_, true, {}, prior, frame_.points()};
+  if (thinned_.empty()) return fit(limited, proposed);
   const float whole = choose_candidates(frame_.cells(), proposed);
   const float noise = square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step);
   const bool is_hidden = whole > settings_.hidden * (least_limited_residual() + noise);
   // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
-  if (is_hidden) return fit(limited_, proposed_.ranked(), true);
-  return fit_candidates(frame_.cells(), proposed, false, predictor_.predict(frame_.cells()));
+  if (is_hidden) return fit(limited, proposed_.ranked());
+  return fit_candidates({frame_.cells(), false, predictor_.predict(frame_.cells()), prior, frame_.points()}, proposed);
 }
 
 /// The least one, squared, in depth steps, without the cells far from what the frame shows. Leaves the samples that are
@@ -192,22 +97,22 @@ float SurfaceFitter::least_limited_residual() noexcept {
   return least;
 }
 
-SurfaceFit SurfaceFitter::fit(std::span<float> observed, std::span<const RankedSample> proposed, bool is_hidden,
-                              std::span<const float> predicted) noexcept {
-  choose_candidates(observed, proposed);
-  return fit_candidates(observed, proposed, is_hidden, predicted);
+SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
+  choose_candidates(image.observed, proposed);
+  return fit_candidates(image, proposed);
 }
 
-SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> observed, std::span<const RankedSample> proposed,
-                                         bool is_hidden, std::span<const float> predicted) noexcept {
+SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
   SurfaceFit result;
-  combine_candidates(observed);   // their convex combination with the least residual
-  if (!is_hidden) extrapolate();  // the estimate may lie beside the samples
+  compare_candidates(image.observed);
+  if (image.prior != nullptr) estimate_pose(image);
+  combine_candidates();                 // their convex combination with the least residual
+  if (!image.is_hidden) extrapolate();  // the estimate may lie beside the samples
   result.estimate_residual = residual_of_combination();
   use_candidates();
-  if (!predicted.empty()) use_neighbors(predicted, proposed);
-  weigh(result);             // candidates ranked by their distance from the estimate
-  judge(result, is_hidden);  // misfit, spread, verdict
+  if (!image.predicted.empty()) use_neighbors(image.predicted, proposed);
+  weigh(result);                   // candidates ranked by their distance from the estimate
+  judge(result, image.is_hidden);  // misfit, spread, verdict
   return result;
 }
 
@@ -226,7 +131,7 @@ float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<cons
 
 // The residual of a combination is approximated by the combination of the residuals. That is exact along a line of
 // sight that meets the same surface in all samples. A cell that only some samples fill counts with their share.
-void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept {
+void SurfaceFitter::compare_candidates(std::span<const float> observed) noexcept {
   const DepthImages& images = *views_.data();
   const std::size_t k = count(), cells = padded_cells(images.camera);
   for (std::size_t i = 0; i < k; ++i)
@@ -240,11 +145,29 @@ void SurfaceFitter::combine_candidates(std::span<const float> observed) noexcept
     code_.project(residuals_.data(), i + 1, cells, &residuals_[i * cells], products_.data());
     for (std::size_t j = 0; j <= i; ++j) gram_[i * k + j] = gram_[j * k + i] = scale * products_[j];
   }
-  for (std::size_t i = 0; i < k; ++i) {
-    from_best_[i] = mean_distance(landmarks(i), landmarks(0));
+  for (std::size_t i = 0; i < k; ++i) from_best_[i] = mean_distance(landmarks(i), landmarks(0));
+}
+
+/// Where something hides a part, the edges of what is seen are not those of the component.
+void SurfaceFitter::estimate_pose(const FrameImage& image) noexcept {
+  pose_ = pose_fit_.estimate({.observed = image.observed,
+                              .points = image.points,
+                              .in_all = best_.in_all(),
+                              .images = *views_.data(),
+                              .candidates = best_.ranked(),
+                              .residuals = residuals_,
+                              .gram = std::span(gram_).first(count() * count()),
+                              .from_best = from_best_,
+                              .cells = filled_,
+                              .has_silhouette = !image.is_hidden},
+                             *image.prior, settings_);
+}
+
+void SurfaceFitter::combine_candidates() noexcept {
+  const std::size_t k = count();
+  for (std::size_t i = 0; i < k; ++i)
     linear_[i] = settings_.residual_price * candidates_[i].distance * candidates_[i].distance +
                  settings_.distance_price * from_best_[i] * from_best_[i];
-  }
   const auto w = simplex_.solve(gram_, k, std::span<const float>(linear_).first(k));
   std::ranges::copy(w, shares_.begin());
 }

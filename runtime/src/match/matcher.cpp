@@ -2,17 +2,21 @@
 #include "runtime/src/match/matcher.hpp"
 
 namespace lbea {
-MatchResult Matcher::match(const Frame& frame) noexcept {
+MatchResult Matcher::match(const Frame& frame, PoseFilter* pose) noexcept {
   State& s = *state_;
+  s.pose = pose;
+  if (pose != nullptr) pose->begin_frame();
   MatchResult result;
   result.frame_id = frame.id;
   result.stamp_ns = frame.stamp_ns;
-  if (!s.index_points(frame, result)) return result;  // steps 1, 2: rigid transform, reference mesh, region
-  s.correspond(result);                               // step 3: e_i, the point nearest to vertex i
-  s.project(result);                                  // step 5: alpha = Psi' M e
-  s.search(result);                                   // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
-  s.fit(result);                                      // Method::fit: the depth images decide
-  s.cover(result);                                    // share of the best sample's surface that the frame shows
+  do {
+    if (!s.index_points(frame, result)) return result;  // steps 1, 2: rigid transform, reference mesh, region
+    s.correspond(result);                               // step 3: e_i, the point nearest to vertex i
+    s.project(result);                                  // step 5: alpha = Psi' M e
+    s.search(result);                                   // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
+    s.fit(result);                                      // Method::fit: the depth images decide
+  } while (s.move_pose());                              // again with a better pose
+  s.cover(result);                                      // share of the best sample's surface that the frame shows
   s.publish(result);
   return result;
 }
@@ -26,8 +30,9 @@ bool Matcher::State::index_points(const Frame& frame, MatchResult& result) noexc
   watch.lap_ns();
   result.reference = reference_at(view, seconds_between(config.trigger_ns, frame.stamp_ns));
   reference = &view.references[result.reference];
-  result.points = index.build(frame.points, config.T_reference_sensor);
-  result.elapsed_ns.index = watch.lap_ns();
+  result.points = index.build(frame.points,
+                              pose ? product(pose->transform(), config.T_reference_sensor) : config.T_reference_sensor);
+  result.elapsed_ns.index += watch.lap_ns();
   if (result.points.used == 0) result.status = Status::empty_frame;
   return result.points.used > 0;
 }
@@ -43,12 +48,12 @@ std::uint32_t reference_at(const ModelView& model, double time) noexcept {
 
 void Matcher::State::correspond(MatchResult& result) noexcept {
   lbea::correspond(index, reference->vertex_positions, corresponding);
-  result.elapsed_ns.correspondence = watch.lap_ns();
+  result.elapsed_ns.correspondence += watch.lap_ns();
 }
 
 void Matcher::State::project(MatchResult& result) noexcept {
   lbea::project(reference->projection, corresponding, coefficients);
-  result.elapsed_ns.projection = watch.lap_ns();
+  result.elapsed_ns.projection += watch.lap_ns();
 }
 
 void Matcher::State::search(MatchResult& result) noexcept {
@@ -58,18 +63,26 @@ void Matcher::State::search(MatchResult& result) noexcept {
     trees[result.reference].search(coefficients, best);
   else
     search_lbea(*reference, coefficients, best);
-  result.elapsed_ns.matching = watch.lap_ns();
+  result.elapsed_ns.matching += watch.lap_ns();
 }
 
 void Matcher::State::fit(MatchResult& result) noexcept {
-  if (fitter) result.fit = fitter->fit(index, best.ranked());
-  result.elapsed_ns.fit = watch.lap_ns();
+  if (!fitter) return;
+  const PoseBelief prior = pose ? pose->prior() : PoseBelief{};
+  result.fit = fitter->fit(index, best.ranked(), pose ? &prior : nullptr);
+  if (pose != nullptr) {
+    result.fit.pose_turn = pose->turn_deg();
+    result.fit.pose_shift = pose->shift();
+  }
+  result.elapsed_ns.fit += watch.lap_ns();
 }
+
+bool Matcher::State::move_pose() noexcept { return pose != nullptr && pose->move(fitter->pose()); }
 
 void Matcher::State::cover(MatchResult& result) noexcept {
   surface.take(ranked().front().sample, *reference);
   result.coverage = coverage(index, surface.positions(), surface.mass(*reference), config.trusted_distance);
-  result.elapsed_ns.coverage = watch.lap_ns();
+  result.elapsed_ns.coverage += watch.lap_ns();
   result.status = result.coverage < config.min_coverage ? Status::low_coverage : Status::ok;
 }
 
@@ -165,6 +178,10 @@ Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {
   if (views.empty()) views = SensorViews::baked_into(model);
   check(config, model.view(), views);
   state_ = std::make_unique<State>(std::move(model), config, std::move(views));
+}
+MatchResult Matcher::match(const Frame& frame) noexcept { return match(frame, nullptr); }
+MatchResult Matcher::match(const Frame& frame, TestPose& pose) noexcept {
+  return match(frame, state_->fitter && pose.is_estimated() ? &pose.state_->filter : nullptr);
 }
 Matcher::~Matcher() = default;
 Matcher::Matcher(Matcher&&) noexcept = default;

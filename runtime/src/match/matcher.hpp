@@ -47,6 +47,8 @@ struct Matcher::State {
   void project(MatchResult& result) noexcept;
   void search(MatchResult& result) noexcept;
   void fit(MatchResult& result) noexcept;
+  /// Whether the frame moved the pose, so that it has to be matched again.
+  [[nodiscard]] bool move_pose() noexcept;
   void cover(MatchResult& result) noexcept;
   void publish(MatchResult& result) noexcept;
 
@@ -66,6 +68,7 @@ struct Matcher::State {
   BestSamples best;
   std::vector<SampleTree> trees;  // per reference; empty when the model has few samples
   std::optional<SurfaceFitter> fitter;
+  PoseFilter* pose = nullptr;  // of the frame's test; null: not estimated
   std::vector<Match> matches;
   SampleSurface surface;  // of the best sample
 };

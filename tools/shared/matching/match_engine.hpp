@@ -3,7 +3,7 @@
 
 #include "adapters/wire/codec/messages.hpp"
 
-#include <lbea/lbea.hpp>
+#include <lbea/pose.hpp>
 #include <lbea/tracker.hpp>
 
 #include <optional>
@@ -26,16 +26,22 @@ class MatchEngine {
 /// The engine of a baked model. Method::fit has a tracker.
 class ModelEngine final : public MatchEngine {
  public:
-  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {})
+  /// estimates_pose: with fit, also the pose error of each test.
+  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {}, bool estimates_pose = false)
       : matcher_(model, config, views) {
-    if (config.method == Method::fit) tracker_.emplace(model, TrackerConfig{}, std::move(views));
+    if (config.method != Method::fit) return;
+    if (estimates_pose) pose_.emplace(model, views);
+    tracker_.emplace(model, TrackerConfig{}, std::move(views));
   }
-  MatchResult match(const Frame& frame) noexcept override { return matcher_.match(frame); }
+  MatchResult match(const Frame& frame) noexcept override {
+    return pose_ ? matcher_.match(frame, *pose_) : matcher_.match(frame);
+  }
   const TestState* track(const MatchResult& result) noexcept override {
     return tracker_ ? &tracker_->update(result) : nullptr;
   }
   void begin_test() noexcept override {
     if (tracker_) tracker_->reset();
+    if (pose_) pose_->reset();
   }
   [[nodiscard]] std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
     return matcher_.model().simulation_name(simulation);
@@ -45,6 +51,7 @@ class ModelEngine final : public MatchEngine {
  private:
   Matcher matcher_;
   std::optional<Tracker> tracker_;
+  std::optional<TestPose> pose_;
 };
 
 /// The model as the state message describes it.

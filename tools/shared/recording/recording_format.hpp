@@ -26,7 +26,8 @@ struct RunSettings {
   std::uint64_t model_checksum = 0;
   std::string method;
   MatcherConfig matcher;
-  std::string sensor_json;  // the text of the rig's description; may be empty
+  std::uint32_t estimates_pose = 0;  // 1: with fit, the pose error of each test was estimated
+  std::string sensor_json;           // the text of the rig's description; may be empty
   std::int64_t start_ns = 0;
   std::string record_window{};  // BEFORE:AFTER in seconds; empty: everything was recorded
 };

@@ -1,0 +1,110 @@
+#include "runtime/src/depth/combination.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace lbea {
+namespace {
+
+// Upper bound of the largest eigenvalue: the largest absolute row sum.
+float eigenvalue_bound(std::span<const float> gram, std::size_t stride, std::size_t k) noexcept {
+  float largest = 0;
+  for (std::size_t i = 0; i < k; ++i) {
+    float row = 0;
+    for (std::size_t j = 0; j < k; ++j) row += std::abs(gram[i * stride + j]);
+    largest = std::max(largest, row);
+  }
+  return largest;
+}
+
+}  // namespace
+
+std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::size_t stride,
+                                             std::span<const float> linear) noexcept {
+  constexpr int most_steps = 200;
+  constexpr float least_change = 1e-5f;
+  const std::size_t k = linear.size();
+  const std::span w = std::span(w_).first(k), ahead = std::span(ahead_).first(k), next = std::span(next_).first(k);
+  std::ranges::fill(w, 0.0f);
+  w[0] = 1;
+  std::ranges::copy(w, ahead.begin());
+  const float bound = 2 * eigenvalue_bound(gram, stride, k);
+  if (!(bound > 0)) return w;
+  float momentum = 1;
+  for (int step = 0; step < most_steps; ++step) {
+    for (std::size_t i = 0; i < k; ++i) next[i] = linear[i];  // the gradient, column by column, so that it vectorizes
+    for (std::size_t j = 0; j < k; ++j)
+      for (std::size_t i = 0; i < k; ++i) next[i] += 2 * ahead[j] * gram[j * stride + i];
+    for (std::size_t i = 0; i < k; ++i) next[i] = ahead[i] - next[i] / bound;
+    project(next);
+    const float faster = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
+    float change = 0;
+    for (std::size_t i = 0; i < k; ++i) {
+      change = std::max(change, std::abs(next[i] - w[i]));
+      ahead[i] = next[i] + (momentum - 1) / faster * (next[i] - w[i]);
+      w[i] = next[i];
+    }
+    momentum = faster;
+    if (change < least_change) break;
+  }
+  return w;
+}
+
+// The nearest point of the simplex: subtracts the shift after which the positive values add up to 1.
+void SimplexProblem::project(std::span<float> values) noexcept {
+  const std::span sorted = std::span(sorted_).first(values.size());
+  std::ranges::copy(values, sorted.begin());
+  std::ranges::sort(sorted, std::ranges::greater{});
+  float sum = 0, shift = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    sum += sorted[i];
+    const float candidate = (sum - 1) / static_cast<float>(i + 1);
+    if (sorted[i] > candidate) shift = candidate;
+  }
+  for (float& value : values) value = std::max(value - shift, 0.0f);
+}
+
+// With w = w0 + d: (G + P) d = -G w0 - mu 1, and mu such that sum d = 0.
+void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
+                         std::span<float> w) noexcept {
+  const std::size_t k = w.size();
+  const std::span change = std::span(change_).first(k), ones = std::span(ones_).first(k);
+  factorize(gram, stride, prices);
+  for (std::size_t i = 0; i < k; ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < k; ++j) sum -= double{gram[i * stride + j]} * double{w[j]};
+    change[i] = sum;
+    ones[i] = 1;
+  }
+  substitute(change);
+  substitute(ones);
+  double all = 0, unit = 0;
+  for (std::size_t i = 0; i < k; ++i) all += change[i], unit += ones[i];
+  for (std::size_t i = 0; i < k; ++i) w[i] += static_cast<float>(change[i] - all / unit * ones[i]);
+}
+
+// G + P = L L', L in the lower triangle.
+void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept {
+  const std::size_t k = prices.size();
+  for (std::size_t i = 0; i < k; ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = double{gram[i * stride + j]} + (i == j ? double{prices[i]} : 0.0);
+      for (std::size_t m = 0; m < j; ++m) sum -= factor_[i * k + m] * factor_[j * k + m];
+      factor_[i * k + j] = i == j ? std::sqrt(std::max(sum, double{prices[i]})) : sum / factor_[j * k + j];
+    }
+}
+
+void RidgeProblem::substitute(std::span<double> values) const noexcept {
+  const std::size_t k = values.size();
+  for (std::size_t i = 0; i < k; ++i) {
+    for (std::size_t j = 0; j < i; ++j) values[i] -= factor_[i * k + j] * values[j];
+    values[i] /= factor_[i * k + i];
+  }
+  for (std::size_t i = k; i-- > 0;) {
+    for (std::size_t j = i + 1; j < k; ++j) values[i] -= factor_[j * k + i] * values[j];
+    values[i] /= factor_[i * k + i];
+  }
+}
+
+}  // namespace lbea

@@ -1,0 +1,70 @@
+// Least squares for the weights of a combination of samples, and their settings.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lbea {
+
+/// Minimizes w' G w + c' w over the simplex { w >= 0, sum w = 1 } by an accelerated projected gradient (FISTA).
+class SimplexProblem {
+ public:
+  explicit SimplexProblem(std::size_t most) : w_(most), ahead_(most), next_(most), sorted_(most) {}
+  /// gram: k x stride, symmetric and positive semi-definite; linear: k values, at most `most`. Returns w, valid until
+  /// the next call. Does not allocate.
+  std::span<const float> solve(std::span<const float> gram, std::size_t stride, std::span<const float> linear) noexcept;
+
+ private:
+  void project(std::span<float> values) noexcept;
+
+  std::vector<float> w_, ahead_, next_, sorted_;
+};
+
+/// Minimizes w' G w + (w - w0)' P (w - w0) subject to sum w = 1, P diagonal: ridge regression about w0, by a Cholesky
+/// factorization.
+class RidgeProblem {
+ public:
+  explicit RidgeProblem(std::size_t most) : factor_(most * most), change_(most), ones_(most) {}
+  /// gram: k x stride, symmetric and positive semi-definite; prices: P, all positive; w: w0, replaced by the solution.
+  /// Does not allocate.
+  void solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
+             std::span<float> w) noexcept;
+  /// G + P = L L'.
+  void factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept;
+  /// Solves (G + P) x = values for the factorized matrix.
+  void substitute(std::span<double> values) const noexcept;
+
+ private:
+  std::vector<double> factor_, change_, ones_;
+};
+
+struct FitSettings {
+  std::uint32_t proposals = 256;  // samples whose depth images are compared
+  std::uint32_t candidates = 24;  // the best of them, which the estimate combines
+  // Something hides a part of the component if no sample explains the whole frame: if the least squared residual is
+  // more than this times the least one without the cells far from what the frame shows
+  float hidden = 1.6f;
+  // Cost of a sample's share in the estimate, added to the squared residual of the combination:
+  float residual_price = 0.2f;   // times the sample's squared residual
+  float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
+                                 // branches is not a possible shape
+  // Cost of leaving the convex combination, so that the estimate can lie beside the candidates, per squared change of a
+  // share. Where something hides a part the combination stays convex.
+  float change_price = 0.3f;           // times the candidates' mean squared residual
+  float change_distance_price = 0.5f;  // times the candidate's squared mean distance from the best one
+  // The estimate is a combination of the samples nearest to the shape between the candidates' combination and the
+  // regression's prediction. Price of the squared weights, which keeps them small:
+  std::uint32_t neighbors = 48;
+  float neighbor_price = 0.01f;  // times the neighbors' mean squared distance from that shape
+  // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual
+  float residual_rank = 0.2f;
+  float sharpness = 8;  // of the Plausibility
+
+  /// Most samples in an estimate.
+  [[nodiscard]] constexpr std::uint32_t most_combined() const noexcept { return std::max(candidates, neighbors); }
+};
+
+}  // namespace lbea

@@ -1,0 +1,323 @@
+#include "runtime/src/depth/pose_fit.hpp"
+
+namespace lbea {
+namespace {
+
+using Vec = std::array<float, 3>;
+
+Vec cross(const Vec& a, const Vec& b) noexcept {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// Without its shift.
+Vec rotated(const RigidTransform& T, const Vec& v) noexcept {
+  return {T[0] * v[0] + T[1] * v[1] + T[2] * v[2], T[4] * v[0] + T[5] * v[1] + T[6] * v[2],
+          T[8] * v[0] + T[9] * v[1] + T[10] * v[2]};
+}
+
+// Weight of the silhouette's squares against those of the depths. Edges say little in each cell but, unlike a
+// difference of shape, the same along the whole component.
+constexpr float edge_weight = 3;
+
+}  // namespace
+
+PoseDerivatives::PoseDerivatives(const DepthCamera& camera, const PoseCenter& center, float one_sided)
+    : camera_(camera),
+      center_(center),
+      one_sided_(one_sided),
+      of_depths_(6 * padded_cells(camera)),
+      stride_(camera.columns + 2 * margin),
+      cells_(stride_ * (camera.rows + 2 * margin)),
+      in_row_(cells_.size()),
+      windows_(cells_.size()) {
+  edges_.reserve(camera.cells());
+}
+
+void PoseDerivatives::build(const PoseProblem& problem) noexcept {
+  std::ranges::fill(of_depths_, 0.0f);
+  edges_.clear();
+  sum_windows(problem);
+  constexpr float nearly_all = 20;  // of 25
+  for (std::uint32_t row = 0; row < camera_.rows; ++row)
+    for (std::uint32_t column = 0; column < camera_.columns; ++column) {
+      const Window& window = windows_[padded(row, column)];
+      if (window.filled >= nearly_all)
+        add_depth(problem.observed, row, column);
+      else if (problem.has_silhouette && window.filled > 0 && window.hidden == 0)
+        add_edge(problem.points, row, column);
+    }
+}
+
+void PoseDerivatives::Window::operator+=(const Window& other) noexcept {
+  filled += other.filled;
+  depths += other.depths;
+  points += other.points;
+  hidden += other.hidden;
+}
+
+/// Hidden: cells that all candidates fill, more than `reach` from what the frame shows, so that no small motion
+/// explains that they are empty.
+void PoseDerivatives::sum_windows(const PoseProblem& problem) noexcept {
+  const auto set = [&](const auto& value_of) {
+    for (std::uint32_t row = 0; row < camera_.rows; ++row)
+      for (std::uint32_t column = 0; column < camera_.columns; ++column)
+        cells_[padded(row, column)] = value_of(std::size_t{row} * camera_.columns + column, padded(row, column));
+    sum_cells();
+  };
+  set([&](std::size_t cell, std::size_t) {
+    return problem.observed[cell] >= 0 ? Window{1, problem.observed[cell], problem.points[cell]} : Window{};
+  });
+  set([&](std::size_t cell, std::size_t at) {
+    Window window = cells_[at];
+    window.hidden = windows_[at].filled == 0 && problem.in_all[cell] != 0 ? 1.0f : 0.0f;
+    return window;
+  });
+}
+
+void PoseDerivatives::sum_cells() noexcept {
+  for (std::size_t at = reach; at + reach < cells_.size(); ++at) {
+    Window sum;
+    for (std::size_t i = at - reach; i <= at + reach; ++i) sum += cells_[i];
+    in_row_[at] = sum;
+  }
+  for (std::size_t at = reach * stride_; at + reach * stride_ < cells_.size(); ++at) {
+    Window sum;
+    for (std::size_t i = at - reach * stride_; i <= at + reach * stride_; i += stride_) sum += in_row_[i];
+    windows_[at] = sum;
+  }
+}
+
+std::array<float, 2> PoseDerivatives::ray(std::uint32_t row, std::uint32_t column) const noexcept {
+  return {(static_cast<float>(column) + 0.5f - camera_.center_column) / camera_.focal,
+          (static_cast<float>(row) + 0.5f - camera_.center_row) / camera_.focal};
+}
+
+/// The surface moves along the line of sight by n . motion / (n . ray), n its normal.
+void PoseDerivatives::add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept {
+  if (row == 0 || column == 0 || row + 1 == camera_.rows || column + 1 == camera_.columns) return;
+  const std::size_t cell = std::size_t{row} * camera_.columns + column;
+  const float left = observed[cell - 1], right = observed[cell + 1], up = observed[cell - camera_.columns],
+              down = observed[cell + camera_.columns];
+  if (std::min({observed[cell], left, right, up, down}) < 0) return;
+  const float z = camera_.depth_origin + camera_.depth_step * observed[cell];
+  const float slope = camera_.depth_step * camera_.focal / (2 * z);  // per difference over two cells
+  const float u = slope * (right - left), v = slope * (down - up);
+  constexpr float steepest = 3;  // what is steeper against the image plane is an edge
+  if (!(std::abs(u) < steepest && std::abs(v) < steepest)) return;
+  const auto at = ray(row, column);
+  const auto values = derivative(at, z, {-u, -v, 1 + at[0] * u + at[1] * v});
+  for (std::size_t i = 0; i < 6; ++i) of_depths_[i * (of_depths_.size() / 6) + cell] = values[i];
+}
+
+/// The share of filled cells in the window moves with the image (optical flow).
+void PoseDerivatives::add_edge(std::span<const float> points, std::uint32_t row, std::uint32_t column) noexcept {
+  const std::size_t cell = std::size_t{row} * camera_.columns + column, at = padded(row, column);
+  const Window& window = windows_[at];
+  constexpr float cells = (2 * reach + 1) * (2 * reach + 1);
+  const float z = camera_.depth_origin + camera_.depth_step * window.depths / window.filled;
+  const float scale = -one_sided_ * camera_.depth_step * camera_.focal / (2 * cells * z);
+  const float u = scale * (windows_[at + 1].filled - windows_[at - 1].filled);
+  const float v = scale * (windows_[at + stride_].filled - windows_[at - stride_].filled);
+  const auto through = ray(row, column);
+  const float share = window.points > 0 ? std::min(points[cell] * window.filled / window.points, 1.0f) : 0;
+  edges_.push_back(
+      {static_cast<std::uint32_t>(cell), share, derivative(through, z, {u, v, -through[0] * u - through[1] * v})});
+}
+
+/// by_shift: by a shift along the camera's axes, length per length.
+std::array<float, 6> PoseDerivatives::derivative(std::array<float, 2> ray, float depth,
+                                                 const Vec& by_shift) const noexcept {
+  const RigidTransform& T = camera_.T_reference_sensor;
+  Vec from_middle = rotated(T, {depth * ray[0], depth * ray[1], depth});
+  for (std::size_t i = 0; i < 3; ++i) from_middle[i] += T[4 * i + 3] - static_cast<float>(center_.middle[i]);
+  Vec shift = rotated(T, by_shift);
+  for (float& value : shift) value /= camera_.depth_step;
+  const Vec turn = cross(from_middle, shift);
+  const auto arm = static_cast<float>(center_.arm);
+  return {turn[0] / arm, turn[1] / arm, turn[2] / arm, shift[0], shift[1], shift[2]};
+}
+
+PoseFit::PoseFit(const DepthCamera& camera, const PoseCenter& center, const DepthMetric& metric, std::size_t most)
+    : code_(kernels()),
+      squared_step_(camera.depth_step * camera.depth_step),
+      one_sided_(prices_of(metric, camera).one_sided),
+      noise_(double{metric.mesh_noise} / 3),
+      derivatives_(camera, center, one_sided_),
+      edge_stride_(padded_cells(camera)),
+      edge_residuals_(most * edge_stride_),
+      replaced_(most * edge_stride_),
+      gram_(most * most),
+      products_(6 * most),
+      reduced_(6 * most),
+      simplex_(most),
+      ridge_(most),
+      prices_(most),
+      weights_(most),
+      solved_(7 * most) {}
+
+const PoseBelief& PoseFit::estimate(const PoseProblem& problem, const PoseBelief& prior,
+                                    const FitSettings& settings) noexcept {
+  k_ = problem.candidates.size();
+  derivatives_.build(problem);
+  add_up(problem);
+  constexpr double usual = 1.0 / 30;  // per cell, until the bake has learned the variance
+  const double learned = double{problem.images.pose_variance}, squared = double{least_square()} + noise_ * noise_;
+  const double variance =
+      squared * (learned > 0 ? learned / double{problem.cells} : usual);  // of a mean over the cells
+  eliminate(prior, variance);
+  combine(problem, settings);
+  find_motion(prior);
+  find_information();
+  variance_ = 0;
+  for (std::size_t i = 0; i < 36; ++i) {
+    const double of_frame = posterior_.information[i] - variance * prior.information[i];
+    variance_ += of_frame * posterior_.mean[i / 6] * posterior_.mean[i % 6] / 6 * double{problem.cells} / squared;
+    posterior_.information[i] /= variance;
+  }
+  return posterior_;
+}
+
+/// Sums over the cells, as means in length units.
+void PoseFit::add_up(const PoseProblem& problem) noexcept {
+  const std::size_t cells = problem.observed.size();
+  const auto of_depths = derivatives_.of_depths();
+  const float scale = squared_step_ / problem.cells;
+  std::array<float, 6> row{};
+  for (std::size_t i = 0; i < 6; ++i) {
+    code_.project(of_depths.data(), 6, cells, &of_depths[i * cells], row.data());
+    for (std::size_t j = 0; j < 6; ++j) normal_[6 * i + j] = double{scale} * double{row[j]};
+  }
+  for (const auto& edge : derivatives_.edges())
+    for (std::size_t i = 0; i < 36; ++i)
+      normal_[i] += double{edge_weight * scale} * double{edge.derivative[i / 6]} * double{edge.derivative[i % 6]};
+  std::ranges::copy(problem.gram, gram_.begin());
+  for (std::size_t i = 0; i < k_; ++i) {
+    code_.project(of_depths.data(), 6, cells, &problem.residuals[i * cells], row.data());
+    for (std::size_t m = 0; m < 6; ++m) products(i)[m] = scale * row[m];
+    add_edges(problem, i);
+  }
+}
+
+/// The shares of the cells at the silhouette replace the costs of cells that only one image fills.
+void PoseFit::add_edges(const PoseProblem& problem, std::size_t candidate) noexcept {
+  const auto edges = derivatives_.edges();
+  const float scale = edge_weight * squared_step_ / problem.cells;
+  const auto residuals = edge_residuals(candidate);
+  std::array<float, 6> sums{};
+  const auto replaced = std::span(replaced_).subspan(candidate * edge_stride_, edge_stride_);
+  const auto image = problem.images.of_sample(problem.candidates[candidate].sample);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    replaced[e] = problem.residuals[candidate * edge_stride_ + edges[e].cell];
+    residuals[e] = one_sided_ * (share_of(image[edges[e].cell]) - edges[e].share);
+    for (std::size_t m = 0; m < 6; ++m) sums[m] += edges[e].derivative[m] * residuals[e];
+  }
+  std::fill(residuals.begin() + std::ssize(edges), residuals.end(), 0.0f);
+  std::fill(replaced.begin() + std::ssize(edges), replaced.end(), 0.0f);
+  for (std::size_t m = 0; m < 6; ++m) products(candidate)[m] += scale * sums[m];
+  code_.project(edge_residuals_.data(), candidate + 1, edge_stride_, residuals.data(), weights_.data());
+  const auto row = std::span(gram_).subspan(candidate * k_, candidate + 1);
+  for (std::size_t j = 0; j <= candidate; ++j) row[j] += scale * weights_[j];
+  code_.project(replaced_.data(), candidate + 1, edge_stride_, replaced.data(), weights_.data());
+  for (std::size_t j = 0; j <= candidate; ++j) {
+    row[j] -= scale / edge_weight * weights_[j];
+    gram_[j * k_ + candidate] = row[j];
+  }
+}
+
+float PoseFit::least_square() const noexcept {
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < k_; ++i) least = std::min(least, gram_[i * (k_ + 1)]);
+  return std::max(least, 0.0f);
+}
+
+/// Leaves the squares that remain with the best motion in the Gram matrix.
+void PoseFit::eliminate(const PoseBelief& prior, double weight) noexcept {
+  PoseMotion expected{};  // J'J mean
+  for (std::size_t i = 0; i < 36; ++i) {
+    full_[i] = normal_[i] + weight * prior.information[i];
+    expected[i / 6] += normal_[i] * prior.mean[i % 6];
+  }
+  double squared = 0;
+  for (std::size_t m = 0; m < 6; ++m) squared += expected[m] * prior.mean[m];
+  const PoseFactor factor(full_);
+  for (std::size_t i = 0; i < k_; ++i) {
+    double along = 0;
+    PoseMotion b{};
+    for (std::size_t m = 0; m < 6; ++m) {
+      along += double{products(i)[m]} * prior.mean[m];
+      b[m] = double{products(i)[m]} - expected[m];
+    }
+    b = factor.forward(b);
+    std::ranges::transform(b, reduced(i).begin(), [](double value) { return static_cast<float>(value); });
+    for (std::size_t j = 0; j < k_; ++j) {
+      gram_[i * k_ + j] -= static_cast<float>(along);
+      gram_[j * k_ + i] -= static_cast<float>(along);
+    }
+  }
+  for (std::size_t i = 0; i < k_; ++i)
+    for (std::size_t j = 0; j < k_; ++j) {
+      float change = static_cast<float>(squared);
+      for (std::size_t m = 0; m < 6; ++m) change -= reduced(i)[m] * reduced(j)[m];
+      gram_[i * k_ + j] += change;
+    }
+}
+
+/// The combination of SurfaceFitter, with the best motion for each weight.
+void PoseFit::combine(const PoseProblem& problem, const FitSettings& settings) noexcept {
+  const auto prices = std::span(prices_).first(k_);
+  float mean = 0;
+  for (std::size_t i = 0; i < k_; ++i) {
+    prices[i] = settings.residual_price * gram_[i * (k_ + 1)] + settings.distance_price * square(problem.from_best[i]);
+    mean += std::max(gram_[i * (k_ + 1)], 0.0f) / static_cast<float>(k_);
+  }
+  std::ranges::copy(simplex_.solve(gram_, k_, prices), weights_.begin());
+  const float least = square(static_cast<float>(noise_));
+  for (std::size_t i = 0; i < k_; ++i)
+    prices[i] = settings.change_price * (mean + least) + settings.change_distance_price * square(problem.from_best[i]);
+  ridge_.solve(gram_, k_, prices, std::span(weights_).first(k_));
+}
+
+void PoseFit::find_motion(const PoseBelief& prior) noexcept {
+  PoseMotion sum{};
+  for (std::size_t i = 0; i < k_; ++i)
+    for (std::size_t m = 0; m < 6; ++m) sum[m] += double{weights_[i]} * double{reduced(i)[m]};
+  posterior_.mean = PoseFactor(full_).backward(sum);
+  for (std::size_t m = 0; m < 6; ++m) posterior_.mean[m] += prior.mean[m];
+}
+
+/// C' (G + P)^-1 C for weights that add up to 1, C the reduced products: what of each motion other weights explain.
+PoseMatrix PoseFit::absorbed() noexcept {
+  const auto solved = [this](std::size_t m) { return std::span(solved_).subspan(m * k_, k_); };
+  std::array<double, 7> sums{};
+  for (std::size_t m = 0; m < 7; ++m) {
+    for (std::size_t i = 0; i < k_; ++i) solved(m)[i] = m < 6 ? double{reduced(i)[m]} : 1;
+    ridge_.substitute(solved(m));
+    for (const double value : solved(m)) sums[m] += value;
+  }
+  PoseMatrix absorbed{};
+  for (std::size_t m = 0; m < 6; ++m)
+    for (std::size_t i = 0; i < k_; ++i) {
+      const double value = solved(m)[i] - sums[m] / sums[6] * solved(6)[i];
+      for (std::size_t n = 0; n < 6; ++n) absorbed[6 * m + n] += value * double{reduced(i)[n]};
+    }
+  return absorbed;
+}
+
+/// The covariance of the motion is L'^-1 (1 + absorbed) L^-1, L L' = J'J with the prior: block-wise inversion.
+void PoseFit::find_information() noexcept {
+  const PoseFactor outer(full_);
+  PoseMatrix covariance = absorbed();
+  for (std::size_t i = 0; i < 6; ++i) covariance[7 * i] += 1;
+  const PoseFactor inner(covariance);
+  PoseMatrix rows{};  // per motion: inner^-1 L'
+  for (std::size_t i = 0; i < 6; ++i) {
+    PoseMotion row{};
+    for (std::size_t j = 0; j < 6; ++j) row[j] = outer(i, j);
+    std::ranges::copy(inner.forward(row), &rows[6 * i]);
+  }
+  posterior_.information = {};
+  for (std::size_t i = 0; i < 36; ++i)
+    for (std::size_t m = 0; m < 6; ++m) posterior_.information[i] += rows[i / 6 * 6 + m] * rows[i % 6 * 6 + m];
+}
+
+}  // namespace lbea
