@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 using namespace lbea;
@@ -54,6 +55,31 @@ TEST_CASE("frames that agree make the pose certain; a frame that says less than 
   CHECK(filter.shift() - before < 10.0 / 1010 / 50);
   filter.reset();
   CHECK(filter.transform() == identity_transform);
+}
+
+// Regression: a pose at which a frame had no points was kept, and all later frames of the test were empty.
+TEST_CASE("a pose that cannot be right is given up, first for that of the frames before, then for none") {
+  PoseFilter filter(plate_center, 1);
+  PoseBelief far = filter.prior();
+  far.mean[5] = 1e6;
+  far.information[35] = 1e9;
+  CHECK(filter.move(far));  // back, and once more from there
+  CHECK(filter.shift() == 0);
+  CHECK(!filter.move(far));  // not again in this frame
+  CHECK(filter.shift() == 0);
+  filter.begin_frame();
+  far.mean[5] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(filter.move(far));
+  CHECK(filter.shift() == 0);
+  filter.begin_frame();
+  PoseBelief near = filter.prior();
+  near.mean[5] = 0.2;
+  near.information[35] = 1e9;
+  CHECK(!filter.move(near));
+  CHECK(filter.shift() > 0.1f);
+  CHECK(filter.retreat());
+  CHECK(filter.shift() == 0);
+  CHECK(!filter.retreat());
 }
 
 // The whole motion is in the demo's test of lbea-eval: a plate that bends about one edge looks like one that is turned.

@@ -26,8 +26,9 @@ constexpr std::uint64_t most_differences_shown = 20;
 /// Receives a result without times other than the frame's own and without counters. Returns whether to continue.
 using ResultHandler = std::function<bool(const wire::WireResult& result)>;
 
-bool estimates_pose(const RunSettings& settings) {
-  return settings.estimates_pose != 0 && settings.matcher.method == Method::fit;
+bool estimates_pose(const RunSettings& settings, const Model& model, const SensorViews& views) {
+  return settings.estimates_pose != 0 && settings.matcher.method == Method::fit &&
+         TestPose(model, views).is_estimated();
 }
 
 /// Matches recorded frames. The same recording and model give the same results to the last bit on any number of
@@ -44,7 +45,7 @@ class MatchReplay {
         slots_(threads),
         begin_(threads),
         end_(threads) {
-    if (estimates_pose(settings)) pose_.emplace(model, views);
+    if (estimates_pose(settings, model, views)) pose_.emplace(model, views);
     reserve(outcome_, config_.max_matches);
     workers_.reserve(slots_.size() - 1);
     try {
@@ -146,6 +147,7 @@ class MatchReplay {
   }
 
   void begin_test_of(const Slot& slot) {
+    if (slot.status != wire::WireStatus::ok) return;  // the matcher did not get it
     if (slot.header.session == std::exchange(session_, slot.header.session)) return;
     engine_.begin_test();
     if (pose_) pose_->reset();
@@ -301,7 +303,7 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
                                       pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
   // The pose error is estimated from frame to frame, so that frames cannot be matched at the same time.
-  MatchReplay replay(model, settings, views, estimates_pose(settings) ? 1 : options.threads);
+  MatchReplay replay(model, settings, views, estimates_pose(settings, model, views) ? 1 : options.threads);
   const ResultHandler handle = [&](const wire::WireResult& result) { return output(result); };
   if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, handle)) return false;
   output.finish();

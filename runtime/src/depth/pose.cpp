@@ -96,7 +96,7 @@ PoseBelief discounted(const PoseBelief& prior, const PoseBelief& posterior) noex
     before += prior.information[i];
     added += posterior.information[i] - prior.information[i];
   }
-  if (!(added > 0)) return {{}, prior.information};
+  if (!(added > 0)) return prior;
   const double share = added / (added + before);
   PoseBelief result = prior;
   const PoseMotion of_prior = prior.information * prior.mean, of_both = posterior.information * posterior.mean;
@@ -126,6 +126,15 @@ void PoseFilter::reset() noexcept {
 void PoseFilter::begin_frame() noexcept {
   moved_ = belief_.mean;
   passes_ = 0;
+  is_frozen_ = false;
+}
+
+bool PoseFilter::retreat() noexcept {
+  if (moved_ == belief_.mean && moved_ == PoseMotion{}) return false;
+  if (moved_ == belief_.mean) belief_ = {.information = calibration_};
+  moved_ = belief_.mean;
+  is_frozen_ = true;
+  return true;
 }
 
 PoseBelief PoseFilter::prior() const noexcept {
@@ -141,13 +150,16 @@ float PoseFilter::turn_deg() const noexcept {
 float PoseFilter::shift() const noexcept { return static_cast<float>(std::hypot(moved_[3], moved_[4], moved_[5])); }
 
 bool PoseFilter::move(const PoseBelief& posterior) noexcept {
+  if (is_frozen_) return false;
   const PoseBelief belief = discounted(prior(), posterior);
-  if (!std::ranges::all_of(belief.mean, [](double m) { return std::isfinite(m); })) return false;
-  double squared = 0;
+  double squared = 0, deviations = 0;
   for (std::size_t i = 0; i < 6; ++i) {
     moved_[i] += belief.mean[i];
     squared += belief.mean[i] * belief.mean[i];
+    deviations += moved_[i] * moved_[i] * calibration_[7 * i];
   }
+  constexpr double most_deviations = 5;  // of the calibration: beyond, or if not finite, the frame is not understood
+  if (!(deviations <= most_deviations * most_deviations)) return retreat();
   if (squared > tolerance_ * tolerance_ && ++passes_ < most_passes) return true;
   belief_ = {moved_, belief.information};
   return false;

@@ -64,6 +64,9 @@ class PoseFilter {
   /// posterior: of the motion that the cloud still lacks. Moves it by the mean. Whether that is so far that the frame
   /// should be matched again; at most `most_passes` times per frame.
   bool move(const PoseBelief& posterior) noexcept;
+  /// This pose cannot be right. Goes back to that of the frames before or, if it is that one, to none; there the frame
+  /// does not move the cloud any more. False when there is no other pose.
+  bool retreat() noexcept;
 
  private:
   static constexpr std::uint32_t most_passes = 8;
@@ -73,6 +76,7 @@ class PoseFilter {
   PoseBelief belief_;  // by the frames before
   PoseMotion moved_{};
   std::uint32_t passes_ = 0;  // of the current frame
+  bool is_frozen_ = false;
 };
 
 struct TestPose::State {

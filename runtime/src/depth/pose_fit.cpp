@@ -143,9 +143,8 @@ PoseFit::PoseFit(const DepthCamera& camera, const PoseCenter& center, const Dept
       one_sided_(prices_of(metric, camera).one_sided),
       noise_(double{metric.mesh_noise} / 3),
       derivatives_(camera, center, one_sided_),
-      edge_stride_(padded_cells(camera)),
-      edge_residuals_(most * edge_stride_),
-      replaced_(most * edge_stride_),
+      edge_residuals_(most * padded_cells(camera)),
+      replaced_(edge_residuals_.size()),
       gram_(most * most),
       products_(6 * most),
       reduced_(6 * most),
@@ -182,6 +181,7 @@ void PoseFit::add_up(const PoseProblem& problem) noexcept {
   const std::size_t cells = problem.observed.size();
   const auto of_depths = derivatives_.of_depths();
   const float scale = squared_step_ / problem.cells;
+  edge_stride_ = padded_cells(derivatives_.edges().size());
   std::array<float, 6> row{};
   for (std::size_t i = 0; i < 6; ++i) {
     code_.project(of_depths.data(), 6, cells, &of_depths[i * cells], row.data());
@@ -207,7 +207,7 @@ void PoseFit::add_edges(const PoseProblem& problem, std::size_t candidate) noexc
   const auto replaced = std::span(replaced_).subspan(candidate * edge_stride_, edge_stride_);
   const auto image = problem.images.of_sample(problem.candidates[candidate].sample);
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    replaced[e] = problem.residuals[candidate * edge_stride_ + edges[e].cell];
+    replaced[e] = problem.residuals[candidate * problem.observed.size() + edges[e].cell];
     residuals[e] = one_sided_ * (share_of(image[edges[e].cell]) - edges[e].share);
     for (std::size_t m = 0; m < 6; ++m) sums[m] += edges[e].derivative[m] * residuals[e];
   }

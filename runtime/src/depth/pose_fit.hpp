@@ -97,7 +97,7 @@ class PoseFit {
   float squared_step_, one_sided_;
   double noise_;  // length unit
   PoseDerivatives derivatives_;
-  std::size_t edge_stride_, k_ = 0;
+  std::size_t edge_stride_ = 0, k_ = 0;           // of a frame
   std::vector<float> edge_residuals_, replaced_;  // k x edge cells
   std::vector<float> gram_, products_, reduced_;  // R_i'R_j; J'R_i; the latter after eliminate(), k x 6
   PoseMatrix normal_{}, full_{};                  // J'J; with the prior

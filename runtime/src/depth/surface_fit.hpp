@@ -41,6 +41,8 @@ class SurfaceFitter {
   /// The motion that the frame lacks, given the prior.
   [[nodiscard]] const PoseBelief& pose() const noexcept { return pose_; }
   [[nodiscard]] const PoseFit& pose_fit() const noexcept { return pose_fit_; }
+  /// Whether the bake has learned how certain poses are.
+  [[nodiscard]] bool estimates_pose() const noexcept { return views_.data()->pose_variance > 0; }
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
  private:

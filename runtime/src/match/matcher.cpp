@@ -30,8 +30,10 @@ bool Matcher::State::index_points(const Frame& frame, MatchResult& result) noexc
   watch.lap_ns();
   result.reference = reference_at(view, seconds_between(config.trigger_ns, frame.stamp_ns));
   reference = &view.references[result.reference];
-  result.points = index.build(frame.points,
-                              pose ? product(pose->transform(), config.T_reference_sensor) : config.T_reference_sensor);
+  do {
+    result.points = index.build(
+        frame.points, pose ? product(pose->transform(), config.T_reference_sensor) : config.T_reference_sensor);
+  } while (result.points.used == 0 && pose && pose->retreat());
   result.elapsed_ns.index += watch.lap_ns();
   if (result.points.used == 0) result.status = Status::empty_frame;
   return result.points.used > 0;
@@ -181,7 +183,8 @@ Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {
 }
 MatchResult Matcher::match(const Frame& frame) noexcept { return match(frame, nullptr); }
 MatchResult Matcher::match(const Frame& frame, TestPose& pose) noexcept {
-  return match(frame, state_->fitter && pose.is_estimated() ? &pose.state_->filter : nullptr);
+  const bool is_estimated = state_->fitter && state_->fitter->estimates_pose() && pose.is_estimated();
+  return match(frame, is_estimated ? &pose.state_->filter : nullptr);
 }
 Matcher::~Matcher() = default;
 Matcher::Matcher(Matcher&&) noexcept = default;
