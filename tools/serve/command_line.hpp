@@ -15,7 +15,7 @@ struct ServeOptions {
   std::string sensor_json;       // the text of pose_file
   std::optional<Method> method;  // none: choose_method() chooses it
   MatcherConfig matcher;
-  bool fixed_pose = false;  // the pose error of a test is not estimated
+  bool estimates_pose = false;  // with fit, the pose error of each test
   PipelineConfig pipeline;
   RecordingOptions recording;
   ServerAccessOptions access;

@@ -42,7 +42,7 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
   settings.model_checksum = model.checksum();
   settings.method = name_of(options.matcher.method);
   settings.matcher = options.matcher;
-  settings.estimates_pose = options.matcher.method == Method::fit && !options.fixed_pose ? 1 : 0;
+  settings.estimates_pose = options.matcher.method == Method::fit && options.estimates_pose ? 1 : 0;
   settings.sensor_json = options.sensor_json;
   settings.start_ns = wire::wall_clock_ns();
   return settings;
@@ -187,7 +187,7 @@ std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
 int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file),
-                     !options.fixed_pose);
+                     options.estimates_pose);
   wire::WireContext context;
   const ServiceNotify service;
   PipelineConfig config = pipeline_config(options, model);
