@@ -2,6 +2,8 @@
 #ifndef LBEA_TESTS_CHECK_H
 #define LBEA_TESTS_CHECK_H
 
+#include <lbea/lbea.h>
+
 #include <stdio.h>
 
 extern int failures;
@@ -14,7 +16,18 @@ extern int failures;
     }                                                                       \
   } while (0)
 
-void structs_grow(const char* model_file);                                 /* test_c_structs.c */
-void depth_images_decide(const char* model_file, const char* sensor_json); /* test_c_fit.c */
+/* test_c_api.c */
+lbea_model* opened(const char* file);
+lbea_model_info info_of(const lbea_model* model);
+lbea_frame frame_of(const lbea_model* model, uint32_t sample); /* its nodes, in reference coordinates */
+
+void structs_grow(const char* model_file); /* test_c_structs.c */
+
+/* test_c_fit.c */
+void depth_images_decide(const char* model_file, const char* sensor_json);
+void read_pose(const char* sensor_json, float pose[12]);
+
+/* test_c_pose.c */
+void pose_errors_are_corrected(const char* plates, const char* demo, const char* sensor_json, const char* frames);
 
 #endif

@@ -1,4 +1,4 @@
-/* The C interface from C, against the shared library: test_c_api PLATES DEMO SENSOR_JSON */
+/* The C interface from C, against the shared library: test_c_api PLATES DEMO SENSOR_JSON FRAMES */
 #include "tests/c_api/check.h"
 
 #include <lbea/lbea.h>
@@ -11,7 +11,7 @@
 
 int failures = 0;
 
-static lbea_model* opened(const char* file) {
+lbea_model* opened(const char* file) {
   lbea_model* model = NULL;
   CHECK(lbea_model_open(file, &model) == LBEA_OK);
   if (model == NULL) {
@@ -21,7 +21,7 @@ static lbea_model* opened(const char* file) {
   return model;
 }
 
-static lbea_model_info info_of(const lbea_model* model) {
+lbea_model_info info_of(const lbea_model* model) {
   lbea_model_info info = {.struct_size = sizeof info};
   CHECK(lbea_model_get_info(model, &info) == LBEA_OK);
   CHECK(info.struct_size == sizeof info);
@@ -178,7 +178,7 @@ static void bad_configurations_are_refused(const lbea_model* model) {
   CHECK(lbea_matcher_create(model, &config, &matcher) == LBEA_BAD_ARGUMENT);
 }
 
-static lbea_frame frame_of(const lbea_model* model, uint32_t sample) {
+lbea_frame frame_of(const lbea_model* model, uint32_t sample) {
   return (lbea_frame){.struct_size = sizeof(lbea_frame),
                       .id = sample,
                       .stamp_ns = 7,
@@ -287,7 +287,7 @@ static void matchers_outlive_their_model(const char* file) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 4) return 2;
+  if (argc != 5) return 2;
   lbea_model* model = opened(argv[1]);
   library_introduces_itself();
   every_status_has_a_name_of_its_own();
@@ -301,6 +301,7 @@ int main(int argc, char** argv) {
   frames_are_refused_in_words(model);
   a_test_is_followed(model, argv[2]);
   depth_images_decide(argv[2], argv[3]);
+  pose_errors_are_corrected(argv[1], argv[2], argv[3], argv[4]);
   lbea_model_close(model);
   matchers_outlive_their_model(argv[1]);
   structs_grow(argv[1]);

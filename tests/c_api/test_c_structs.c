@@ -52,6 +52,12 @@ static void what_the_library_does_not_know_is_zero(const lbea_model* model) {
   struct newer_frame frame = {.known = {.struct_size = sizeof frame}};
   CHECK(lbea_matcher_match(matcher, &frame.known, &result.known) == LBEA_EMPTY_FRAME);
   CHECK(result.later == 0 && result.known.struct_size == sizeof result);
+  lbea_test_pose* pose = NULL;
+  CHECK(lbea_test_pose_create(model, &pose) == LBEA_OK);
+  result.later = 77;
+  CHECK(lbea_matcher_match_with_pose(matcher, &frame.known, pose, &result.known) == LBEA_EMPTY_FRAME);
+  CHECK(result.later == 0);
+  lbea_test_pose_destroy(pose);
   frame.later = &config.later;
   CHECK(lbea_matcher_match(matcher, &frame.known, &result.known) == LBEA_BAD_ARGUMENT);
   frame.known.struct_size = 1;
@@ -62,6 +68,19 @@ static void what_the_library_does_not_know_is_zero(const lbea_model* model) {
   config.later = 1;
   CHECK(lbea_matcher_create(model, &config.known, &matcher) == LBEA_BAD_CONFIG);
   CHECK(strstr(lbea_last_error(), "older library") != NULL);
+}
+
+/* As in the version before the pose was estimated. */
+static void what_the_caller_does_not_know_is_not_written(const lbea_model* model) {
+  lbea_matcher* matcher = NULL;
+  lbea_test_pose* pose = NULL;
+  CHECK(lbea_matcher_create(model, NULL, &matcher) == LBEA_OK && lbea_test_pose_create(model, &pose) == LBEA_OK);
+  const lbea_frame frame = {.struct_size = sizeof frame};
+  lbea_result result = {.struct_size = offsetof(lbea_result, pose_turn), .pose_turn = 77, .pose_shift = 78};
+  CHECK(lbea_matcher_match_with_pose(matcher, &frame, pose, &result) == LBEA_EMPTY_FRAME);
+  CHECK(result.pose_turn == 77 && result.pose_shift == 78 && result.struct_size == offsetof(lbea_result, pose_turn));
+  lbea_test_pose_destroy(pose);
+  lbea_matcher_destroy(matcher);
 }
 
 static void an_image_in_memory_is_read_in_place(const char* file, const lbea_model* model) {
@@ -91,6 +110,7 @@ void structs_grow(const char* model_file) {
   if (lbea_model_open(model_file, &model) != LBEA_OK) exit(1);
   sizes_are_judged(model);
   what_the_library_does_not_know_is_zero(model);
+  what_the_caller_does_not_know_is_not_written(model);
   an_image_in_memory_is_read_in_place(model_file, model);
   lbea_model_close(model);
 }

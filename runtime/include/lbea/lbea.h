@@ -1,8 +1,8 @@
 /* lbea.h - find the simulations that look like the point-cloud frame just captured, from C.
  *
- * Opaque handles, status codes, no globals. Set-up may allocate and read the disk; lbea_matcher_match with valid
- * arguments does not allocate, lock or call the system. Every function accepts NULL: it then returns LBEA_BAD_ARGUMENT,
- * 0 or NULL, or does nothing. Threads may share a model; only one thread at a time may use a matcher.
+ * Opaque handles, status codes, no globals. Set-up may allocate and read the disk; matching with valid arguments does
+ * not allocate, lock or call the system. Every function accepts NULL: it then returns LBEA_BAD_ARGUMENT, 0 or NULL, or
+ * does nothing. Threads may share a model; only one thread at a time may use another handle.
  *
  * Units: lengths in the model's length unit (mm unless the ensemble says otherwise), times in s in the model and ns on
  * frames. Indices start at 0. Text is UTF-8 and ends with a zero byte.
@@ -26,9 +26,10 @@ extern "C" {
 /** 0xMMmmpp of this header; lbea_version() returns that of the loaded library. */
 #define LBEA_VERSION ((LBEA_VERSION_MAJOR << 16) | (LBEA_VERSION_MINOR << 8) | LBEA_VERSION_PATCH)
 
-typedef struct lbea_model lbea_model;     /**< The baked file, immutable. */
-typedef struct lbea_matcher lbea_matcher; /**< Matches frames; owns all scratch memory. */
-typedef struct lbea_tracker lbea_tracker; /**< Accumulates the evidence of a whole test. */
+typedef struct lbea_model lbea_model;         /**< The baked file, immutable. */
+typedef struct lbea_matcher lbea_matcher;     /**< Matches frames; owns all scratch memory. */
+typedef struct lbea_test_pose lbea_test_pose; /**< The pose error of a test, estimated from its frames. */
+typedef struct lbea_tracker lbea_tracker;     /**< Accumulates the evidence of a whole test. */
 
 typedef enum lbea_status {
   LBEA_OK = 0,
@@ -70,7 +71,7 @@ typedef struct lbea_point {
   float x, y, z;
 } lbea_point;
 
-/** One captured cloud. The caller keeps the points alive during lbea_matcher_match. */
+/** One captured cloud. The caller keeps the points alive during matching. */
 typedef struct lbea_frame {
   uint32_t struct_size;
   uint64_t id;              /**< increases by one per frame */
@@ -107,7 +108,7 @@ typedef struct lbea_config {
   float T_reference_sensor[12]; /**< row-major 3x4: reference = R * sensor + t */
 } lbea_config;
 
-/** Pointers are valid until the next lbea_matcher_match on the same matcher. */
+/** Pointers are valid until the next match on the same matcher. */
 typedef struct lbea_result {
   uint32_t struct_size;
   lbea_status status;
@@ -209,6 +210,25 @@ LBEA_API lbea_status lbea_matcher_create(const lbea_model* model, const lbea_con
 LBEA_API void lbea_matcher_destroy(lbea_matcher* matcher);
 /** Returns result->status, or LBEA_BAD_ARGUMENT. Set result->struct_size once. */
 LBEA_API lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, lbea_result* result);
+/** The same, corrected by the pose error of the frame's test, which the frame refines. While the error is not known
+ * yet, a frame is matched up to eight times. The pose must be of the same model. Only LBEA_METHOD_FIT estimates it:
+ * other methods match as without. */
+LBEA_API lbea_status lbea_matcher_match_with_pose(lbea_matcher* matcher, const lbea_frame* frame, lbea_test_pose* pose,
+                                                  lbea_result* result);
+
+/* The pose error of a test: T_reference_sensor is never exact, and each mm of error would count as deformation. */
+/** One per test: give it to lbea_matcher_match_with_pose with each frame, in order. *pose is NULL unless LBEA_OK is
+ * returned. The model may be closed. */
+LBEA_API lbea_status lbea_test_pose_create(const lbea_model* model, lbea_test_pose** pose);
+LBEA_API void lbea_test_pose_destroy(lbea_test_pose* pose);
+/** Starts another test with the next frame. */
+LBEA_API void lbea_test_pose_reset(lbea_test_pose* pose);
+/** 1 when the model supports the estimate: it has depth images, and the bake has learned how certain they are; else 0,
+ * and frames are matched as without a pose. */
+LBEA_API int32_t lbea_test_pose_is_estimated(const lbea_test_pose* pose);
+/** The motion that corrects the frames, in reference coordinates, after T_reference_sensor. T: 12 values, row-major
+ * 3x4, its last column in the length unit; the identity before the first frame. */
+LBEA_API lbea_status lbea_test_pose_get_correction(const lbea_test_pose* pose, float* T);
 
 /* Over time. */
 /** One per test. *tracker is NULL unless LBEA_OK is returned. */

@@ -107,11 +107,30 @@ void add_lists(lbea_matcher& m, lbea_result& c) noexcept {
   c.estimate_count = static_cast<std::uint32_t>(m.last.fit.estimate.size());
 }
 
+/// Also in `result`, if it can be written to.
 lbea_status refuse(lbea_result* result, std::string_view sentence) noexcept {
   lbea_result empty{};
   empty.status = LBEA_BAD_ARGUMENT;
-  write_c_struct(empty, result);
+  if (result != nullptr && is_plausible_size(result->struct_size, least_result)) write_c_struct(empty, result);
   return bad_argument(sentence);
+}
+
+/// pose: null to match without one.
+lbea_status match(lbea_matcher* matcher, const lbea_frame* frame, TestPose* pose, lbea_result* result) noexcept {
+  if (result == nullptr) return bad_argument("lbea_matcher_match: result is NULL");
+  if (!is_plausible_size(result->struct_size, least_result)) return bad_argument(size_not_set);
+  if (matcher == nullptr || frame == nullptr) return refuse(result, "lbea_matcher_match: matcher or frame is NULL");
+  lbea_frame full{};
+  if (!is_plausible_size(frame->struct_size, least_frame)) return refuse(result, size_not_set);
+  if (!read_c_struct(frame, full))
+    return refuse(result, "lbea_matcher_match: the frame sets a field this older library does not know");
+  if (full.points == nullptr && full.point_count > 0) return refuse(result, "lbea_matcher_match: points is NULL");
+  const Frame given{full.id, full.stamp_ns, {reinterpret_cast<const Point*>(full.points), full.point_count}};
+  matcher->last = pose == nullptr ? matcher->matcher.match(given) : matcher->matcher.match(given, *pose);
+  lbea_result c = to_c(matcher->last);
+  add_lists(*matcher, c);
+  write_c_struct(c, result);
+  return c.status;
 }
 }  // namespace
 }  // namespace lbea
@@ -146,20 +165,16 @@ lbea_status lbea_matcher_create(const lbea_model* model, const lbea_config* conf
 void lbea_matcher_destroy(lbea_matcher* matcher) { delete matcher; }
 
 lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, lbea_result* result) {
-  if (result == nullptr) return bad_argument("lbea_matcher_match: result is NULL");
-  if (!is_plausible_size(result->struct_size, least_result)) return bad_argument(size_not_set);
-  if (matcher == nullptr || frame == nullptr) return refuse(result, "lbea_matcher_match: matcher or frame is NULL");
-  lbea_frame full{};
-  if (!is_plausible_size(frame->struct_size, least_frame)) return refuse(result, size_not_set);
-  if (!read_c_struct(frame, full))
-    return refuse(result, "lbea_matcher_match: the frame sets a field this older library does not know");
-  if (full.points == nullptr && full.point_count > 0) return refuse(result, "lbea_matcher_match: points is NULL");
-  const std::span points(reinterpret_cast<const Point*>(full.points), full.point_count);
-  matcher->last = matcher->matcher.match({full.id, full.stamp_ns, points});
-  lbea_result c = to_c(matcher->last);
-  add_lists(*matcher, c);
-  write_c_struct(c, result);
-  return c.status;
+  return match(matcher, frame, nullptr, result);
+}
+
+lbea_status lbea_matcher_match_with_pose(lbea_matcher* matcher, const lbea_frame* frame, lbea_test_pose* pose,
+                                         lbea_result* result) {
+  if (pose == nullptr) return refuse(result, "lbea_matcher_match_with_pose: pose is NULL; create one first");
+  if (matcher != nullptr && matcher->matcher.model().checksum() != pose->model_checksum)
+    return refuse(result,
+                  "lbea_matcher_match_with_pose: the pose is of another model; create it with the matcher's model");
+  return match(matcher, frame, &pose->pose, result);
 }
 
 lbea_status lbea_tracker_create(const lbea_model* model, lbea_tracker** tracker) {

@@ -5,6 +5,7 @@
 
 #include <lbea/lbea.h>
 #include <lbea/lbea.hpp>
+#include <lbea/pose.hpp>
 #include <lbea/tracker.hpp>
 
 #include <algorithm>
@@ -35,6 +36,12 @@ struct lbea_matcher {
   lbea::MatchResult last;  // input of lbea_tracker_update
   std::vector<lbea_match> matches, candidates;
   std::vector<lbea_weighted_sample> estimate;
+};
+
+struct lbea_test_pose {
+  explicit lbea_test_pose(const lbea::Model& model) : pose(model), model_checksum(model.checksum()) {}
+  lbea::TestPose pose;
+  std::uint64_t model_checksum;
 };
 
 struct lbea_tracker {
