@@ -1,4 +1,5 @@
-"""The matcher from Python: test_bindings.py MODEL (of bending plates), SENSOR_MODEL (baked with views) in the environment."""
+"""The matcher from Python. In the environment: models of bending plates and of the demo (baked with views), the demo's sensor and
+frames of a run that is not in its model."""
 import gc
 import json
 import os
@@ -12,7 +13,7 @@ import numpy
 
 import lbea
 
-PLATES, DEMO, SENSOR = (os.environ[name] for name in ("LBEA_PLATES", "LBEA_DEMO", "LBEA_SENSOR"))
+PLATES, DEMO, SENSOR, FRAMES = (os.environ[name] for name in ("LBEA_PLATES", "LBEA_DEMO", "LBEA_SENSOR", "LBEA_FRAMES"))
 
 
 class ModelTest(unittest.TestCase):
@@ -141,6 +142,59 @@ class MatcherTest(unittest.TestCase):
         self.assertGreater(result.elapsed_ns["fit"], 0)
 
 
+def cloud_of(file):
+    """The points of a binary PLY file whose vertices are x, y, z as float."""
+    return numpy.frombuffer(file.read_bytes().split(b"end_header\n", 1)[1], "<f4").reshape(-1, 3)
+
+
+class TestPoseTest(unittest.TestCase):
+    def test_a_wrong_pose_is_corrected(self):
+        model, T, shift = lbea.Model(DEMO), lbea.read_pose(SENSOR), numpy.array([3.0, 0, 4])
+        T[:3, 3] += shift
+        alone, matcher = (lbea.Matcher(model, "fit", T_reference_sensor=T) for _ in range(2))
+        pose = lbea.TestPose(model)
+        self.assertIs(pose.is_estimated, True)
+        numpy.testing.assert_array_equal(pose.correction, numpy.eye(4))
+        for file in sorted(Path(FRAMES).glob("*.ply")):
+            cloud = cloud_of(file)
+            without, corrected = alone.match(cloud), matcher.match(cloud, pose=pose)
+            self.assertTrue(numpy.isnan([without.pose_turn, without.pose_shift]).all())
+            self.assertEqual(corrected.status, "ok")
+            self.assertAlmostEqual(corrected.pose_shift, 5, delta=1.5)
+            self.assertLess(corrected.pose_turn, 1)
+            self.assertLess(corrected.residual, without.residual)
+        correction, nodes = pose.correction, model.node_positions(0)
+        self.assertEqual((correction.shape, correction.dtype), ((4, 4), numpy.float64))
+        left = (nodes + shift) @ correction[:3, :3].T + correction[:3, 3] - nodes
+        self.assertLess(numpy.linalg.norm(left, axis=1).max(), 5 / 2)
+        pose.reset()
+        numpy.testing.assert_array_equal(pose.correction, numpy.eye(4))
+        self.assertFalse((correction == numpy.eye(4)).all(), "an earlier correction is a copy")
+
+    def test_where_it_is_not_estimated_frames_are_matched_as_without(self):
+        for file, is_estimated in ((PLATES, False), (DEMO, True)):
+            model = lbea.Model(file)
+            pose, matcher, points = lbea.TestPose(model), lbea.Matcher(model), model.node_positions(9)
+            self.assertIs(pose.is_estimated, is_estimated)
+            for given in (pose, None):
+                result = matcher.match(points, id=3, pose=given)
+                self.assertEqual((result.status, result.frame_id, result.matches[0].sample), ("ok", 3, 9))
+                self.assertTrue(numpy.isnan(result.pose_shift))
+            numpy.testing.assert_array_equal(pose.correction, numpy.eye(4))
+
+    def test_other_models_and_types_are_refused(self):
+        model = lbea.Model(PLATES)
+        matcher, points = lbea.Matcher(model), model.node_positions(9)
+        with self.assertRaisesRegex(ValueError, "another model"):
+            matcher.match(points, pose=lbea.TestPose(lbea.Model(DEMO)))
+        for bad in (numpy.eye(4), model):
+            with self.assertRaises(TypeError):
+                matcher.match(points, pose=bad)
+        with self.assertRaises(TypeError):
+            lbea.TestPose(None)
+        self.assertEqual(matcher.match(points, pose=lbea.TestPose(lbea.Model(PLATES))).matches[0].sample, 9)
+
+
 class SensorTest(unittest.TestCase):
     def test_reads_the_pose_and_the_camera(self):
         written = json.loads(Path(SENSOR).read_text())
@@ -165,12 +219,17 @@ class ThreadTest(unittest.TestCase):
     def test_matching_lets_other_threads_run(self):
         """A thread that never gives the lock away by itself would hold it for the whole, long interval."""
         model = lbea.Model(PLATES)
+        for pose in (None, lbea.TestPose(model)):
+            with self.subTest(pose=pose):
+                self.check_that_others_run(model, pose)
+
+    def check_that_others_run(self, model, pose):
         points, stop, matched = model.node_positions(9), threading.Event(), [0]
 
         def match():
             matcher = lbea.Matcher(model)
             while not stop.is_set():
-                matcher.match(points)
+                matcher.match(points, pose=pose)
                 matched[0] += 1
 
         interval = sys.getswitchinterval()
@@ -190,19 +249,17 @@ class ThreadTest(unittest.TestCase):
         self.assertGreater(turns, 10)
         self.assertLess(time.monotonic() - begin, 50)
 
-    def test_one_matcher_refuses_two_threads(self):
-        model = lbea.Model(PLATES)
-        cloud = numpy.ascontiguousarray(numpy.tile(model.node_positions(9), (2000, 1)))
-        matcher, outcomes = lbea.Matcher(model, max_points=len(cloud)), []
+    def check_that_two_threads_are_refused(self, model, matchers, pose, refusal):
+        outcomes, cloud = [], numpy.ascontiguousarray(numpy.tile(model.node_positions(9), (2000, 1)))
 
-        def match():
+        def match(matcher):
             for _ in range(20):
                 try:
-                    outcomes.append(matcher.match(cloud).matches[0].sample)
+                    outcomes.append(matcher.match(cloud, pose=pose).matches[0].sample)
                 except RuntimeError as error:
-                    outcomes.append("one per thread" in str(error))
+                    outcomes.append(str(error) == refusal)
 
-        threads = [threading.Thread(target=match) for _ in range(4)]
+        threads = [threading.Thread(target=match, args=(matcher,)) for matcher in matchers]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -210,6 +267,16 @@ class ThreadTest(unittest.TestCase):
         self.assertEqual(len(outcomes), 80)
         self.assertTrue(set(outcomes) <= {9, True}, set(outcomes))
         self.assertIn(9, outcomes)
+
+    def test_one_matcher_refuses_two_threads(self):
+        model = lbea.Model(PLATES)
+        self.check_that_two_threads_are_refused(model, [lbea.Matcher(model, max_points=400_000)] * 4, None,
+                                                "another thread is using this Matcher; create one per thread")
+
+    def test_one_pose_refuses_two_threads(self):
+        model = lbea.Model(PLATES)
+        self.check_that_two_threads_are_refused(model, [lbea.Matcher(model, max_points=400_000) for _ in range(4)], lbea.TestPose(model),
+                                                "another thread is using this TestPose; create one per test")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,9 @@
 // The Python module `lbea`: Matcher and its results.
 #include "tools/python/bindings.hpp"
 
-#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <atomic>
+#include <optional>
 
 namespace py = pybind11;
 
@@ -42,6 +41,7 @@ struct PyResult {
 };
 
 struct PyMatcher {
+  static constexpr const char* refusal = "another thread is using this Matcher; create one per thread";
   PyMatcher(const Model& model, const MatcherConfig& config) : matcher(model, config) {}
   Matcher matcher;
   std::atomic_flag busy;
@@ -90,27 +90,18 @@ std::span<const Point> points_in(const py::object& points) {
   return {reinterpret_cast<const Point*>(array.data()), static_cast<std::size_t>(array.shape(0))};
 }
 
-/// Marks a matcher as busy while it runs without the interpreter lock.
-class Busy {
- public:
-  explicit Busy(std::atomic_flag& flag) : flag_(flag) {
-    if (flag.test_and_set()) throw std::runtime_error("another thread is using this Matcher; create one per thread");
-  }
-  ~Busy() { flag_.clear(); }
-  Busy(const Busy&) = delete;
-  Busy& operator=(const Busy&) = delete;
-
- private:
-  std::atomic_flag& flag_;
-};
-
-PyResult match(PyMatcher& self, const py::object& array, std::uint64_t id, std::int64_t stamp_ns) {
-  const std::span<const Point> points = points_in(array);
-  const Busy busy(self.busy);
+/// pose: null to match without one.
+PyResult match(PyMatcher& self, const py::object& array, std::uint64_t id, std::int64_t stamp_ns, PyTestPose* pose) {
+  const Frame frame{id, stamp_ns, points_in(array)};
+  if (pose != nullptr && pose->model_checksum != self.matcher.model().checksum())
+    throw py::value_error("pose is of another model; create it with the matcher's model");
+  const Busy busy(self);
+  std::optional<Busy> pose_busy;
+  if (pose != nullptr) pose_busy.emplace(*pose);
   MatchResult result;
   {
     const py::gil_scoped_release without_lock;
-    result = self.matcher.match({id, stamp_ns, points});
+    result = pose == nullptr ? self.matcher.match(frame) : self.matcher.match(frame, pose->pose);
   }
   return to_python(result, self.matcher.model());
 }
@@ -227,11 +218,13 @@ void bind_matcher(py::module_& module) {
            py::arg("T_reference_sensor") = py::none(),
            "method: lbea, vtp or fit. T_reference_sensor: 3 x 4 or 4 x 4, default identity. Further keyword settings:\n"
            "max_points, max_matches, trusted_distance, min_coverage, trigger_ns. Raises lbea.Error.")
-      .def("match", &match, py::arg("points"), py::arg("id") = 0, py::arg("stamp_ns") = 0,
+      .def("match", &match, py::arg("points"), py::arg("id") = 0, py::arg("stamp_ns") = 0, py::arg("pose") = py::none(),
            "points: n x 3 float32, C order, sensor coordinates. They are read in place and without the interpreter "
            "lock;\n"
            "do not modify them during the call. Other arrays are refused, not copied; convert them with\n"
-           "numpy.asarray(points, numpy.float32, order='C').");
+           "numpy.asarray(points, numpy.float32, order='C').\n"
+           "pose: the TestPose of the frame's test: it corrects the frame, which refines it; method fit only. While\n"
+           "the pose error is not known yet, a frame is matched up to eight times. Another model's raises ValueError.");
 }
 
 }  // namespace lbea::tool

@@ -2,7 +2,6 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/python/bindings.hpp"
 
-#include <pybind11/numpy.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <exception>
@@ -10,6 +9,14 @@
 namespace py = pybind11;
 
 namespace lbea::tool {
+
+py::array matrix(const RigidTransform& T) {
+  constexpr std::array<double, 4> last_row{0, 0, 0, 1};
+  py::array_t<double> rows({4, 4});
+  std::ranges::copy(last_row, std::ranges::copy(T, rows.mutable_data()).out);
+  return rows;
+}
+
 namespace {
 
 using Shape = std::vector<py::ssize_t>;
@@ -140,13 +147,6 @@ void bind_arrays(py::class_<Model>& type) {
       .def_property_readonly("element_parts", &list_of<&Model::element_parts>, "part number of each element");
 }
 
-py::array matrix(const RigidTransform& T) {
-  constexpr std::array<double, 4> last_row{0, 0, 0, 1};
-  py::array_t<double> rows({4, 4});
-  std::ranges::copy(last_row, std::ranges::copy(T, rows.mutable_data()).out);
-  return rows;
-}
-
 py::dict read_sensor(const std::filesystem::path& file) {
   using namespace py::literals;
   const io::SensorDescription description = io::read_sensor_json(file);
@@ -215,6 +215,7 @@ PYBIND11_MODULE(lbea, module) {
     } catch (const lbea::Error& error) { lbea::tool::raise(py::reinterpret_borrow<py::object>(error_type), error); }
   });
   lbea::tool::bind_model(module);
+  lbea::tool::bind_pose(module);
   lbea::tool::bind_matcher(module);
   lbea::tool::bind_sensor(module);
 }
