@@ -74,7 +74,16 @@ async function checkRightPose() {
   assert.match(last.why, /complete/);
   assert.match(report, /\ntest: matched: run_\d+ \(\d+ %\)/);
   assert.doesNotMatch(report + warnings + log, /lbea-register/);
+  assert.doesNotMatch(last.frame, /pose/, "the pose error is not estimated");
   assert.equal(seen[0].word, "No frames yet");
+}
+
+async function checkEstimatedPose() {
+  const { last, report, warnings } = await play(sensorMovedBy(2, 5), "--method", "fit", "--estimate-pose");
+  assert.deepEqual([last.verdict, last.word, last.warning], ["matched", "Matched", ""]);
+  const [, shift, turn] = last.frame.match(/; pose corrected by (\d+\.\d\d) mm and (\d+\.\d\d)\u00B0$/) ?? assert.fail(last.frame);
+  assert.ok(Math.abs(shift - 5) < 1.5 && turn < 1, last.frame);
+  assert.doesNotMatch(report + warnings, /lbea-register/);
 }
 
 async function checkOtherMethod() {
@@ -86,6 +95,7 @@ async function checkOtherMethod() {
 run(async () => {
   await checkRightPose();
   await checkWrongPose();
+  await checkEstimatedPose();
   if (process.env.LBEA_LONG_TESTS !== "1") return;
   await checkDoubtfulPose();
   await checkOtherMethod();
