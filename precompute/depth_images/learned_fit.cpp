@@ -15,6 +15,7 @@ namespace lbea::bake {
 namespace {
 
 constexpr std::size_t most_matched = 192, most_compared = 1024;        // frames
+constexpr std::size_t most_hidden = 576;                               // frames: a hidden part makes errors vary more
 constexpr double hidden_by_a_patch = 0.3;                              // share of the cells
 constexpr std::size_t most_nodes = 128;                                // at which shapes are compared
 constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
@@ -25,10 +26,11 @@ struct FrameErrors {
   double estimate = 0, match = 0, spread = 0;
   double motion = 0, pose_variance = 0;                  // of the apparent pose error
   std::vector<std::pair<std::size_t, float>> weights{};  // of the estimate: sample, weight
+  std::vector<float> completed{};                        // image, if something hides a part
 };
 
-/// A left-out frame's image, the samples of other simulations that are proposed for it and, unless something hides a
-/// part, its predicted shape scores.
+/// A left-out frame's image, the samples of other simulations that are proposed for it and, where they are known, its
+/// predicted shape scores.
 struct LeftOutFrame {
   std::span<const float> observed;
   std::size_t sample;
@@ -88,6 +90,7 @@ class LeftOutFitter {
     errors.spread = double{fit.spread};
     errors.motion = std::sqrt(squared(fitter_.pose().mean));
     errors.pose_variance = fitter_.pose_fit().variance();
+    if (frame.is_hidden) errors.completed.assign(fitter_.completed().begin(), fitter_.completed().end());
     return errors;
   }
 
@@ -111,6 +114,8 @@ class LeftOutFitter {
     regression.shapes = shapes_;
     regression.blend = regression_.blend;
     regression.most_difference = regression_.most_difference;
+    regression.hidden_blend = regression_.hidden_blend;
+    regression.hidden_most_difference = regression_.hidden_most_difference;
     return regression;
   }
   [[nodiscard]] ModelView view_of() {
@@ -156,23 +161,26 @@ class LeftOutFitter {
 /// Frames of left-out runs, seen completely or with a part hidden, and their candidates by each metric.
 class LeftOutTests {
  public:
-  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, double hidden, unsigned threads)
+  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::size_t most, double hidden,
+               unsigned threads)
       : source_(source),
         metrics_(metrics),
         threads_(threads),
         is_hidden_(hidden > 0),
-        frames_(source, most_matched, hidden, is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step),
-        best_(best_of_others(source, frames_, metrics, FitSettings{}.candidates, threads)) {}
+        frames_(source, most, hidden, is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step),
+        best_(best_of_others(source, frames_, metrics, proposed(), threads)) {}
 
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
-  /// predicted: one row of shape scores per frame; without rows, the candidates alone determine the estimates.
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const ShapeRegression& regression = {},
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const { return errors(metric, metrics_[metric]); }
+  /// costs: those of the metric, with any price of hidden parts. predicted: one row of shape scores per frame; without
+  /// rows, the candidates alone determine the estimates.
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs,
+                                                const ShapeRegression& regression = {},
                                                 const Eigen::MatrixXd& predicted = {}) const {
     const bool is_predicted = predicted.rows() > 0;
     std::vector<FrameErrors> errors(frames_.size());
     work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
-      LeftOutFitter fitter(source_, metrics_[metric], FitSettings{}.candidates + (is_predicted ? most_neighbors : 0),
-                           regression);
+      LeftOutFitter fitter(source_, costs, proposed() + (is_predicted ? most_neighbors : 0), regression);
       for (std::size_t i = next(); i < frames_.size(); i = next()) {
         LeftOutFrame left_out = frame(metric, i);
         if (is_predicted) add_prediction(regression, predicted.row(static_cast<Eigen::Index>(i)), left_out);
@@ -183,6 +191,10 @@ class LeftOutTests {
   }
 
  private:
+  /// By what a frame shows. Where something hides a part, that proposes samples of which only some are good.
+  [[nodiscard]] std::uint32_t proposed() const noexcept {
+    return is_hidden_ ? DepthRanking::most_promising : FitSettings{}.candidates;
+  }
   [[nodiscard]] LeftOutFrame frame(std::size_t metric, std::size_t i) const {
     LeftOutFrame frame{frames_.observed(i), frames_.sample(i), {}, is_hidden_};
     for (const RankedSample& candidate : best_[metric * frames_.size() + i].ranked())
@@ -218,30 +230,44 @@ Eigen::MatrixXd combinations(std::span<const FrameErrors> frames, const Eigen::M
   return rows;
 }
 
-/// Trains the regression, and finds how much the estimate follows it: the share with the least mean error of the
-/// frames. by_candidates: the frames' estimates without it. Returns its predictions for the frames.
-Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& tests,
-                             std::span<const FrameErrors> by_candidates, const DepthMetric& costs, unsigned threads,
-                             TrainedShapes& trained) {
-  ShapeTraining training(source, costs);
-  const Eigen::MatrixXd& shapes = training.shapes();
-  Eigen::MatrixXd predicted = training.predict_left_out(tests.frames(), threads);
-  const Eigen::MatrixXd combined = combinations(by_candidates, shapes);
-  std::vector<double> differences;
-  for (Eigen::Index i = 0; i < combined.rows(); ++i) differences.push_back((predicted.row(i) - combined.row(i)).norm());
+/// How far the estimate goes to the prediction: the share with the least mean error, and 98 % of the differences.
+struct Blend {
+  float share = 0, most_difference = 0;
+};
+Blend learn_blend(const Eigen::MatrixXd& combined, const Eigen::MatrixXd& predicted, const Eigen::MatrixXd& truth) {
+  const Eigen::MatrixXd moves = predicted - combined;
+  const auto error = [&](double share) { return (combined + share * moves - truth).rowwise().norm().sum(); };
+  const auto share = std::ranges::min(std::array{0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0}, {}, error);
+  const Eigen::VectorXd norms = moves.rowwise().norm();
+  std::vector<double> differences(norms.begin(), norms.end());
   std::ranges::sort(differences);
-  const auto error = [&](double blend) {
-    double sum = 0;
-    for (std::size_t i = 0; i < tests.frames().size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i), sample = static_cast<Eigen::Index>(tests.frames().sample(i));
-      sum += (combined.row(row) + blend * (predicted.row(row) - combined.row(row)) - shapes.row(sample)).norm();
-    }
-    return sum;
+  return {static_cast<float>(share), static_cast<float>(differences[differences.size() * 49 / 50])};
+}
+
+/// Trains the regression, and finds how much the estimates follow it. of_whole, of_hidden: the frames' estimates
+/// without it. Returns its predictions for the whole frames, then for the hidden ones.
+Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& whole, const LeftOutTests& hidden,
+                             std::span<const FrameErrors> of_whole, std::span<const FrameErrors> of_hidden,
+                             const DepthMetric& costs, unsigned threads, TrainedShapes& trained) {
+  ShapeTraining training(source, costs);
+  std::vector<CompletedFrame> completed;
+  for (std::size_t i = 0; i < of_hidden.size(); ++i)
+    completed.push_back({hidden.frames().sample(i), of_hidden[i].completed});
+  Eigen::MatrixXd predicted = training.predict_left_out(whole.frames(), threads, completed);
+  const auto blend = [&](const LeftOutTests& tests, std::span<const FrameErrors> errors, const auto& rows) {
+    Eigen::MatrixXd truth(rows.rows(), rows.cols());
+    for (std::size_t i = 0; i < errors.size(); ++i)
+      truth.row(static_cast<Eigen::Index>(i)) =
+          training.shapes().row(static_cast<Eigen::Index>(tests.frames().sample(i)));
+    return learn_blend(combinations(errors, training.shapes()), rows, truth);
   };
-  const auto blend = std::ranges::min(std::array{0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0}, {}, error);
+  const Blend by_whole = blend(whole, of_whole, predicted.topRows(std::ssize(of_whole)));
+  const Blend by_hidden = blend(hidden, of_hidden, predicted.bottomRows(std::ssize(of_hidden)));
   trained = training.train();
-  trained.blend = static_cast<float>(blend);
-  trained.most_difference = static_cast<float>(differences[differences.size() * 49 / 50]);
+  trained.blend = by_whole.share;
+  trained.most_difference = by_whole.most_difference;
+  trained.hidden_blend = by_whole.share > 0 ? by_hidden.share : 0;
+  trained.hidden_most_difference = by_hidden.most_difference;
   return predicted;
 }
 
@@ -253,6 +279,7 @@ std::vector<DepthMetric> metrics_in(std::string_view length_unit) {
     DepthMetric metric = DepthMetric{}.in(length_unit);
     metric.cap *= scale;
     metric.one_sided *= scale;
+    metric.hidden *= scale;
     metrics.push_back(metric);
   }
   return metrics;
@@ -262,6 +289,34 @@ double total(std::span<const FrameErrors> errors) {
   double sum = 0;
   for (const FrameErrors& error : errors) sum += error.estimate + error.match;
   return sum;
+}
+
+/// The metric with the least errors of whole and hidden frames, and those of the whole ones.
+std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const SampleSource& source, const LeftOutTests& whole,
+                                                               std::span<const DepthMetric> metrics, unsigned threads) {
+  const LeftOutTests hidden(source, metrics, most_matched, hidden_by_a_patch, threads);
+  std::pair<std::size_t, std::vector<FrameErrors>> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < metrics.size(); ++m) {
+    std::vector<FrameErrors> errors = whole.errors(m);
+    const double sum = total(errors) + total(hidden.errors(m));
+    if (sum < least) best = {m, std::move(errors)}, least = sum;
+  }
+  return best;
+}
+
+/// Takes the price of hidden parts with which the frames' errors are least. Returns these.
+std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs) {
+  std::vector<FrameErrors> least;
+  DepthMetric tried = costs;
+  for (const float share : {0.25f, 0.3125f, 0.375f, 0.4375f, 0.5f, 0.75f}) {
+    tried.hidden = share * costs.one_sided;
+    std::vector<FrameErrors> errors = hidden.errors(0, tried);
+    if (!least.empty() && total(errors) >= total(least)) continue;
+    least = std::move(errors);
+    costs.hidden = tried.hidden;
+  }
+  return least;
 }
 
 /// The 90 % quantile of error over spread. All runs have the same weight, however many of their states were matched.
@@ -311,24 +366,21 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) return learned;
 
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
-  const LeftOutTests whole(source, metrics, 0, threads), hidden(source, metrics, hidden_by_a_patch, threads);
-  std::vector<std::vector<FrameErrors>> errors;
-  for (std::size_t m = 0; m < metrics.size(); ++m) {
-    errors.push_back(whole.errors(m));
-    const auto more = hidden.errors(m);
-    errors.back().insert(errors.back().end(), more.begin(), more.end());
-  }
-  const auto best = std::ranges::min_element(errors, {}, [](const auto& of_metric) { return total(of_metric); });
-  const auto metric = static_cast<std::size_t>(best - errors.begin());
+  const LeftOutTests whole(source, metrics, most_matched, 0, threads);
+  auto [metric, of_whole] = choose_metric(source, whole, metrics, threads);
   learned.metric = metrics[metric];
-  const auto of_whole = std::span(*best).first(whole.frames().size());
-  const Eigen::MatrixXd predicted = train_shapes(source, whole, of_whole, learned.metric, threads, learned.shapes);
-  if (learned.shapes.blend > 0)
-    std::ranges::move(whole.errors(metric, learned.shapes.view(), predicted), of_whole.begin());
+  const LeftOutTests hidden(source, std::span(&metrics[metric], 1), most_hidden, hidden_by_a_patch, threads);
+  std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, learned.metric);
+  const Eigen::MatrixXd predicted =
+      train_shapes(source, whole, hidden, of_whole, of_hidden, learned.metric, threads, learned.shapes);
+  const ShapeRegression regression = learned.shapes.view();
+  if (regression.blend > 0)
+    of_whole = whole.errors(metric, learned.metric, regression, predicted.topRows(std::ssize(of_whole)));
+  if (regression.hidden_blend > 0)
+    of_hidden = hidden.errors(0, learned.metric, regression, predicted.bottomRows(std::ssize(of_hidden)));
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
-  learned.hidden_error_per_spread = error_per_spread(std::span(*best).subspan(of_whole.size()), learned.metric);
-
-  learned.pose_variance = pose_variance({of_whole.begin(), of_whole.end()});
+  learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
+  learned.pose_variance = pose_variance(of_whole);
 
   const LeftOutFrames frames(source, most_compared, 0);
   const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);

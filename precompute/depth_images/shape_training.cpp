@@ -155,10 +155,16 @@ MatrixXd ShapeTraining::trained_shapes() const {
   return shapes;
 }
 
-MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned threads) {
-  MatrixXd images(static_cast<Index>(frames.size()), std::ssize(features_));
-  for (std::size_t f = 0; f < frames.size(); ++f)
-    images.row(static_cast<Index>(f)) = features(frames.observed(f)) - mean_;
+MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned threads,
+                                         std::span<const CompletedFrame> completed) {
+  MatrixXd images(static_cast<Index>(frames.size() + completed.size()), std::ssize(features_));
+  std::vector<std::size_t> samples;
+  const auto add = [&](std::size_t sample, std::span<const float> image) {
+    images.row(std::ssize(samples)) = features(image) - mean_;
+    samples.push_back(sample);
+  };
+  for (std::size_t f = 0; f < frames.size(); ++f) add(frames.sample(f), frames.observed(f));
+  for (const auto& [sample, image] : completed) add(sample, image);
   const MatrixXd kernels = kernel(images_, images * components_);
   const MatrixXd matrix = kernel(images_, images_);
   std::array<Regression, regularizations.size()> regressions;
@@ -166,7 +172,7 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned t
     for (std::size_t i = next(); i < regressions.size(); i = next()) {
       MatrixXd regularized = matrix;
       regularized.diagonal().array() += regularizations[i];
-      regressions[i] = regress(frames, std::move(regularized), kernels);
+      regressions[i] = regress(samples, std::move(regularized), kernels);
     }
   });
   const auto error = [&](const Regression& regression) {
@@ -183,16 +189,16 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned t
 
 /// matrix: K + regularization I. With A its inverse, weights w = A Y and the images g of a simulation, the regression
 /// without these predicts k'w - (A k)_g' A_gg^-1 w_g: block-wise inversion.
-ShapeTraining::Regression ShapeTraining::regress(const LeftOutFrames& frames, MatrixXd matrix,
+ShapeTraining::Regression ShapeTraining::regress(std::span<const std::size_t> samples, MatrixXd matrix,
                                                  const MatrixXd& kernels) const {
   const Eigen::LLT<Eigen::Ref<MatrixXd>> factored(matrix);
   const MatrixXd inverse = factored.solve(MatrixXd::Identity(images_.rows(), images_.rows()));
   const MatrixXd weights = factored.solve(trained_shapes()), solved = inverse * kernels;
   MatrixXd predicted = kernels.transpose() * weights, change;
   std::vector<Index> own;  // images of the frame's simulation; frames of a simulation follow each other
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    const std::uint32_t simulation = samples_[frames.sample(f)].simulation;
-    if (f == 0 || simulation != samples_[frames.sample(f - 1)].simulation) {
+  for (std::size_t f = 0; f < samples.size(); ++f) {
+    const std::uint32_t simulation = samples_[samples[f]].simulation;
+    if (f == 0 || simulation != samples_[samples[f - 1]].simulation) {
       own = images_of(simulation);
       if (!own.empty()) change = MatrixXd(inverse(own, own)).llt().solve(MatrixXd(weights(own, Eigen::all)));
     }

@@ -12,12 +12,20 @@ namespace lbea::bake {
 struct TrainedShapes {
   std::vector<float> basis, images, weights, shapes;
   float one_sided = 0, length_scale = 0, blend = 0, most_difference = 0;  // as in ShapeRegression
+  float hidden_blend = 0, hidden_most_difference = 0;
 
   [[nodiscard]] ShapeRegression view() const noexcept {
-    return {basis, images, weights, shapes, one_sided, length_scale, blend, most_difference};
+    return {basis,        images, weights,         shapes,       one_sided,
+            length_scale, blend,  most_difference, hidden_blend, hidden_most_difference};
   }
   /// Zeros, for an ensemble that allows no training.
   [[nodiscard]] static TrainedShapes untrained(const DepthCamera& camera, std::size_t samples);
+};
+
+/// See CompletedImage.
+struct CompletedFrame {
+  std::size_t sample;
+  std::span<const float> image;
 };
 
 class ShapeTraining {
@@ -27,8 +35,10 @@ class ShapeTraining {
   ShapeTraining(const SampleSource& source, const DepthMetric& metric);
 
   /// Shape scores of the frames, one row each, each by a regression without the frame's simulation. Keeps the
-  /// regularization with the least mean error. Takes 100 MB per thread.
-  [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, unsigned threads);
+  /// regularization with the least mean error. Then the same for the completed images, with this regularization. Takes
+  /// 100 MB per thread.
+  [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, unsigned threads,
+                                                 std::span<const CompletedFrame> completed = {});
   /// Shape scores of all samples, one row each.
   [[nodiscard]] const Eigen::MatrixXd& shapes() const noexcept { return shapes_; }
   /// The regression from all simulations, blend and greatest difference still 0. Call predict_left_out() before.
@@ -43,7 +53,7 @@ class ShapeTraining {
     Eigen::MatrixXd weights;   // t x shape_scores
     Eigen::MatrixXd left_out;  // frames x shape_scores: predictions without the frame's simulation
   };
-  [[nodiscard]] Regression regress(const LeftOutFrames& frames, Eigen::MatrixXd matrix,
+  [[nodiscard]] Regression regress(std::span<const std::size_t> samples, Eigen::MatrixXd matrix,
                                    const Eigen::MatrixXd& kernels) const;
   [[nodiscard]] std::vector<Eigen::Index> images_of(std::uint32_t simulation) const;
   [[nodiscard]] Eigen::MatrixXd trained_shapes() const;

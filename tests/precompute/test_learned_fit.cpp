@@ -105,7 +105,10 @@ TEST_CASE("what is learned does not depend on the number of threads; with one si
   CHECK(one.limits.test == many.limits.test);
   CHECK(std::isfinite(one.error_per_spread));
   CHECK(one.hidden_error_per_spread == many.hidden_error_per_spread);
+  CHECK(one.metric.hidden == many.metric.hidden);
   CHECK(one.shapes.weights == many.shapes.weights);
+  CHECK(one.shapes.hidden_blend == many.shapes.hidden_blend);
+  CHECK(one.shapes.hidden_most_difference == many.shapes.hidden_most_difference);
   SampleSource alone = source;
   std::erase_if(alone.samples, [](const Sample& sample) { return sample.simulation > 0; });
   const LearnedFit usual = learn_fit(alone, 1);

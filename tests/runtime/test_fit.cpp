@@ -262,6 +262,67 @@ TEST_CASE(
   CHECK(ranking.ranked()[2].distance == doctest::Approx(4));
 }
 
+TEST_CASE("only parts at least five cells wide may be hidden, at the image's edges too") {
+  DepthCamera camera;
+  camera.columns = 20;
+  camera.rows = 9;
+  std::vector<std::uint16_t> image(padded_cells(camera), empty_cell);
+  std::fill_n(image.begin(), camera.cells(), std::uint16_t{100});
+  HiddenParts parts(camera);
+  const auto found = [&](std::size_t first_row, std::size_t rows, std::size_t first_column, std::size_t column_count) {
+    std::vector<float> observed(image.size(), 100);
+    for (std::size_t row = first_row; row < first_row + rows; ++row)
+      std::fill_n(observed.begin() + static_cast<std::ptrdiff_t>(row * camera.columns + first_column), column_count,
+                  nothing_seen);
+    parts.set_frame(observed);
+    const std::size_t count = parts.find(image);
+    std::size_t visited = 0;
+    parts.visit([&](std::size_t cell) { visited += observed[cell] < 0; });
+    CHECK(visited == count);
+    return count;
+  };
+  CHECK(found(0, 9, 0, 20) == 180);
+  CHECK(found(0, 5, 0, 5) == 25);
+  CHECK(found(4, 5, 14, 6) == 30);
+  CHECK(found(2, 4, 0, 20) == 0);
+  CHECK(found(0, 9, 7, 4) == 0);
+  CHECK(found(3, 0, 0, 0) == 0);  // nothing of the frames before remains
+}
+
+// The edge of a hidden part is no silhouette. Before hidden parts were found per sample, the second sample, which ends
+// there but lies elsewhere, was the best one: two columns of 5 x 25^2 against 10 x 5 x 5^2.
+TEST_CASE("a sample that continues behind what hides it is better than one that ends there and fits less") {
+  DepthCamera camera;
+  camera.columns = 32;
+  camera.rows = 5;
+  const std::size_t stride = padded_cells(camera);
+  std::vector<std::uint16_t> depths(2 * stride, empty_cell);
+  std::vector<float> observed(stride, nothing_seen);
+  for (std::size_t row = 0; row < 5; ++row) {
+    std::fill_n(&depths[row * 32], 20, std::uint16_t{100});
+    std::fill_n(&depths[stride + row * 32], 10, std::uint16_t{105});
+    std::fill_n(&observed[row * 32], 10, 100.0f);
+  }
+  Surroundings(camera).limit(observed);
+  DepthRanking ranking(camera, 2, {.cap = 40, .one_sided = 25, .hidden = 4});
+  const float of_parts = ranking.rank_hidden(observed, depths, std::vector<RankedSample>{{0, 0}, {1, 0}});
+  REQUIRE(ranking.ranked().size() == 2);
+  CHECK(ranking.ranked()[0].sample == 0);
+  CHECK(ranking.ranked()[0].distance == doctest::Approx(4 * 4));  // 50 hidden cells, relative to 50 others
+  CHECK(of_parts == doctest::Approx(4 * 4));
+  CHECK(ranking.ranked()[1].distance == doctest::Approx(5 * 5));
+  std::vector<float> residuals(stride, 25);
+  CHECK(ranking.price_hidden(observed, std::span(depths).first(stride), residuals) == 10);  // the two columns
+  CHECK(std::ranges::count(residuals, 4.0f) == 10);
+
+  CompletedImage completed(camera);
+  completed.clear();
+  completed.add(0.75f, std::span(depths).first(stride), residuals, ranking.hidden_price());
+  completed.add(0.25f, std::span(depths).subspan(stride), std::vector<float>(stride, 0.0f), ranking.hidden_price());
+  completed.finish(observed);
+  for (std::size_t c = 0; c < camera.cells(); ++c) CHECK(completed.cells()[c] == (c % 32 < 20 ? 100 : nothing_seen));
+}
+
 TEST_CASE("images rendered from the model are those that the bake rendered, on any number of threads") {
   const AlignedBytes one = seen_plates_model(3, 4, 1), many = seen_plates_model(3, 4, 3);
   CHECK(std::ranges::equal(one.span(), many.span()));

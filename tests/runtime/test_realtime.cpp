@@ -1,4 +1,5 @@
 // match() promises: no allocation. Every way to the heap is counted here, over 10,000 frames, malformed ones included.
+#include "runtime/src/depth/surface_fit.hpp"
 #include "runtime/src/match/sample_search.hpp"
 #include "tests/runtime/frames.hpp"
 #include "tests/runtime/seen_plates.hpp"
@@ -68,6 +69,29 @@ TEST_CASE("10,000 frames, malformed ones included, without one call to the heap"
     CHECK(refused > 4'000);
   }
   CHECK(heap_calls > 0);  // the counter counts
+}
+
+TEST_CASE("frames of which something hides a part are matched without one call to the heap") {
+  const TemporaryFolder folder;
+  bake_model(similar_plates(4, 6), bent_plates_description(), folder / "plates.lbea", with_views());
+  const Model model = Model::open(folder / "plates.lbea");
+  DepthImages images = *SensorViews::baked_into(model).data();
+  images.regression.blend = images.regression.hidden_blend = 0.5f;
+  images.regression.hidden_most_difference = 10;
+  SurfaceFitter fitter(model.view(), SensorViews(std::make_shared<const DepthImages>(images)), 3);
+  std::vector<RankedSample> all;
+  for (std::uint32_t s = 0; s < model.samples(); ++s) all.push_back({s, 0});
+  std::vector<float> observed(padded_cells(images.camera));
+  const std::uint64_t before = heap_calls;
+  for (std::uint32_t s = 0; s < model.samples(); ++s) {
+    const auto image = images.of_sample(s);
+    for (std::size_t c = 0; c < observed.size(); ++c)
+      observed[c] = image[c] == empty_cell || c % images.camera.columns < images.camera.columns / 3
+                        ? nothing_seen
+                        : static_cast<float>(image[c]);
+    fitter.fit({.observed = observed, .is_hidden = true}, all);
+  }
+  CHECK(heap_calls == before);
 }
 
 TEST_CASE("the same through the C interface") {

@@ -8,6 +8,8 @@
 namespace lbea {
 namespace {
 
+constexpr double most_cost_steps = 1e9;  // sums of squares over all cells do not overflow a float
+
 DepthCamera camera_from(const format::DepthCameraWords& words, std::span<const std::uint32_t> size) noexcept {
   DepthCamera camera;
   std::ranges::transform(words.T_reference_sensor, camera.T_reference_sensor.begin(),
@@ -38,8 +40,7 @@ format::DepthCameraWords camera_words(const SectionReader& sections, const Depth
   if (!std::ranges::all_of(positive, [](double v) { return v >= 1 / format::largest_measure; }) ||
       !(words.error_per_spread >= 0))
     sections.fail(SectionId::view_camera, 0, "a value is not positive");
-  constexpr double most_steps = 1e9;  // sums of squares over all cells do not overflow a float
-  if (!(std::max(words.cap, words.one_sided) <= most_steps * words.depth_step))
+  if (!(std::max(words.cap, words.one_sided) <= most_cost_steps * words.depth_step))
     sections.fail(SectionId::view_camera, 0, "a cost is too many depth steps");
   return words;
 }
@@ -74,6 +75,19 @@ void read_regression(const SectionReader& sections, std::uint64_t samples, Depth
   images.error_per_spread = static_cast<float>(numbers[4]);
 }
 
+void read_hidden_numbers(const SectionReader& sections, DepthImages& images) {
+  constexpr auto id = format::SectionId::hidden_numbers;
+  if (sections.find(id) == nullptr) return;
+  const auto numbers = sections.required<double>(id, {3, 1, 1});
+  const double most_price = most_cost_steps * double{images.camera.depth_step};
+  if (!(numbers[0] >= 1 / format::largest_measure && numbers[0] <= most_price) ||
+      !(numbers[1] >= 0 && numbers[1] <= 1) || !(numbers[2] >= 0 && numbers[2] <= format::largest_measure))
+    sections.fail(id, 0, "a value is out of range");
+  images.metric.hidden = static_cast<float>(numbers[0]);
+  images.regression.hidden_blend = static_cast<float>(numbers[1]);
+  images.regression.hidden_most_difference = static_cast<float>(numbers[2]);
+}
+
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -105,7 +119,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
 
   auto images = std::make_shared<DepthImages>();
   images->camera = camera_from(words, size);
-  images->metric = {static_cast<float>(words.cap), static_cast<float>(words.one_sided), usual.mesh_noise};
+  images->metric = {static_cast<float>(words.cap), static_cast<float>(words.one_sided), usual.mesh_noise, usual.hidden};
   images->error_per_spread = images->hidden_error_per_spread = static_cast<float>(words.error_per_spread);
   images->misfit_limit = static_cast<float>(words.misfit_limit);
   images->test_misfit_limit = static_cast<float>(words.test_misfit_limit);
@@ -115,6 +129,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   require(std::ranges::all_of(images->expected, [](float v) { return v >= 0 && format::is_measured(v); }),
           SectionId::view_expected, "a value is negative or not finite");
   read_regression(sections, info.samples, *images);
+  read_hidden_numbers(sections, *images);
   if (sections.find(SectionId::pose_variance) != nullptr) {
     const auto variance = sections.required<double>(SectionId::pose_variance, {1, 1, 1});
     require(variance[0] >= 0 && format::is_measured(variance[0]), SectionId::pose_variance,
@@ -229,42 +244,6 @@ void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) 
   best.clear();
   for (std::size_t s = 0; s < depths_.size() / stride; ++s)
     best.offer(static_cast<std::uint32_t>(s), mean_square(code_, observed_, &depths_[s * stride], prices_));
-}
-
-DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric)
-    : code_(kernels()),
-      prices_(prices_of(metric, camera)),
-      best_(capacity),
-      chosen_(capacity),
-      common_(padded_cells(camera)) {}
-
-float DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_t> depths,
-                         std::span<const RankedSample> proposed) noexcept {
-  compare(observed, depths, proposed);
-  const float least = ranked()[0].distance;
-  mark_occluded(observed, depths);
-  const auto chosen = std::span(chosen_).first(ranked().size());
-  std::ranges::copy(ranked(), chosen.begin());
-  compare(observed, depths, chosen);
-  return least;
-}
-
-void DepthRanking::compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
-                           std::span<const RankedSample> proposed) noexcept {
-  best_.clear();
-  for (const RankedSample& proposal : proposed)
-    best_.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * observed.size()], prices_));
-}
-
-void DepthRanking::mark_occluded(std::span<float> observed, std::span<const std::uint16_t> depths) noexcept {
-  std::ranges::fill(common_, std::uint16_t{1});
-  for (const RankedSample& best : ranked()) {
-    const std::uint16_t* image = &depths[best.sample * observed.size()];
-    for (std::size_t c = 0; c < common_.size(); ++c)
-      common_[c] = static_cast<std::uint16_t>(common_[c] & (image[c] != empty_cell));
-  }
-  for (std::size_t c = 0; c < common_.size(); ++c)
-    if (common_[c] != 0 && observed[c] == nothing_seen) observed[c] = not_observed;
 }
 
 }  // namespace lbea

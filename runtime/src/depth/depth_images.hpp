@@ -48,11 +48,12 @@ struct DepthMetric {
   float cap = 40;        // mm: greatest cost of a cell that both images fill
   float one_sided = 25;  // cost of a cell that only one image fills: the silhouette
   float mesh_noise = 1;  // residual between a frame and its own sample, from sampling a curved surface by cells
+  float hidden = 9.4f;   // cost of an empty cell of a frame in a part that something may hide: see HiddenParts
 
   /// The same in another unit.
   [[nodiscard]] DepthMetric in(std::string_view length_unit) const noexcept {
     const auto scale = static_cast<float>(units_per_mm(length_unit));
-    return {scale * cap, scale * one_sided, scale * mesh_noise};
+    return {scale * cap, scale * one_sided, scale * mesh_noise, scale * hidden};
   }
 };
 
@@ -69,6 +70,7 @@ struct ShapeRegression {
   float length_scale = 0;          // of the kernel
   float blend = 0;                 // the estimate goes this share of the way to the prediction; 0: not trained
   float most_difference = 0;       // length unit: 98 % of predictions and combinations differ by less than this
+  float hidden_blend = 0, hidden_most_difference = 0;  // the same of frames of which something hides a part
 
   /// Features of an image, padded with zeros to whole 64-byte lines.
   [[nodiscard]] static std::size_t features(const DepthCamera& camera) noexcept {
@@ -113,7 +115,7 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 67 and 0x8001 to 0x8006. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 67 and 0x8001 to 0x8007. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);
@@ -135,8 +137,9 @@ class Surroundings {
   /// not_observed. Does not allocate.
   void limit(std::span<float> observed) noexcept;
 
- private:
   static constexpr std::size_t reach = 2;  // cells
+
+ private:
   std::size_t columns_, rows_;
   std::vector<std::uint8_t> along_row_;  // per cell: 1 where a cell of the row within reach is filled
 };
@@ -179,38 +182,6 @@ class ThinnedImages {
   std::vector<std::uint32_t> cells_;   // the chosen ones
   std::vector<std::uint16_t> depths_;  // samples x padded chosen cells
   std::vector<float> observed_;        // padded chosen cells
-};
-
-/// Ranks samples by how well their depth images explain that of a frame.
-class DepthRanking {
- public:
-  /// Keeps the best `capacity` samples. Allocates all memory.
-  DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric);
-
-  /// observed: padded_cells() depths in steps; depths: the images of all samples; proposed: the samples to rank.
-  /// A cell that all of the best samples fill and the frame does not is regarded as occluded, not as a hole in the
-  /// component: it becomes `not_observed` and is ignored from then on. Returns the least mean square before that. Does
-  /// not allocate.
-  float rank(std::span<float> observed, std::span<const std::uint16_t> depths,
-             std::span<const RankedSample> proposed) noexcept;
-
-  /// Best first. distance: mean square over the cells that either image fills, in squared depth steps.
-  [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
-  /// Per cell: not 0 if all of the best samples fill it.
-  [[nodiscard]] std::span<const std::uint16_t> in_all() const noexcept { return common_; }
-  [[nodiscard]] std::size_t capacity() const noexcept { return best_.capacity(); }
-  [[nodiscard]] const CellPrices& prices() const noexcept { return prices_; }
-
- private:
-  void compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
-               std::span<const RankedSample> proposed) noexcept;
-  void mark_occluded(std::span<float> observed, std::span<const std::uint16_t> depths) noexcept;
-
-  const Kernels& code_;
-  CellPrices prices_;  // in depth steps
-  BestSamples best_;
-  std::vector<RankedSample> chosen_;
-  std::vector<std::uint16_t> common_;  // per cell: 0 where the image of any of the best is empty
 };
 
 template <typename Real = float>

@@ -45,7 +45,8 @@ class ShapePredictor {
   /// Allocates all memory. Keeps spans of the images' regression.
   explicit ShapePredictor(const DepthImages& images);
   /// Principal components of the shape, ShapeRegression::shape_scores values, valid until the next call; nothing if the
-  /// bake has not trained a regression. observed: padded_cells() values of an image of which nothing is hidden. Does
+  /// bake has not trained a regression. observed: padded_cells() values of an image of which nothing is hidden, or that
+  /// is completed. Does
   /// not allocate.
   [[nodiscard]] std::span<const float> predict(std::span<const float> observed) noexcept;
 

@@ -49,6 +49,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       simplex_(best_.capacity()),
       ridge_(best_.capacity()),
       predictor_(*views_.data()),
+      completed_(views_.data()->camera),
       target_(ShapeRegression::shape_scores),
       neighbors_(std::min(settings.neighbors, model.info.samples)),
       offsets_(neighbors_.capacity() * ShapeRegression::shape_scores),
@@ -98,19 +99,24 @@ float SurfaceFitter::least_limited_residual() noexcept {
 }
 
 SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
-  choose_candidates(image.observed, proposed);
+  if (image.is_hidden)
+    choose_hidden_candidates(image.observed, proposed);
+  else
+    choose_candidates(image.observed, proposed);
   return fit_candidates(image, proposed);
 }
 
 SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
   SurfaceFit result;
-  compare_candidates(image.observed);
+  compare_candidates(image);
   if (image.prior != nullptr) estimate_pose(image);
   combine_candidates();                 // their convex combination with the least residual
   if (!image.is_hidden) extrapolate();  // the estimate may lie beside the samples
   result.estimate_residual = residual_of_combination();
   use_candidates();
-  if (!image.predicted.empty()) use_neighbors(image.predicted, proposed);
+  FrameImage predicted = image;
+  if (image.is_hidden) predicted.predicted = predict_hidden(image);
+  if (!predicted.predicted.empty()) use_neighbors(predicted, proposed);
   weigh(result);                   // candidates ranked by their distance from the estimate
   judge(result, image.is_hidden);  // misfit, spread, verdict
   return result;
@@ -120,25 +126,43 @@ SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<cons
 float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
   const float least = best_.rank(observed, images.depths, proposed);
-  const float step = images.camera.depth_step;
+  set_candidates(0);
+  return least;
+}
+
+/// What their hidden parts cost distinguishes samples but is no residual of what the frame shows: the best sample's is
+/// subtracted from all.
+void SurfaceFitter::choose_hidden_candidates(std::span<const float> observed,
+                                             std::span<const RankedSample> proposed) noexcept {
+  set_candidates(best_.rank_hidden(observed, views_.data()->depths, proposed));
+}
+
+/// not_residual: part of the best ones' mean squares.
+void SurfaceFitter::set_candidates(float not_residual) noexcept {
+  const float step = views_.data()->camera.depth_step;
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
-    candidates_[k] = {sample_at(sample.sample), step * std::sqrt(sample.distance)};
+    candidates_[k] = {sample_at(sample.sample), step * std::sqrt(std::max(sample.distance - not_residual, 0.0f))};
     copy_landmarks(sample.sample, landmarks(k));
   }
-  return least;
 }
 
 // The residual of a combination is approximated by the combination of the residuals. That is exact along a line of
 // sight that meets the same surface in all samples. A cell that only some samples fill counts with their share.
-void SurfaceFitter::compare_candidates(std::span<const float> observed) noexcept {
+void SurfaceFitter::compare_candidates(const FrameImage& frame) noexcept {
   const DepthImages& images = *views_.data();
   const std::size_t k = count(), cells = padded_cells(images.camera);
-  for (std::size_t i = 0; i < k; ++i)
-    code_.subtract_depths(observed.data(), images.of_sample(best_.ranked()[i].sample).data(), cells, best_.prices(),
-                          &residuals_[i * cells]);
-  const auto image = images.of_sample(best_.ranked()[0].sample);
-  filled_ = std::max(code_.compare_depths(observed.data(), image.data(), cells, best_.prices()).filled, 1.0f);
+  const float* observed = frame.observed.data();
+  const auto image_of = [&](std::size_t i) { return images.of_sample(best_.ranked()[i].sample); };
+  filled_ = code_.compare_depths(observed, image_of(0).data(), cells, best_.prices()).filled;
+  for (std::size_t i = 0; i < k; ++i) {
+    const auto residuals = std::span(residuals_).subspan(i * cells, cells);
+    code_.subtract_depths(observed, image_of(i).data(), cells, best_.prices(), residuals.data());
+    if (!frame.is_hidden) continue;
+    const float hidden = best_.price_hidden(frame.observed, image_of(i), residuals);
+    if (i == 0) filled_ -= hidden;
+  }
+  filled_ = std::max(filled_, 1.0f);
   const float scale =
       images.camera.depth_step * images.camera.depth_step / filled_;  // to a mean square in length units
   for (std::size_t i = 0; i < k; ++i) {
@@ -199,11 +223,24 @@ void SurfaceFitter::use_candidates() noexcept {
   }
 }
 
+/// The shape predicted from the completed image, unless it is known.
+std::span<const float> SurfaceFitter::predict_hidden(const FrameImage& image) noexcept {
+  completed_.clear();
+  for (std::size_t i = 0; i < count(); ++i)
+    if (shares_[i] != 0)
+      completed_.add(shares_[i], views_.data()->of_sample(best_.ranked()[i].sample),
+                     std::span(residuals_).subspan(i * image.observed.size(), image.observed.size()),
+                     best_.hidden_price());
+  completed_.finish(image.observed);
+  if (!image.predicted.empty() || views_.data()->regression.hidden_blend == 0) return image.predicted;
+  return predictor_.predict(completed_.cells());
+}
+
 // The candidates do not span all shapes near them: more samples, near the blended shape, represent it better.
-void SurfaceFitter::use_neighbors(std::span<const float> predicted, std::span<const RankedSample> proposed) noexcept {
+void SurfaceFitter::use_neighbors(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
   const ShapeRegression& regression = views_.data()->regression;
   constexpr std::size_t scores = ShapeRegression::shape_scores;
-  move_toward(predicted);
+  move_toward(image);
   neighbors_.clear();
   for (const RankedSample& proposal : proposed)
     neighbors_.offer(proposal.sample, squared_distance(regression.shape(proposal.sample), target_));
@@ -233,14 +270,16 @@ void SurfaceFitter::use_neighbors(std::span<const float> predicted, std::span<co
 
 /// Sets the target. Predictions far from the candidates' combination, of a frame unlike all training images for
 /// example, move it no further than usual ones.
-void SurfaceFitter::move_toward(std::span<const float> predicted) noexcept {
+void SurfaceFitter::move_toward(const FrameImage& image) noexcept {
   const ShapeRegression& regression = views_.data()->regression;
+  const float blend = image.is_hidden ? regression.hidden_blend : regression.blend;
+  const float most = image.is_hidden ? regression.hidden_most_difference : regression.most_difference;
   std::ranges::fill(target_, 0.0f);
   for (std::size_t i = 0; i < count(); ++i) add(shares_[i], regression.shape(best_.ranked()[i].sample), target_);
-  const float difference = std::sqrt(squared_distance(predicted, target_));
+  const float difference = std::sqrt(squared_distance(image.predicted, target_));
   if (!std::isfinite(difference)) return;  // by a forged model
-  const float share = regression.blend * std::min(1.0f, regression.most_difference / std::max(difference, 1e-30f));
-  for (std::size_t i = 0; i < target_.size(); ++i) target_[i] += share * (predicted[i] - target_[i]);
+  const float share = blend * std::min(1.0f, most / std::max(difference, 1e-30f));
+  for (std::size_t i = 0; i < target_.size(); ++i) target_[i] += share * (image.predicted[i] - target_[i]);
 }
 
 void SurfaceFitter::weigh(SurfaceFit& result) noexcept {

@@ -2,6 +2,8 @@
 // the frame.
 #pragma once
 
+#include "runtime/src/depth/completed_image.hpp"
+#include "runtime/src/depth/depth_ranking.hpp"
 #include "runtime/src/depth/pose_fit.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
 #include "runtime/src/match/sample_search.hpp"
@@ -31,7 +33,8 @@ class SurfaceFitter {
   /// prior: of the pose; none: the pose is known.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed,
                  const PoseBelief* prior = nullptr) noexcept;
-  /// The same for the frame's depth image, by the proposed samples alone. Hidden cells become not_observed.
+  /// The same for the frame's depth image, by the proposed samples alone. Hidden cells become not_observed. An image
+  /// of which something hides a part must be limited to its Surroundings.
   SurfaceFit fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
@@ -41,21 +44,27 @@ class SurfaceFitter {
   /// The motion that the frame lacks, given the prior.
   [[nodiscard]] const PoseBelief& pose() const noexcept { return pose_; }
   [[nodiscard]] const PoseFit& pose_fit() const noexcept { return pose_fit_; }
+  /// What the last frame shows and, in hidden parts, the combination of the candidates. Only after frames of which
+  /// something hides a part.
+  [[nodiscard]] std::span<const float> completed() const noexcept { return completed_.cells(); }
   /// Whether the bake has learned how certain poses are.
   [[nodiscard]] bool estimates_pose() const noexcept { return views_.data()->pose_variance > 0; }
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
  private:
   float choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
+  void choose_hidden_candidates(std::span<const float> observed, std::span<const RankedSample> proposed) noexcept;
+  void set_candidates(float not_residual) noexcept;
   SurfaceFit fit_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
-  void compare_candidates(std::span<const float> observed) noexcept;
+  void compare_candidates(const FrameImage& image) noexcept;
   void estimate_pose(const FrameImage& image) noexcept;
   void combine_candidates() noexcept;
   void extrapolate() noexcept;
   [[nodiscard]] float residual_of_combination() const noexcept;
   void use_candidates() noexcept;
-  void use_neighbors(std::span<const float> predicted, std::span<const RankedSample> proposed) noexcept;
-  void move_toward(std::span<const float> predicted) noexcept;
+  [[nodiscard]] std::span<const float> predict_hidden(const FrameImage& image) noexcept;
+  void use_neighbors(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
+  void move_toward(const FrameImage& image) noexcept;
   [[nodiscard]] float least_limited_residual() noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
@@ -89,6 +98,7 @@ class SurfaceFitter {
   SimplexProblem simplex_;
   RidgeProblem ridge_;
   ShapePredictor predictor_;
+  CompletedImage completed_;
   std::vector<float> target_;  // shape scores
   BestSamples neighbors_;      // by distance of their shape scores from the target
   std::vector<float> offsets_, neighbor_gram_, weights_, prices_;

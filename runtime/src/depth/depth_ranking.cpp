@@ -1,0 +1,79 @@
+#include "runtime/src/depth/depth_ranking.hpp"
+
+namespace lbea {
+DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric)
+    : code_(kernels()),
+      prices_(prices_of(metric, camera)),
+      hidden_price_(metric.hidden / camera.depth_step),
+      best_(capacity),
+      chosen_(capacity),
+      common_(padded_cells(camera)),
+      promising_(most_promising),
+      whole_(padded_cells(camera)),
+      parts_(camera) {}
+
+float DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_t> depths,
+                         std::span<const RankedSample> proposed) noexcept {
+  compare(observed, depths, proposed);
+  const float least = ranked()[0].distance;
+  find_common(depths);
+  for (std::size_t c = 0; c < common_.size(); ++c)
+    if (common_[c] != 0 && observed[c] == nothing_seen) observed[c] = not_observed;
+  const auto chosen = std::span(chosen_).first(ranked().size());
+  std::ranges::copy(ranked(), chosen.begin());
+  compare(observed, depths, chosen);
+  return least;
+}
+
+float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
+                                std::span<const RankedSample> proposed) noexcept {
+  const std::size_t stride = observed.size();
+  std::ranges::transform(observed, whole_.begin(), [](float depth) { return depth < 0 ? nothing_seen : depth; });
+  parts_.set_frame(whole_);
+  promising_.clear();
+  for (const RankedSample& proposal : proposed)
+    promising_.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * stride], prices_));
+  best_.clear();
+  float least = std::numeric_limits<float>::infinity(), of_parts = 0;
+  for (const RankedSample& one : promising_.ranked()) {
+    const auto image = depths.subspan(one.sample * stride, stride);
+    const CellSums sums = code_.compare_depths(whole_.data(), image.data(), stride, prices_);
+    const auto hidden = static_cast<float>(parts_.find(image));
+    const float price = square(hidden_price_) * hidden, others = std::max(sums.filled - hidden, 1.0f);
+    const float mean = std::max(sums.squares - square(prices_.one_sided) * hidden, 0.0f) / others + price / others;
+    best_.offer(one.sample, mean);
+    if (mean < least) least = mean, of_parts = price / others;
+  }
+  find_common(depths);
+  return of_parts;
+}
+
+float DepthRanking::price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,
+                                 std::span<float> residuals) noexcept {
+  float count = 0;
+  parts_.find(image);
+  parts_.visit([&](std::size_t cell) {
+    if (observed[cell] != nothing_seen) return;
+    residuals[cell] = hidden_price_;
+    ++count;
+  });
+  return count;
+}
+
+void DepthRanking::compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
+                           std::span<const RankedSample> proposed) noexcept {
+  best_.clear();
+  for (const RankedSample& proposal : proposed)
+    best_.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * observed.size()], prices_));
+}
+
+void DepthRanking::find_common(std::span<const std::uint16_t> depths) noexcept {
+  std::ranges::fill(common_, std::uint16_t{1});
+  for (const RankedSample& best : ranked()) {
+    const std::uint16_t* image = &depths[best.sample * common_.size()];
+    for (std::size_t c = 0; c < common_.size(); ++c)
+      common_[c] = static_cast<std::uint16_t>(common_[c] & (image[c] != empty_cell));
+  }
+}
+
+}  // namespace lbea

@@ -1,0 +1,57 @@
+// The ranking of samples by the comparison of their depth images with that of a frame.
+#pragma once
+
+#include "runtime/src/depth/hidden_parts.hpp"
+
+namespace lbea {
+
+/// Ranks samples by how well their depth images explain that of a frame.
+class DepthRanking {
+ public:
+  // By what a frame shows: of these samples hidden parts are found, which takes longer than a comparison
+  static constexpr std::uint32_t most_promising = 96;
+
+  /// Keeps the best `capacity` samples. Allocates all memory.
+  DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric);
+
+  /// observed: padded_cells() depths in steps; depths: the images of all samples; proposed: the samples to rank.
+  /// A cell that all of the best samples fill and the frame does not is regarded as occluded, not as a hole in the
+  /// component: it becomes `not_observed` and is ignored from then on. Returns the least mean square before that. Does
+  /// not allocate.
+  float rank(std::span<float> observed, std::span<const std::uint16_t> depths,
+             std::span<const RankedSample> proposed) noexcept;
+  /// The same where something hides a part, of a frame limited to its surroundings: each sample is compared with the
+  /// whole frame as if what it fills and the frame does not, in HiddenParts, cost little and were not among the cells
+  /// of the mean. Returns how much of the best sample's mean square these parts cost.
+  float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
+                    std::span<const RankedSample> proposed) noexcept;
+  /// Sets the residuals of a sample in its hidden parts, after rank_hidden(). Returns the number of these cells.
+  float price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,
+                     std::span<float> residuals) noexcept;
+
+  /// Best first. distance: mean square over the cells that either image fills, in squared depth steps.
+  [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
+  /// Per cell: not 0 if all of the best samples fill it.
+  [[nodiscard]] std::span<const std::uint16_t> in_all() const noexcept { return common_; }
+  [[nodiscard]] std::size_t capacity() const noexcept { return best_.capacity(); }
+  [[nodiscard]] const CellPrices& prices() const noexcept { return prices_; }
+  /// Residual of a cell in a hidden part, in depth steps.
+  [[nodiscard]] float hidden_price() const noexcept { return hidden_price_; }
+
+ private:
+  void compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
+               std::span<const RankedSample> proposed) noexcept;
+  void find_common(std::span<const std::uint16_t> depths) noexcept;
+
+  const Kernels& code_;
+  CellPrices prices_;  // in depth steps
+  float hidden_price_;
+  BestSamples best_;
+  std::vector<RankedSample> chosen_;
+  std::vector<std::uint16_t> common_;  // per cell: 0 where the image of any of the best is empty
+  BestSamples promising_;              // by what the frame shows
+  std::vector<float> whole_;           // the frame, empty cells as evidence wherever they are
+  HiddenParts parts_;
+};
+
+}  // namespace lbea
