@@ -34,7 +34,6 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
   for (const RankedSample& proposal : proposed)
     promising_.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * stride], prices_));
   best_.clear();
-  float least = std::numeric_limits<float>::infinity(), of_parts = 0;
   for (const RankedSample& one : promising_.ranked()) {
     const auto image = depths.subspan(one.sample * stride, stride);
     const CellSums sums = code_.compare_depths(whole_.data(), image.data(), stride, prices_);
@@ -42,10 +41,20 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
     const float price = square(hidden_price_) * hidden, others = std::max(sums.filled - hidden, 1.0f);
     const float mean = std::max(sums.squares - square(prices_.one_sided) * hidden, 0.0f) / others + price / others;
     best_.offer(one.sample, mean);
-    if (mean < least) least = mean, of_parts = price / others;
   }
   find_common(depths);
-  return of_parts;
+  return ranked()[0].distance - residual_beside_hidden(observed, depths.subspan(ranked()[0].sample * stride, stride));
+}
+
+/// Mean square over what the frame shows and its surroundings, but for what the sample or all of the best ones
+/// continue.
+float DepthRanking::residual_beside_hidden(std::span<const float> observed,
+                                           std::span<const std::uint16_t> image) noexcept {
+  for (std::size_t c = 0; c < observed.size(); ++c)
+    whole_[c] = common_[c] != 0 && observed[c] == nothing_seen ? not_observed : observed[c];
+  parts_.find(image);
+  parts_.visit([this](std::size_t cell) { whole_[cell] = not_observed; });
+  return mean_square(code_, whole_, image.data(), prices_);
 }
 
 float DepthRanking::price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,

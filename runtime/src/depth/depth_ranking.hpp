@@ -22,7 +22,7 @@ class DepthRanking {
              std::span<const RankedSample> proposed) noexcept;
   /// The same where something hides a part, of a frame limited to its surroundings: each sample is compared with the
   /// whole frame as if what it fills and the frame does not, in HiddenParts, cost little and were not among the cells
-  /// of the mean. Returns how much of the best sample's mean square these parts cost.
+  /// of the mean. Returns by how much the best sample's mean square exceeds that of what the frame shows.
   float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
                     std::span<const RankedSample> proposed) noexcept;
   /// Sets the residuals of a sample in its hidden parts, after rank_hidden(). Returns the number of these cells.
@@ -41,6 +41,8 @@ class DepthRanking {
  private:
   void compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
                std::span<const RankedSample> proposed) noexcept;
+  [[nodiscard]] float residual_beside_hidden(std::span<const float> observed,
+                                             std::span<const std::uint16_t> image) noexcept;
   void find_common(std::span<const std::uint16_t> depths) noexcept;
 
   const Kernels& code_;

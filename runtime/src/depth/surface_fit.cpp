@@ -130,8 +130,8 @@ float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<cons
   return least;
 }
 
-/// What their hidden parts cost distinguishes samples but is no residual of what the frame shows: the best sample's is
-/// subtracted from all.
+/// Hidden parts and the edges of what hides them distinguish samples but are no residual of what the frame shows: what
+/// they cost the best sample is subtracted from all.
 void SurfaceFitter::choose_hidden_candidates(std::span<const float> observed,
                                              std::span<const RankedSample> proposed) noexcept {
   set_candidates(best_.rank_hidden(observed, views_.data()->depths, proposed));
