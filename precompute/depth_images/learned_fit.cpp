@@ -1,15 +1,11 @@
 #include "precompute/depth_images/learned_fit.hpp"
 
-#include "precompute/depth_images/branches.hpp"
+#include "precompute/depth_images/left_out_fitter.hpp"
 #include "precompute/parallel.hpp"
-#include "runtime/src/depth/surface_fit.hpp"
-#include "runtime/src/track/inference.hpp"
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <map>
-#include <numeric>
 
 namespace lbea::bake {
 namespace {
@@ -17,146 +13,7 @@ namespace {
 constexpr std::size_t most_matched = 192, most_compared = 1024;        // frames
 constexpr std::size_t most_hidden = 576;                               // frames: a hidden part makes errors vary more
 constexpr double hidden_by_a_patch = 0.3;                              // share of the cells
-constexpr std::size_t most_nodes = 128;                                // at which shapes are compared
 constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
-
-/// How far a left-out frame's estimate and match are from its shape: mean distances.
-struct FrameErrors {
-  std::uint32_t simulation = 0;
-  double estimate = 0, match = 0, spread = 0;
-  double motion = 0, pose_variance = 0;                  // of the apparent pose error
-  std::vector<std::pair<std::size_t, float>> weights{};  // of the estimate: sample, weight
-  std::vector<float> completed{};                        // image, if something hides a part
-};
-
-/// A left-out frame's image, the samples of other simulations that are proposed for it and, where they are known, its
-/// predicted shape scores.
-struct LeftOutFrame {
-  std::span<const float> observed;
-  std::size_t sample;
-  std::vector<std::uint32_t> proposed;
-  bool is_hidden;
-  std::vector<float> predicted{};
-};
-
-double squared(const PoseMotion& motion) {
-  return std::inner_product(motion.begin(), motion.end(), motion.begin(), 0.0);
-}
-
-/// Matches frames by their proposed samples alone, in a model that has only these.
-class LeftOutFitter {
- public:
-  /// most: proposed samples per frame. regression: of the source's samples.
-  LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
-                const ShapeRegression& regression = {})
-      : source_(source),
-        regression_(regression),
-        stride_(padded_cells(source.camera)),
-        row_(3 * source.nodes),
-        ids_(most),
-        depths_(ids_.size() * stride_),
-        shapes_(regression.shapes.empty() ? 0 : ids_.size() * ShapeRegression::shape_scores),
-        expected_(ids_.size(), 1.0f),
-        observed_(stride_),
-        image_(stride_),
-        points_(source.camera.cells()),
-        truth_(nodes_of(0)),
-        positions_(ids_.size() * truth_.size()),
-        view_(view_of()),
-        fitter_(view_,
-                SensorViews(std::make_shared<const DepthImages>(DepthImages{.camera = source.camera,
-                                                                            .depths = depths_,
-                                                                            .expected = expected_,
-                                                                            .metric = metric,
-                                                                            .regression = regression_of_proposed()})),
-                1),
-        calibration_(PoseFilter(PoseCenter::of(view_), units_per_mm(source.length_unit)).prior()) {}
-  LeftOutFitter(const LeftOutFitter&) = delete;
-  LeftOutFitter& operator=(const LeftOutFitter&) = delete;
-
-  FrameErrors errors(const LeftOutFrame& frame) {
-    const SurfaceFit fit = match(frame);
-    truth_ = nodes_of(frame.sample);
-    FrameErrors errors{.simulation = source_.samples[frame.sample].simulation};
-    std::vector<WeightedRow> rows;
-    for (const auto& [proposed, weight] : fit.estimate) {
-      rows.push_back({shape(proposed.simulation), weight});
-      errors.weights.emplace_back(frame.proposed[proposed.simulation], weight);
-    }
-    std::vector<float> estimate;
-    weighted_mean(rows, estimate);
-    errors.estimate = distance(estimate);
-    errors.match = distance(shape(fitter_.matches()[0].sample));
-    errors.spread = double{fit.spread};
-    errors.motion = std::sqrt(squared(fitter_.pose().mean));
-    errors.pose_variance = fitter_.pose_fit().variance();
-    if (frame.is_hidden) errors.completed.assign(fitter_.completed().begin(), fitter_.completed().end());
-    return errors;
-  }
-
- private:
-  SurfaceFit match(const LeftOutFrame& frame) {
-    std::vector<RankedSample> proposed;
-    for (std::uint32_t k = 0; k < frame.proposed.size(); ++k) {
-      source_.read_images(frame.proposed[k], std::span(depths_).subspan(k * stride_, stride_));
-      std::ranges::copy(nodes_of(frame.proposed[k]), &positions_[k * truth_.size()]);
-      if (!shapes_.empty())
-        std::ranges::copy(regression_.shape(frame.proposed[k]), &shapes_[k * ShapeRegression::shape_scores]);
-      proposed.push_back({k, 0});
-    }
-    std::ranges::copy(frame.observed, observed_.begin());
-    source_.read_images(frame.sample, image_);
-    for (std::size_t c = 0; c < points_.size(); ++c) points_[c] = observed_[c] < 0 ? 0.0f : share_of(image_[c]);
-    return fitter_.fit({observed_, frame.is_hidden, frame.predicted, &calibration_, points_}, proposed);
-  }
-  [[nodiscard]] ShapeRegression regression_of_proposed() const {
-    ShapeRegression regression;
-    regression.shapes = shapes_;
-    regression.blend = regression_.blend;
-    regression.most_difference = regression_.most_difference;
-    regression.hidden_blend = regression_.hidden_blend;
-    regression.hidden_most_difference = regression_.hidden_most_difference;
-    return regression;
-  }
-  [[nodiscard]] ModelView view_of() {
-    ModelView view;
-    std::ranges::copy(truth_, positions_.begin());  // for the component's middle
-    for (std::uint32_t k = 0; k < ids_.size(); ++k) ids_[k] = {k, 0};
-    view.info.samples = static_cast<std::uint32_t>(ids_.size());
-    view.info.nodes = static_cast<std::uint32_t>(truth_.size() / 3);
-    view.samples = ids_;
-    view.node_positions = positions_;
-    return view;
-  }
-  [[nodiscard]] std::vector<float> nodes_of(std::size_t sample) {
-    source_.read_positions(sample, row_);
-    return thinned_nodes(row_, most_nodes);
-  }
-  [[nodiscard]] std::span<const float> shape(std::size_t candidate) const {
-    return std::span(positions_).subspan(candidate * truth_.size(), truth_.size());
-  }
-  [[nodiscard]] double distance(std::span<const float> a) const {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); i += 3)
-      sum += std::hypot(double{a[i]} - double{truth_[i]}, double{a[i + 1]} - double{truth_[i + 1]},
-                        double{a[i + 2]} - double{truth_[i + 2]});
-    return 3 * sum / static_cast<double>(a.size());
-  }
-
-  const SampleSource& source_;
-  ShapeRegression regression_;
-  std::size_t stride_;
-  std::vector<float> row_;
-  std::vector<std::array<std::uint32_t, 2>> ids_;
-  std::vector<std::uint16_t> depths_;
-  std::vector<float> shapes_, expected_, observed_;
-  std::vector<std::uint16_t> image_;  // of the frame's sample
-  std::vector<float> points_;
-  std::vector<float> truth_, positions_;
-  ModelView view_;
-  SurfaceFitter fitter_;
-  const PoseBelief calibration_;
-};
 
 /// Frames of left-out runs, seen completely or with a part hidden, and their candidates by each metric.
 class LeftOutTests {
@@ -336,21 +193,6 @@ float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& m
   return 0;
 }
 
-/// Mean over the frames, whose poses are right. 0, so that poses are not estimated, if the frames seem to be moved much
-/// farther than the estimates are wrong: then a pose error cannot be told from a difference of shape.
-float pose_variance(std::vector<FrameErrors> errors) {
-  constexpr double most = 4;  // times the error; the frames of a test together are less wrong than each
-  const auto median = [&errors](double FrameErrors::*value) {
-    const auto middle = errors.begin() + std::ssize(errors) / 2;
-    std::ranges::nth_element(errors, middle, {}, value);
-    return *middle.*value;
-  };
-  if (median(&FrameErrors::motion) > most * median(&FrameErrors::estimate)) return 0;
-  double sum = 0;
-  for (const FrameErrors& error : errors) sum += error.pose_variance / static_cast<double>(errors.size());
-  return static_cast<float>(sum);
-}
-
 /// Owns the memory of SensorViews' spans.
 struct RenderedImages {
   std::vector<std::uint16_t> depths;
@@ -380,7 +222,7 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
     of_hidden = hidden.errors(0, learned.metric, regression, predicted.bottomRows(std::ssize(of_hidden)));
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
-  learned.pose_variance = pose_variance(of_whole);
+  learned.pose = learn_pose(source, learned.metric, threads);
 
   const LeftOutFrames frames(source, most_compared, 0);
   const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);
@@ -420,10 +262,10 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   };
   rendered->learned = learn_fit(source, threads);
   const LearnedFit& learned = rendered->learned;
-  return SensorViews(std::make_shared<const DepthImages>(
-      DepthImages{renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame,
-                  learned.limits.test, learned.error_per_spread, learned.hidden_error_per_spread, learned.pose_variance,
-                  learned.shapes.view(), rendered}));
+  return SensorViews(std::make_shared<const DepthImages>(DepthImages{
+      renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame, learned.limits.test,
+      learned.error_per_spread, learned.hidden_error_per_spread, static_cast<float>(learned.pose.variance),
+      static_cast<float>(learned.pose.drift_evidence), learned.shapes.view(), rendered}));
 }
 
 }  // namespace lbea::bake

@@ -1,7 +1,7 @@
 // What method fit learns from the ensemble: samples of each run are matched with the other runs.
 #pragma once
 
-#include "precompute/depth_images/left_out.hpp"
+#include "precompute/depth_images/learned_pose.hpp"
 #include "precompute/depth_images/residuals.hpp"
 #include "precompute/depth_images/shape_training.hpp"
 
@@ -14,7 +14,7 @@ struct LearnedFit {
   // 90 % of the estimates' errors are below this times the spread; 0: not known
   float error_per_spread = 0;         // of frames with a full view
   float hidden_error_per_spread = 0;  // of frames with a hidden third
-  float pose_variance = 0;            // of DepthImages; 0: not known
+  LearnedPose pose{};
   TrainedShapes shapes;
 };
 

@@ -100,8 +100,11 @@ void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::sp
 }
 
 LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, double hidden, float noise)
-    : stride_(padded_cells(source.camera)),
-      samples_(spread_samples(std::min(most, source.samples.size()), source.samples.size())) {
+    : LeftOutFrames(source, spread_samples(std::min(most, source.samples.size()), source.samples.size()), hidden,
+                    noise) {}
+
+LeftOutFrames::LeftOutFrames(const SampleSource& source, std::vector<std::size_t> samples, double hidden, float noise)
+    : stride_(padded_cells(source.camera)), samples_(std::move(samples)) {
   const std::size_t count = samples_.size();
   observed_.resize(count * stride_);
   Surroundings surroundings(source.camera);

@@ -38,6 +38,8 @@ class LeftOutFrames {
   /// nearest to one of them, chosen at random, as something in front of the component would hide them. noise: every
   /// second image is disturbed with this one (see disturb()); 0: none is.
   LeftOutFrames(const SampleSource& source, std::size_t most, double hidden, float noise = 0);
+  /// The same for these samples.
+  LeftOutFrames(const SampleSource& source, std::vector<std::size_t> samples, double hidden, float noise = 0);
 
   [[nodiscard]] std::size_t size() const noexcept { return samples_.size(); }
   [[nodiscard]] std::size_t sample(std::size_t frame) const noexcept { return samples_[frame]; }

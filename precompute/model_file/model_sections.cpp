@@ -153,7 +153,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::regression_images, 0, ElementType::f32, {trained, image_scores}});
   plan.push_back({SectionId::regression_weights, 0, ElementType::f32, {shape_scores, format::padded(trained)}});
   plan.push_back({SectionId::regression_shapes, 0, ElementType::f32, {s, shape_scores}});
-  plan.push_back({SectionId::pose_variance, 0, ElementType::f64, {1}});
+  plan.push_back({SectionId::pose_numbers, 0, ElementType::f64, {2}});
   plan.push_back({SectionId::hidden_numbers, 0, ElementType::f64, {3}});
 }
 
@@ -205,7 +205,7 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   writer.write<float>(SectionId::regression_images, 0, 0, shapes.images);
   writer.write<float>(SectionId::regression_weights, 0, 0, shapes.weights);
   writer.write<float>(SectionId::regression_shapes, 0, 0, shapes.shapes);
-  writer.write<double>(SectionId::pose_variance, 0, 0, std::array{double{learned.pose_variance}});
+  writer.write<double>(SectionId::pose_numbers, 0, 0, std::array{learned.pose.variance, learned.pose.drift_evidence});
   writer.write<double>(
       SectionId::hidden_numbers, 0, 0,
       std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});

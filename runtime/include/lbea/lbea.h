@@ -134,11 +134,14 @@ typedef struct lbea_result {
                          ensemble; length unit; NaN: not known */
   float pose_turn;  /**< fit: angle of the test's pose error, which is corrected, degrees; NaN: not estimated */
   float pose_shift; /**< its shift of the component's middle, length unit */
+  float pose_turn_sd, pose_shift_sd; /**< their standard deviations */
 } lbea_result;
 
 /* The members of lbea_result with the names of FrameNumbers and FitNumbers in C++: X(name). New ones go to its end. */
 #define LBEA_FRAME_NUMBERS(X) X(coverage)
-#define LBEA_FIT_NUMBERS(X) X(residual) X(estimate_residual) X(misfit) X(spread) X(error_90) X(pose_turn) X(pose_shift)
+#define LBEA_FIT_NUMBERS(X) \
+  X(residual)               \
+  X(estimate_residual) X(misfit) X(spread) X(error_90) X(pose_turn) X(pose_shift) X(pose_turn_sd) X(pose_shift_sd)
 
 /** The result for the whole test so far. Pointers are valid until the next lbea_tracker_update. */
 typedef struct lbea_test_state {

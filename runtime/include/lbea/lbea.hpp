@@ -311,6 +311,8 @@ struct FitNumbers {
   float error_90 = std::numeric_limits<float>::quiet_NaN();
   float pose_turn = std::numeric_limits<float>::quiet_NaN();
   float pose_shift = std::numeric_limits<float>::quiet_NaN();
+  float pose_turn_sd = std::numeric_limits<float>::quiet_NaN();
+  float pose_shift_sd = std::numeric_limits<float>::quiet_NaN();
 };
 inline constexpr std::array fit_numbers{
     NumberInfo<FitNumbers>{"residual", &FitNumbers::residual,
@@ -326,7 +328,10 @@ inline constexpr std::array fit_numbers{
     NumberInfo<FitNumbers>{"pose_turn", &FitNumbers::pose_turn,
                            "angle of the test's pose error, which is corrected; degrees; NaN: not estimated"},
     NumberInfo<FitNumbers>{"pose_shift", &FitNumbers::pose_shift,
-                           "the pose error's shift of the component's middle, which is corrected; length unit"}};
+                           "the pose error's shift of the component's middle, which is corrected; length unit"},
+    NumberInfo<FitNumbers>{"pose_turn_sd", &FitNumbers::pose_turn_sd, "standard deviation of the pose's turn, degrees"},
+    NumberInfo<FitNumbers>{"pose_shift_sd", &FitNumbers::pose_shift_sd,
+                           "standard deviation of the pose's shift, length unit"}};
 
 /// Result of Method::fit. Empty and NaN with the other methods.
 struct SurfaceFit : FitNumbers {

@@ -130,11 +130,12 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
           SectionId::view_expected, "a value is negative or not finite");
   read_regression(sections, info.samples, *images);
   read_hidden_numbers(sections, *images);
-  if (sections.find(SectionId::pose_variance) != nullptr) {
-    const auto variance = sections.required<double>(SectionId::pose_variance, {1, 1, 1});
-    require(variance[0] >= 0 && format::is_measured(variance[0]), SectionId::pose_variance,
-            "the value is negative or not finite");
-    images->pose_variance = static_cast<float>(variance[0]);
+  if (sections.find(SectionId::pose_numbers) != nullptr) {
+    const auto numbers = sections.required<double>(SectionId::pose_numbers, {2, 1, 1});
+    require(std::ranges::all_of(numbers, [](double v) { return v >= 0 && format::is_measured(v); }),
+            SectionId::pose_numbers, "a value is negative or not finite");
+    images->pose_variance = static_cast<float>(numbers[0]);
+    images->drift_evidence = static_cast<float>(numbers[1]);
   }
   return images;
 }

@@ -106,6 +106,7 @@ struct DepthImages {
   // How much a run that is not in the ensemble looks like a moved one: see PoseFit. 0: not known, the pose is not
   // estimated
   float pose_variance = 0;
+  float drift_evidence = 0;  // above that of such runs: see DriftTest. 0: drifts are not estimated
   ShapeRegression regression{};
   std::shared_ptr<const void> owner{};  // of the memory behind the spans
 

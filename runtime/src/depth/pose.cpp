@@ -1,10 +1,8 @@
 #include "runtime/src/depth/pose.hpp"
 
-#include "runtime/src/depth/depth_images.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <limits>
 
 namespace lbea {
 
@@ -80,101 +78,14 @@ PoseMotion PoseFactor::backward(PoseMotion b) const noexcept {
   return b;
 }
 
-namespace {
-
-PoseMotion operator*(const PoseMatrix& matrix, const PoseMotion& motion) noexcept {
-  PoseMotion result{};
-  for (std::size_t i = 0; i < 36; ++i) result[i / 6] += matrix[i] * motion[i % 6];
-  return result;
-}
-
-/// A run that is not in the ensemble seems moved in the same way in all its frames: their errors are not independent.
-/// So a frame that says less than those before is discounted by the ratio of the informations.
-PoseBelief discounted(const PoseBelief& prior, const PoseBelief& posterior) noexcept {
-  double before = 0, added = 0;
-  for (std::size_t i = 0; i < 36; i += 7) {
-    before += prior.information[i];
-    added += posterior.information[i] - prior.information[i];
-  }
-  if (!(added > 0)) return prior;
-  const double share = added / (added + before);
-  PoseBelief result = prior;
-  const PoseMotion of_prior = prior.information * prior.mean, of_both = posterior.information * posterior.mean;
-  for (std::size_t i = 0; i < 36; ++i)
-    result.information[i] += share * (posterior.information[i] - prior.information[i]);
-  for (std::size_t i = 0; i < 6; ++i) result.mean[i] = of_prior[i] + share * (of_both[i] - of_prior[i]);
-  const PoseFactor factor(result.information);
-  result.mean = factor.backward(factor.forward(result.mean));
-  return result;
-}
-
-}  // namespace
-
-PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm) noexcept
-    : center_(center), tolerance_(0.25 * length_per_mm) {
-  constexpr double turn_deg = 3, shift_mm = 10;  // standard deviations of a rough calibration, per axis
-  const double turn = center.arm * turn_deg * std::numbers::pi / 180, shift = shift_mm * length_per_mm;
-  for (std::size_t i = 0; i < 6; ++i) calibration_[7 * i] = 1 / (i < 3 ? turn * turn : shift * shift);
-  reset();
-}
-
-void PoseFilter::reset() noexcept {
-  belief_ = {.information = calibration_};
-  begin_frame();
-}
-
-void PoseFilter::begin_frame() noexcept {
-  moved_ = belief_.mean;
-  passes_ = 0;
-  is_frozen_ = false;
-}
-
-bool PoseFilter::retreat() noexcept {
-  if (moved_ == belief_.mean && moved_ == PoseMotion{}) return false;
-  if (moved_ == belief_.mean) belief_ = {.information = calibration_};
-  moved_ = belief_.mean;
-  is_frozen_ = true;
-  return true;
-}
-
-PoseBelief PoseFilter::prior() const noexcept {
-  PoseBelief prior = belief_;
-  for (std::size_t i = 0; i < 6; ++i) prior.mean[i] -= moved_[i];
-  return prior;
-}
-
-float PoseFilter::turn_deg() const noexcept {
-  return static_cast<float>(std::hypot(moved_[0], moved_[1], moved_[2]) / center_.arm * 180 / std::numbers::pi);
-}
-
-float PoseFilter::shift() const noexcept { return static_cast<float>(std::hypot(moved_[3], moved_[4], moved_[5])); }
-
-bool PoseFilter::move(const PoseBelief& posterior) noexcept {
-  if (is_frozen_) return false;
-  const PoseBelief belief = discounted(prior(), posterior);
-  double squared = 0, deviations = 0;
+PoseMatrix PoseFactor::inverse() const noexcept {
+  PoseMatrix inverted;
   for (std::size_t i = 0; i < 6; ++i) {
-    moved_[i] += belief.mean[i];
-    squared += belief.mean[i] * belief.mean[i];
-    deviations += moved_[i] * moved_[i] * calibration_[7 * i];
+    PoseMotion unit{};
+    unit[i] = 1;
+    std::ranges::copy(solve(unit), &inverted[6 * i]);
   }
-  constexpr double most_deviations = 5;  // of the calibration: beyond, or if not finite, the frame is not understood
-  if (!(deviations <= most_deviations * most_deviations)) return retreat();
-  if (squared > tolerance_ * tolerance_ && ++passes_ < most_passes) return true;
-  belief_ = {moved_, belief.information};
-  return false;
+  return inverted;
 }
-
-TestPose::TestPose(const Model& model, const SensorViews& views) {
-  const SensorViews used = views.empty() ? SensorViews::baked_into(model) : views;
-  state_ = std::make_unique<State>(State{PoseFilter(PoseCenter::of(model.view()), units_per_mm(model.length_unit())),
-                                         !used.empty() && used.data()->pose_variance > 0});
-}
-TestPose::~TestPose() = default;
-TestPose::TestPose(TestPose&&) noexcept = default;
-TestPose& TestPose::operator=(TestPose&&) noexcept = default;
-bool TestPose::is_estimated() const noexcept { return state_->is_estimated; }
-RigidTransform TestPose::correction() const noexcept { return state_->filter.transform(); }
-void TestPose::reset() noexcept { state_->filter.reset(); }
 
 }  // namespace lbea

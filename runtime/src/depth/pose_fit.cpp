@@ -37,15 +37,32 @@ void PoseDerivatives::build(const PoseProblem& problem) noexcept {
   std::ranges::fill(of_depths_, 0.0f);
   edges_.clear();
   sum_windows(problem);
+  const bool has_silhouette = problem.has_silhouette && is_dense(problem.observed);
   constexpr float nearly_all = 20;  // of 25
   for (std::uint32_t row = 0; row < camera_.rows; ++row)
     for (std::uint32_t column = 0; column < camera_.columns; ++column) {
       const Window& window = windows_[padded(row, column)];
       if (window.filled >= nearly_all)
         add_depth(problem.observed, row, column);
-      else if (problem.has_silhouette && window.filled > 0 && window.hidden == 0)
+      else if (has_silhouette && window.filled > 0 && window.hidden == 0)
         add_edge(problem.points, row, column);
     }
+}
+
+/// In a sparse cloud, most empty cells are gaps between points and not beside the component.
+bool PoseDerivatives::is_dense(std::span<const float> observed) const noexcept {
+  std::size_t inside = 0, gaps = 0;  // cells between four filled ones
+  for (std::size_t row = 1; row + 1 < camera_.rows; ++row)
+    for (std::size_t column = 1; column + 1 < camera_.columns; ++column) {
+      const std::size_t cell = row * camera_.columns + column;
+      if (std::min({observed[cell - 1], observed[cell + 1], observed[cell - camera_.columns],
+                    observed[cell + camera_.columns]}) < 0)
+        continue;
+      ++inside;
+      if (observed[cell] < 0) ++gaps;
+    }
+  constexpr std::size_t fewest = 10;  // times the gaps
+  return inside > fewest * gaps;
 }
 
 void PoseDerivatives::Window::operator+=(const Window& other) noexcept {

@@ -44,6 +44,7 @@ class PoseDerivatives {
     float filled = 0, depths = 0, points = 0, hidden = 0;
     void operator+=(const Window& other) noexcept;
   };
+  [[nodiscard]] bool is_dense(std::span<const float> observed) const noexcept;
   void sum_windows(const PoseProblem& problem) noexcept;
   void sum_cells() noexcept;
   void add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept;

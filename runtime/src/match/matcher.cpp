@@ -5,7 +5,7 @@ namespace lbea {
 MatchResult Matcher::match(const Frame& frame, PoseFilter* pose) noexcept {
   State& s = *state_;
   s.pose = pose;
-  if (pose != nullptr) pose->begin_frame();
+  if (pose != nullptr) pose->begin_frame(frame.stamp_ns);
   MatchResult result;
   result.frame_id = frame.id;
   result.stamp_ns = frame.stamp_ns;
@@ -15,7 +15,7 @@ MatchResult Matcher::match(const Frame& frame, PoseFilter* pose) noexcept {
     s.project(result);                                  // step 5: alpha = Psi' M e
     s.search(result);                                   // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
     s.fit(result);                                      // Method::fit: the depth images decide
-  } while (s.move_pose());                              // again with a better pose
+  } while (s.move_pose(result));                        // again with a better pose
   s.cover(result);                                      // share of the best sample's surface that the frame shows
   s.publish(result);
   return result;
@@ -72,14 +72,15 @@ void Matcher::State::fit(MatchResult& result) noexcept {
   if (!fitter) return;
   const PoseBelief prior = pose ? pose->prior() : PoseBelief{};
   result.fit = fitter->fit(index, best.ranked(), pose ? &prior : nullptr);
-  if (pose != nullptr) {
-    result.fit.pose_turn = pose->turn_deg();
-    result.fit.pose_shift = pose->shift();
-  }
   result.elapsed_ns.fit += watch.lap_ns();
 }
 
-bool Matcher::State::move_pose() noexcept { return pose != nullptr && pose->move(fitter->pose()); }
+bool Matcher::State::move_pose(MatchResult& result) noexcept {
+  if (pose == nullptr) return false;
+  const bool is_farther = pose->move(fitter->pose(), fitter->verdict() != Verdict::no_simulation_fits);
+  pose->write(result.fit);
+  return is_farther;
+}
 
 void Matcher::State::cover(MatchResult& result) noexcept {
   surface.take(ranked().front().sample, *reference);

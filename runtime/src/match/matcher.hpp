@@ -1,6 +1,7 @@
 // What a Matcher keeps between frames: model, scratch memory of all stages, and their set-up.
 #pragma once
 
+#include "runtime/src/depth/pose_filter.hpp"
 #include "runtime/src/depth/surface_fit.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
@@ -48,7 +49,7 @@ struct Matcher::State {
   void search(MatchResult& result) noexcept;
   void fit(MatchResult& result) noexcept;
   /// Whether the frame moved the pose, so that it has to be matched again.
-  [[nodiscard]] bool move_pose() noexcept;
+  [[nodiscard]] bool move_pose(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
   void publish(MatchResult& result) noexcept;
 

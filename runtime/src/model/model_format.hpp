@@ -84,7 +84,7 @@ enum class SectionId : std::uint32_t {
   regression_images = 0x8003,
   regression_weights = 0x8004,
   regression_shapes = 0x8005,
-  pose_variance = 0x8006,   // optional, only with 64 to 67
+  pose_numbers = 0x8006,    // optional, only with 64 to 67
   hidden_numbers = 0x8007,  // the same
 };
 

@@ -1,0 +1,138 @@
+#include "precompute/depth_images/learned_pose.hpp"
+
+#include "precompute/depth_images/left_out_fitter.hpp"
+#include "precompute/parallel.hpp"
+#include "precompute/rig/counter_random.hpp"
+#include "runtime/src/depth/pose_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lbea::bake {
+namespace {
+
+constexpr std::size_t most_runs = 24, most_states = 12;  // that are left out, and of each
+
+/// Part i of `count` parts, from the first to the last of `all`.
+std::size_t spread(std::size_t i, std::size_t count, std::size_t all) {
+  return count > 1 ? i * (all - 1) / (count - 1) : 0;
+}
+
+/// Samples of runs spread over the ensemble, and of each the states from the first to the last.
+std::vector<std::size_t> whole_runs(std::span<const Sample> samples) {
+  std::vector<std::size_t> first;  // per run
+  for (std::size_t s = 0; s < samples.size(); ++s)
+    if (s == 0 || samples[s].simulation != samples[s - 1].simulation) first.push_back(s);
+  const std::size_t all = first.size(), runs = std::min(most_runs, all);
+  first.push_back(samples.size());
+  std::vector<std::size_t> chosen;
+  for (std::size_t r = 0; r < runs; ++r) {
+    const std::size_t run = spread(r, runs, all), states = first[run + 1] - first[run];
+    const std::size_t count = std::min(most_states, states);
+    for (std::size_t i = 0; i < count; ++i) chosen.push_back(first[run] + spread(i, count, states));
+  }
+  return chosen;
+}
+
+class LeftOutRuns {
+ public:
+  LeftOutRuns(const SampleSource& source, const DepthMetric& metric, unsigned threads)
+      : source_(source),
+        metric_(metric),
+        threads_(threads),
+        frames_(source, whole_runs(source.samples), 0),
+        best_(best_of_others(source, frames_, std::span(&metric_, 1), FitSettings{}.candidates, threads)),
+        calibration_(
+            calibration_variances(LeftOutFitter(source, metric, 1).center(), units_per_mm(source.length_unit))) {
+    for (std::size_t i = 0; i < 6; ++i) prior_.information[7 * i] = 1 / calibration_[i];
+  }
+
+  /// variance: learned before; 0: not known.
+  [[nodiscard]] std::vector<ApparentMotion> motions(double variance) const {
+    std::vector<ApparentMotion> motions(frames_.size());
+    work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
+      LeftOutFitter fitter(source_, metric_, FitSettings{}.candidates, {}, variance);
+      for (std::size_t i = next(); i < frames_.size(); i = next()) {
+        LeftOutFrame frame{frames_.observed(i), frames_.sample(i), {}, false};
+        for (const RankedSample& candidate : best_[i].ranked()) frame.proposed.push_back(candidate.sample);
+        motions[i] = fitter.motion(frame, prior_);
+      }
+    });
+    return motions;
+  }
+
+  /// What 90 % of the runs do not reach; 0 unless three quarters of them reach it when they drift.
+  [[nodiscard]] double drift_evidence(std::span<const ApparentMotion> motions) const {
+    constexpr double least = 6;  // a likelihood ratio of 400
+    const auto right = drift_evidence(motions, 0), drifting = drift_evidence(motions, usual_drift_rate);
+    const double enough = std::max(least, right[right.size() * 9 / 10]);
+    return drifting[drifting.size() / 4] > enough ? enough : 0;
+  }
+
+ private:
+  /// The most of each run, in ascending order, after it was moved at this rate.
+  [[nodiscard]] std::vector<double> drift_evidence(std::span<const ApparentMotion> motions, double rate) const {
+    const DriftTest calibrated(calibration_, std::numeric_limits<double>::infinity());
+    const double duration = std::max(std::ranges::max(source_.samples, {}, &Sample::time_step).time_step, 1u);
+    std::vector<double> most;
+    DriftTest test = calibrated;
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      const Sample sample = source_.samples[frames_.sample(i)];
+      const Sample before = i > 0 ? source_.samples[frames_.sample(i - 1)] : sample;
+      if (i == 0 || sample.simulation != before.simulation) {
+        test = calibrated;
+        most.push_back(0);
+      } else {
+        test.advance((sample.time_step - before.time_step) / duration);
+      }
+      auto measured = PoseMeasurement::between(prior_, motions[i].posterior, calibration_);
+      for (std::size_t k = 0; k < 6; ++k) {
+        const double sign = splitmix(6 * sample.simulation + k) % 2 == 0 ? 1 : -1;
+        measured.motion[k] += sign * rate * std::sqrt(calibration_[k]) * sample.time_step / duration;
+      }
+      test.update(measured);
+      most.back() = std::max(most.back(), test.evidence());
+    }
+    std::ranges::sort(most);
+    return most;
+  }
+
+  const SampleSource& source_;
+  DepthMetric metric_;
+  unsigned threads_;
+  LeftOutFrames frames_;
+  std::vector<BestSamples> best_;
+  PoseMotion calibration_;
+  PoseBelief prior_;
+};
+
+/// Whether the frames seem to be moved much farther than the estimates are wrong: then a pose error cannot be told from
+/// a difference of shape.
+bool is_ambiguous(std::span<const ApparentMotion> motions) {
+  constexpr double most = 4;  // times the error; the frames of a test together are less wrong than each
+  const auto median = [&](const auto& value_of) {
+    std::vector<double> values;
+    for (const ApparentMotion& motion : motions) values.push_back(value_of(motion));
+    const auto middle = values.begin() + std::ssize(values) / 2;
+    std::ranges::nth_element(values, middle);
+    return *middle;
+  };
+  const double moved = median([](const ApparentMotion& motion) { return length_of(motion.posterior.mean); });
+  return moved > most * median([](const ApparentMotion& motion) { return motion.estimate; });
+}
+
+}  // namespace
+
+LearnedPose learn_pose(const SampleSource& source, const DepthMetric& metric, unsigned threads) {
+  const LeftOutRuns runs(source, metric, threads);
+  const std::vector<ApparentMotion> motions = runs.motions(0);
+  if (is_ambiguous(motions)) return {};
+  LearnedPose learned;
+  for (const ApparentMotion& motion : motions)
+    learned.variance += motion.variance / static_cast<double>(motions.size());
+  learned.drift_evidence = runs.drift_evidence(runs.motions(learned.variance));
+  return learned;
+}
+
+}  // namespace lbea::bake

@@ -1,0 +1,16 @@
+// What the bake learns about pose errors: runs that are not in the ensemble look like moved ones.
+#pragma once
+
+#include "precompute/depth_images/left_out.hpp"
+
+namespace lbea::bake {
+
+/// As in DepthImages; variance 0: poses are not estimated.
+struct LearnedPose {
+  double variance = 0, drift_evidence = 0;
+};
+
+/// Left-out runs, whose poses are right, are matched with the other runs over their whole duration.
+[[nodiscard]] LearnedPose learn_pose(const SampleSource& source, const DepthMetric& metric, unsigned threads);
+
+}  // namespace lbea::bake

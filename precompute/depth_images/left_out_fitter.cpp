@@ -1,0 +1,117 @@
+#include "precompute/depth_images/left_out_fitter.hpp"
+
+#include "precompute/depth_images/branches.hpp"
+#include "runtime/src/track/inference.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea::bake {
+namespace {
+
+constexpr std::size_t most_nodes = 128;  // at which shapes are compared
+
+}  // namespace
+
+LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
+                             const ShapeRegression& regression, double pose_variance)
+    : source_(source),
+      regression_(regression),
+      stride_(padded_cells(source.camera)),
+      row_(3 * source.nodes),
+      ids_(most),
+      depths_(ids_.size() * stride_),
+      shapes_(regression.shapes.empty() ? 0 : ids_.size() * ShapeRegression::shape_scores),
+      expected_(ids_.size(), 1.0f),
+      observed_(stride_),
+      image_(stride_),
+      points_(source.camera.cells()),
+      truth_(nodes_of(0)),
+      positions_(ids_.size() * truth_.size()),
+      view_(view_of()),
+      fitter_(view_,
+              SensorViews(
+                  std::make_shared<const DepthImages>(DepthImages{.camera = source.camera,
+                                                                  .depths = depths_,
+                                                                  .expected = expected_,
+                                                                  .metric = metric,
+                                                                  .pose_variance = static_cast<float>(pose_variance),
+                                                                  .regression = regression_of_proposed()})),
+              1) {}
+
+FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame) {
+  const SurfaceFit fit = match(frame);
+  truth_ = nodes_of(frame.sample);
+  FrameErrors errors{.simulation = source_.samples[frame.sample].simulation};
+  std::vector<WeightedRow> rows;
+  for (const auto& [proposed, weight] : fit.estimate) {
+    rows.push_back({shape(proposed.simulation), weight});
+    errors.weights.emplace_back(frame.proposed[proposed.simulation], weight);
+  }
+  std::vector<float> estimate;
+  weighted_mean(rows, estimate);
+  errors.estimate = distance(estimate);
+  errors.match = distance(shape(fitter_.matches()[0].sample));
+  errors.spread = double{fit.spread};
+  if (frame.is_hidden) errors.completed.assign(fitter_.completed().begin(), fitter_.completed().end());
+  return errors;
+}
+
+ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseBelief& prior) {
+  const double estimate = errors(frame).estimate;
+  match(frame, &prior);
+  return {fitter_.pose(), fitter_.pose_fit().variance(), estimate};
+}
+
+SurfaceFit LeftOutFitter::match(const LeftOutFrame& frame, const PoseBelief* prior) {
+  std::vector<RankedSample> proposed;
+  for (std::uint32_t k = 0; k < frame.proposed.size(); ++k) {
+    source_.read_images(frame.proposed[k], std::span(depths_).subspan(k * stride_, stride_));
+    std::ranges::copy(nodes_of(frame.proposed[k]), &positions_[k * truth_.size()]);
+    if (!shapes_.empty())
+      std::ranges::copy(regression_.shape(frame.proposed[k]), &shapes_[k * ShapeRegression::shape_scores]);
+    proposed.push_back({k, 0});
+  }
+  std::ranges::copy(frame.observed, observed_.begin());
+  if (prior != nullptr) {
+    source_.read_images(frame.sample, image_);
+    for (std::size_t c = 0; c < points_.size(); ++c) points_[c] = observed_[c] < 0 ? 0.0f : share_of(image_[c]);
+  }
+  return fitter_.fit({observed_, frame.is_hidden, frame.predicted, prior, points_}, proposed);
+}
+
+ShapeRegression LeftOutFitter::regression_of_proposed() const {
+  ShapeRegression regression;
+  regression.shapes = shapes_;
+  regression.blend = regression_.blend;
+  regression.most_difference = regression_.most_difference;
+  regression.hidden_blend = regression_.hidden_blend;
+  regression.hidden_most_difference = regression_.hidden_most_difference;
+  return regression;
+}
+
+ModelView LeftOutFitter::view_of() {
+  ModelView view;
+  std::ranges::copy(truth_, positions_.begin());  // for the component's middle
+  for (std::uint32_t k = 0; k < ids_.size(); ++k) ids_[k] = {k, 0};
+  view.info.samples = static_cast<std::uint32_t>(ids_.size());
+  view.info.nodes = static_cast<std::uint32_t>(truth_.size() / 3);
+  view.samples = ids_;
+  view.node_positions = positions_;
+  return view;
+}
+
+std::vector<float> LeftOutFitter::nodes_of(std::size_t sample) {
+  source_.read_positions(sample, row_);
+  return thinned_nodes(row_, most_nodes);
+}
+
+double LeftOutFitter::distance(std::span<const float> shape) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < shape.size(); i += 3)
+    sum += std::hypot(double{shape[i]} - double{truth_[i]}, double{shape[i + 1]} - double{truth_[i + 1]},
+                      double{shape[i + 2]} - double{truth_[i + 2]});
+  return 3 * sum / static_cast<double>(shape.size());
+}
+
+}  // namespace lbea::bake

@@ -1,0 +1,73 @@
+// Frames of left-out runs, fitted as the runtime does it.
+#pragma once
+
+#include "precompute/depth_images/left_out.hpp"
+#include "runtime/src/depth/surface_fit.hpp"
+
+namespace lbea::bake {
+
+/// How far a left-out frame's estimate and match are from its shape: mean distances.
+struct FrameErrors {
+  std::uint32_t simulation = 0;
+  double estimate = 0, match = 0, spread = 0;
+  std::vector<std::pair<std::size_t, float>> weights{};  // of the estimate: sample, weight
+  std::vector<float> completed{};                        // image, if something hides a part
+};
+
+/// The apparent pose error of a left-out frame, whose pose is right.
+struct ApparentMotion {
+  PoseBelief posterior;
+  double variance = 0;  // see PoseFit::variance
+  double estimate = 0;  // error
+};
+
+/// A left-out frame's image, the samples of other simulations that are proposed for it and, where they are known, its
+/// predicted shape scores.
+struct LeftOutFrame {
+  std::span<const float> observed;
+  std::size_t sample;
+  std::vector<std::uint32_t> proposed;
+  bool is_hidden;
+  std::vector<float> predicted{};
+};
+
+/// Matches frames by their proposed samples alone, in a model that has only these.
+class LeftOutFitter {
+ public:
+  /// most: proposed samples per frame. regression: of the source's samples. pose_variance: of DepthImages.
+  LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
+                const ShapeRegression& regression = {}, double pose_variance = 0);
+  LeftOutFitter(const LeftOutFitter&) = delete;
+  LeftOutFitter& operator=(const LeftOutFitter&) = delete;
+
+  FrameErrors errors(const LeftOutFrame& frame);
+  /// prior: of the pose.
+  ApparentMotion motion(const LeftOutFrame& frame, const PoseBelief& prior);
+  /// Of the component; lengths that follow from it are nearly the same for all samples.
+  [[nodiscard]] PoseCenter center() const { return PoseCenter::of(view_); }
+
+ private:
+  SurfaceFit match(const LeftOutFrame& frame, const PoseBelief* prior = nullptr);
+  [[nodiscard]] ShapeRegression regression_of_proposed() const;
+  [[nodiscard]] ModelView view_of();
+  [[nodiscard]] std::vector<float> nodes_of(std::size_t sample);
+  [[nodiscard]] std::span<const float> shape(std::size_t candidate) const {
+    return std::span(positions_).subspan(candidate * truth_.size(), truth_.size());
+  }
+  [[nodiscard]] double distance(std::span<const float> shape) const;
+
+  const SampleSource& source_;
+  ShapeRegression regression_;
+  std::size_t stride_;
+  std::vector<float> row_;
+  std::vector<std::array<std::uint32_t, 2>> ids_;
+  std::vector<std::uint16_t> depths_;
+  std::vector<float> shapes_, expected_, observed_;
+  std::vector<std::uint16_t> image_;  // of the frame's sample
+  std::vector<float> points_;
+  std::vector<float> truth_, positions_;
+  ModelView view_;
+  SurfaceFitter fitter_;
+};
+
+}  // namespace lbea::bake
