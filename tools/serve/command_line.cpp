@@ -19,8 +19,8 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
                   "sensor.json with T_reference_sensor; without it frames must be in reference coordinates. With fit, "
                   "the whole rig: when the model was not baked for this pose, its samples are rendered at the start")
       ->check(existing_file());
-  tool.add_flag("--estimate-pose", options.estimates_pose,
-                "with fit: estimate the pose error of each test from its frames, and correct it");
+  tool.add_flag("--fixed-pose{false}", options.estimates_pose,
+                "with fit: do not estimate the pose error of each test from its frames");
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
   tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");
   tool.add_option("--max-points", matcher.max_points, "larger frames are rejected")

@@ -15,7 +15,7 @@ struct ServeOptions {
   std::string sensor_json;       // the text of pose_file
   std::optional<Method> method;  // none: choose_method() chooses it
   MatcherConfig matcher;
-  bool estimates_pose = false;  // with fit, the pose error of each test
+  bool estimates_pose = true;  // with fit, the pose error of each test
   PipelineConfig pipeline;
   RecordingOptions recording;
   ServerAccessOptions access;
