@@ -42,7 +42,7 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
   settings.model_checksum = model.checksum();
   settings.method = name_of(options.matcher.method);
   settings.matcher = options.matcher;
-  settings.estimates_pose = options.matcher.method == Method::fit && options.estimates_pose ? 1 : 0;
+  settings.estimates_pose = options.estimates_pose ? 1 : 0;
   settings.sensor_json = options.sensor_json;
   settings.start_ns = wire::wall_clock_ns();
   return settings;

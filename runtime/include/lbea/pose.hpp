@@ -1,8 +1,8 @@
 // pose.hpp - the pose error of a test, estimated from its frames.
 //
 // T_reference_sensor is never exact, and each millimeter of pose error would count as deformation. With fit, the error
-// is a rigid motion that is the same in all frames of a test; frames that show a nearly undeformed component determine
-// it best.
+// is a rigid motion that is the same in all frames of a test, or drifts, by their stamps; frames that show a nearly
+// undeformed component determine it best.
 #pragma once
 
 #include <lbea/lbea.hpp>

@@ -73,7 +73,7 @@ void PoseFilter::write(FitNumbers& numbers) const noexcept {
 }
 
 bool PoseFilter::move(const PoseBelief& posterior, bool is_explained) noexcept {
-  if (is_lost_) test_ = calibrated_;
+  if (is_lost_ && is_explained) test_ = calibrated_;
   if (is_frozen_) return false;
   constexpr std::uint32_t most_unexplained = 5;  // frames of a test: each takes many passes
   if (!is_explained && unexplained_ >= most_unexplained) return go_back();
@@ -93,6 +93,7 @@ bool PoseFilter::move(const PoseBelief& posterior, bool is_explained) noexcept {
   if (squared > tolerance_ * tolerance_ && ++passes_ < most_passes) return true;
   if (is_explained) {
     test_ = updated;
+    unexplained_ = 0;
     return false;
   }
   ++unexplained_;
@@ -106,8 +107,11 @@ bool PoseFilter::go_back() noexcept {
 }
 
 bool PoseFilter::retreat() noexcept {
-  if (is_lost_) return false;
-  if (go_back()) return true;
+  if (is_lost_) {
+    moved_ = test_.likelier().motion();
+    return false;
+  }
+  if (!is_frozen_ && go_back()) return true;
   is_lost_ = moved_ != PoseMotion{};
   moved_ = {};
   return is_lost_;

@@ -28,8 +28,8 @@ class PoseFilter {
   /// The pose and its standard deviations.
   void write(FitNumbers& numbers) const noexcept;
   /// posterior: of the motion that the cloud still lacks. Moves it by the mean. Whether that is so far that the frame
-  /// should be matched again; at most `most_passes` times per frame. is_explained: a simulation fits the frame; others
-  /// do not change the pose.
+  /// should be matched again; at most `most_passes` times per frame, and once to go back. is_explained: a simulation
+  /// fits the frame; others do not change the pose.
   bool move(const PoseBelief& posterior, bool is_explained = true) noexcept;
   /// The frame has no points at this pose. Goes back to that of the frames before or, if it is that one, to none, which
   /// is kept if the frame is matched there. False when there is no other pose.
@@ -37,7 +37,7 @@ class PoseFilter {
 
  private:
   static constexpr std::uint32_t most_passes = 8;
-  /// To the pose of the frames before, which the frame does not change. Whether that is another one.
+  /// To the pose of the frames before, which the frame does not change. Returns whether the pose changed.
   bool go_back() noexcept;
 
   PoseCenter center_;

@@ -1,5 +1,6 @@
 #include "runtime/src/depth/pose_trajectory.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lbea {
@@ -14,11 +15,12 @@ constexpr double usual_change = 0.1;
 
 PoseMeasurement PoseMeasurement::between(const PoseBelief& prior, const PoseBelief& posterior,
                                          const PoseMotion& calibration) noexcept {
-  constexpr double least = 1e-6;  // of the calibration's information
+  constexpr double least = 1e-6;  // of the calibration's information, and of the posterior's, which is rounded
   PoseMatrix information{};
   PoseMeasurement measured;
   for (std::size_t i = 0; i < 36; ++i) {
-    information[i] = posterior.information[i] - prior.information[i] + (i % 7 == 0 ? least / calibration[i / 7] : 0);
+    information[i] = posterior.information[i] - prior.information[i] +
+                     (i % 7 == 0 ? least * (posterior.information[i] + 1 / calibration[i / 7]) : 0);
     measured.motion[i / 6] +=
         posterior.information[i] * posterior.mean[i % 6] - prior.information[i] * prior.mean[i % 6];
   }
@@ -127,7 +129,8 @@ void DriftTest::advance(double elapsed) noexcept {
 }
 
 void DriftTest::update(const PoseMeasurement& measured) noexcept {
-  evidence_ += drifting_.update(measured) - constant_.update(measured);
+  constexpr double most = 4;  // of one frame, which may be an outlier
+  evidence_ += std::min(drifting_.update(measured) - constant_.update(measured), most);
   is_drifting_ = is_drifting_ || evidence_ > enough_;
   if (is_drifting_ || evidence_ > 0) return;
   evidence_ = 0;
