@@ -39,7 +39,7 @@ class LeftOutTests {
     work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
       LeftOutFitter fitter(source_, costs, proposed() + (is_predicted ? most_neighbors : 0), regression);
       for (std::size_t i = next(); i < frames_.size(); i = next()) {
-        LeftOutFrame left_out = frame(metric, i);
+        LeftOutFrame left_out(frames_, i, best_[metric * frames_.size() + i], is_hidden_);
         if (is_predicted) add_prediction(regression, predicted.row(static_cast<Eigen::Index>(i)), left_out);
         errors[i] = fitter.errors(left_out);
       }
@@ -51,12 +51,6 @@ class LeftOutTests {
   /// By what a frame shows. Where something hides a part, that proposes samples of which only some are good.
   [[nodiscard]] std::uint32_t proposed() const noexcept {
     return is_hidden_ ? DepthRanking::most_promising : FitSettings{}.candidates;
-  }
-  [[nodiscard]] LeftOutFrame frame(std::size_t metric, std::size_t i) const {
-    LeftOutFrame frame{frames_.observed(i), frames_.sample(i), {}, is_hidden_};
-    for (const RankedSample& candidate : best_[metric * frames_.size() + i].ranked())
-      frame.proposed.push_back(candidate.sample);
-    return frame;
   }
   /// Proposes the samples of other simulations nearest to the prediction, too.
   void add_prediction(const ShapeRegression& regression, const Eigen::RowVectorXd& scores, LeftOutFrame& frame) const {

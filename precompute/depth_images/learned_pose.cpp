@@ -53,11 +53,8 @@ class LeftOutRuns {
     std::vector<ApparentMotion> motions(frames_.size());
     work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
       LeftOutFitter fitter(source_, metric_, FitSettings{}.candidates, {}, variance);
-      for (std::size_t i = next(); i < frames_.size(); i = next()) {
-        LeftOutFrame frame{frames_.observed(i), frames_.sample(i), {}, false};
-        for (const RankedSample& candidate : best_[i].ranked()) frame.proposed.push_back(candidate.sample);
-        motions[i] = fitter.motion(frame, prior_);
-      }
+      for (std::size_t i = next(); i < frames_.size(); i = next())
+        motions[i] = fitter.motion({frames_, i, best_[i], false}, prior_);
     });
     return motions;
   }
@@ -119,7 +116,7 @@ bool is_ambiguous(std::span<const ApparentMotion> motions) {
     return *middle;
   };
   const double moved = median([](const ApparentMotion& motion) { return length_of(motion.posterior.mean); });
-  return moved > most * median([](const ApparentMotion& motion) { return motion.estimate; });
+  return moved > most * median([](const ApparentMotion& motion) { return motion.estimate_error; });
 }
 
 }  // namespace

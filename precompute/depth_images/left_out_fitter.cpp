@@ -13,6 +13,11 @@ constexpr std::size_t most_nodes = 128;  // at which shapes are compared
 
 }  // namespace
 
+LeftOutFrame::LeftOutFrame(const LeftOutFrames& frames, std::size_t i, const BestSamples& best, bool hidden)
+    : observed(frames.observed(i)), sample(frames.sample(i)), is_hidden(hidden) {
+  for (const RankedSample& one : best.ranked()) proposed.push_back(one.sample);
+}
+
 LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
                              const ShapeRegression& regression, double pose_variance)
     : source_(source),
@@ -39,8 +44,8 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
                                                                   .regression = regression_of_proposed()})),
               1) {}
 
-FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame) {
-  const SurfaceFit fit = match(frame);
+FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* prior) {
+  const SurfaceFit fit = match(frame, prior);
   truth_ = nodes_of(frame.sample);
   FrameErrors errors{.simulation = source_.samples[frame.sample].simulation};
   std::vector<WeightedRow> rows;
@@ -58,9 +63,8 @@ FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame) {
 }
 
 ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseBelief& prior) {
-  const double estimate = errors(frame).estimate;
-  match(frame, &prior);
-  return {fitter_.pose(), fitter_.pose_fit().variance(), estimate};
+  const double estimate_error = errors(frame, &prior).estimate;
+  return {fitter_.pose(), fitter_.pose_fit().variance(), estimate_error};
 }
 
 SurfaceFit LeftOutFitter::match(const LeftOutFrame& frame, const PoseBelief* prior) {

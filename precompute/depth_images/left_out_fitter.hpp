@@ -17,8 +17,8 @@ struct FrameErrors {
 /// The apparent pose error of a left-out frame, whose pose is right.
 struct ApparentMotion {
   PoseBelief posterior;
-  double variance = 0;  // see PoseFit::variance
-  double estimate = 0;  // error
+  double variance = 0;        // see PoseFit::variance
+  double estimate_error = 0;  // mean distance
 };
 
 /// A left-out frame's image, the samples of other simulations that are proposed for it and, where they are known, its
@@ -29,6 +29,8 @@ struct LeftOutFrame {
   std::vector<std::uint32_t> proposed;
   bool is_hidden;
   std::vector<float> predicted{};
+
+  LeftOutFrame(const LeftOutFrames& frames, std::size_t i, const BestSamples& best, bool is_hidden);
 };
 
 /// Matches frames by their proposed samples alone, in a model that has only these.
@@ -40,14 +42,14 @@ class LeftOutFitter {
   LeftOutFitter(const LeftOutFitter&) = delete;
   LeftOutFitter& operator=(const LeftOutFitter&) = delete;
 
-  FrameErrors errors(const LeftOutFrame& frame);
-  /// prior: of the pose.
+  /// prior: of the pose, which does not change the errors; none: the pose is known.
+  FrameErrors errors(const LeftOutFrame& frame, const PoseBelief* prior = nullptr);
   ApparentMotion motion(const LeftOutFrame& frame, const PoseBelief& prior);
   /// Of the component; lengths that follow from it are nearly the same for all samples.
   [[nodiscard]] PoseCenter center() const { return PoseCenter::of(view_); }
 
  private:
-  SurfaceFit match(const LeftOutFrame& frame, const PoseBelief* prior = nullptr);
+  SurfaceFit match(const LeftOutFrame& frame, const PoseBelief* prior);
   [[nodiscard]] ShapeRegression regression_of_proposed() const;
   [[nodiscard]] ModelView view_of();
   [[nodiscard]] std::vector<float> nodes_of(std::size_t sample);

@@ -14,14 +14,14 @@ DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, co
 
 float DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_t> depths,
                          std::span<const RankedSample> proposed) noexcept {
-  compare(observed, depths, proposed);
+  compare(observed, depths, proposed, best_);
   const float least = ranked()[0].distance;
   find_common(depths);
   for (std::size_t c = 0; c < common_.size(); ++c)
     if (common_[c] != 0 && observed[c] == nothing_seen) observed[c] = not_observed;
   const auto chosen = std::span(chosen_).first(ranked().size());
   std::ranges::copy(ranked(), chosen.begin());
-  compare(observed, depths, chosen);
+  compare(observed, depths, chosen, best_);
   return least;
 }
 
@@ -30,9 +30,7 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
   const std::size_t stride = observed.size();
   std::ranges::transform(observed, whole_.begin(), [](float depth) { return depth < 0 ? nothing_seen : depth; });
   parts_.set_frame(whole_);
-  promising_.clear();
-  for (const RankedSample& proposal : proposed)
-    promising_.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * stride], prices_));
+  compare(observed, depths, proposed, promising_);
   best_.clear();
   for (const RankedSample& one : promising_.ranked()) {
     const auto image = depths.subspan(one.sample * stride, stride);
@@ -70,10 +68,10 @@ float DepthRanking::price_hidden(std::span<const float> observed, std::span<cons
 }
 
 void DepthRanking::compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
-                           std::span<const RankedSample> proposed) noexcept {
-  best_.clear();
+                           std::span<const RankedSample> proposed, BestSamples& best) const noexcept {
+  best.clear();
   for (const RankedSample& proposal : proposed)
-    best_.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * observed.size()], prices_));
+    best.offer(proposal.sample, mean_square(code_, observed, &depths[proposal.sample * observed.size()], prices_));
 }
 
 void DepthRanking::find_common(std::span<const std::uint16_t> depths) noexcept {

@@ -40,7 +40,7 @@ class DepthRanking {
 
  private:
   void compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
-               std::span<const RankedSample> proposed) noexcept;
+               std::span<const RankedSample> proposed, BestSamples& best) const noexcept;
   [[nodiscard]] float residual_beside_hidden(std::span<const float> observed,
                                              std::span<const std::uint16_t> image) noexcept;
   void find_common(std::span<const std::uint16_t> depths) noexcept;

@@ -39,10 +39,9 @@ PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm, double du
 
 void PoseFilter::reset() noexcept {
   test_ = calibrated_;
+  moved_ = {};
+  stamp_ns_.reset();
   unexplained_ = 0;
-  stamp_ns_.reset();
-  begin_frame(0);
-  stamp_ns_.reset();
 }
 
 void PoseFilter::begin_frame(std::int64_t stamp_ns) noexcept {
@@ -75,7 +74,7 @@ void PoseFilter::write(FitNumbers& numbers) const noexcept {
 bool PoseFilter::move(const PoseBelief& posterior, bool is_explained) noexcept {
   if (is_lost_ && is_explained) test_ = calibrated_;
   if (is_frozen_) return false;
-  constexpr std::uint32_t most_unexplained = 5;  // frames of a test: each takes many passes
+  constexpr std::uint32_t most_unexplained = 5;  // frames in a row, each of which takes many passes
   if (!is_explained && unexplained_ >= most_unexplained) return go_back();
   PoseMeasurement measured = PoseMeasurement::between(prior(), posterior, calibration_);
   for (std::size_t i = 0; i < 6; ++i) measured.motion[i] += moved_[i];

@@ -12,7 +12,7 @@ namespace lbea {
 /// Variance of a rough calibration, per component.
 [[nodiscard]] PoseMotion calibration_variances(const PoseCenter& center, double length_per_mm) noexcept;
 
-/// The pose of a test, from frame to frame: it stays the same unless the frames say that it drifts. Within a frame the
+/// The pose of a test, from frame to frame: constant unless the frames show a drift. Within a frame the
 /// cloud is moved step by step to the most likely pose (iterated Kalman update).
 class PoseFilter {
  public:
@@ -27,9 +27,9 @@ class PoseFilter {
   [[nodiscard]] RigidTransform transform() const noexcept { return transform_of(moved_, center_); }
   /// The pose and its standard deviations.
   void write(FitNumbers& numbers) const noexcept;
-  /// posterior: of the motion that the cloud still lacks. Moves it by the mean. Whether that is so far that the frame
-  /// should be matched again; at most `most_passes` times per frame, and once to go back. is_explained: a simulation
-  /// fits the frame; others do not change the pose.
+  /// posterior: of the motion that the cloud still lacks. Moves it by the mean. Returns whether that is so far that
+  /// the frame should be matched again; at most `most_passes` times per frame, and once to go back. is_explained: a
+  /// simulation fits the frame; others do not change the pose.
   bool move(const PoseBelief& posterior, bool is_explained = true) noexcept;
   /// The frame has no points at this pose. Goes back to that of the frames before or, if it is that one, to none, which
   /// is kept if the frame is matched there. False when there is no other pose.
@@ -48,7 +48,7 @@ class PoseFilter {
   PoseMotion moved_{};
   std::optional<std::int64_t> stamp_ns_;  // of the frame
   std::uint32_t passes_ = 0;              // of the frame
-  std::uint32_t unexplained_ = 0;         // frames
+  std::uint32_t unexplained_ = 0;         // frames in a row
   bool is_frozen_ = false;                // the frame does not change the pose
   bool is_lost_ = false;                  // nor was that of the frames before right
 };

@@ -8,7 +8,7 @@ namespace {
 
 // Of the errors: the correlation time, and the share of their variance that is independent.
 constexpr double correlation_time = 0.2, independent = 0.1;
-// Standard deviation of a drift's rate, as usual_drift_rate, after one duration of changes.
+// Growth of the rate's standard deviation over one duration, in the units of usual_drift_rate.
 constexpr double usual_change = 0.1;
 
 }  // namespace

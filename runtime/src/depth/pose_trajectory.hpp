@@ -12,7 +12,7 @@ inline constexpr double usual_drift_rate = 0.5;
 struct PoseMeasurement {
   PoseMotion motion{};
   PoseMatrix covariance{};
-  /// What a posterior adds to its prior. calibration: variance per component, which limits what is not measured.
+  /// What a posterior adds to its prior. calibration: variance per component, the bound of unmeasured directions.
   static PoseMeasurement between(const PoseBelief& prior, const PoseBelief& posterior,
                                  const PoseMotion& calibration) noexcept;
 };
