@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 
 namespace lbea::bake {
@@ -187,6 +188,20 @@ float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& m
   return 0;
 }
 
+/// See DepthImages::time_variation. Late frames, whose times vary most, count most.
+float time_variation(const SampleSource& source, const LeftOutTests& whole, std::span<const FrameErrors> errors) {
+  double squares = 0, all = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const double time = source.samples[whole.frames().sample(i)].time_step;
+    double estimate = 0;
+    for (const auto& [sample, weight] : errors[i].weights)
+      estimate += double{weight} * source.samples[sample].time_step;
+    squares += (estimate - time) * (estimate - time);
+    all += time * time;
+  }
+  return all > 0 ? static_cast<float>(std::sqrt(squares / all)) : 0;
+}
+
 /// Owns the memory of SensorViews' spans.
 struct RenderedImages {
   std::vector<std::uint16_t> depths;
@@ -216,6 +231,7 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
     of_hidden = hidden.errors(0, learned.metric, regression, predicted.bottomRows(std::ssize(of_hidden)));
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
+  learned.time_variation = time_variation(source, whole, of_whole);
   learned.pose = learn_pose(source, learned.metric, threads);
 
   const LeftOutFrames frames(source, most_compared, 0);
@@ -259,7 +275,7 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   return SensorViews(std::make_shared<const DepthImages>(DepthImages{
       renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame, learned.limits.test,
       learned.error_per_spread, learned.hidden_error_per_spread, static_cast<float>(learned.pose.variance),
-      static_cast<float>(learned.pose.drift_evidence), learned.shapes.view(), rendered}));
+      static_cast<float>(learned.pose.drift_evidence), learned.time_variation, learned.shapes.view(), rendered}));
 }
 
 }  // namespace lbea::bake

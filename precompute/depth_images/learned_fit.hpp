@@ -15,6 +15,7 @@ struct LearnedFit {
   float error_per_spread = 0;         // of frames with a full view
   float hidden_error_per_spread = 0;  // of frames with a hidden third
   LearnedPose pose{};
+  float time_variation = 0;  // of DepthImages
   TrainedShapes shapes;
 };
 

@@ -155,6 +155,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::regression_shapes, 0, ElementType::f32, {s, shape_scores}});
   plan.push_back({SectionId::pose_numbers, 0, ElementType::f64, {2}});
   plan.push_back({SectionId::hidden_numbers, 0, ElementType::f64, {3}});
+  plan.push_back({SectionId::time_numbers, 0, ElementType::f64, {1}});
 }
 
 }  // namespace
@@ -209,6 +210,7 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   writer.write<double>(
       SectionId::hidden_numbers, 0, 0,
       std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});
+  writer.write<double>(SectionId::time_numbers, 0, 0, std::array{double{learned.time_variation}});
 }
 
 using format::ElementType;

@@ -27,7 +27,7 @@ void structs_grow(const char* model_file); /* test_c_structs.c */
 void depth_images_decide(const char* model_file, const char* sensor_json);
 void read_pose(const char* sensor_json, float pose[12]);
 
-/* test_c_pose.c */
+/* test_c_history.c */
 void pose_errors_are_corrected(const char* plates, const char* demo, const char* sensor_json, const char* frames);
 
 #endif

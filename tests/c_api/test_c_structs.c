@@ -52,12 +52,12 @@ static void what_the_library_does_not_know_is_zero(const lbea_model* model) {
   struct newer_frame frame = {.known = {.struct_size = sizeof frame}};
   CHECK(lbea_matcher_match(matcher, &frame.known, &result.known) == LBEA_EMPTY_FRAME);
   CHECK(result.later == 0 && result.known.struct_size == sizeof result);
-  lbea_test_pose* pose = NULL;
-  CHECK(lbea_test_pose_create(model, &pose) == LBEA_OK);
+  lbea_test_history* history = NULL;
+  CHECK(lbea_test_history_create(model, &history) == LBEA_OK);
   result.later = 77;
-  CHECK(lbea_matcher_match_with_pose(matcher, &frame.known, pose, &result.known) == LBEA_EMPTY_FRAME);
+  CHECK(lbea_matcher_match_with_history(matcher, &frame.known, history, &result.known) == LBEA_EMPTY_FRAME);
   CHECK(result.later == 0);
-  lbea_test_pose_destroy(pose);
+  lbea_test_history_destroy(history);
   frame.later = &config.later;
   CHECK(lbea_matcher_match(matcher, &frame.known, &result.known) == LBEA_BAD_ARGUMENT);
   frame.known.struct_size = 1;
@@ -73,13 +73,13 @@ static void what_the_library_does_not_know_is_zero(const lbea_model* model) {
 /* As in the version before the pose was estimated. */
 static void what_the_caller_does_not_know_is_not_written(const lbea_model* model) {
   lbea_matcher* matcher = NULL;
-  lbea_test_pose* pose = NULL;
-  CHECK(lbea_matcher_create(model, NULL, &matcher) == LBEA_OK && lbea_test_pose_create(model, &pose) == LBEA_OK);
+  lbea_test_history* history = NULL;
+  CHECK(lbea_matcher_create(model, NULL, &matcher) == LBEA_OK && lbea_test_history_create(model, &history) == LBEA_OK);
   const lbea_frame frame = {.struct_size = sizeof frame};
   lbea_result result = {.struct_size = offsetof(lbea_result, pose_turn), .pose_turn = 77, .pose_shift = 78};
-  CHECK(lbea_matcher_match_with_pose(matcher, &frame, pose, &result) == LBEA_EMPTY_FRAME);
+  CHECK(lbea_matcher_match_with_history(matcher, &frame, history, &result) == LBEA_EMPTY_FRAME);
   CHECK(result.pose_turn == 77 && result.pose_shift == 78 && result.struct_size == offsetof(lbea_result, pose_turn));
-  lbea_test_pose_destroy(pose);
+  lbea_test_history_destroy(history);
   lbea_matcher_destroy(matcher);
 }
 

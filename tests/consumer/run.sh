@@ -15,7 +15,7 @@ cmake --install "$build" --prefix "$work/installed" >/dev/null
 mv "$work/installed" "$work/prefix"  # installed files must not contain the prefix
 prefix=$work/prefix
 libdir=$(dirname "$(find "$prefix" -name 'liblbea.so.0')")
-# Regression: lbea/pose.hpp was not installed.
+# Regression: lbea/test_history.hpp was not installed.
 for header in "$here"/../../runtime/include/lbea/*; do
   [ -f "$prefix/include/lbea/${header##*/}" ] || fail "lbea/${header##*/} is not installed"
 done

@@ -177,7 +177,7 @@ TEST_CASE("curves as CSV: one line per row, quoted names, empty unknown values")
   const std::vector<std::string> names{"a", "b", "run \"b\""};
   const std::string csv = to_csv(log, names);
   CHECK(std::ranges::count(csv, '\n') == 3);
-  CHECK(contains(csv, "\n0,0,matched,ok,\"run \"\"b\"\"\",7,1.5,,,,,,,,,,0.5,1,2,0,2,"));
+  CHECK(contains(csv, "\n0,0,matched,ok,\"run \"\"b\"\"\",7,1.5,,,,,,,,,,,,0.5,1,2,0,2,"));
   CHECK(contains(csv, "\n0.001,1,refused,bad_cloud,,,,"));
 }
 

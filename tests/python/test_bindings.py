@@ -147,52 +147,52 @@ def cloud_of(file):
     return numpy.frombuffer(file.read_bytes().split(b"end_header\n", 1)[1], "<f4").reshape(-1, 3)
 
 
-class TestPoseTest(unittest.TestCase):
+class TestHistoryTest(unittest.TestCase):
     def test_a_wrong_pose_is_corrected(self):
         model, T, shift = lbea.Model(DEMO), lbea.read_pose(SENSOR), numpy.array([3.0, 0, 4])
         T[:3, 3] += shift
         alone, matcher = (lbea.Matcher(model, "fit", T_reference_sensor=T) for _ in range(2))
-        pose = lbea.TestPose(model)
-        self.assertIs(pose.is_estimated, True)
-        numpy.testing.assert_array_equal(pose.correction, numpy.eye(4))
+        history = lbea.TestHistory(model)
+        self.assertIs(history.estimates_pose, True)
+        numpy.testing.assert_array_equal(history.pose_correction, numpy.eye(4))
         for file in sorted(Path(FRAMES).glob("*.ply")):
             cloud = cloud_of(file)
-            without, corrected = alone.match(cloud), matcher.match(cloud, pose=pose)
+            without, corrected = alone.match(cloud), matcher.match(cloud, history=history)
             self.assertTrue(numpy.isnan([without.pose_turn, without.pose_shift]).all())
             self.assertEqual(corrected.status, "ok")
             self.assertAlmostEqual(corrected.pose_shift, 5, delta=1.5)
             self.assertLess(corrected.pose_turn, 1)
             self.assertLess(corrected.residual, without.residual)
-        correction, nodes = pose.correction, model.node_positions(0)
+        correction, nodes = history.pose_correction, model.node_positions(0)
         self.assertEqual((correction.shape, correction.dtype), ((4, 4), numpy.float64))
         left = (nodes + shift) @ correction[:3, :3].T + correction[:3, 3] - nodes
         self.assertLess(numpy.linalg.norm(left, axis=1).max(), 5 / 2)
-        pose.reset()
-        numpy.testing.assert_array_equal(pose.correction, numpy.eye(4))
+        history.reset()
+        numpy.testing.assert_array_equal(history.pose_correction, numpy.eye(4))
         self.assertFalse((correction == numpy.eye(4)).all(), "an earlier correction is a copy")
 
     def test_where_it_is_not_estimated_frames_are_matched_as_without(self):
         for file, is_estimated in ((PLATES, False), (DEMO, True)):
             model = lbea.Model(file)
-            pose, matcher, points = lbea.TestPose(model), lbea.Matcher(model), model.node_positions(9)
-            self.assertIs(pose.is_estimated, is_estimated)
-            for given in (pose, None):
-                result = matcher.match(points, id=3, pose=given)
+            history, matcher, points = lbea.TestHistory(model), lbea.Matcher(model), model.node_positions(9)
+            self.assertIs(history.estimates_pose, is_estimated)
+            for given in (history, None):
+                result = matcher.match(points, id=3, history=given)
                 self.assertEqual((result.status, result.frame_id, result.matches[0].sample), ("ok", 3, 9))
                 self.assertTrue(numpy.isnan(result.pose_shift))
-            numpy.testing.assert_array_equal(pose.correction, numpy.eye(4))
+            numpy.testing.assert_array_equal(history.pose_correction, numpy.eye(4))
 
     def test_other_models_and_types_are_refused(self):
         model = lbea.Model(PLATES)
         matcher, points = lbea.Matcher(model), model.node_positions(9)
         with self.assertRaisesRegex(ValueError, "another model"):
-            matcher.match(points, pose=lbea.TestPose(lbea.Model(DEMO)))
+            matcher.match(points, history=lbea.TestHistory(lbea.Model(DEMO)))
         for bad in (numpy.eye(4), model):
             with self.assertRaises(TypeError):
-                matcher.match(points, pose=bad)
+                matcher.match(points, history=bad)
         with self.assertRaises(TypeError):
-            lbea.TestPose(None)
-        self.assertEqual(matcher.match(points, pose=lbea.TestPose(lbea.Model(PLATES))).matches[0].sample, 9)
+            lbea.TestHistory(None)
+        self.assertEqual(matcher.match(points, history=lbea.TestHistory(lbea.Model(PLATES))).matches[0].sample, 9)
 
 
 class SensorTest(unittest.TestCase):
@@ -219,17 +219,17 @@ class ThreadTest(unittest.TestCase):
     def test_matching_lets_other_threads_run(self):
         """A thread that never gives the lock away by itself would hold it for the whole, long interval."""
         model = lbea.Model(PLATES)
-        for pose in (None, lbea.TestPose(model)):
-            with self.subTest(pose=pose):
-                self.check_that_others_run(model, pose)
+        for history in (None, lbea.TestHistory(model)):
+            with self.subTest(history=history):
+                self.check_that_others_run(model, history)
 
-    def check_that_others_run(self, model, pose):
+    def check_that_others_run(self, model, history):
         points, stop, matched = model.node_positions(9), threading.Event(), [0]
 
         def match():
             matcher = lbea.Matcher(model)
             while not stop.is_set():
-                matcher.match(points, pose=pose)
+                matcher.match(points, history=history)
                 matched[0] += 1
 
         interval = sys.getswitchinterval()
@@ -249,13 +249,13 @@ class ThreadTest(unittest.TestCase):
         self.assertGreater(turns, 10)
         self.assertLess(time.monotonic() - begin, 50)
 
-    def check_that_two_threads_are_refused(self, model, matchers, pose, refusal):
+    def check_that_two_threads_are_refused(self, model, matchers, history, refusal):
         outcomes, cloud = [], numpy.ascontiguousarray(numpy.tile(model.node_positions(9), (2000, 1)))
 
         def match(matcher):
             for _ in range(20):
                 try:
-                    outcomes.append(matcher.match(cloud, pose=pose).matches[0].sample)
+                    outcomes.append(matcher.match(cloud, history=history).matches[0].sample)
                 except RuntimeError as error:
                     outcomes.append(str(error) == refusal)
 
@@ -273,10 +273,10 @@ class ThreadTest(unittest.TestCase):
         self.check_that_two_threads_are_refused(model, [lbea.Matcher(model, max_points=400_000)] * 4, None,
                                                 "another thread is using this Matcher; create one per thread")
 
-    def test_one_pose_refuses_two_threads(self):
+    def test_one_history_refuses_two_threads(self):
         model = lbea.Model(PLATES)
-        self.check_that_two_threads_are_refused(model, [lbea.Matcher(model, max_points=400_000) for _ in range(4)], lbea.TestPose(model),
-                                                "another thread is using this TestPose; create one per test")
+        self.check_that_two_threads_are_refused(model, [lbea.Matcher(model, max_points=400_000) for _ in range(4)], lbea.TestHistory(model),
+                                                "another thread is using this TestHistory; create one per test")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 #include "runtime/src/depth/pose_filter.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
+#include <lbea/test_history.hpp>
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -172,11 +174,11 @@ TEST_CASE("a pose is given up for none only if the frame has points there") {
 TEST_CASE("where deformed shapes look like moved ones, the bake turns the estimate of the pose off") {
   const AlignedBytes bytes = seen_plates_model();
   const Model model = Model::view(bytes.span());
-  TestPose pose(model);
-  CHECK(!pose.is_estimated());
+  TestHistory pose(model);
+  CHECK(!pose.estimates_pose());
   const std::vector<Point> points = seen(bent(0.15));
   const MatchResult with = Matcher(model, fit_config()).match({.points = points}, pose);
   CHECK(with.status == Status::ok);
   CHECK(std::isnan(with.fit.pose_shift));
-  CHECK(pose.correction() == identity_transform);
+  CHECK(pose.pose_correction() == identity_transform);
 }

@@ -7,6 +7,8 @@
 #include <lbea/lbea.h>
 #include <lbea/tracker.hpp>
 
+#include <lbea/test_history.hpp>
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -91,6 +93,31 @@ TEST_CASE("frames of which something hides a part are matched without one call t
                         : static_cast<float>(image[c]);
     fitter.fit({.observed = observed, .is_hidden = true}, all);
   }
+  CHECK(heap_calls == before);
+}
+
+TEST_CASE("the history of a test, with the pose estimated, is kept without one call to the heap") {
+  const TemporaryFolder folder;
+  bake_model(similar_plates(4, 6), bent_plates_description(), folder / "plates.lbea", with_views());
+  const Model model = Model::open(folder / "plates.lbea");
+  DepthImages images = *SensorViews::baked_into(model).data();
+  images.pose_variance = 1;
+  images.drift_evidence = 6;
+  images.time_variation = 0.1f;
+  images.regression.blend = 0.5f;
+  const SensorViews views(std::make_shared<const DepthImages>(images));
+  Matcher matcher(model, fit_config(), views);
+  TestHistory history(model, views);
+  REQUIRE(history.estimates_pose());
+  std::vector<std::vector<Point>> clouds;
+  for (int step = 0; step < 24; ++step) {
+    clouds.push_back(seen(bent(0.03 * step)));
+    if (step % 3 == 2) clouds.back().resize(clouds.back().size() / 2);
+  }
+  const std::uint64_t before = heap_calls;
+  for (std::uint64_t id = 0; id < clouds.size(); ++id)
+    CHECK(matcher.match({id, static_cast<std::int64_t>(id) * 1'000'000, clouds[id]}, history).status !=
+          Status::empty_frame);
   CHECK(heap_calls == before);
 }
 

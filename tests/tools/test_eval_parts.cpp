@@ -333,7 +333,7 @@ TEST_CASE("results.csv quotes names with commas and leaves cells without a value
   write_csv(folder / "results.csv", summary);
   const std::string text = text_of(folder / "results.csv");
   CAPTURE(text);
-  CHECK(text.ends_with("\n7,0,ok,\"2.1 mm, steel\",3,1.5,0,0.25,0.125,0,0,unknown,unknown,,,,,,,,,,,,,\n"));
+  CHECK(text.ends_with("\n7,0,ok,\"2.1 mm, steel\",3,1.5,0,0.25,0.125,0,0,unknown,unknown,,,,,,,,,,,,,,,\n"));
 }
 
 TEST_CASE("nodes of a run with the model's node numbers are found by number, those of a finer mesh by position") {

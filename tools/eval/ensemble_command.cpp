@@ -156,6 +156,10 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
                "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
   app.add_flag("--fixed-pose{false}", arguments.plan.trial.estimate_pose,
                "do not estimate the pose error of each test");
+  app.add_flag("--known-impact", arguments.plan.trial.knows_impact,
+               "do not estimate the time of impact, as lbea-serve with --trigger-ns");
+  app.add_flag("--frames-alone", arguments.plan.trial.frames_alone,
+               "match each frame without what the earlier ones of its test have shown");
   declare_disturbance(app, arguments.own);
   declare_rounds(app, arguments.plan);
   app.add_flag("--meshes", arguments.meshes,

@@ -7,7 +7,7 @@
 #include "tools/eval/mesh_series.hpp"
 
 #include <lbea/inference.hpp>
-#include <lbea/pose.hpp>
+#include <lbea/test_history.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -59,7 +59,7 @@ class Test {
         noise_(disturbed(settings.sensor.noise, settings.disturbance)),
         own_simulation_(simulation_named(model_, experiment.name)),
         observed_(model_.nodes(), 0),
-        pose_(model_),
+        history_(model_),
         box_(box_of_samples(model_)) {
     config_.T_reference_sensor = settings.sensor.sensor.T_reference_sensor;
     config_.max_points = settings.sensor.sensor.width_px * settings.sensor.sensor.height_px;
@@ -75,7 +75,9 @@ class Test {
     trial.contained = own_simulation_ < model_.simulations();
     Matchers matchers{matcher(Method::vtp), matcher(Method::lbea), matcher(Method::fit)};
     Tracker tracker(model_);
-    pose_.reset();
+    history_.reset();
+    if (!settings_.estimate_pose) history_.fix_pose();
+    if (settings_.knows_impact) history_.set_impact(0);
     for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
       reader_->read(step, state_);
       mesh_.positions(state_.positions, truth_);
@@ -118,14 +120,14 @@ class Test {
     row.own = model_.sample_index({own_simulation_, step});
     const Frame frame{step, static_cast<std::int64_t>(std::llround(row.time_s * 1e9)), points};
     const MatchResult by_vtp = matchers.vtp.match(frame), by_lbea = matchers.lbea.match(frame),
-                      by_fit = settings_.estimate_pose ? matchers.fit.match(frame, pose_) : matchers.fit.match(frame);
+                      by_fit = settings_.frames_alone ? matchers.fit.match(frame) : matchers.fit.match(frame, history_);
     score_first(row, EvaluatedMethod::vtp, by_vtp.matches);
     score_first(row, EvaluatedMethod::lbea, by_lbea.matches);
     score_fit(row, by_fit);
     score_tracked(row, tracker.update(by_fit));
     if (setup_.icp) score_icp(row, points);
     row.leading_coordinates = by_lbea.leading_coordinates;
-    const PoseError left = left_over(pose_.correction(), settings_.disturbance, share_of_pose_error(step),
+    const PoseError left = left_over(history_.pose_correction(), settings_.disturbance, share_of_pose_error(step),
                                      middle(model_.node_positions(0)), pose_seed());
     row.pose_deg = left.turn_deg;
     row.pose_error = left.shift;
@@ -148,8 +150,7 @@ class Test {
   /// The frame as fit compares it with the images of the samples.
   [[nodiscard]] std::vector<float> depth_image(std::span<const Point> points, const SensorViews& views) const {
     CloudIndex index(envelope_grid(model_.view().envelope), static_cast<std::uint32_t>(points.size()));
-    index.build(points, settings_.estimate_pose ? product(pose_.correction(), config_.T_reference_sensor)
-                                                : config_.T_reference_sensor);
+    index.build(points, product(history_.pose_correction(), config_.T_reference_sensor));
     const DepthCamera& camera = views.data()->camera;
     FrameDepthImage image(camera);
     image.build(index);
@@ -261,7 +262,7 @@ class Test {
   MatcherConfig config_;
   std::uint32_t own_simulation_;
   std::vector<std::uint8_t> observed_;  // per node of the model
-  TestPose pose_;
+  TestHistory history_;
   std::array<std::array<double, 3>, 2> box_;
   std::size_t run_field_ = 0;
   bool has_field_ = false;

@@ -85,6 +85,8 @@ struct TrialSettings {
   std::uint32_t impact_step = 0;
   double time_factor = 1;
   bool estimate_pose = true;
+  bool knows_impact = false;  // the matcher; else it estimates the stamp
+  bool frames_alone = false;  // each frame is matched without what the earlier ones have shown
   std::uint64_t seed = 1;
   std::filesystem::path meshes{};  // folder for <experiment>/estimate.pvd and matched.pvd; empty: none
 };

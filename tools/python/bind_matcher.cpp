@@ -90,18 +90,19 @@ std::span<const Point> points_in(const py::object& points) {
   return {reinterpret_cast<const Point*>(array.data()), static_cast<std::size_t>(array.shape(0))};
 }
 
-/// pose: null to match without one.
-PyResult match(PyMatcher& self, const py::object& array, std::uint64_t id, std::int64_t stamp_ns, PyTestPose* pose) {
+/// history: null to match the frame alone.
+PyResult match(PyMatcher& self, const py::object& array, std::uint64_t id, std::int64_t stamp_ns,
+               PyTestHistory* history) {
   const Frame frame{id, stamp_ns, points_in(array)};
-  if (pose != nullptr && pose->model_checksum != self.matcher.model().checksum())
-    throw py::value_error("pose is of another model; create it with the matcher's model");
+  if (history != nullptr && history->model_checksum != self.matcher.model().checksum())
+    throw py::value_error("history is of another model; create it with the matcher's model");
   const Busy busy(self);
-  std::optional<Busy> pose_busy;
-  if (pose != nullptr) pose_busy.emplace(*pose);
+  std::optional<Busy> history_busy;
+  if (history != nullptr) history_busy.emplace(*history);
   MatchResult result;
   {
     const py::gil_scoped_release without_lock;
-    result = pose == nullptr ? self.matcher.match(frame) : self.matcher.match(frame, pose->pose);
+    result = history == nullptr ? self.matcher.match(frame) : self.matcher.match(frame, history->history);
   }
   return to_python(result, self.matcher.model());
 }
@@ -218,13 +219,14 @@ void bind_matcher(py::module_& module) {
            py::arg("T_reference_sensor") = py::none(),
            "method: lbea, vtp or fit. T_reference_sensor: 3 x 4 or 4 x 4, default identity. Further keyword settings:\n"
            "max_points, max_matches, trusted_distance, min_coverage, trigger_ns. Raises lbea.Error.")
-      .def("match", &match, py::arg("points"), py::arg("id") = 0, py::arg("stamp_ns") = 0, py::arg("pose") = py::none(),
+      .def("match", &match, py::arg("points"), py::arg("id") = 0, py::arg("stamp_ns") = 0,
+           py::arg("history") = py::none(),
            "points: n x 3 float32, C order, sensor coordinates. They are read in place and without the interpreter "
            "lock;\n"
            "do not modify them during the call. Other arrays are refused, not copied; convert them with\n"
            "numpy.asarray(points, numpy.float32, order='C').\n"
-           "pose: the TestPose of the frame's test: it corrects the frame, which refines it; method fit only. While\n"
-           "the pose error is not known yet, a frame is matched up to eight times. Another model's raises ValueError.");
+           "history: the TestHistory of the frame's test, to which the frame adds; method fit only. While the pose\n"
+           "error is not known yet, a frame is matched up to eight times. Another model's raises ValueError.");
 }
 
 }  // namespace lbea::tool

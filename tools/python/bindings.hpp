@@ -2,7 +2,7 @@
 #pragma once
 
 #include <lbea/lbea.hpp>
-#include <lbea/pose.hpp>
+#include <lbea/test_history.hpp>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -26,10 +26,10 @@ class Busy {
   std::atomic_flag& flag_;
 };
 
-struct PyTestPose {
-  static constexpr const char* refusal = "another thread is using this TestPose; create one per test";
-  explicit PyTestPose(const Model& model) : pose(model), model_checksum(model.checksum()) {}
-  TestPose pose;
+struct PyTestHistory {
+  static constexpr const char* refusal = "another thread is using this TestHistory; create one per test";
+  explicit PyTestHistory(const Model& model) : history(model), model_checksum(model.checksum()) {}
+  TestHistory history;
   std::uint64_t model_checksum;
   std::atomic_flag busy;
 };
@@ -38,6 +38,6 @@ struct PyTestPose {
 [[nodiscard]] pybind11::array matrix(const RigidTransform& T);
 
 void bind_matcher(pybind11::module_& module);
-void bind_pose(pybind11::module_& module);
+void bind_history(pybind11::module_& module);
 
 }  // namespace lbea::tool

@@ -215,7 +215,7 @@ PYBIND11_MODULE(lbea, module) {
     } catch (const lbea::Error& error) { lbea::tool::raise(py::reinterpret_borrow<py::object>(error_type), error); }
   });
   lbea::tool::bind_model(module);
-  lbea::tool::bind_pose(module);
+  lbea::tool::bind_history(module);
   lbea::tool::bind_matcher(module);
   lbea::tool::bind_sensor(module);
 }

@@ -26,10 +26,8 @@ constexpr std::uint64_t most_differences_shown = 20;
 /// Receives a result without times other than the frame's own and without counters. Returns whether to continue.
 using ResultHandler = std::function<bool(const wire::WireResult& result)>;
 
-bool estimates_pose(const RunSettings& settings, const Model& model, const SensorViews& views) {
-  return settings.estimates_pose != 0 && settings.matcher.method == Method::fit &&
-         TestPose(model, views).is_estimated();
-}
+/// With fit, a frame is matched with what the earlier ones of its test have shown: one after the other.
+bool has_history(const RunSettings& settings) { return settings.matcher.method == Method::fit; }
 
 /// Matches recorded frames. The same recording and model give the same results to the last bit on any number of
 /// threads.
@@ -45,7 +43,8 @@ class MatchReplay {
         slots_(threads),
         begin_(threads),
         end_(threads) {
-    if (estimates_pose(settings, model, views)) pose_.emplace(model, views);
+    if (has_history(settings))
+      history_.emplace(history_for(model, config_, views, {settings.estimates_pose != 0, settings.knows_impact != 0}));
     reserve(outcome_, config_.max_matches);
     workers_.reserve(slots_.size() - 1);
     try {
@@ -119,7 +118,7 @@ class MatchReplay {
   void match(Slot& slot) {
     if (slot.status != wire::WireStatus::ok) return;
     const Frame frame{slot.header.id, slot.header.stamp_ns, slot.points};
-    slot.match = pose_ ? slot.matcher->match(frame, *pose_) : slot.matcher->match(frame);
+    slot.match = history_ ? slot.matcher->match(frame, *history_) : slot.matcher->match(frame);
   }
 
   void work(Slot& slot) {
@@ -138,7 +137,7 @@ class MatchReplay {
   }
 
   void run_batch() {
-    if (pose_ && filled_ > 0) begin_test_of(slots_[0]);
+    if (history_ && filled_ > 0) begin_test_of(slots_[0]);
     for (std::size_t i = filled_; i < slots_.size(); ++i)
       slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
     if (!workers_.empty()) begin_.arrive_and_wait();
@@ -150,12 +149,12 @@ class MatchReplay {
     if (slot.status != wire::WireStatus::ok) return;  // the matcher did not get it
     if (slot.header.session == std::exchange(session_, slot.header.session)) return;
     engine_.begin_test();
-    if (pose_) pose_->reset();
+    if (history_) history_->reset();
   }
 
   wire::WireResult result_of(Slot& slot) {
     clear(outcome_);
-    if (!pose_) begin_test_of(slot);
+    if (!history_) begin_test_of(slot);
     outcome_.result.status = slot.status;
     outcome_.result.points.received = slot.header.points;
     if (slot.status == wire::WireStatus::ok) fill_outcome(outcome_, slot.match, engine_.track(slot.match));
@@ -179,7 +178,7 @@ class MatchReplay {
   wire::FrameDecoder decoder_;
   IdTracker ids_;
   ModelEngine engine_;  // sums up the test
-  std::optional<TestPose> pose_;
+  std::optional<TestHistory> history_;
   std::vector<Slot> slots_;  // one matcher per thread
   std::size_t filled_ = 0;
   std::uint64_t session_ = 0, sequence_ = 0;
@@ -303,7 +302,7 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
                                       pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
   // The pose error is estimated from frame to frame, so that frames cannot be matched at the same time.
-  MatchReplay replay(model, settings, views, estimates_pose(settings, model, views) ? 1 : options.threads);
+  MatchReplay replay(model, settings, views, has_history(settings) ? 1 : options.threads);
   const ResultHandler handle = [&](const wire::WireResult& result) { return output(result); };
   if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, handle)) return false;
   output.finish();

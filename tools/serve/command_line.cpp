@@ -22,7 +22,9 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
   tool.add_flag("--fixed-pose{false}", options.estimates_pose,
                 "with fit: do not estimate the pose error of each test from its frames");
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
-  tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");
+  tool.add_option_function(
+      "--trigger-ns", set_trigger,
+      "the sender's clock at impact; default: fit estimates it, and for the reference mesh it is 0");
   tool.add_option("--max-points", matcher.max_points, "larger frames are rejected")
       ->check(in_range(1u, wire::WireLimits::most_points));
   tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(in_range(1u, 1000u));

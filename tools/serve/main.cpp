@@ -43,6 +43,7 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
   settings.method = name_of(options.matcher.method);
   settings.matcher = options.matcher;
   settings.estimates_pose = options.estimates_pose ? 1 : 0;
+  settings.knows_impact = options.recording.trigger_ns ? 1 : 0;
   settings.sensor_json = options.sensor_json;
   settings.start_ns = wire::wall_clock_ns();
   return settings;
@@ -187,7 +188,7 @@ std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
 int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file),
-                     options.estimates_pose);
+                     {options.estimates_pose, options.recording.trigger_ns.has_value()});
   wire::WireContext context;
   const ServiceNotify service;
   PipelineConfig config = pipeline_config(options, model);

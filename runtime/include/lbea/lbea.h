@@ -26,10 +26,10 @@ extern "C" {
 /** 0xMMmmpp of this header; lbea_version() returns that of the loaded library. */
 #define LBEA_VERSION ((LBEA_VERSION_MAJOR << 16) | (LBEA_VERSION_MINOR << 8) | LBEA_VERSION_PATCH)
 
-typedef struct lbea_model lbea_model;         /**< The baked file, immutable. */
-typedef struct lbea_matcher lbea_matcher;     /**< Matches frames; owns all scratch memory. */
-typedef struct lbea_test_pose lbea_test_pose; /**< The pose error of a test, estimated from its frames. */
-typedef struct lbea_tracker lbea_tracker;     /**< Accumulates the evidence of a whole test. */
+typedef struct lbea_model lbea_model;               /**< The baked file, immutable. */
+typedef struct lbea_matcher lbea_matcher;           /**< Matches frames; owns all scratch memory. */
+typedef struct lbea_test_history lbea_test_history; /**< What the frames of a test have shown. */
+typedef struct lbea_tracker lbea_tracker;           /**< Accumulates the evidence of a whole test. */
 
 typedef enum lbea_status {
   LBEA_OK = 0,
@@ -135,13 +135,16 @@ typedef struct lbea_result {
   float pose_turn;  /**< fit: angle of the test's pose error, which is corrected, degrees; NaN: not estimated */
   float pose_shift; /**< its shift of the component's middle, length unit */
   float pose_turn_sd, pose_shift_sd; /**< their standard deviations */
+  float test_time, test_time_sd;     /**< time since the impact by all frames so far, s; its standard deviation */
 } lbea_result;
 
 /* The members of lbea_result with the names of FrameNumbers and FitNumbers in C++: X(name). New ones go to its end. */
 #define LBEA_FRAME_NUMBERS(X) X(coverage)
 #define LBEA_FIT_NUMBERS(X) \
   X(residual)               \
-  X(estimate_residual) X(misfit) X(spread) X(error_90) X(pose_turn) X(pose_shift) X(pose_turn_sd) X(pose_shift_sd)
+  X(estimate_residual)      \
+  X(misfit)                 \
+  X(spread) X(error_90) X(pose_turn) X(pose_shift) X(pose_turn_sd) X(pose_shift_sd) X(test_time) X(test_time_sd)
 
 /** The result for the whole test so far. Pointers are valid until the next lbea_tracker_update. */
 typedef struct lbea_test_state {
@@ -213,25 +216,29 @@ LBEA_API lbea_status lbea_matcher_create(const lbea_model* model, const lbea_con
 LBEA_API void lbea_matcher_destroy(lbea_matcher* matcher);
 /** Returns result->status, or LBEA_BAD_ARGUMENT. Set result->struct_size once. */
 LBEA_API lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, lbea_result* result);
-/** The same, corrected by the pose error of the frame's test, which the frame refines. While the error is not known
- * yet, a frame is matched up to eight times. The pose must be of the same model. Only LBEA_METHOD_FIT estimates it:
- * other methods match as without. */
-LBEA_API lbea_status lbea_matcher_match_with_pose(lbea_matcher* matcher, const lbea_frame* frame, lbea_test_pose* pose,
-                                                  lbea_result* result);
+/** The same with what the earlier frames of the test have shown, to which this one adds. While the pose error is not
+ * known yet, a frame is matched up to eight times. The history must be of the same model. Other methods than
+ * LBEA_METHOD_FIT match as without. */
+LBEA_API lbea_status lbea_matcher_match_with_history(lbea_matcher* matcher, const lbea_frame* frame,
+                                                     lbea_test_history* history, lbea_result* result);
 
-/* The pose error of a test: T_reference_sensor is never exact, and each mm of error would count as deformation. */
-/** One per test: give it to lbea_matcher_match_with_pose with each frame, in order. *pose is NULL unless LBEA_OK is
- * returned. The model may be closed. */
-LBEA_API lbea_status lbea_test_pose_create(const lbea_model* model, lbea_test_pose** pose);
-LBEA_API void lbea_test_pose_destroy(lbea_test_pose* pose);
+/* What the frames of a test have shown: the error of T_reference_sensor, the shape some time ago, the clock. */
+/** One per test: give it to lbea_matcher_match_with_history with each frame, in order, with stamps. *history is NULL
+ * unless LBEA_OK is returned. The model may be closed. */
+LBEA_API lbea_status lbea_test_history_create(const lbea_model* model, lbea_test_history** history);
+LBEA_API void lbea_test_history_destroy(lbea_test_history* history);
 /** Starts another test with the next frame. */
-LBEA_API void lbea_test_pose_reset(lbea_test_pose* pose);
-/** 1 when the model supports the estimate: it has depth images, and the bake has learned how certain they are; else 0,
- * and frames are matched as without a pose. */
-LBEA_API int32_t lbea_test_pose_is_estimated(const lbea_test_pose* pose);
+LBEA_API void lbea_test_history_reset(lbea_test_history* history);
+/** T_reference_sensor is exact: the pose error is neither estimated nor corrected. */
+LBEA_API void lbea_test_history_fix_pose(lbea_test_history* history);
+/** The impact's stamp is known, also for later tests: it is not estimated. */
+LBEA_API void lbea_test_history_set_impact(lbea_test_history* history, int64_t stamp_ns);
+/** 1 when the pose error is estimated: the model has depth images, the bake has learned how certain they are, and the
+ * pose is not fixed; else 0. */
+LBEA_API int32_t lbea_test_history_estimates_pose(const lbea_test_history* history);
 /** The motion that corrects the frames, in reference coordinates, after T_reference_sensor. T: 12 values, row-major
  * 3x4, its last column in the length unit; the identity before the first frame. */
-LBEA_API lbea_status lbea_test_pose_get_correction(const lbea_test_pose* pose, float* T);
+LBEA_API lbea_status lbea_test_history_get_pose_correction(const lbea_test_history* history, float* T);
 
 /* Over time. */
 /** One per test. *tracker is NULL unless LBEA_OK is returned. */

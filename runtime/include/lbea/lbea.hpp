@@ -134,10 +134,10 @@ inline constexpr std::array<LengthUnit, 6> length_units{
   return 1;
 }
 
-struct ModelView;    // the validated sections of a model file, runtime-internal
-struct DepthImages;  // the depth images and their camera, runtime-internal
-class TestPose;      // see lbea/pose.hpp
-class PoseFilter;    // runtime-internal
+struct ModelView;     // the validated sections of a model file, runtime-internal
+struct DepthImages;   // the depth images and their camera, runtime-internal
+class TestHistory;    // see lbea/test_history.hpp
+struct HistoryState;  // runtime-internal
 
 /// The baked file. Immutable: threads may share it. Copies share one mapping.
 class LBEA_API Model {
@@ -313,6 +313,8 @@ struct FitNumbers {
   float pose_shift = std::numeric_limits<float>::quiet_NaN();
   float pose_turn_sd = std::numeric_limits<float>::quiet_NaN();
   float pose_shift_sd = std::numeric_limits<float>::quiet_NaN();
+  float test_time = std::numeric_limits<float>::quiet_NaN();
+  float test_time_sd = std::numeric_limits<float>::quiet_NaN();
 };
 inline constexpr std::array fit_numbers{
     NumberInfo<FitNumbers>{"residual", &FitNumbers::residual,
@@ -331,7 +333,11 @@ inline constexpr std::array fit_numbers{
                            "the pose error's shift of the component's middle, which is corrected; length unit"},
     NumberInfo<FitNumbers>{"pose_turn_sd", &FitNumbers::pose_turn_sd, "standard deviation of the pose's turn, degrees"},
     NumberInfo<FitNumbers>{"pose_shift_sd", &FitNumbers::pose_shift_sd,
-                           "standard deviation of the pose's shift, length unit"}};
+                           "standard deviation of the pose's shift, length unit"},
+    NumberInfo<FitNumbers>{"test_time", &FitNumbers::test_time,
+                           "time since the impact in the simulations' clock, by the test's stamps and all frames so "
+                           "far, seconds; NaN: not estimated"},
+    NumberInfo<FitNumbers>{"test_time_sd", &FitNumbers::test_time_sd, "its standard deviation, seconds"}};
 
 /// Result of Method::fit. Empty and NaN with the other methods.
 struct SurfaceFit : FitNumbers {
@@ -367,16 +373,16 @@ class LBEA_API Matcher {
 
   /// Method steps 1-5 for one frame: correspondence, projection, nearest samples. Real-time safe.
   [[nodiscard]] MatchResult match(const Frame& frame) noexcept;
-  /// The same, corrected by the pose error of the frame's test, which the frame refines. While the error is not known
-  /// yet, a frame is matched up to eight times. Only Method::fit estimates it.
-  [[nodiscard]] MatchResult match(const Frame& frame, TestPose& pose) noexcept;
+  /// The same with what the earlier frames of the test have shown, to which this one adds. While the pose error is not
+  /// known yet, a frame is matched up to eight times. Methods other than Method::fit match as without.
+  [[nodiscard]] MatchResult match(const Frame& frame, TestHistory& history) noexcept;
 
   [[nodiscard]] const Model& model() const noexcept;
   [[nodiscard]] const MatcherConfig& config() const noexcept;
 
  private:
   struct LBEA_HIDDEN State;
-  [[nodiscard]] LBEA_HIDDEN MatchResult match(const Frame& frame, PoseFilter* pose) noexcept;
+  [[nodiscard]] LBEA_HIDDEN MatchResult match(const Frame& frame, HistoryState* history) noexcept;
   std::unique_ptr<State> state_;
 };
 

@@ -115,8 +115,8 @@ lbea_status refuse(lbea_result* result, std::string_view sentence) noexcept {
   return bad_argument(sentence);
 }
 
-/// pose: null to match without one.
-lbea_status match(lbea_matcher* matcher, const lbea_frame* frame, TestPose* pose, lbea_result* result) noexcept {
+/// history: null to match the frame alone.
+lbea_status match(lbea_matcher* matcher, const lbea_frame* frame, TestHistory* history, lbea_result* result) noexcept {
   if (result == nullptr) return bad_argument("lbea_matcher_match: result is NULL");
   if (!is_plausible_size(result->struct_size, least_result)) return bad_argument(size_not_set);
   if (matcher == nullptr || frame == nullptr) return refuse(result, "lbea_matcher_match: matcher or frame is NULL");
@@ -126,7 +126,7 @@ lbea_status match(lbea_matcher* matcher, const lbea_frame* frame, TestPose* pose
     return refuse(result, "lbea_matcher_match: the frame sets a field this older library does not know");
   if (full.points == nullptr && full.point_count > 0) return refuse(result, "lbea_matcher_match: points is NULL");
   const Frame given{full.id, full.stamp_ns, {reinterpret_cast<const Point*>(full.points), full.point_count}};
-  matcher->last = pose == nullptr ? matcher->matcher.match(given) : matcher->matcher.match(given, *pose);
+  matcher->last = history == nullptr ? matcher->matcher.match(given) : matcher->matcher.match(given, *history);
   lbea_result c = to_c(matcher->last);
   add_lists(*matcher, c);
   write_c_struct(c, result);
@@ -168,13 +168,14 @@ lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, l
   return match(matcher, frame, nullptr, result);
 }
 
-lbea_status lbea_matcher_match_with_pose(lbea_matcher* matcher, const lbea_frame* frame, lbea_test_pose* pose,
-                                         lbea_result* result) {
-  if (pose == nullptr) return refuse(result, "lbea_matcher_match_with_pose: pose is NULL; create one first");
-  if (matcher != nullptr && matcher->matcher.model().checksum() != pose->model_checksum)
+lbea_status lbea_matcher_match_with_history(lbea_matcher* matcher, const lbea_frame* frame, lbea_test_history* history,
+                                            lbea_result* result) {
+  if (history == nullptr) return refuse(result, "lbea_matcher_match_with_history: history is NULL; create one first");
+  if (matcher != nullptr && matcher->matcher.model().checksum() != history->model_checksum)
     return refuse(result,
-                  "lbea_matcher_match_with_pose: the pose is of another model; create it with the matcher's model");
-  return match(matcher, frame, &pose->pose, result);
+                  "lbea_matcher_match_with_history: the history is of another model; create it with the "
+                  "matcher's model");
+  return match(matcher, frame, &history->history, result);
 }
 
 lbea_status lbea_tracker_create(const lbea_model* model, lbea_tracker** tracker) {

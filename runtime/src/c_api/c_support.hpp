@@ -5,7 +5,7 @@
 
 #include <lbea/lbea.h>
 #include <lbea/lbea.hpp>
-#include <lbea/pose.hpp>
+#include <lbea/test_history.hpp>
 #include <lbea/tracker.hpp>
 
 #include <algorithm>
@@ -38,9 +38,9 @@ struct lbea_matcher {
   std::vector<lbea_weighted_sample> estimate;
 };
 
-struct lbea_test_pose {
-  explicit lbea_test_pose(const lbea::Model& model) : pose(model), model_checksum(model.checksum()) {}
-  lbea::TestPose pose;
+struct lbea_test_history {
+  explicit lbea_test_history(const lbea::Model& model) : history(model), model_checksum(model.checksum()) {}
+  lbea::TestHistory history;
   std::uint64_t model_checksum;
 };
 

@@ -137,6 +137,11 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
     images->pose_variance = static_cast<float>(numbers[0]);
     images->drift_evidence = static_cast<float>(numbers[1]);
   }
+  if (sections.find(SectionId::time_numbers) != nullptr) {
+    const auto numbers = sections.required<double>(SectionId::time_numbers, {1, 1, 1});
+    require(numbers[0] >= 0 && format::is_measured(numbers[0]), SectionId::time_numbers, "negative or not finite");
+    images->time_variation = static_cast<float>(numbers[0]);
+  }
   return images;
 }
 

@@ -107,6 +107,9 @@ struct DepthImages {
   // estimated
   float pose_variance = 0;
   float drift_evidence = 0;  // above that of such runs: see DriftTest. 0: drifts are not estimated
+  // How much later or earlier than a frame the samples like it are, as a share of the time since the impact, root mean
+  // square over runs that are not in the ensemble. 0: not known
+  float time_variation = 0;
   ShapeRegression regression{};
   std::shared_ptr<const void> owner{};  // of the memory behind the spans
 
@@ -116,7 +119,7 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 67 and 0x8001 to 0x8007. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 67 and 0x8001 to 0x8008. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);

@@ -1,7 +1,9 @@
 // The ranking of samples by the comparison of their depth images with that of a frame.
 #pragma once
 
+#include "runtime/src/depth/combination.hpp"
 #include "runtime/src/depth/hidden_parts.hpp"
+#include "runtime/src/depth/shape_history.hpp"
 
 namespace lbea {
 
@@ -11,36 +13,44 @@ class DepthRanking {
   // By what a frame shows: of these samples hidden parts are found, which takes longer than a comparison
   static constexpr std::uint32_t most_promising = 96;
 
-  /// Keeps the best `capacity` samples. Allocates all memory.
-  DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric);
+  /// Keeps the best `capacity` of at most `most_proposed` samples. sharpness: of the Plausibility. Allocates all
+  /// memory.
+  DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric,
+               std::uint32_t most_proposed = FitSettings{}.proposals, float sharpness = FitSettings{}.sharpness);
 
   /// observed: padded_cells() depths in steps; depths: the images of all samples; proposed: the samples to rank.
   /// A cell that all of the best samples fill and the frame does not is regarded as occluded, not as a hole in the
-  /// component: it becomes `not_observed` and is ignored from then on. Returns the least mean square before that. Does
-  /// not allocate.
-  float rank(std::span<float> observed, std::span<const std::uint16_t> depths,
-             std::span<const RankedSample> proposed) noexcept;
+  /// component: it becomes `not_observed` and is ignored from then on. The best ones are then ordered by mean square
+  /// and cost. Returns the least mean square before that. Does not allocate.
+  float rank(std::span<float> observed, std::span<const std::uint16_t> depths, std::span<const RankedSample> proposed,
+             const ExpectationCosts* costs = nullptr) noexcept;
   /// The same where something hides a part, of a frame limited to its surroundings: each sample is compared with the
   /// whole frame as if what it fills and the frame does not, in HiddenParts, cost little and were not among the cells
-  /// of the mean. Returns by how much the best sample's mean square exceeds that of what the frame shows.
+  /// of the mean. Returns by how much the best sample's distance exceeds the mean square of what the frame shows.
   float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
-                    std::span<const RankedSample> proposed) noexcept;
+                    std::span<const RankedSample> proposed, const ExpectationCosts* costs = nullptr) noexcept;
   /// Sets the residuals of a sample in its hidden parts, after rank_hidden(). Returns the number of these cells.
   float price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,
                      std::span<float> residuals) noexcept;
 
-  /// Best first. distance: mean square over the cells that either image fills, in squared depth steps.
+  /// Best first. distance: mean square over the cells that either image fills, in squared depth steps, and the price of
+  /// the sample's cost.
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
   /// Per cell: not 0 if all of the best samples fill it.
   [[nodiscard]] std::span<const std::uint16_t> in_all() const noexcept { return common_; }
+  /// Part of the best one's distance, after rank().
+  [[nodiscard]] float price_of_best() const noexcept { return price_of_best_; }
   [[nodiscard]] std::size_t capacity() const noexcept { return best_.capacity(); }
   [[nodiscard]] const CellPrices& prices() const noexcept { return prices_; }
   /// Residual of a cell in a hidden part, in depth steps.
   [[nodiscard]] float hidden_price() const noexcept { return hidden_price_; }
 
  private:
+  /// Sets compared_.
   void compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
-               std::span<const RankedSample> proposed, BestSamples& best) const noexcept;
+               std::span<const RankedSample> proposed) noexcept;
+  /// Of those in compared_.
+  void choose(BestSamples& best, const ExpectationCosts* costs) noexcept;
   [[nodiscard]] float residual_beside_hidden(std::span<const float> observed,
                                              std::span<const std::uint16_t> image) noexcept;
   void find_common(std::span<const std::uint16_t> depths) noexcept;
@@ -48,7 +58,11 @@ class DepthRanking {
   const Kernels& code_;
   CellPrices prices_;  // in depth steps
   float hidden_price_;
+  float noise_, sharpness_;             // squared depth steps; of the Plausibility
+  std::vector<RankedSample> compared_;  // distance: mean square
+  std::size_t compared_count_ = 0;
   BestSamples best_;
+  float price_of_best_ = 0;
   std::vector<RankedSample> chosen_;
   std::vector<std::uint16_t> common_;  // per cell: 0 where the image of any of the best is empty
   BestSamples promising_;              // by what the frame shows

@@ -1,7 +1,5 @@
 #include "runtime/src/depth/pose_filter.hpp"
 
-#include "runtime/src/depth/depth_images.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,16 +7,6 @@
 #include <utility>
 
 namespace lbea {
-namespace {
-
-/// Of the simulations.
-double duration_s(const ModelView& model) noexcept {
-  if (model.sample_times.empty()) return 0;
-  const auto [first, last] = std::ranges::minmax(model.sample_times);
-  return last - first;
-}
-
-}  // namespace
 
 PoseMotion calibration_variances(const PoseCenter& center, double length_per_mm) noexcept {
   constexpr double turn_deg = 3, shift_mm = 10;  // standard deviations, per axis
@@ -45,7 +33,7 @@ void PoseFilter::reset() noexcept {
 }
 
 void PoseFilter::begin_frame(std::int64_t stamp_ns) noexcept {
-  const double seconds = stamp_ns_ ? 1e-9 * (static_cast<double>(stamp_ns) - static_cast<double>(*stamp_ns_)) : 0;
+  const double seconds = stamp_ns_ ? seconds_between(*stamp_ns_, stamp_ns) : 0;
   stamp_ns_ = stamp_ns;
   if (seconds > 0 && duration_s_ > 0) test_.advance(std::min(seconds / duration_s_, 1.0));
   moved_ = test_.likelier().motion();
@@ -115,19 +103,5 @@ bool PoseFilter::retreat() noexcept {
   moved_ = {};
   return is_lost_;
 }
-
-TestPose::TestPose(const Model& model, const SensorViews& views) {
-  const SensorViews used = views.empty() ? SensorViews::baked_into(model) : views;
-  const double evidence = used.empty() ? 0 : double{used.data()->drift_evidence};
-  state_ = std::make_unique<State>(State{
-      PoseFilter(PoseCenter::of(model.view()), units_per_mm(model.length_unit()), duration_s(model.view()), evidence),
-      !used.empty() && used.data()->pose_variance > 0});
-}
-TestPose::~TestPose() = default;
-TestPose::TestPose(TestPose&&) noexcept = default;
-TestPose& TestPose::operator=(TestPose&&) noexcept = default;
-bool TestPose::is_estimated() const noexcept { return state_->is_estimated; }
-RigidTransform TestPose::correction() const noexcept { return state_->filter.transform(); }
-void TestPose::reset() noexcept { state_->filter.reset(); }
 
 }  // namespace lbea

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "runtime/src/depth/pose_trajectory.hpp"
-
-#include <lbea/pose.hpp>
+#include "runtime/src/depth/test_clock.hpp"
 
 #include <optional>
 
@@ -51,11 +50,6 @@ class PoseFilter {
   std::uint32_t unexplained_ = 0;         // frames in a row
   bool is_frozen_ = false;                // the frame does not change the pose
   bool is_lost_ = false;                  // nor was that of the frames before right
-};
-
-struct TestPose::State {
-  PoseFilter filter;
-  bool is_estimated;
 };
 
 }  // namespace lbea

@@ -38,7 +38,9 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       limited_(padded_cells(views_.data()->camera)),
       thinned_(*views_.data()),
       proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
-      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), views_.data()->metric),
+      costs_(model, *views_.data()),
+      best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), views_.data()->metric,
+            std::max(settings.proposals, max_matches), settings.sharpness),
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
@@ -71,18 +73,23 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       estimate_(std::max(best_.capacity(), neighbors_.capacity())) {}
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed,
-                              const PoseBelief* prior) noexcept {
+                              const FramePrior& prior) noexcept {
   frame_.build(index);  // the depth image of the frame
   std::ranges::copy(frame_.cells(), limited_.begin());
   surroundings_.limit(limited_);
-  const FrameImage limited{limited_, true, {}, prior, frame_.points()};
+  const FrameImage limited{limited_, true, {}, prior.pose, frame_.points()};
+  costs_.assess(proposed, prior.expectation);
   if (thinned_.empty()) return fit(limited, proposed);
   const float whole = choose_candidates(frame_.cells(), proposed);
   const float noise = square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step);
   const bool is_hidden = whole > settings_.hidden * (least_limited_residual() + noise);
   // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
-  if (is_hidden) return fit(limited, proposed_.ranked());
-  return fit_candidates({frame_.cells(), false, predictor_.predict(frame_.cells()), prior, frame_.points()}, proposed);
+  if (is_hidden) {
+    costs_.assess(proposed_.ranked(), prior.expectation);
+    return fit(limited, proposed_.ranked());
+  }
+  return fit_candidates({frame_.cells(), false, predictor_.predict(frame_.cells()), prior.pose, frame_.points()},
+                        proposed);
 }
 
 /// The least one, squared, in depth steps, without the cells far from what the frame shows. Leaves the samples that are
@@ -125,8 +132,8 @@ SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<cons
 /// The samples with the least residual. Returns the least one, squared, before hidden cells are left out.
 float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
-  const float least = best_.rank(observed, images.depths, proposed);
-  set_candidates(0);
+  const float least = best_.rank(observed, images.depths, proposed, &costs_);
+  set_candidates(best_.price_of_best());
   return least;
 }
 
@@ -134,7 +141,7 @@ float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<cons
 /// they cost the best sample is subtracted from all.
 void SurfaceFitter::choose_hidden_candidates(std::span<const float> observed,
                                              std::span<const RankedSample> proposed) noexcept {
-  set_candidates(best_.rank_hidden(observed, views_.data()->depths, proposed));
+  set_candidates(best_.rank_hidden(observed, views_.data()->depths, proposed, &costs_));
 }
 
 /// not_residual: part of the best ones' mean squares.
@@ -214,13 +221,23 @@ float SurfaceFitter::residual_of_combination() const noexcept {
 }
 
 void SurfaceFitter::use_candidates() noexcept {
+  begin_estimate();
+  for (std::size_t i = 0; i < count(); ++i)
+    if (shares_[i] != 0) use(best_.ranked()[i].sample, shares_[i], landmarks(i));
+}
+
+void SurfaceFitter::begin_estimate() noexcept {
   used_ = 0;
   std::ranges::fill(estimate_landmarks_, 0.0f);
-  for (std::size_t i = 0; i < count(); ++i) {
-    if (shares_[i] == 0) continue;
-    estimate_[used_++] = {candidates_[i].sample, shares_[i]};
-    add(shares_[i], landmarks(i), estimate_landmarks_);
-  }
+  shape_ = {};
+  time_ = {};
+}
+
+void SurfaceFitter::use(std::uint32_t row, float weight, std::span<const float> landmarks) noexcept {
+  estimate_[used_++] = {sample_at(row), weight};
+  add(weight, landmarks, estimate_landmarks_);
+  if (views_.data()->regression.blend > 0) add(weight, views_.data()->regression.shape(row), shape_);
+  if (!model_.sample_times.empty()) time_.mean_s += double{weight} * model_.sample_times[row];
 }
 
 /// The shape predicted from the completed image, unless it is known.
@@ -258,14 +275,12 @@ void SurfaceFitter::use_neighbors(const FrameImage& image, std::span<const Ranke
   std::ranges::fill(prices_, price);
   std::ranges::fill(weights_, 1 / static_cast<float>(k));
   neighbor_ridge_.solve(neighbor_gram_, k, std::span(prices_).first(k), std::span(weights_).first(k));
-  std::ranges::fill(estimate_landmarks_, 0.0f);
+  begin_estimate();
   for (std::size_t i = 0; i < k; ++i) {
     const std::uint32_t sample = neighbors_.ranked()[i].sample;
-    estimate_[i] = {sample_at(sample), weights_[i]};
     copy_landmarks(sample, neighbor_landmarks_);
-    add(weights_[i], neighbor_landmarks_, estimate_landmarks_);
+    use(sample, weights_[i], neighbor_landmarks_);
   }
-  used_ = k;
 }
 
 /// Sets the target. Predictions far from the candidates' combination, of a frame unlike all training images for
@@ -309,13 +324,18 @@ void SurfaceFitter::judge(SurfaceFit& result, bool is_hidden) noexcept {
   const Plausibility<float> plausibility(result.residual, views_.data()->metric.mesh_noise, settings_.sharpness);
   const float noise = square(views_.data()->metric.mesh_noise), best = square(result.residual);
   float all = 0, expected = 0, spread = 0;
+  double variance = 0;
   for (std::size_t i = 0; i < count(); ++i) {
     plausibility_[i] = plausibility(candidates_[i].distance);
     all += plausibility_[i];
     expected += plausibility_[i] * square(images.expected[best_.ranked()[i].sample]);
     spread += plausibility_[i] * from_estimate_[i];
+    if (model_.sample_times.empty()) continue;
+    const double later = model_.sample_times[best_.ranked()[i].sample] - time_.mean_s;
+    variance += double{plausibility_[i]} * later * later;
   }
   result.spread = spread / all;
+  time_.variance = variance / double{all};
   if (const float per_spread = is_hidden ? images.hidden_error_per_spread : images.error_per_spread; per_spread > 0)
     result.error_90 = per_spread * result.spread;
   result.misfit = std::sqrt((best + noise) / (expected / all + noise));

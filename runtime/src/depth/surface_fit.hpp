@@ -23,6 +23,12 @@ struct FrameImage {
   std::span<const float> points{};  // cells() numbers of points
 };
 
+/// What the earlier frames of the test say about a frame.
+struct FramePrior {
+  const PoseBelief* pose = nullptr;               // null: the pose is known
+  const FrameExpectation* expectation = nullptr;  // null: nothing
+};
+
 class SurfaceFitter {
  public:
   /// Allocates all memory.
@@ -30,9 +36,8 @@ class SurfaceFitter {
 
   /// `proposed`: samples by eq. 3, in any order. The index must hold at least one point. Does not allocate. The spans
   /// of the result and of matches() are valid until the next call.
-  /// prior: of the pose; none: the pose is known.
   SurfaceFit fit(const CloudIndex& index, std::span<const RankedSample> proposed,
-                 const PoseBelief* prior = nullptr) noexcept;
+                 const FramePrior& prior = {}) noexcept;
   /// The same for the frame's depth image, by the proposed samples alone. Hidden cells become not_observed. An image
   /// of which something hides a part must be limited to its Surroundings.
   SurfaceFit fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
@@ -44,6 +49,10 @@ class SurfaceFitter {
   /// The motion that the frame lacks, given the prior.
   [[nodiscard]] const PoseBelief& pose() const noexcept { return pose_; }
   [[nodiscard]] const PoseFit& pose_fit() const noexcept { return pose_fit_; }
+  /// The estimate's shape scores, all 0 if the bake has trained no regression.
+  [[nodiscard]] const std::array<float, ShapeRegression::shape_scores>& shape() const noexcept { return shape_; }
+  /// Mean time of the estimate's samples; its variance over the plausible samples.
+  [[nodiscard]] TimeBelief time() const noexcept { return time_; }
   /// What the last frame shows and, in hidden parts, the combination of the candidates. Only after frames of which
   /// something hides a part.
   [[nodiscard]] std::span<const float> completed() const noexcept { return completed_.cells(); }
@@ -61,6 +70,8 @@ class SurfaceFitter {
   void combine_candidates() noexcept;
   void extrapolate() noexcept;
   [[nodiscard]] float residual_of_combination() const noexcept;
+  void begin_estimate() noexcept;
+  void use(std::uint32_t row, float weight, std::span<const float> landmarks) noexcept;
   void use_candidates() noexcept;
   [[nodiscard]] std::span<const float> predict_hidden(const FrameImage& image) noexcept;
   void use_neighbors(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
@@ -88,6 +99,7 @@ class SurfaceFitter {
   std::vector<float> limited_;  // the frame's cells without the evidence of what it does not show
   ThinnedImages thinned_;
   BestSamples proposed_;
+  ExpectationCosts costs_;
   DepthRanking best_;    // by residual
   BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
   std::vector<RankedSample> matched_;
@@ -111,7 +123,9 @@ class SurfaceFitter {
   std::vector<Match> candidates_;
   std::vector<WeightedSample> estimate_;
   std::size_t used_ = 0;  // of estimate_
-  float filled_ = 1;      // cells that the frame or the best candidate fills
+  std::array<float, ShapeRegression::shape_scores> shape_{};
+  TimeBelief time_{};
+  float filled_ = 1;  // cells that the frame or the best candidate fills
   Verdict verdict_ = Verdict::unknown;
 };
 

@@ -2,10 +2,9 @@
 #include "runtime/src/match/matcher.hpp"
 
 namespace lbea {
-MatchResult Matcher::match(const Frame& frame, PoseFilter* pose) noexcept {
+MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
   State& s = *state_;
-  s.pose = pose;
-  if (pose != nullptr) pose->begin_frame(frame.stamp_ns);
+  s.begin_frame(frame, history);
   MatchResult result;
   result.frame_id = frame.id;
   result.stamp_ns = frame.stamp_ns;
@@ -16,9 +15,16 @@ MatchResult Matcher::match(const Frame& frame, PoseFilter* pose) noexcept {
     s.search(result);                                   // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
     s.fit(result);                                      // Method::fit: the depth images decide
   } while (s.move_pose(result));                        // again with a better pose
+  s.remember(result);                                   // for the next frames of the test
   s.cover(result);                                      // share of the best sample's surface that the frame shows
   s.publish(result);
   return result;
+}
+
+void Matcher::State::begin_frame(const Frame& frame, HistoryState* of_test) noexcept {
+  history = fitter ? of_test : nullptr;
+  pose = history && history->estimates_pose && fitter->estimates_pose() ? &history->pose : nullptr;
+  if (history) history->begin_frame(frame.stamp_ns);
 }
 
 bool Matcher::State::index_points(const Frame& frame, MatchResult& result) noexcept {
@@ -71,7 +77,8 @@ void Matcher::State::search(MatchResult& result) noexcept {
 void Matcher::State::fit(MatchResult& result) noexcept {
   if (!fitter) return;
   const PoseBelief prior = pose ? pose->prior() : PoseBelief{};
-  result.fit = fitter->fit(index, best.ranked(), pose ? &prior : nullptr);
+  const FrameExpectation expectation = history ? history->expectation() : FrameExpectation{};
+  result.fit = fitter->fit(index, best.ranked(), {pose ? &prior : nullptr, history ? &expectation : nullptr});
   result.elapsed_ns.fit += watch.lap_ns();
 }
 
@@ -80,6 +87,10 @@ bool Matcher::State::move_pose(MatchResult& result) noexcept {
   const bool is_farther = pose->move(fitter->pose(), fitter->verdict() != Verdict::no_simulation_fits);
   pose->write(result.fit);
   return is_farther;
+}
+
+void Matcher::State::remember(MatchResult& result) noexcept {
+  if (history) history->add(*fitter, result.fit);
 }
 
 void Matcher::State::cover(MatchResult& result) noexcept {
@@ -183,9 +194,8 @@ Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {
   state_ = std::make_unique<State>(std::move(model), config, std::move(views));
 }
 MatchResult Matcher::match(const Frame& frame) noexcept { return match(frame, nullptr); }
-MatchResult Matcher::match(const Frame& frame, TestPose& pose) noexcept {
-  const bool is_estimated = state_->fitter && state_->fitter->estimates_pose() && pose.is_estimated();
-  return match(frame, is_estimated ? &pose.state_->filter : nullptr);
+MatchResult Matcher::match(const Frame& frame, TestHistory& history) noexcept {
+  return match(frame, history.state_.get());
 }
 Matcher::~Matcher() = default;
 Matcher::Matcher(Matcher&&) noexcept = default;

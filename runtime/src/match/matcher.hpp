@@ -1,8 +1,7 @@
 // What a Matcher keeps between frames: model, scratch memory of all stages, and their set-up.
 #pragma once
 
-#include "runtime/src/depth/pose_filter.hpp"
-#include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/depth/test_history.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 #include "runtime/src/match/sample_search.hpp"
@@ -20,12 +19,6 @@ namespace lbea {
 /// The configuration with the model's default of `trusted_distance`.
 [[nodiscard]] MatcherConfig completed(MatcherConfig config, const Model& model);
 
-/// In doubles, so that the difference of any two stamps is defined.
-[[nodiscard]] inline double seconds_between(std::int64_t begin_ns, std::int64_t end_ns) noexcept {
-  constexpr double seconds_per_nanosecond = 1e-9;
-  return (static_cast<double>(end_ns) - static_cast<double>(begin_ns)) * seconds_per_nanosecond;
-}
-
 /// Time since the last lap or the construction. On Linux the steady clock is read in user space: no system call.
 class Stopwatch {
  public:
@@ -42,6 +35,7 @@ class Stopwatch {
 struct Matcher::State {
   State(Model m, const MatcherConfig& c, SensorViews views);
 
+  void begin_frame(const Frame& frame, HistoryState* of_test) noexcept;
   /// False, and the status, when the frame is refused.
   bool index_points(const Frame& frame, MatchResult& result) noexcept;
   void correspond(MatchResult& result) noexcept;
@@ -50,6 +44,7 @@ struct Matcher::State {
   void fit(MatchResult& result) noexcept;
   /// Whether the frame moved the pose, so that it has to be matched again.
   [[nodiscard]] bool move_pose(MatchResult& result) noexcept;
+  void remember(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
   void publish(MatchResult& result) noexcept;
 
@@ -69,7 +64,8 @@ struct Matcher::State {
   BestSamples best;
   std::vector<SampleTree> trees;  // per reference; empty when the model has few samples
   std::optional<SurfaceFitter> fitter;
-  PoseFilter* pose = nullptr;  // of the frame's test; null: not estimated
+  HistoryState* history = nullptr;  // of the frame's test; null: none
+  PoseFilter* pose = nullptr;       // of the history; null: not estimated
   std::vector<Match> matches;
   SampleSurface surface;  // of the best sample
 };

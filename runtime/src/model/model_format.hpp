@@ -86,6 +86,7 @@ enum class SectionId : std::uint32_t {
   regression_shapes = 0x8005,
   pose_numbers = 0x8006,    // optional, only with 64 to 67
   hidden_numbers = 0x8007,  // the same
+  time_numbers = 0x8008,    // the same
 };
 
 /// Cold: match() by lbea and fit does not read the section.

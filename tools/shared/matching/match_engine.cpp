@@ -71,6 +71,14 @@ std::vector<T> emptied(std::vector<T>& vector) noexcept {
 
 }  // namespace
 
+TestHistory history_for(const Model& model, const MatcherConfig& config, const SensorViews& views,
+                        const HistorySettings& settings) {
+  TestHistory history(model, views);
+  if (!settings.estimates_pose) history.fix_pose();
+  if (settings.knows_impact) history.set_impact(config.trigger_ns);
+  return history;
+}
+
 double ModelEngine::time_s(Sample sample) const noexcept {
   const Model& model = matcher_.model();
   const std::uint32_t index = model.sample_index(sample);

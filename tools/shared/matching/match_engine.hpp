@@ -3,7 +3,7 @@
 
 #include "adapters/wire/codec/messages.hpp"
 
-#include <lbea/pose.hpp>
+#include <lbea/test_history.hpp>
 #include <lbea/tracker.hpp>
 
 #include <optional>
@@ -23,25 +23,33 @@ class MatchEngine {
   [[nodiscard]] virtual double time_s(Sample sample) const noexcept = 0;
 };
 
-/// The engine of a baked model. Method::fit has a tracker.
+struct HistorySettings {
+  bool estimates_pose = false;  // the pose error of each test
+  bool knows_impact = false;    // at MatcherConfig::trigger_ns; else its stamp is estimated
+};
+
+[[nodiscard]] TestHistory history_for(const Model& model, const MatcherConfig& config, const SensorViews& views,
+                                      const HistorySettings& settings);
+
+/// The engine of a baked model. Method::fit has a tracker and a history.
 class ModelEngine final : public MatchEngine {
  public:
-  /// estimates_pose: with fit, also the pose error of each test.
-  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {}, bool estimates_pose = false)
+  ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {},
+              const HistorySettings& settings = {})
       : matcher_(model, config, views) {
     if (config.method != Method::fit) return;
-    if (estimates_pose) pose_.emplace(model, views);
+    history_.emplace(history_for(model, config, views, settings));
     tracker_.emplace(model, TrackerConfig{}, std::move(views));
   }
   MatchResult match(const Frame& frame) noexcept override {
-    return pose_ ? matcher_.match(frame, *pose_) : matcher_.match(frame);
+    return history_ ? matcher_.match(frame, *history_) : matcher_.match(frame);
   }
   const TestState* track(const MatchResult& result) noexcept override {
     return tracker_ ? &tracker_->update(result) : nullptr;
   }
   void begin_test() noexcept override {
     if (tracker_) tracker_->reset();
-    if (pose_) pose_->reset();
+    if (history_) history_->reset();
   }
   [[nodiscard]] std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
     return matcher_.model().simulation_name(simulation);
@@ -51,7 +59,7 @@ class ModelEngine final : public MatchEngine {
  private:
   Matcher matcher_;
   std::optional<Tracker> tracker_;
-  std::optional<TestPose> pose_;
+  std::optional<TestHistory> history_;
 };
 
 /// The model as the state message describes it.

@@ -62,6 +62,7 @@ void for_each_setting(Settings& settings, const Visit& visit) {
   visit("trigger_ns", matcher.trigger_ns);
   visit("T_reference_sensor", matcher.T_reference_sensor);
   visit("estimates_pose", settings.estimates_pose);
+  visit("knows_impact", settings.knows_impact);
   visit("sensor_json", settings.sensor_json);
   visit("start_ns", settings.start_ns);
   visit("record_window", settings.record_window);

@@ -1,0 +1,77 @@
+#include "runtime/src/depth/shape_history.hpp"
+
+#include "runtime/src/model/model_view.hpp"
+
+namespace lbea {
+
+void ShapeHistory::add(const EarlierShape& shape) noexcept {
+  if (size_ > 0) {
+    const double interval = seconds_between(latest(0).stamp_ns, shape.stamp_ns);
+    if (interval < -duration_s_)
+      size_ = 0;  // the sender's clock was set back
+    else if (interval < least_interval * duration_s_ || interval <= 0)
+      return;
+  }
+  shapes_[size_++ % shapes_.size()] = shape;
+}
+
+const EarlierShape* ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
+  for (std::size_t back = 0; back < std::min(size_, shapes_.size()); ++back) {
+    const double age = seconds_between(latest(back).stamp_ns, stamp_ns);
+    if (!(age >= least_age * duration_s_)) continue;
+    return age > 0 && age <= duration_s_ ? &latest(back) : nullptr;
+  }
+  return nullptr;
+}
+
+ExpectationCosts::ExpectationCosts(const ModelView& model, const DepthImages& images)
+    : model_(model), regression_(images.regression), costs_(model.sample_times.size()) {}
+
+void ExpectationCosts::assess(std::span<const RankedSample> samples, const FrameExpectation* expected) noexcept {
+  constexpr double most = 4;  // a frame that contradicts the earlier ones clearly enough is believed
+  is_assessed_ = expected != nullptr && !costs_.empty();
+  if (!is_assessed_) return;
+  for (const RankedSample& one : samples) costs_[one.sample] = 0;
+  if (expected->earlier != nullptr && regression_.blend > 0)
+    add_shape_costs(samples, *expected->earlier, seconds_between(expected->earlier->stamp_ns, expected->stamp_ns));
+  for (const RankedSample& one : samples) {
+    double cost = double{costs_[one.sample]};
+    if (const TimeBelief& time = expected->time; time.variance > 0) {
+      const double difference = model_.sample_times[one.sample] - time.mean_s;
+      cost += difference * difference / (2 * time.variance);
+    }
+    costs_[one.sample] =
+        static_cast<float>(cost < most ? cost : most);  // also if the model has values that are not finite
+  }
+}
+
+/// The sample's simulation had, as long ago as the earlier frame, a shape that differs from that of the frame. The
+/// difference counts relative to the least one, which no sample can avoid, and the frame's error.
+void ExpectationCosts::add_shape_costs(std::span<const RankedSample> samples, const EarlierShape& earlier,
+                                       double age_s) noexcept {
+  constexpr float weight = 0.25f;  // half of that of an independent frame: what hides a part may stay
+  float least = std::numeric_limits<float>::infinity();
+  for (const RankedSample& one : samples)
+    least = std::min(least, costs_[one.sample] = squared_distance_before(one.sample, earlier, age_s));
+  const float unit = std::max(least + square(earlier.error), std::numeric_limits<float>::min());
+  for (const RankedSample& one : samples) costs_[one.sample] = weight * (costs_[one.sample] - least) / unit;
+}
+
+/// Between two states the shape changes linearly; before the first one it does not.
+float ExpectationCosts::squared_distance_before(std::uint32_t sample, const EarlierShape& earlier,
+                                                double age_s) const noexcept {
+  const double time = model_.sample_times[sample] - age_s;
+  const std::uint32_t simulation = model_.samples[sample][0];
+  std::uint32_t later = sample, before = sample;
+  while (model_.sample_times[before] > time && before > 0 && model_.samples[before - 1][0] == simulation)
+    later = before--;
+  const double interval = model_.sample_times[later] - model_.sample_times[before];
+  const double passed = time - model_.sample_times[before];
+  const auto share = static_cast<float>(interval > 0 ? std::clamp(passed / interval, 0.0, 1.0) : 0.0);
+  const auto a = regression_.shape(before), b = regression_.shape(later);
+  float sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += square(a[i] + share * (b[i] - a[i]) - earlier.scores[i]);
+  return sum;
+}
+
+}  // namespace lbea

@@ -1,0 +1,65 @@
+// The shapes in a test's earlier frames, and what they say about the next one: a component deforms as some simulation
+// does, and a hidden part was seen before.
+#pragma once
+
+#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/test_clock.hpp"
+
+namespace lbea {
+
+struct EarlierShape {
+  std::int64_t stamp_ns = 0;
+  float error = 0;  // length unit
+  std::array<float, ShapeRegression::shape_scores> scores{};
+};
+
+/// Frames in quick succession have the same errors: the estimate of one is no evidence for that of the next. The
+/// history therefore gives the shape that is a tenth of a simulation's duration older than the frame.
+class ShapeHistory {
+ public:
+  explicit ShapeHistory(double duration_s) noexcept : duration_s_(duration_s) {}
+  void reset() noexcept { size_ = 0; }
+  void add(const EarlierShape& shape) noexcept;
+  /// Null when no frame is old enough, or the last one is older than a simulation lasts.
+  [[nodiscard]] const EarlierShape* before(std::int64_t stamp_ns) const noexcept;
+
+ private:
+  static constexpr double least_age = 0.1, least_interval = 0.025;  // durations
+  [[nodiscard]] const EarlierShape& latest(std::size_t back) const noexcept {
+    return shapes_[(size_ - 1 - back) % shapes_.size()];
+  }
+
+  double duration_s_;
+  std::array<EarlierShape, 8> shapes_{};  // a ring
+  std::size_t size_ = 0;                  // shapes so far
+};
+
+/// What is known of a frame before it is compared.
+struct FrameExpectation {
+  std::int64_t stamp_ns = 0;
+  const EarlierShape* earlier = nullptr;
+  TimeBelief time{};  // of similar samples
+};
+
+/// How unlikely samples are by what is known before: negative logarithms of probabilities, up to a constant.
+class ExpectationCosts {
+ public:
+  /// Allocates all memory.
+  ExpectationCosts(const ModelView& model, const DepthImages& images);
+  /// Sets the costs of these samples. Without an expectation all are 0. Does not allocate.
+  void assess(std::span<const RankedSample> samples, const FrameExpectation* expected) noexcept;
+  /// Of an assessed sample.
+  [[nodiscard]] float operator[](std::uint32_t sample) const noexcept { return is_assessed_ ? costs_[sample] : 0; }
+
+ private:
+  void add_shape_costs(std::span<const RankedSample> samples, const EarlierShape& earlier, double age_s) noexcept;
+  [[nodiscard]] float squared_distance_before(std::uint32_t sample, const EarlierShape& earlier,
+                                              double age_s) const noexcept;
+
+  const ModelView& model_;
+  const ShapeRegression& regression_;
+  std::vector<float> costs_;  // per sample
+  bool is_assessed_ = false;
+};
+
+}  // namespace lbea

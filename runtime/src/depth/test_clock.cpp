@@ -1,0 +1,86 @@
+#include "runtime/src/depth/test_clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea {
+namespace {
+
+constexpr double square(double v) noexcept { return v * v; }
+
+}  // namespace
+
+EnsembleTimes EnsembleTimes::of(const ModelView& model) noexcept {
+  if (model.sample_times.empty()) return {};
+  const auto [first, last] = std::ranges::minmax(model.sample_times);
+  const auto steps = std::ranges::max(model.samples, {}, [](const auto& sample) { return sample[1]; })[1];
+  return {last - first, (last - first) / std::max(steps, 1u)};
+}
+
+void TestClock::set_impact(std::int64_t stamp_ns) noexcept {
+  constexpr double deviation_s = 1e-6;
+  is_known_ = is_started_ = true;
+  first_ns_ = stamp_ns;
+  impact_ = 0;
+  P_ = {square(deviation_s), 0, 0};
+}
+
+void TestClock::add(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
+  if (is_known_ || !(variation_ > 0) || !(times_.duration_s > 0) || !std::isfinite(time.mean_s + time.variance)) return;
+  if (is_started_)
+    update(seconds_between(first_ns_, stamp_ns), time);
+  else if (time.mean_s >= times_.interval_s)
+    start(stamp_ns, time);
+}
+
+// simulation time = (1 + share) (stamp - impact) + noise, solved for the impact.
+void TestClock::start(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
+  is_started_ = true;
+  first_ns_ = stamp_ns;
+  last_ = 0;
+  contradictions_ = 0;
+  impact_ = -time.mean_s;
+  share_ = 0;
+  const double share_variance = square(variation_);
+  P_ = {square(time.mean_s) * share_variance + variance_at(time.mean_s) + time.variance, time.mean_s * share_variance,
+        share_variance};
+}
+
+void TestClock::update(double since_first, const TimeBelief& time) noexcept {
+  constexpr double most_deviations = 4, latest = 1.0 / 3;  // of the duration
+  constexpr std::uint32_t most_contradictions = 5;
+  const double since_impact = since_first - impact_, by_impact = -(1 + share_);
+  const double innovation = time.mean_s - (1 + share_) * since_impact;
+  const std::array<double, 2> PH{P_[0] * by_impact + P_[1] * since_impact, P_[1] * by_impact + P_[2] * since_impact};
+  const double variance = by_impact * PH[0] + since_impact * PH[1] + variance_at(time.mean_s) + time.variance;
+  if (!(square(innovation) <= square(most_deviations) * variance)) {
+    if (++contradictions_ >= most_contradictions) reset();
+    return;
+  }
+  contradictions_ = 0;
+  const bool is_late = time.mean_s > latest * times_.duration_s;
+  // Frames in quick succession have the same errors.
+  const bool is_new = since_first < last_ || since_first - last_ >= times_.interval_s / 2;
+  if (is_late || !is_new) return;
+  last_ = since_first;
+  impact_ += PH[0] / variance * innovation;
+  share_ += PH[1] / variance * innovation;
+  P_ = {P_[0] - PH[0] * PH[0] / variance, P_[1] - PH[0] * PH[1] / variance, P_[2] - PH[1] * PH[1] / variance};
+}
+
+double TestClock::variance_at(double time_s) const noexcept {
+  return square(times_.interval_s / 2) + square(variation_ * time_s);
+}
+
+TimeBelief TestClock::since_impact(std::int64_t stamp_ns) const noexcept {
+  if (!is_started_ || (stamp_ns == first_ns_ && !is_known_)) return {};  // frames without stamps have no clock
+  return {seconds_between(first_ns_, stamp_ns) - impact_, P_[0]};
+}
+
+TimeBelief TestClock::of_samples(std::int64_t stamp_ns) const noexcept {
+  TimeBelief time = since_impact(stamp_ns);
+  if (time.variance > 0) time.variance += variance_at(time.mean_s);
+  return time;
+}
+
+}  // namespace lbea

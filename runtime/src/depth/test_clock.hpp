@@ -1,0 +1,66 @@
+// The clock of a test: which time of the simulations a frame shows, by its stamp.
+#pragma once
+
+#include "runtime/src/model/model_view.hpp"
+
+#include <array>
+
+namespace lbea {
+
+/// Seconds between two stamps, in doubles, so that the difference of any two is defined.
+[[nodiscard]] inline double seconds_between(std::int64_t begin_ns, std::int64_t end_ns) noexcept {
+  constexpr double seconds_per_nanosecond = 1e-9;
+  return (static_cast<double>(end_ns) - static_cast<double>(begin_ns)) * seconds_per_nanosecond;
+}
+
+/// Times of an ensemble.
+struct EnsembleTimes {
+  double duration_s = 0, interval_s = 0;  // of a simulation; between its states
+
+  [[nodiscard]] static EnsembleTimes of(const ModelView& model) noexcept;
+};
+
+struct TimeBelief {
+  double mean_s = 0;
+  double variance = 0;  // s^2; 0: not known
+};
+
+/// Estimates the stamp of the impact from the simulation times of the frames so far. The component may deform faster or
+/// slower than the samples that are most similar to it, so that these times are wrong by a share of the time since the
+/// impact: a Kalman filter of the impact's stamp and of this share, which early frames determine best.
+class TestClock {
+ public:
+  /// variation: of DepthImages; 0: nothing is estimated.
+  TestClock(const EnsembleTimes& times, double variation) noexcept : times_(times), variation_(variation) {}
+  /// Forgets the frames, not a known impact.
+  void reset() noexcept {
+    is_started_ = is_known_;
+    contradictions_ = 0;
+  }
+  /// The impact's stamp is known; frames do not change it.
+  void set_impact(std::int64_t stamp_ns) noexcept;
+  /// time: of the samples that explain the frame at stamp_ns. Frames that show no deformation are no evidence, nor
+  /// those after a third of the simulations: their times vary too much.
+  void add(std::int64_t stamp_ns, const TimeBelief& time) noexcept;
+  /// Time since the impact at a stamp.
+  [[nodiscard]] TimeBelief since_impact(std::int64_t stamp_ns) const noexcept;
+  /// Time of the samples that are similar to a frame at a stamp.
+  [[nodiscard]] TimeBelief of_samples(std::int64_t stamp_ns) const noexcept;
+
+ private:
+  void start(std::int64_t stamp_ns, const TimeBelief& time) noexcept;
+  void update(double since_first, const TimeBelief& time) noexcept;
+  /// Of a time that a frame shows, but for the share and the frame's own uncertainty.
+  [[nodiscard]] double variance_at(double time_s) const noexcept;
+
+  EnsembleTimes times_;
+  double variation_;
+  bool is_known_ = false, is_started_ = false;
+  std::int64_t first_ns_ = 0;         // stamp of the first frame that shows a deformation
+  double last_ = 0;                   // since then: the last frame that counted
+  double impact_ = 0, share_ = 0;     // the impact, since first_ns_; relative error of simulation times
+  std::array<double, 3> P_{};         // covariance: impact; both; share
+  std::uint32_t contradictions_ = 0;  // in a row
+};
+
+}  // namespace lbea

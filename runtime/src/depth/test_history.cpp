@@ -1,0 +1,53 @@
+#include "runtime/src/depth/test_history.hpp"
+
+namespace lbea {
+
+HistoryState::HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images)
+    : estimates_pose(images != nullptr && images->pose_variance > 0),
+      pose(PoseCenter::of(model), length_per_mm, EnsembleTimes::of(model).duration_s,
+           images != nullptr ? double{images->drift_evidence} : 0),
+      shapes(EnsembleTimes::of(model).duration_s),
+      clock(EnsembleTimes::of(model), images != nullptr ? double{images->time_variation} : 0) {}
+
+void HistoryState::reset() noexcept {
+  pose.reset();
+  shapes.reset();
+  clock.reset();
+}
+
+void HistoryState::begin_frame(std::int64_t stamp) noexcept {
+  stamp_ns = stamp;
+  pose.begin_frame(stamp);
+}
+
+FrameExpectation HistoryState::expectation() const noexcept {
+  return {stamp_ns, shapes.before(stamp_ns), clock.of_samples(stamp_ns)};
+}
+
+void HistoryState::add(const SurfaceFitter& fitter, SurfaceFit& result) noexcept {
+  if (fitter.verdict() != Verdict::no_simulation_fits) {
+    constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
+    const float error = std::isfinite(result.error_90) ? result.error_90 / deviations : result.spread;
+    shapes.add({stamp_ns, error, fitter.shape()});
+    clock.add(stamp_ns, fitter.time());
+  }
+  if (const TimeBelief time = clock.since_impact(stamp_ns); time.variance > 0) {
+    result.test_time = static_cast<float>(time.mean_s);
+    result.test_time_sd = static_cast<float>(std::sqrt(time.variance));
+  }
+}
+
+TestHistory::TestHistory(const Model& model, const SensorViews& views) {
+  const SensorViews used = views.empty() ? SensorViews::baked_into(model) : views;
+  state_ = std::make_unique<HistoryState>(model.view(), units_per_mm(model.length_unit()), used.data());
+}
+TestHistory::~TestHistory() = default;
+TestHistory::TestHistory(TestHistory&&) noexcept = default;
+TestHistory& TestHistory::operator=(TestHistory&&) noexcept = default;
+void TestHistory::fix_pose() noexcept { state_->estimates_pose = false; }
+void TestHistory::set_impact(std::int64_t stamp_ns) noexcept { state_->clock.set_impact(stamp_ns); }
+bool TestHistory::estimates_pose() const noexcept { return state_->estimates_pose; }
+RigidTransform TestHistory::pose_correction() const noexcept { return state_->pose.transform(); }
+void TestHistory::reset() noexcept { state_->reset(); }
+
+}  // namespace lbea

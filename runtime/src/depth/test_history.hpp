@@ -1,0 +1,28 @@
+// What a TestHistory keeps.
+#pragma once
+
+#include "runtime/src/depth/pose_filter.hpp"
+#include "runtime/src/depth/surface_fit.hpp"
+
+#include <lbea/test_history.hpp>
+
+namespace lbea {
+
+struct LBEA_HIDDEN HistoryState {
+  HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images);
+
+  void reset() noexcept;
+  void begin_frame(std::int64_t stamp_ns) noexcept;
+  /// Of the frame.
+  [[nodiscard]] FrameExpectation expectation() const noexcept;
+  /// The frame was fitted: a frame that a simulation explains is evidence for the later ones.
+  void add(const SurfaceFitter& fitter, SurfaceFit& result) noexcept;
+
+  bool estimates_pose;
+  PoseFilter pose;
+  ShapeHistory shapes;
+  TestClock clock;
+  std::int64_t stamp_ns = 0;  // of the frame
+};
+
+}  // namespace lbea

@@ -1,0 +1,178 @@
+// What the earlier frames of a test say about the next one.
+#include "runtime/src/depth/shape_history.hpp"
+#include "runtime/src/depth/test_clock.hpp"
+#include "runtime/src/model/model_view.hpp"
+#include "tests/runtime/seen_plates.hpp"
+
+#include <lbea/test_history.hpp>
+
+#include <doctest/doctest.h>
+
+using namespace lbea;
+using namespace lbea::test;
+
+namespace {
+
+constexpr std::int64_t millisecond = 1'000'000;
+
+EarlierShape shape_at(std::int64_t stamp_ns, float error = 0) { return {stamp_ns, error, {}}; }
+
+/// Two simulations of 5 states, 1 ms apart: the first shape score grows by 1, and by 3, per state.
+struct TwoSimulations {
+  std::vector<std::array<std::uint32_t, 2>> samples;
+  std::vector<double> times;
+  std::vector<float> shapes;
+  ModelView view;
+  DepthImages images;
+
+  TwoSimulations() {
+    for (std::uint32_t simulation = 0; simulation < 2; ++simulation)
+      for (std::uint32_t state = 0; state < 5; ++state) {
+        samples.push_back({simulation, state});
+        times.push_back(1e-3 * state);
+        shapes.resize(shapes.size() + ShapeRegression::shape_scores);
+        shapes[shapes.size() - ShapeRegression::shape_scores] = static_cast<float>(state * (simulation == 0 ? 1 : 3));
+      }
+    view.samples = samples;
+    view.sample_times = times;
+    images.regression.shapes = shapes;
+    images.regression.blend = 0.5f;
+  }
+};
+
+std::vector<RankedSample> all_samples() {
+  std::vector<RankedSample> all;
+  for (std::uint32_t sample = 0; sample < 10; ++sample) all.push_back({sample, 0});
+  return all;
+}
+
+/// Of simulations of 10 ms with states every 0.5 ms; similar samples are 10 % late or early.
+TestClock clock_of_10_ms() { return {{.duration_s = 0.01, .interval_s = 0.0005}, 0.1}; }
+
+}  // namespace
+
+TEST_CASE("the shape a tenth of a simulation ago is remembered, in a stream of any rate") {
+  for (const std::int64_t interval : {1, 20, 100, 3000}) {  // microseconds
+    ShapeHistory history(0.01);
+    for (std::int64_t stamp = 0; stamp < 10 * millisecond; stamp += interval * 1000) {
+      const EarlierShape* before = history.before(stamp);
+      const std::int64_t age = before != nullptr ? stamp - before->stamp_ns : 0;
+      CHECK((before == nullptr) == (stamp < millisecond));
+      // A shape is added every 0.25 ms, or with every frame when these are farther apart.
+      if (before != nullptr) CHECK((age >= millisecond && age <= millisecond + 250'000 + 2 * interval * 1000));
+      history.add(shape_at(stamp));
+    }
+  }
+}
+
+TEST_CASE("frames without stamps, of the future or of long ago say nothing about a frame") {
+  ShapeHistory history(0.01);
+  for (int frame = 0; frame < 5; ++frame) {
+    CHECK(history.before(0) == nullptr);
+    history.add(shape_at(0));
+  }
+  CHECK(history.before(-5 * millisecond) == nullptr);
+  CHECK(history.before(10 * millisecond) != nullptr);
+  CHECK(history.before(11 * millisecond) == nullptr);
+  history.add(shape_at(-9 * millisecond));  // a late frame: not added
+  CHECK(history.before(5 * millisecond)->stamp_ns == 0);
+  history.add(shape_at(-11 * millisecond));  // the clock was set back
+  CHECK(history.before(-9 * millisecond)->stamp_ns == -11 * millisecond);
+  history.reset();
+  CHECK(history.before(-9 * millisecond) == nullptr);
+}
+
+TEST_CASE("a sample costs as much as its simulation differed from the earlier shape") {
+  const TwoSimulations two;
+  ExpectationCosts costs(two.view, two.images);
+  EarlierShape earlier = shape_at(0, 1);
+  earlier.scores[0] = 2.5f;  // simulation 0 at 2.5 ms
+  const FrameExpectation expected{1'500'000, &earlier, {}};
+  costs.assess(all_samples(), &expected);
+  CHECK(costs[4] == 0);                             // 4 ms less 1.5 ms: the earlier shape itself
+  CHECK(costs[3] == doctest::Approx(0.25));         // by 1: the error of the earlier shape
+  CHECK(costs[2] == doctest::Approx(0.25 * 4));     // by 2
+  CHECK(costs[0] == doctest::Approx(0.25 * 6.25));  // before its first state a simulation does not change
+  CHECK(costs[7] == doctest::Approx(0.25 * 1));     // the other one after 0.5 ms: 1.5
+  CHECK(costs[9] == 4);                             // by 5: the most
+  costs.assess(all_samples(), nullptr);
+  CHECK(costs[9] == 0);
+}
+
+TEST_CASE("a sample costs as much as its time differs from that of the frame") {
+  const TwoSimulations two;
+  ExpectationCosts costs(two.view, two.images);
+  const FrameExpectation expected{0, nullptr, {2e-3, 1e-6}};
+  costs.assess(all_samples(), &expected);
+  for (const std::uint32_t first : {0u, 5u})
+    for (std::uint32_t state = 0; state < 5; ++state)
+      CHECK(costs[first + state] == doctest::Approx(0.5 * (state - 2.0) * (state - 2.0)));
+}
+
+TEST_CASE("the impact's stamp follows from the times of the first deformed frames, in any clock") {
+  for (const std::int64_t impact : {std::int64_t{0}, 1'700'000'000'000 * millisecond, -5 * millisecond})
+    for (const double pace : {0.9, 1.0, 1.1}) {  // of the component, compared with the samples like it
+      TestClock clock = clock_of_10_ms();
+      CHECK(clock.since_impact(impact).variance == 0);
+      for (int frame = -10; frame < 20; ++frame) {
+        const std::int64_t stamp = impact + frame * millisecond / 2;
+        clock.add(stamp, {std::max(0.0, pace * frame * 0.5e-3), 0});
+        if (frame < 3) continue;
+        const TimeBelief time = clock.since_impact(stamp);
+        CHECK(std::abs(time.mean_s - frame * 0.5e-3) <= std::sqrt(time.variance));  // a pace of one deviation
+        CHECK(std::sqrt(time.variance) < 0.4e-3);
+        CHECK(clock.of_samples(stamp).variance > time.variance);
+      }
+    }
+}
+
+TEST_CASE("uncertain frames count little, and a wrong first one is forgotten when all others contradict it") {
+  TestClock clock = clock_of_10_ms();
+  clock.add(millisecond, {1e-3, 0});
+  clock.add(2 * millisecond, {1e-3, 1e-4});  // a second late, give or take 10 ms
+  CHECK(clock.since_impact(2 * millisecond).mean_s == doctest::Approx(2e-3).epsilon(0.01));
+  TestClock without_stamps = clock_of_10_ms();
+  for (int frame = 1; frame < 20; ++frame) {
+    without_stamps.add(0, {frame * 0.5e-3, 0});
+    CHECK(without_stamps.of_samples(0).variance == 0);
+  }
+  TestClock wrong = clock_of_10_ms();
+  wrong.add(-50 * millisecond, {3e-3, 0});
+  for (int frame = 2; frame < 14; ++frame) wrong.add(frame * millisecond / 4, {frame * 0.25e-3, 0});
+  CHECK(wrong.since_impact(3 * millisecond).mean_s == doctest::Approx(3e-3).epsilon(0.05));
+}
+
+TEST_CASE("a known impact is kept; without a learned variation there is no clock") {
+  TestClock known = clock_of_10_ms();
+  known.set_impact(7 * millisecond);
+  for (int frame = 0; frame < 9; ++frame) known.add(frame * millisecond, {frame * 1e-3, 0});
+  known.reset();
+  CHECK(known.since_impact(9 * millisecond).mean_s == doctest::Approx(2e-3));
+  TestClock none({.duration_s = 0.01, .interval_s = 0.0005}, 0);
+  none.add(millisecond, {1e-3, 0});
+  CHECK(none.of_samples(millisecond).variance == 0);
+}
+
+// Next to the edge about which the plates bend, all angles look alike up to the noise.
+TEST_CASE("what a frame hides is known from an earlier one") {
+  const AlignedBytes bytes = seen_plates_model(6, 16);
+  const Model model = Model::view(bytes.span());
+  Matcher alone(model, fit_config()), matcher(model, fit_config());
+  TestHistory history(model);
+  double error_alone = 0, error = 0;  // radians
+  for (std::uint32_t step = 0; step < 16; ++step) {
+    std::vector<Point> points = seen(bent(0.75 * step / 15), {.sigma = 0.5}, step + 1);
+    const bool is_hidden = step % 4 == 3;
+    if (is_hidden) std::erase_if(points, [](const Point& p) { return p.x > -65; });
+    const Frame frame{step, step * millisecond, points};
+    const MatchResult lone = alone.match(frame), informed = matcher.match(frame, history);
+    if (!is_hidden) continue;
+    const auto off = [&](const MatchResult& result) {
+      const auto [simulation, time_step] = result.matches[0].sample;
+      return std::abs((0.5 + 0.1 * simulation) * time_step - 0.75 * step) / 15;
+    };
+    error_alone += off(lone);
+    error += off(informed);
+  }
+  CHECK(error < error_alone / 2);
+}
