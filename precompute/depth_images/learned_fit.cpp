@@ -190,12 +190,13 @@ float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& m
 
 /// See DepthImages::time_variation. Late frames, whose times vary most, count most.
 float time_variation(const SampleSource& source, const LeftOutTests& whole, std::span<const FrameErrors> errors) {
+  const double impact = std::ranges::min(source.samples, {}, &Sample::time_step).time_step;
+  const auto since_impact = [&](std::size_t sample) { return source.samples[sample].time_step - impact; };
   double squares = 0, all = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    const double time = source.samples[whole.frames().sample(i)].time_step;
+    const double time = since_impact(whole.frames().sample(i));
     double estimate = 0;
-    for (const auto& [sample, weight] : errors[i].weights)
-      estimate += double{weight} * source.samples[sample].time_step;
+    for (const auto& [sample, weight] : errors[i].weights) estimate += double{weight} * since_impact(sample);
     squares += (estimate - time) * (estimate - time);
     all += time * time;
   }

@@ -85,6 +85,16 @@ static void a_wrong_pose_is_corrected(const lbea_model* model, const char* frame
     CHECK(left_at(history, nodes + 3 * node) < 5.0f / 2);
   lbea_test_history_reset(history);
   CHECK(is_identity(history));
+  lbea_test_history_fix_pose(history);
+  CHECK(lbea_test_history_estimates_pose(history) == 0);
+  lbea_test_history_set_impact(history, 5000000);
+  const lbea_frame last = {.struct_size = sizeof last,
+                           .stamp_ns = 7000000,
+                           .points = points,
+                           .point_count = read_cloud(frames, frame_count - 1, points)};
+  lbea_result timed = {.struct_size = sizeof timed};
+  CHECK(lbea_matcher_match_with_history(posed, &last, history, &timed) == LBEA_OK);
+  CHECK(fabsf(timed.test_time - 2e-3f) < 1e-6f && isnan(timed.pose_shift));
   free(points);
   lbea_test_history_destroy(history);
   lbea_matcher_destroy(posed);

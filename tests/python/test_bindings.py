@@ -170,6 +170,12 @@ class TestHistoryTest(unittest.TestCase):
         history.reset()
         numpy.testing.assert_array_equal(history.pose_correction, numpy.eye(4))
         self.assertFalse((correction == numpy.eye(4)).all(), "an earlier correction is a copy")
+        history.fix_pose()
+        self.assertIs(history.estimates_pose, False)
+        history.set_impact(5_000_000)
+        result = matcher.match(cloud, stamp_ns=7_000_000, history=history)
+        self.assertAlmostEqual(result.test_time, 2e-3, places=6)
+        self.assertTrue(numpy.isnan(result.pose_shift))
 
     def test_where_it_is_not_estimated_frames_are_matched_as_without(self):
         for file, is_estimated in ((PLATES, False), (DEMO, True)):

@@ -47,7 +47,7 @@ std::vector<RankedSample> all_samples() {
 }
 
 /// Of simulations of 10 ms with states every 0.5 ms; similar samples are 10 % late or early.
-TestClock clock_of_10_ms() { return {{.duration_s = 0.01, .interval_s = 0.0005}, 0.1}; }
+TestClock clock_of_10_ms() { return {{.impact_s = 0, .duration_s = 0.01, .interval_s = 0.0005}, 0.1}; }
 
 }  // namespace
 
@@ -109,6 +109,16 @@ TEST_CASE("a sample costs as much as its time differs from that of the frame") {
       CHECK(costs[first + state] == doctest::Approx(0.5 * (state - 2.0) * (state - 2.0)));
 }
 
+TEST_CASE("times count from the first state, and intervals are those between states") {
+  TwoSimulations two;
+  for (double& time : two.times) time += 5e-3;
+  two.view.sample_times = two.times;
+  const EnsembleTimes times = EnsembleTimes::of(two.view);
+  CHECK(times.impact_s == doctest::Approx(5e-3));
+  CHECK(times.duration_s == doctest::Approx(4e-3));
+  CHECK(times.interval_s == doctest::Approx(1e-3));
+}
+
 TEST_CASE("the impact's stamp follows from the times of the first deformed frames, in any clock") {
   for (const std::int64_t impact : {std::int64_t{0}, 1'700'000'000'000 * millisecond, -5 * millisecond})
     for (const double pace : {0.9, 1.0, 1.1}) {  // of the component, compared with the samples like it
@@ -142,15 +152,36 @@ TEST_CASE("uncertain frames count little, and a wrong first one is forgotten whe
   CHECK(wrong.since_impact(3 * millisecond).mean_s == doctest::Approx(3e-3).epsilon(0.05));
 }
 
+// The clock restarted again and again while the component was at rest in its last state, or looked like several of the
+// first ones.
+TEST_CASE("frames before the impact and after the simulations' end do not change the clock") {
+  TestClock clock = clock_of_10_ms();
+  for (int frame = -1000; frame < 0; ++frame) {
+    clock.add(frame * millisecond, {0.75e-3, 0.5e-6});  // any of the states up to 2 ms
+    CHECK(clock.since_impact(0).variance == 0);
+  }
+  for (int frame = 1; frame < 100; ++frame) {
+    clock.add(frame * millisecond, {std::min(frame * 1e-3, 0.01), 0});
+    if (frame > 2) CHECK(clock.since_impact(frame * millisecond).mean_s == doctest::Approx(frame * 1e-3).epsilon(0.01));
+  }
+  TestClock late = clock_of_10_ms();
+  for (int frame = 0; frame < 100; ++frame) {
+    late.add(frame * millisecond, {0.01, 0});
+    CHECK(late.since_impact(frame * millisecond + 1).variance == 0);
+  }
+}
+
 TEST_CASE("a known impact is kept; without a learned variation there is no clock") {
   TestClock known = clock_of_10_ms();
   known.set_impact(7 * millisecond);
   for (int frame = 0; frame < 9; ++frame) known.add(frame * millisecond, {frame * 1e-3, 0});
   known.reset();
   CHECK(known.since_impact(9 * millisecond).mean_s == doctest::Approx(2e-3));
-  TestClock none({.duration_s = 0.01, .interval_s = 0.0005}, 0);
+  TestClock none({.impact_s = 0, .duration_s = 0.01, .interval_s = 0.0005}, 0);
   none.add(millisecond, {1e-3, 0});
-  CHECK(none.of_samples(millisecond).variance == 0);
+  CHECK(none.of_samples(2 * millisecond).variance == 0);
+  none.set_impact(0);
+  CHECK(none.of_samples(2 * millisecond).variance == 0);
 }
 
 // Next to the edge about which the plates bend, all angles look alike up to the noise.

@@ -174,7 +174,6 @@ RunSettings settings_of(const RecordOptions& options) {
   RunSettings settings;
   settings.program = "lbea-record " LBEA_VERSION_STRING;
   settings.matcher.trigger_ns = options.recording.trigger_ns.value_or(0);
-  settings.knows_impact = options.recording.trigger_ns ? 1 : 0;
   settings.matcher.max_points = options.max_points;
   settings.start_ns = wire::wall_clock_ns();
   return settings;

@@ -78,10 +78,9 @@ ResultComparison::ResultComparison(RecordedRun& run, double tolerance) : toleran
 
 namespace {
 
-/// What depends on earlier frames: the state of the test and, where its pose error is estimated, every match.
-void leave_out_history(wire::WireResult& result, bool has_pose) {
+/// What depends on earlier frames: with fit, the state of the test and every match.
+void leave_out_history(wire::WireResult& result) {
   result.test = {};
-  if (!has_pose) return;
   result.fit = {};
   result.matches.clear();
   result.coverage = 0;
@@ -152,10 +151,8 @@ std::optional<std::string> ResultComparison::compare(const wire::WireResult& res
   auto& results = found->second.results;
   if (const auto session = sessions_.find(key.first);
       session->second.began_before && (now.test.frames > 0 || results.front().test.frames > 0)) {
-    const auto has_pose = [](const wire::WireResult& one) { return std::isfinite(one.fit.pose_turn); };
-    const bool is_estimated = has_pose(now) || std::ranges::any_of(results, has_pose);
-    leave_out_history(now, is_estimated);
-    for (wire::WireResult& then : results) leave_out_history(then, is_estimated);
+    leave_out_history(now);
+    for (wire::WireResult& then : results) leave_out_history(then);
     ++tally_.without_history;
   }
   auto place = std::ranges::find_if(results, [&](const wire::WireResult& then) { return is_same(then, now); });

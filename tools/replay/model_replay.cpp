@@ -301,7 +301,6 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   if (!pose_file.empty()) (void)io::read_pose(pose_file, model.length_unit());
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
                                       pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
-  // The pose error is estimated from frame to frame, so that frames cannot be matched at the same time.
   MatchReplay replay(model, settings, views, has_history(settings) ? 1 : options.threads);
   const ResultHandler handle = [&](const wire::WireResult& result) { return output(result); };
   if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, handle)) return false;

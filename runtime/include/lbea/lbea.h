@@ -135,7 +135,7 @@ typedef struct lbea_result {
   float pose_turn;  /**< fit: angle of the test's pose error, which is corrected, degrees; NaN: not estimated */
   float pose_shift; /**< its shift of the component's middle, length unit */
   float pose_turn_sd, pose_shift_sd; /**< their standard deviations */
-  float test_time, test_time_sd;     /**< time since the impact by all frames so far, s; its standard deviation */
+  float test_time, test_time_sd;     /**< time since the impact by the frames so far, s; its standard deviation */
 } lbea_result;
 
 /* The members of lbea_result with the names of FrameNumbers and FitNumbers in C++: X(name). New ones go to its end. */

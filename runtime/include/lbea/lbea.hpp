@@ -335,13 +335,14 @@ inline constexpr std::array fit_numbers{
     NumberInfo<FitNumbers>{"pose_shift_sd", &FitNumbers::pose_shift_sd,
                            "standard deviation of the pose's shift, length unit"},
     NumberInfo<FitNumbers>{"test_time", &FitNumbers::test_time,
-                           "time since the impact in the simulations' clock, by the test's stamps and all frames so "
-                           "far, seconds; NaN: not estimated"},
+                           "time since the impact, by the test's stamps and the first frames that show a deformation, "
+                           "seconds; NaN: not estimated"},
     NumberInfo<FitNumbers>{"test_time_sd", &FitNumbers::test_time_sd, "its standard deviation, seconds"}};
 
 /// Result of Method::fit. Empty and NaN with the other methods.
 struct SurfaceFit : FitNumbers {
-  std::span<const Match> candidates{};         // the samples most similar to the frame; distance: their residual
+  std::span<const Match> candidates{};         // the samples most similar to the frame; distance: their residual, and
+                                               // what the history of the test counts against them
   std::span<const float> ranks{};              // per candidate, length unit: the least is the match
   std::span<const WeightedSample> estimate{};  // the combination of samples that explains the frame best
 };

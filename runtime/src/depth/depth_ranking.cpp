@@ -89,11 +89,10 @@ void DepthRanking::choose(BestSamples& best, const ExpectationCosts* costs) noex
   const auto compared = std::span(compared_).first(compared_count_);
   float least = std::numeric_limits<float>::infinity();
   for (const RankedSample& one : compared) least = std::min(least, one.distance);
-  const float price = (least + noise_) / sharpness_;
-  const auto price_of = [&](std::uint32_t sample) { return costs != nullptr ? price * (*costs)[sample] : 0.0f; };
+  price_per_cost_ = (least + noise_) / sharpness_;
   best.clear();
-  for (const RankedSample& one : compared) best.offer(one.sample, one.distance + price_of(one.sample));
-  price_of_best_ = price_of(best.ranked()[0].sample);
+  for (const RankedSample& one : compared)
+    best.offer(one.sample, one.distance + (costs != nullptr ? price_per_cost_ * (*costs)[one.sample] : 0.0f));
 }
 
 void DepthRanking::find_common(std::span<const std::uint16_t> depths) noexcept {

@@ -38,8 +38,8 @@ class DepthRanking {
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
   /// Per cell: not 0 if all of the best samples fill it.
   [[nodiscard]] std::span<const std::uint16_t> in_all() const noexcept { return common_; }
-  /// Part of the best one's distance, after rank().
-  [[nodiscard]] float price_of_best() const noexcept { return price_of_best_; }
+  /// Price of a cost, in squared depth steps.
+  [[nodiscard]] float price_per_cost() const noexcept { return price_per_cost_; }
   [[nodiscard]] std::size_t capacity() const noexcept { return best_.capacity(); }
   [[nodiscard]] const CellPrices& prices() const noexcept { return prices_; }
   /// Residual of a cell in a hidden part, in depth steps.
@@ -62,7 +62,7 @@ class DepthRanking {
   std::vector<RankedSample> compared_;  // distance: mean square
   std::size_t compared_count_ = 0;
   BestSamples best_;
-  float price_of_best_ = 0;
+  float price_per_cost_ = 0;
   std::vector<RankedSample> chosen_;
   std::vector<std::uint16_t> common_;  // per cell: 0 where the image of any of the best is empty
   BestSamples promising_;              // by what the frame shows

@@ -25,7 +25,10 @@ const EarlierShape* ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
 }
 
 ExpectationCosts::ExpectationCosts(const ModelView& model, const DepthImages& images)
-    : model_(model), regression_(images.regression), costs_(model.sample_times.size()) {}
+    : model_(model), regression_(images.regression), costs_(model.sample_times.size()) {
+  for (std::uint32_t sample = 0; sample < costs_.size(); ++sample)
+    first_.push_back(sample > 0 && model.samples[sample][0] == model.samples[sample - 1][0] ? first_.back() : sample);
+}
 
 void ExpectationCosts::assess(std::span<const RankedSample> samples, const FrameExpectation* expected) noexcept {
   constexpr double most = 4;  // a frame that contradicts the earlier ones clearly enough is believed
@@ -61,10 +64,9 @@ void ExpectationCosts::add_shape_costs(std::span<const RankedSample> samples, co
 float ExpectationCosts::squared_distance_before(std::uint32_t sample, const EarlierShape& earlier,
                                                 double age_s) const noexcept {
   const double time = model_.sample_times[sample] - age_s;
-  const std::uint32_t simulation = model_.samples[sample][0];
-  std::uint32_t later = sample, before = sample;
-  while (model_.sample_times[before] > time && before > 0 && model_.samples[before - 1][0] == simulation)
-    later = before--;
+  const auto times = model_.sample_times.first(sample).subspan(first_[sample]);  // before that of the sample
+  const auto later = first_[sample] + static_cast<std::uint32_t>(std::ranges::upper_bound(times, time) - times.begin());
+  const std::uint32_t before = std::max(later, first_[sample] + 1) - 1;
   const double interval = model_.sample_times[later] - model_.sample_times[before];
   const double passed = time - model_.sample_times[before];
   const auto share = static_cast<float>(interval > 0 ? std::clamp(passed / interval, 0.0, 1.0) : 0.0);

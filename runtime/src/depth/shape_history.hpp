@@ -38,7 +38,7 @@ class ShapeHistory {
 struct FrameExpectation {
   std::int64_t stamp_ns = 0;
   const EarlierShape* earlier = nullptr;
-  TimeBelief time{};  // of similar samples
+  TimeBelief time{};  // of similar samples, in theirs
 };
 
 /// How unlikely samples are by what is known before: negative logarithms of probabilities, up to a constant.
@@ -58,7 +58,8 @@ class ExpectationCosts {
 
   const ModelView& model_;
   const ShapeRegression& regression_;
-  std::vector<float> costs_;  // per sample
+  std::vector<std::uint32_t> first_;  // per sample: the first one of its simulation
+  std::vector<float> costs_;          // per sample
   bool is_assessed_ = false;
 };
 

@@ -69,6 +69,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       ranks_(best_.capacity()),
       plausibility_(best_.capacity()),
       shares_(best_.capacity()),
+      residual_alone_(best_.capacity()),
       candidates_(best_.capacity()),
       estimate_(std::max(best_.capacity(), neighbors_.capacity())) {}
 
@@ -133,7 +134,7 @@ SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<cons
 float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
   const float least = best_.rank(observed, images.depths, proposed, &costs_);
-  set_candidates(best_.price_of_best());
+  set_candidates(price(best_.ranked()[0].sample));
   return least;
 }
 
@@ -146,10 +147,12 @@ void SurfaceFitter::choose_hidden_candidates(std::span<const float> observed,
 
 /// not_residual: part of the best ones' mean squares.
 void SurfaceFitter::set_candidates(float not_residual) noexcept {
-  const float step = views_.data()->camera.depth_step;
+  const float step = views_.data()->camera.depth_step, price_of_best = price(best_.ranked()[0].sample);
   for (std::size_t k = 0; k < count(); ++k) {
     const RankedSample& sample = best_.ranked()[k];
-    candidates_[k] = {sample_at(sample.sample), step * std::sqrt(std::max(sample.distance - not_residual, 0.0f))};
+    const auto length = [step](float squared_steps) { return step * std::sqrt(std::max(squared_steps, 0.0f)); };
+    candidates_[k] = {sample_at(sample.sample), length(sample.distance - not_residual)};
+    residual_alone_[k] = length(sample.distance - not_residual + price_of_best - price(sample.sample));
     copy_landmarks(sample.sample, landmarks(k));
   }
 }
@@ -319,23 +322,36 @@ void SurfaceFitter::rank() noexcept {
   });
 }
 
+/// Of the shapes and times of the samples that are plausible by the frame alone, as in the frames that the bake learns
+/// from. Sets the time's variance.
+float SurfaceFitter::spread_alone() noexcept {
+  const float least = std::ranges::min(std::span(residual_alone_).first(count()));
+  const Plausibility<float> plausibility(least, views_.data()->metric.mesh_noise, settings_.sharpness);
+  float all = 0, spread = 0;
+  double variance = 0;
+  for (std::size_t i = 0; i < count(); ++i) {
+    const float weight = plausibility(residual_alone_[i]);
+    all += weight;
+    spread += weight * from_estimate_[i];
+    if (model_.sample_times.empty()) continue;
+    const double later = model_.sample_times[best_.ranked()[i].sample] - time_.mean_s;
+    variance += double{weight} * later * later;
+  }
+  time_.variance = variance / double{all};
+  return spread / all;
+}
+
 void SurfaceFitter::judge(SurfaceFit& result, bool is_hidden) noexcept {
   const DepthImages& images = *views_.data();
   const Plausibility<float> plausibility(result.residual, views_.data()->metric.mesh_noise, settings_.sharpness);
   const float noise = square(views_.data()->metric.mesh_noise), best = square(result.residual);
-  float all = 0, expected = 0, spread = 0;
-  double variance = 0;
+  float all = 0, expected = 0;
   for (std::size_t i = 0; i < count(); ++i) {
     plausibility_[i] = plausibility(candidates_[i].distance);
     all += plausibility_[i];
     expected += plausibility_[i] * square(images.expected[best_.ranked()[i].sample]);
-    spread += plausibility_[i] * from_estimate_[i];
-    if (model_.sample_times.empty()) continue;
-    const double later = model_.sample_times[best_.ranked()[i].sample] - time_.mean_s;
-    variance += double{plausibility_[i]} * later * later;
   }
-  result.spread = spread / all;
-  time_.variance = variance / double{all};
+  result.spread = spread_alone();
   if (const float per_spread = is_hidden ? images.hidden_error_per_spread : images.error_per_spread; per_spread > 0)
     result.error_90 = per_spread * result.spread;
   result.misfit = std::sqrt((best + noise) / (expected / all + noise));

@@ -79,7 +79,9 @@ class SurfaceFitter {
   [[nodiscard]] float least_limited_residual() noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
+  float spread_alone() noexcept;
   void judge(SurfaceFit& result, bool is_hidden) noexcept;
+  [[nodiscard]] float price(std::uint32_t sample) const noexcept { return best_.price_per_cost() * costs_[sample]; }
   [[nodiscard]] Sample sample_at(std::uint32_t row) const noexcept {
     return {model_.samples[row][0], model_.samples[row][1]};
   }
@@ -120,6 +122,7 @@ class SurfaceFitter {
   std::vector<float> landmarks_, estimate_landmarks_,
       neighbor_landmarks_;  // candidates x 3 x landmarks; one shape each
   std::vector<float> from_best_, from_estimate_, ranks_, plausibility_, shares_;
+  std::vector<float> residual_alone_;  // of the candidates, without the price of their costs
   std::vector<Match> candidates_;
   std::vector<WeightedSample> estimate_;
   std::size_t used_ = 0;  // of estimate_

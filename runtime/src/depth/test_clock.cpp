@@ -13,8 +13,13 @@ constexpr double square(double v) noexcept { return v * v; }
 EnsembleTimes EnsembleTimes::of(const ModelView& model) noexcept {
   if (model.sample_times.empty()) return {};
   const auto [first, last] = std::ranges::minmax(model.sample_times);
-  const auto steps = std::ranges::max(model.samples, {}, [](const auto& sample) { return sample[1]; })[1];
-  return {last - first, (last - first) / std::max(steps, 1u)};
+  double sum = 0, count = 0;
+  for (std::size_t s = 1; s < model.sample_times.size(); ++s) {
+    if (model.samples[s][0] != model.samples[s - 1][0]) continue;
+    sum += model.sample_times[s] - model.sample_times[s - 1];
+    ++count;
+  }
+  return {first, last - first, sum / std::max(count, 1.0)};
 }
 
 void TestClock::set_impact(std::int64_t stamp_ns) noexcept {
@@ -27,9 +32,10 @@ void TestClock::set_impact(std::int64_t stamp_ns) noexcept {
 
 void TestClock::add(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
   if (is_known_ || !(variation_ > 0) || !(times_.duration_s > 0) || !std::isfinite(time.mean_s + time.variance)) return;
+  constexpr double least_deviations = 2;  // an undeformed component may look like several of the first states
   if (is_started_)
     update(seconds_between(first_ns_, stamp_ns), time);
-  else if (time.mean_s >= times_.interval_s)
+  else if (time.mean_s >= std::max(times_.interval_s, least_deviations * std::sqrt(time.variance)) && !is_late(time))
     start(stamp_ns, time);
 }
 
@@ -47,10 +53,10 @@ void TestClock::start(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
 }
 
 void TestClock::update(double since_first, const TimeBelief& time) noexcept {
-  constexpr double most_deviations = 4, latest = 1.0 / 3;  // of the duration
+  constexpr double most_deviations = 4;
   constexpr std::uint32_t most_contradictions = 5;
   const double since_impact = since_first - impact_, by_impact = -(1 + share_);
-  const double innovation = time.mean_s - (1 + share_) * since_impact;
+  const double innovation = time.mean_s - std::min((1 + share_) * since_impact, times_.duration_s);  // then at rest
   const std::array<double, 2> PH{P_[0] * by_impact + P_[1] * since_impact, P_[1] * by_impact + P_[2] * since_impact};
   const double variance = by_impact * PH[0] + since_impact * PH[1] + variance_at(time.mean_s) + time.variance;
   if (!(square(innovation) <= square(most_deviations) * variance)) {
@@ -58,10 +64,8 @@ void TestClock::update(double since_first, const TimeBelief& time) noexcept {
     return;
   }
   contradictions_ = 0;
-  const bool is_late = time.mean_s > latest * times_.duration_s;
   // Frames in quick succession have the same errors.
-  const bool is_new = since_first < last_ || since_first - last_ >= times_.interval_s / 2;
-  if (is_late || !is_new) return;
+  if (is_late(time) || std::abs(since_first - last_) < times_.interval_s / 2) return;
   last_ = since_first;
   impact_ += PH[0] / variance * innovation;
   share_ += PH[1] / variance * innovation;
@@ -78,6 +82,7 @@ TimeBelief TestClock::since_impact(std::int64_t stamp_ns) const noexcept {
 }
 
 TimeBelief TestClock::of_samples(std::int64_t stamp_ns) const noexcept {
+  if (!(variation_ > 0)) return {};
   TimeBelief time = since_impact(stamp_ns);
   if (time.variance > 0) time.variance += variance_at(time.mean_s);
   return time;

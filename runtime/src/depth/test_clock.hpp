@@ -15,7 +15,8 @@ namespace lbea {
 
 /// Times of an ensemble.
 struct EnsembleTimes {
-  double duration_s = 0, interval_s = 0;  // of a simulation; between its states
+  double impact_s = 0;                    // the first state
+  double duration_s = 0, interval_s = 0;  // of a simulation; mean between its states
 
   [[nodiscard]] static EnsembleTimes of(const ModelView& model) noexcept;
 };
@@ -39,12 +40,12 @@ class TestClock {
   }
   /// The impact's stamp is known; frames do not change it.
   void set_impact(std::int64_t stamp_ns) noexcept;
-  /// time: of the samples that explain the frame at stamp_ns. Frames that show no deformation are no evidence, nor
-  /// those after a third of the simulations: their times vary too much.
+  /// time: since the impact, of the samples that explain the frame at stamp_ns. Frames that show no deformation are no
+  /// evidence, nor those after a third of the simulations: their times vary too much.
   void add(std::int64_t stamp_ns, const TimeBelief& time) noexcept;
   /// Time since the impact at a stamp.
   [[nodiscard]] TimeBelief since_impact(std::int64_t stamp_ns) const noexcept;
-  /// Time of the samples that are similar to a frame at a stamp.
+  /// The same, of the samples that are similar to a frame at a stamp.
   [[nodiscard]] TimeBelief of_samples(std::int64_t stamp_ns) const noexcept;
 
  private:
@@ -52,6 +53,7 @@ class TestClock {
   void update(double since_first, const TimeBelief& time) noexcept;
   /// Of a time that a frame shows, but for the share and the frame's own uncertainty.
   [[nodiscard]] double variance_at(double time_s) const noexcept;
+  [[nodiscard]] bool is_late(const TimeBelief& time) const noexcept { return time.mean_s > times_.duration_s / 3; }
 
   EnsembleTimes times_;
   double variation_;

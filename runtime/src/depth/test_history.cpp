@@ -7,6 +7,7 @@ HistoryState::HistoryState(const ModelView& model, double length_per_mm, const D
       pose(PoseCenter::of(model), length_per_mm, EnsembleTimes::of(model).duration_s,
            images != nullptr ? double{images->drift_evidence} : 0),
       shapes(EnsembleTimes::of(model).duration_s),
+      impact_s(EnsembleTimes::of(model).impact_s),
       clock(EnsembleTimes::of(model), images != nullptr ? double{images->time_variation} : 0) {}
 
 void HistoryState::reset() noexcept {
@@ -21,19 +22,21 @@ void HistoryState::begin_frame(std::int64_t stamp) noexcept {
 }
 
 FrameExpectation HistoryState::expectation() const noexcept {
-  return {stamp_ns, shapes.before(stamp_ns), clock.of_samples(stamp_ns)};
+  FrameExpectation expectation{stamp_ns, shapes.before(stamp_ns), clock.of_samples(stamp_ns)};
+  expectation.time.mean_s += impact_s;
+  return expectation;
 }
 
-void HistoryState::add(const SurfaceFitter& fitter, SurfaceFit& result) noexcept {
-  if (fitter.verdict() != Verdict::no_simulation_fits) {
+void HistoryState::add(const SurfaceFitter& fitter, MatchResult& result) noexcept {
+  if (result.status == Status::ok && fitter.verdict() != Verdict::no_simulation_fits) {
     constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
-    const float error = std::isfinite(result.error_90) ? result.error_90 / deviations : result.spread;
+    const float error = std::isfinite(result.fit.error_90) ? result.fit.error_90 / deviations : result.fit.spread;
     shapes.add({stamp_ns, error, fitter.shape()});
-    clock.add(stamp_ns, fitter.time());
+    clock.add(stamp_ns, {fitter.time().mean_s - impact_s, fitter.time().variance});
   }
   if (const TimeBelief time = clock.since_impact(stamp_ns); time.variance > 0) {
-    result.test_time = static_cast<float>(time.mean_s);
-    result.test_time_sd = static_cast<float>(std::sqrt(time.variance));
+    result.fit.test_time = static_cast<float>(time.mean_s);
+    result.fit.test_time_sd = static_cast<float>(std::sqrt(time.variance));
   }
 }
 
@@ -44,7 +47,10 @@ TestHistory::TestHistory(const Model& model, const SensorViews& views) {
 TestHistory::~TestHistory() = default;
 TestHistory::TestHistory(TestHistory&&) noexcept = default;
 TestHistory& TestHistory::operator=(TestHistory&&) noexcept = default;
-void TestHistory::fix_pose() noexcept { state_->estimates_pose = false; }
+void TestHistory::fix_pose() noexcept {
+  state_->estimates_pose = false;
+  state_->pose.reset();
+}
 void TestHistory::set_impact(std::int64_t stamp_ns) noexcept { state_->clock.set_impact(stamp_ns); }
 bool TestHistory::estimates_pose() const noexcept { return state_->estimates_pose; }
 RigidTransform TestHistory::pose_correction() const noexcept { return state_->pose.transform(); }

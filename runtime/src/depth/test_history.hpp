@@ -15,12 +15,13 @@ struct LBEA_HIDDEN HistoryState {
   void begin_frame(std::int64_t stamp_ns) noexcept;
   /// Of the frame.
   [[nodiscard]] FrameExpectation expectation() const noexcept;
-  /// The frame was fitted: a frame that a simulation explains is evidence for the later ones.
-  void add(const SurfaceFitter& fitter, SurfaceFit& result) noexcept;
+  /// The frame was fitted: if enough of it is covered and a simulation explains it, it is evidence for later ones.
+  void add(const SurfaceFitter& fitter, MatchResult& result) noexcept;
 
   bool estimates_pose;
   PoseFilter pose;
   ShapeHistory shapes;
+  double impact_s;  // in the time of the samples
   TestClock clock;
   std::int64_t stamp_ns = 0;  // of the frame
 };

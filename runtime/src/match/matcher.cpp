@@ -15,8 +15,8 @@ MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
     s.search(result);                                   // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
     s.fit(result);                                      // Method::fit: the depth images decide
   } while (s.move_pose(result));                        // again with a better pose
-  s.remember(result);                                   // for the next frames of the test
   s.cover(result);                                      // share of the best sample's surface that the frame shows
+  s.remember(result);                                   // for the next frames of the test
   s.publish(result);
   return result;
 }
@@ -90,7 +90,7 @@ bool Matcher::State::move_pose(MatchResult& result) noexcept {
 }
 
 void Matcher::State::remember(MatchResult& result) noexcept {
-  if (history) history->add(*fitter, result.fit);
+  if (history) history->add(*fitter, result);
 }
 
 void Matcher::State::cover(MatchResult& result) noexcept {
