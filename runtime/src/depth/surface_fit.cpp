@@ -325,8 +325,7 @@ void SurfaceFitter::rank() noexcept {
 /// Of the shapes and times of the samples that are plausible by the frame alone, as in the frames that the bake learns
 /// from. Sets the time's variance.
 float SurfaceFitter::spread_alone() noexcept {
-  const float least = std::ranges::min(std::span(residual_alone_).first(count()));
-  const Plausibility<float> plausibility(least, views_.data()->metric.mesh_noise, settings_.sharpness);
+  const Plausibility<float> plausibility(least_alone(), views_.data()->metric.mesh_noise, settings_.sharpness);
   float all = 0, spread = 0;
   double variance = 0;
   for (std::size_t i = 0; i < count(); ++i) {
@@ -354,7 +353,7 @@ void SurfaceFitter::judge(SurfaceFit& result, bool is_hidden) noexcept {
   result.spread = spread_alone();
   if (const float per_spread = is_hidden ? images.hidden_error_per_spread : images.error_per_spread; per_spread > 0)
     result.error_90 = per_spread * result.spread;
-  result.misfit = std::sqrt((best + noise) / (expected / all + noise));
+  result.misfit = std::sqrt((square(least_alone()) + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
   constexpr float clearly_different = 1.5f;  // relative to its residual
   bool several = false;

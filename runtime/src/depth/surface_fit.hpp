@@ -79,6 +79,10 @@ class SurfaceFitter {
   [[nodiscard]] float least_limited_residual() noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
+  /// The history does not decide whether a simulation fits.
+  [[nodiscard]] float least_alone() const noexcept {
+    return std::ranges::min(std::span(residual_alone_).first(count()));
+  }
   float spread_alone() noexcept;
   void judge(SurfaceFit& result, bool is_hidden) noexcept;
   [[nodiscard]] float price(std::uint32_t sample) const noexcept { return best_.price_per_cost() * costs_[sample]; }
