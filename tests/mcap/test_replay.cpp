@@ -53,12 +53,18 @@ TEST_CASE("a part of a test is matched with the history of the whole; comparing 
   CHECK(contains(without_frames.err, "it contains no frame"));
 }
 
-TEST_CASE("a window within a test is compared without what the test sums up, with a warning") {
+// Regression: with a fixed pose, matches were compared although they follow from frames before the window.
+TEST_CASE("a window within a test is compared without what depends on earlier frames, with a warning") {
   Bench bench;
+  std::vector<std::string> more;
+  SUBCASE("with the pose estimated") {}
+  SUBCASE("with a fixed pose") { more = {"--fixed-pose"}; }
   {
     const std::string pose = (test::data() / "rail-demo/sensor.json").string();
-    const auto server =
-        bench.serve({"--record", bench.file("run.mcap"), "--record-window", "0:60", "--method", "fit", "--pose", pose});
+    std::vector<std::string> arguments{
+        "--record", bench.file("run.mcap"), "--record-window", "0:60", "--method", "fit", "--pose", pose};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto server = bench.serve(arguments);
     WireContext context;
     Camera camera(context, bench.frames());
     camera.look_from(pose);
@@ -81,6 +87,16 @@ TEST_CASE("a window within a test is compared without what the test sums up, wit
   CHECK(tally["different"] == 0);
   CHECK(tally["without_history"] > 0);
   CHECK(contains(against.err, "the test began before the recording"));
+}
+
+TEST_CASE("a replay knows the time of impact as the matcher did, and the pose to be fixed") {
+  Bench bench;
+  const std::string pose = (test::data() / "rail-demo/sensor.json").string();
+  record(bench, "run.mcap", 10, {"--method", "fit", "--pose", pose, "--fixed-pose", "--trigger-ns", "500"});
+  const test::Outcome against = bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
+  CAPTURE(against.err);
+  CHECK(against.exit_code == 0);
+  CHECK(Json::parse(against.out)["same"] == 10);
 }
 
 TEST_CASE("recorded before a matcher: method and model are known, the pose must be given") {
