@@ -325,6 +325,7 @@ TEST_CASE("lbea-record reports senders without goodbye and the incomplete run") 
     Camera camera(context, rig);
     camera.send_bytes(camera.encoder().control({1, ControlKind::hello, 0, 0}));
     for (std::uint64_t id = 0; id < 5; ++id) camera.send(id);
+    std::this_thread::sleep_for(300ms);  // until they have arrived: without a frame there is nothing to account for
   }
   std::this_thread::sleep_for(IdTracker::default_sender_timeout + 300ms);
   CHECK(stop(*recorder) == 1);
