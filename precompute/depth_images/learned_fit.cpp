@@ -1,12 +1,11 @@
 #include "precompute/depth_images/learned_fit.hpp"
 
-#include "precompute/depth_images/left_out_fitter.hpp"
+#include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/parallel.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <map>
 
 namespace lbea::bake {
 namespace {
@@ -171,32 +170,25 @@ std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMet
   return least;
 }
 
-/// The 90 % quantile of error over spread. All runs have the same weight, however many of their states were matched.
+/// The 90 % quantile of error over spread.
 float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& metric) {
-  constexpr double coverage = 0.9;
   const double least = 1e-3 * double{metric.mesh_noise};  // of shapes that are all the same
-  std::map<std::uint32_t, double> frames;
-  for (const FrameErrors& error : errors) ++frames[error.simulation];
-  std::vector<std::pair<double, double>> ratios;  // with their weight
-  for (const FrameErrors& error : errors)
-    if (error.spread > least) ratios.emplace_back(error.estimate / error.spread, 1 / frames[error.simulation]);
-  std::ranges::sort(ratios);
-  double all = 0, below = 0;
-  for (const auto& [ratio, weight] : ratios) all += weight;
-  for (const auto& [ratio, weight] : ratios)
-    if ((below += weight) >= coverage * all) return static_cast<float>(ratio);
-  return 0;
+  const std::vector<double> weights = run_weights(errors);
+  std::vector<WeightedValue> ratios;
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    if (errors[i].spread > least) ratios.push_back({errors[i].estimate / errors[i].spread, weights[i]});
+  return static_cast<float>(weighted_quantile(std::move(ratios), 0.9));
 }
 
 /// See DepthImages::time_variation. Late frames, whose times vary most, count most.
-float time_variation(const SampleSource& source, const LeftOutTests& whole, std::span<const FrameErrors> errors) {
+float time_variation(const SampleSource& source, std::span<const FrameErrors> errors) {
   const double impact = std::ranges::min(source.samples, {}, &Sample::time_step).time_step;
   const auto since_impact = [&](std::size_t sample) { return source.samples[sample].time_step - impact; };
   double squares = 0, all = 0;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    const double time = since_impact(whole.frames().sample(i));
+  for (const FrameErrors& error : errors) {
+    const double time = since_impact(error.sample);
     double estimate = 0;
-    for (const auto& [sample, weight] : errors[i].weights) estimate += double{weight} * since_impact(sample);
+    for (const auto& [sample, weight] : error.weights) estimate += double{weight} * since_impact(sample);
     squares += (estimate - time) * (estimate - time);
     all += time * time;
   }
@@ -232,7 +224,10 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
     of_hidden = hidden.errors(0, learned.metric, regression, predicted.bottomRows(std::ssize(of_hidden)));
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
-  learned.time_variation = time_variation(source, whole, of_whole);
+  if (source.read_field)
+    learned.bounds = learn_bounds(source, {of_whole, double{learned.error_per_spread}},
+                                  {of_hidden, double{learned.hidden_error_per_spread}}, threads);
+  learned.time_variation = time_variation(source, of_whole);
   learned.pose = learn_pose(source, learned.metric, threads);
 
   const LeftOutFrames frames(source, most_compared, 0);
@@ -273,10 +268,20 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   };
   rendered->learned = learn_fit(source, threads);
   const LearnedFit& learned = rendered->learned;
-  return SensorViews(std::make_shared<const DepthImages>(DepthImages{
-      renderer.camera(), rendered->depths, learned.expected, learned.metric, learned.limits.frame, learned.limits.test,
-      learned.error_per_spread, learned.hidden_error_per_spread, static_cast<float>(learned.pose.variance),
-      static_cast<float>(learned.pose.drift_evidence), learned.time_variation, learned.shapes.view(), rendered}));
+  return SensorViews(std::make_shared<const DepthImages>(DepthImages{renderer.camera(),
+                                                                     rendered->depths,
+                                                                     learned.expected,
+                                                                     learned.metric,
+                                                                     learned.limits.frame,
+                                                                     learned.limits.test,
+                                                                     learned.error_per_spread,
+                                                                     learned.hidden_error_per_spread,
+                                                                     static_cast<float>(learned.pose.variance),
+                                                                     static_cast<float>(learned.pose.drift_evidence),
+                                                                     learned.time_variation,
+                                                                     learned.shapes.view(),
+                                                                     {},
+                                                                     rendered}));
 }
 
 }  // namespace lbea::bake

@@ -15,7 +15,8 @@ struct LearnedFit {
   float error_per_spread = 0;         // of frames with a full view
   float hidden_error_per_spread = 0;  // of frames with a hidden third
   LearnedPose pose{};
-  float time_variation = 0;  // of DepthImages
+  float time_variation = 0;           // of DepthImages
+  std::vector<SpreadBound> bounds{};  // the same; empty if the source has no read_field
   TrainedShapes shapes;
 };
 

@@ -17,6 +17,9 @@ struct SampleSource {
   std::function<void(std::size_t first, std::span<std::uint16_t> images)> read_images{};
   /// Fills `positions`: nodes x 3.
   std::function<void(std::size_t sample, std::span<float> positions)> read_positions{};
+  std::size_t fields = 0, elements = 0;
+  /// Fills `values`: one per element.
+  std::function<void(std::size_t field, std::size_t sample, std::span<float> values)> read_field{};
 };
 
 /// `count` of `all` samples, ascending: one of each of as many equal parts, chosen at random, because equal distances

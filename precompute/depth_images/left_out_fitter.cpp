@@ -2,6 +2,7 @@
 
 #include "precompute/depth_images/branches.hpp"
 #include "runtime/src/track/inference.hpp"
+#include "runtime/src/track/tracker.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +48,10 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
 FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* prior) {
   const SurfaceFit fit = match(frame, prior);
   truth_ = nodes_of(frame.sample);
-  FrameErrors errors{.simulation = source_.samples[frame.sample].simulation};
+  FrameErrors errors{.simulation = source_.samples[frame.sample].simulation, .sample = frame.sample};
+  const TrackerConfig config = completed({}, source_.length_unit);
+  for (const auto& [proposed, weight] : plausible_samples(fit.candidates, config))
+    errors.plausible.emplace_back(frame.proposed[proposed.simulation], weight);
   std::vector<WeightedRow> rows;
   for (const auto& [proposed, weight] : fit.estimate) {
     rows.push_back({shape(proposed.simulation), weight});

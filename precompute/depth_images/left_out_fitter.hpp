@@ -9,9 +9,10 @@ namespace lbea::bake {
 /// How far a left-out frame's estimate and match are from its shape: mean distances.
 struct FrameErrors {
   std::uint32_t simulation = 0;
+  std::size_t sample = 0;
   double estimate = 0, match = 0, spread = 0;
-  std::vector<std::pair<std::size_t, float>> weights{};  // of the estimate: sample, weight
-  std::vector<float> completed{};                        // image, if something hides a part
+  std::vector<std::pair<std::size_t, float>> weights{}, plausible{};  // of the estimate, see Inferred: sample, weight
+  std::vector<float> completed{};                                     // image, if something hides a part
 };
 
 /// The apparent pose error of a left-out frame, whose pose is right.

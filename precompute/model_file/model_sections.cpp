@@ -156,6 +156,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::pose_numbers, 0, ElementType::f64, {2}});
   plan.push_back({SectionId::hidden_numbers, 0, ElementType::f64, {3}});
   plan.push_back({SectionId::time_numbers, 0, ElementType::f64, {1}});
+  plan.push_back({SectionId::spread_bounds, 0, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
 }
 
 }  // namespace
@@ -211,6 +212,9 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
       SectionId::hidden_numbers, 0, 0,
       std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});
   writer.write<double>(SectionId::time_numbers, 0, 0, std::array{double{learned.time_variation}});
+  for (std::size_t i = 0; i < learned.bounds.size(); ++i)
+    writer.write<double>(SectionId::spread_bounds, 0, 2 * i,
+                         std::array{learned.bounds[i].share, learned.bounds[i].per_spread});
 }
 
 using format::ElementType;
@@ -234,6 +238,15 @@ void FieldSections::write(std::uint32_t field, std::uint64_t sample, std::span<c
   writer_.write<FieldCode>(SectionId::field_codes, field, sample * codes_.size(), codes_);
   writer_.write<float>(SectionId::field_ranges, field, sample * words.size(), words);
   errors_[field] = std::max(errors_[field], words.back());
+}
+
+void FieldSections::read(std::uint32_t field, std::uint64_t sample, std::span<float> values) const {
+  if (!is_compact_) return writer_.read<float>(SectionId::field_values, field, sample * values.size(), values);
+  std::vector<FieldCode> codes(values.size());
+  std::array<float, 3> words{};
+  writer_.read<FieldCode>(SectionId::field_codes, field, sample * codes.size(), codes);
+  writer_.read<float>(SectionId::field_ranges, field, sample * words.size(), words);
+  decode(codes, {words[0], words[1]}, values);
 }
 
 bool has_landmarks(const format::Info& info, const EnsembleDescription& description) noexcept {

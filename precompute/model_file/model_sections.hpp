@@ -23,6 +23,8 @@ class FieldSections {
 
   /// One value per element of one sample. NaN and infinities are kept in either form.
   void write(std::uint32_t field, std::uint64_t sample, std::span<const float> values);
+  /// Those of a sample that was written before, from any thread.
+  void read(std::uint32_t field, std::uint64_t sample, std::span<float> values) const;
   /// Per field: largest rounding error so far.
   [[nodiscard]] const std::vector<float>& errors() const noexcept { return errors_; }
 
@@ -107,8 +109,8 @@ struct ModelPlan {
 [[nodiscard]] std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
                                           double kept_variance, const std::vector<std::string>& left_out);
 
-/// Sections 64, 65, 67 and 0x8001 to 0x8005: camera and metric, size, expected residuals, regression; the images are
-/// written sample by sample.
+/// Sections 64, 65, 67 and 0x8001 to 0x8009: camera and metric, size, expected residuals, and what was learned; the
+/// images are written sample by sample.
 void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
 
 }  // namespace lbea::bake

@@ -46,7 +46,7 @@ class RunAppender {
 
   [[nodiscard]] EnvelopeBuilder& envelope() noexcept { return envelope_; }
   [[nodiscard]] const std::vector<Moments>& moments() const noexcept { return moments_; }
-  [[nodiscard]] const std::vector<float>& field_errors() const noexcept { return fields_.errors(); }
+  [[nodiscard]] const FieldSections& fields() const noexcept { return fields_; }
 
  private:
   template <class T>
@@ -99,7 +99,7 @@ std::vector<std::uint32_t> branches_of(const BakePlan& plan, const ModelWriter& 
 }
 
 /// The samples as written so far.
-SampleSource source_of(const BakePlan& plan, const ModelWriter& writer) {
+SampleSource source_of(const BakePlan& plan, const ModelWriter& writer, const FieldSections& fields) {
   SampleSource source{
       .camera = *plan.camera, .length_unit = plan.description.length_unit, .nodes = plan.survey.mesh.node_ids.size()};
   for (std::uint32_t run = 0; run < plan.survey.runs.size(); ++run)
@@ -109,6 +109,11 @@ SampleSource source_of(const BakePlan& plan, const ModelWriter& writer) {
   };
   source.read_positions = [&writer](std::size_t sample, std::span<float> positions) {
     writer.read<float>(SectionId::node_positions, 0, sample * positions.size(), positions);
+  };
+  source.fields = plan.survey.fields.size();
+  source.elements = plan.survey.mesh.elements.size();
+  source.read_field = [&fields](std::size_t field, std::size_t sample, std::span<float> values) {
+    fields.read(static_cast<std::uint32_t>(field), sample, values);
   };
   return source;
 }
@@ -212,7 +217,8 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   for (std::uint32_t part = 0; part < model.info.references; ++part)
     writer.write<std::uint32_t>(SectionId::leading_axes, part, 0, appender.moments()[part].leading_axes());
   writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, branches_of(plan, writer));
-  if (plan.camera) write_learned_fit(writer, *plan.camera, learn_fit(source_of(plan, writer), options.threads));
+  if (plan.camera)
+    write_learned_fit(writer, *plan.camera, learn_fit(source_of(plan, writer, appender.fields()), options.threads));
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, appender.envelope().finish().bits);
   BakeSummary summary = summary_of(model.info, bases);
   summary.kept_variance = kept_share(bases, appender.moments());
@@ -223,7 +229,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   summary.file_size = writer.file_size();
   summary.left_out = runs.left_out;
   add_facts(plan, summary);
-  if (plan.description.compact_fields) summary.rounded_fields = rounded_fields(plan.survey, appender.field_errors());
+  if (plan.description.compact_fields) summary.rounded_fields = rounded_fields(plan.survey, appender.fields().errors());
   summary.seconds = {plan.reading_seconds, plan.bases_seconds, 0, seconds_since(begin)};
   return summary;
 }

@@ -1,4 +1,5 @@
 // What the bake learns for method fit, on images made by hand: a ramp across the image whose slope is the state.
+#include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
 
@@ -63,7 +64,85 @@ bool is_connected(std::span<const float> observed) {
   return std::ssize(reached) == std::ranges::count_if(observed, [](float d) { return d < 0; });
 }
 
+/// Per frame three samples with a field: the truth, the estimate (zeros), and a second plausible sample.
+struct FieldFrames {
+  static constexpr std::size_t elements = 64, count = 100;
+  SampleSource source;
+  std::vector<FrameErrors> frames;
+
+  /// error, other: value of truth and second sample at an element of a frame.
+  FieldFrames(const std::function<double(std::size_t frame, std::size_t element)>& error,
+              const std::function<double(std::size_t element)>& other) {
+    source.nodes = 1;
+    source.read_positions = [](std::size_t sample, std::span<float> node) {
+      std::ranges::fill(node, static_cast<float>(sample % 3));
+    };
+    source.fields = 1;
+    source.elements = elements;
+    source.read_field = [=](std::size_t, std::size_t sample, std::span<float> values) {
+      for (std::size_t e = 0; e < values.size(); ++e)
+        values[e] = sample % 3 == 1 ? 0 : static_cast<float>(sample % 3 == 0 ? error(sample / 3, e) : other(e));
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+      FrameErrors& frame = frames.emplace_back();
+      frame.simulation = static_cast<std::uint32_t>(i);
+      frame.sample = 3 * i;
+      frame.weights = {{3 * i + 1, 1.0f}};
+      frame.plausible = {{3 * i + 1, 0.5f}, {3 * i + 2, 0.5f}};
+    }
+  }
+  [[nodiscard]] SpreadBound bound(double error_per_spread) const {
+    return learn_bounds(source, {frames, error_per_spread}, {frames, error_per_spread}, 2).at(1);
+  }
+};
+
 }  // namespace
+
+TEST_CASE("a bound holds 90 % of the errors of left-out runs, whatever the scale") {
+  const FieldFrames frames([](std::size_t frame, auto) { return 0.01 * static_cast<double>(frame + 1); },
+                           [](auto) { return 3.0; });
+  for (const double scale : {0.1, 1.0, 25.0}) {
+    const SpreadBound learned = frames.bound(scale);
+    // The spread about the estimate, the same everywhere: 3 sqrt(1/2).
+    const double width = learned.per_spread * scale * 3 * std::sqrt(0.5 * (1 + learned.share * learned.share));
+    CHECK(width >= 0.8999);
+    CHECK(width <= 0.9101);
+  }
+}
+
+TEST_CASE("the common share of a spread is learned: large where errors do not depend on the spread") {
+  const auto spreads_at_odd_elements = [](std::size_t element) { return element % 2 == 1 ? 1.0 : 0.0; };
+  const FieldFrames everywhere([](std::size_t frame, auto) { return 0.01 * static_cast<double>(frame + 1); },
+                               spreads_at_odd_elements);
+  CHECK(everywhere.bound(1).share == 1);
+  const FieldFrames as_the_spread(
+      [](std::size_t frame, std::size_t element) {
+        return element % 2 == 1 ? 0.01 * static_cast<double>(frame + 1) : 0.0;
+      },
+      spreads_at_odd_elements);
+  CHECK(as_the_spread.bound(1).share == 0.0625);
+}
+
+TEST_CASE("values that are not finite neither count nor spoil a bound; without any spread it is not known") {
+  const auto one = [](auto) { return 1.0; };
+  const FieldFrames some(
+      [](std::size_t frame, std::size_t element) {
+        return element % 7 == 0 ? std::numeric_limits<double>::quiet_NaN() : 0.01 * static_cast<double>(frame + 1);
+      },
+      one);
+  CHECK(some.bound(1).per_spread * std::sqrt(0.5) == doctest::Approx(0.9).epsilon(0.02));
+  CHECK(FieldFrames([](auto, auto) { return 1.0; }, [](auto) { return 0.0; }).bound(1).per_spread == 0);
+}
+
+TEST_CASE("all runs have the same weight, however many of their states are frames") {
+  const std::vector<FrameErrors> frames{{.simulation = 4}, {.simulation = 7}, {.simulation = 4}, {.simulation = 4}};
+  const std::vector<double> weights = run_weights(frames);
+  CHECK(weights[1] == 0.5);
+  CHECK(weights[0] + weights[2] + weights[3] == doctest::Approx(0.5));
+  CHECK(weighted_quantile({{3, 0.5}, {1, 0.25}, {2, 0.25}}, 0.5) == 2);
+  CHECK(weighted_quantile({{3, 0.5}, {1, 0.25}, {2, 0.25}}, 0.51) == 3);
+  CHECK(weighted_quantile({}, 0.9) == 0);
+}
 
 TEST_CASE("a frame of a left-out run is compared with all other runs, and only with these") {
   const SampleSource source = ramps();

@@ -131,6 +131,7 @@ class LiveTest(unittest.TestCase):
                 sent, inference = sent + 1, inferences.receive(0.2)
             self.assertEqual((inference.field, inference.location, inference.session), ("plastic_strain", "element", sender.session))
             self.assertEqual((inference.values.shape, inference.spread.shape), ((model.elements,), (model.elements,)))
+            self.assertIn(len(inference.bound_90), (0, model.elements))
             self.assertEqual((inference.model_checksum, inferences.damaged), (model.checksum, 0))
             self.assertTrue((inference.spread >= 0).all() and numpy.isfinite(inference.values).all())
 

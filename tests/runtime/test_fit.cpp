@@ -3,6 +3,7 @@
 #include "runtime/src/depth/surface_fit.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
+#include <lbea/inference.hpp>
 #include <lbea/tracker.hpp>
 
 #include <doctest/doctest.h>
@@ -86,6 +87,42 @@ TEST_CASE("a shape between the samples is estimated nearer than any sample is") 
     CHECK(result.verdict == Verdict::matched);
   }
   CHECK(between >= 3);
+}
+
+TEST_CASE("bounds of node positions follow their spread, and hold for shapes between the samples") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  const SpreadBound learned = SensorViews::baked_into(model).data()->bounds.at(0);
+  REQUIRE(learned.per_spread > 0);
+  Matcher matcher(model, fit_config());
+  Inferred shape, alone;
+  std::size_t nodes = 0, within = 0;
+  for (double angle = 0.3; angle < 0.97; angle += 0.02) {
+    const auto truth = bent(angle);
+    const MatchResult result = matcher.match({.points = seen(truth)});
+    REQUIRE(result.status == Status::ok);
+    infer_positions(model, result.fit, shape);
+    REQUIRE(shape.bound_90.size() == model.nodes());
+    double squares = 0;
+    for (const float spread : shape.spread) squares += double{spread} * double{spread} / model.nodes();
+    const double scale = learned.per_spread * double{result.fit.error_90} / double{result.fit.spread};
+    for (std::size_t i = 0; i < model.nodes(); ++i) {
+      const double evened = std::hypot(double{shape.spread[i]}, learned.share * std::sqrt(squares));
+      CHECK(double{shape.bound_90[i]} == doctest::Approx(scale * evened).epsilon(1e-4));
+      const double error = mean_distance(std::span(shape.mean).subspan(3 * i, 3), std::span(truth).subspan(3 * i, 3));
+      within += error <= double{shape.bound_90[i]} ? 1 : 0;
+      ++nodes;
+    }
+    infer_positions(model, result.fit.estimate, plausible_samples(model, result.fit.candidates), alone);
+    CHECK(alone.mean == shape.mean);
+    CHECK(alone.spread == shape.spread);
+    CHECK(alone.bound_90.empty());
+  }
+  CHECK(within >= nodes * 9 / 10);  // denser than the runs that the bounds were learned from
+  SurfaceFit unknown = matcher.match({.points = seen(bent(0.5))}).fit;
+  unknown.error_90 = std::numeric_limits<float>::quiet_NaN();
+  infer_positions(model, unknown, shape);
+  CHECK(shape.bound_90.empty());
 }
 
 // The share of the difference between prediction and candidates that the estimate follows is learned, and limited.

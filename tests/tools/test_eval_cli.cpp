@@ -110,6 +110,7 @@ TEST_CASE("tables, JSON and CSV of an evaluation are consistent") {
       CHECK(round["frames"] == 4);
       CHECK(round["methods"].contains("icp") == (round["frames_are"] == "as sensed"));
       CHECK(round["oracle"]["mean"].get<double>() > 0);
+      CHECK(round["bounds_90"]["positions"]["mean"].get<double>() > 0);
     }
   }
   CHECK(summary["rounds"].size() == 5);  // unseen and contained, both also with hidden points; other components
@@ -121,7 +122,8 @@ TEST_CASE("tables, JSON and CSV of an evaluation are consistent") {
       CHECK(std::filesystem::file_size(folder.path() / "e/meshes/run_038" / (std::string(name) + file)) > 100);
   std::ifstream estimate(folder / "e/meshes/run_038/estimate_020.vtu", std::ios::binary);
   const std::string head(std::istreambuf_iterator<char>(estimate), {});
-  for (const char* array : {"\"plastic_strain\"", "\"plastic_strain_spread\"", "\"position_spread\""})
+  for (const char* array : {"\"plastic_strain\"", "\"plastic_strain_spread\"", "\"plastic_strain_bound_90\"",
+                            "\"position_spread\"", "\"position_bound_90\""})
     CHECK(head.find(array) != std::string::npos);
   for (const auto& entry : std::filesystem::directory_iterator(folder / "e"))
     CHECK(entry.path().extension() != ".lbea");

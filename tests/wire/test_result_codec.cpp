@@ -213,6 +213,7 @@ TEST_CASE("an inference is decoded unchanged, with any number of values, and nev
     WireInference sent{1, 2, 3, -4, "plastic_strain", "1", FieldInfo::Location::node, {}, {}, 5};
     for (std::size_t i = 0; i < count; ++i)
       sent.values.push_back(static_cast<float>(i) * 0.5f), sent.spread.push_back(static_cast<float>(i) * 0.25f);
+    if (count > 1) sent.bound_90.assign(count, 0.5f);
     const auto message = encoder.inference(sent);
     CHECK(message_kind(message) == MessageKind::inference);
     WireInference read;
@@ -223,6 +224,7 @@ TEST_CASE("an inference is decoded unchanged, with any number of values, and nev
           std::tuple("plastic_strain", "1", FieldInfo::Location::node));
     CHECK(read.values == sent.values);
     CHECK(read.spread == sent.spread);
+    CHECK(read.bound_90 == sent.bound_90);
     const std::vector<std::byte> whole(message.begin(), message.end());
     for (std::size_t length = 8; length < whole.size(); length += 1 + whole.size() / 200)
       if (decode_inference(std::span(whole).first(length), read) ==
@@ -231,6 +233,8 @@ TEST_CASE("an inference is decoded unchanged, with any number of values, and nev
   }
   WireInference read;
   CHECK(decode_inference(encoder.inference({.values = {1, 2}, .spread = {1}}), read) == WireStatus::damaged);
+  CHECK(decode_inference(encoder.inference({.values = {1, 2}, .spread = {1, 1}, .bound_90 = {1}}), read) ==
+        WireStatus::damaged);
   CHECK(decode_inference(encoder.result({}), read) == WireStatus::wrong_kind);
 }
 

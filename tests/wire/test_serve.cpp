@@ -241,9 +241,10 @@ TEST_CASE("the inferred field is published for every frame, from the estimate's 
     CHECK(inference.field == "plastic_strain");
     CHECK(inference.model_checksum == model.checksum());
     Inferred expected;
-    infer_field(model, 0, result.fit.estimate, plausible_samples(model, result.fit.candidates), expected);
+    infer_field(model, 0, result.fit.view(), expected);
     CHECK(inference.values == expected.mean);
     CHECK(inference.spread == expected.spread);
+    CHECK(inference.bound_90 == expected.bound_90);
     CHECK(inference.values.size() == model.elements());
   }
   CHECK(explained.size() == 3);

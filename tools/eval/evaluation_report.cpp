@@ -35,6 +35,9 @@ Json to_json(const Round& round) {
     json["test_verdicts"][std::string(to_string(static_cast<Verdict>(v)))] = or_null(summary.test_verdicts[v]);
   json["own_simulation"] = or_null(summary.named);
   for (const auto& [name, value] : field_errors) json["field"][name] = or_null(summary.field.*value);
+  for (std::size_t b = 0; b < bounded_names.size(); ++b)
+    json["bounds_90"][std::string(bounded_names[b])] = {{"within", or_null(summary.bounds[b].within)},
+                                                        {"mean", or_null(summary.bounds[b].mean)}};
   for (const FoldRow& fold : fold_rows(round.tests)) {
     Json& line = json["folds"][fold.name] = {{"tests", fold.tests}, {"oracle", or_null(fold.values[0])}};
     for (std::size_t c = 0; c < tabulated_methods.size(); ++c)
@@ -63,7 +66,9 @@ std::string frames_csv(const Evaluation& evaluation) {
   table.add("fit_is_own");
   for (const auto& number : fit_numbers) table.add(number.name);
   table.add("pose_left_deg", "pose_left", "tracked_probability", "branch_probability", "field_true", "field_matched",
-            "field_inferred", "x1", "x2", "x3");
+            "field_inferred");
+  for (const auto name : bounded_names) table.add(std::string(name) + "_within_90", std::string(name) + "_bound_90");
+  table.add("x1", "x2", "x3");
   table.end_row();
   for (const Round& round : evaluation.rounds)
     for (const TestTrial& test : round.tests)
@@ -78,6 +83,7 @@ std::string frames_csv(const Evaluation& evaluation) {
         for (const auto& number : fit_numbers) table.add(frame.fit.*number.value);
         table.add(frame.pose_deg, frame.pose_error, frame.simulation_probability, frame.branch_probability,
                   frame.field.true_mean, frame.field.matched, frame.field.inferred);
+        for (const BoundCheck& check : frame.bounds) table.add(check.within, check.mean);
         for (const float x : frame.leading_coordinates) table.add(x);
         table.end_row();
       }

@@ -23,6 +23,7 @@ struct Summary {
   std::array<double, 4> test_verdicts{};
   double named = not_measured;  // share of the contained tests whose own simulation was found at the end
   FieldError field;
+  std::array<BoundCheck, bounded_names.size()> bounds;
 
   [[nodiscard]] const Score& of(EvaluatedMethod method) const { return scores[static_cast<std::size_t>(method)]; }
 };

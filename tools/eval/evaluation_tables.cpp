@@ -186,18 +186,30 @@ std::string verdict_table(const Evaluation& evaluation) {
 }
 
 std::string field_table(const Evaluation& evaluation) {
-  std::string text = table_head("Inferred " + evaluation.field,
-                                {"experiments", "mean of the truth", "error of the match", "of the estimate",
-                                 "of the estimate in hidden elements", "within two spreads"});
+  std::string text =
+      table_head("Inferred " + evaluation.field, {"experiments", "mean of the truth", "error of the match",
+                                                  "of the estimate", "of the estimate in hidden elements"});
   std::size_t rows = 0;
   for (const Round& round : evaluation.rounds) {
     const FieldError field = summarize(round.tests).field;
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode || std::isnan(field.true_mean)) continue;
     text += line({round.title, number(field.true_mean, 4), number(field.matched, 4), number(field.inferred, 4),
-                  number(field.hidden, 4), percent(field.within_spread)});
+                  number(field.hidden, 4)});
     ++rows;
   }
   return rows == 0 ? "" : text + "\nMean absolute difference per element, over the whole component.\n\n";
+}
+
+std::string bound_table(const Evaluation& evaluation) {
+  std::string text = table_head("90 % bounds: share of the truth within them, and their mean",
+                                {"experiments", "frames", "estimate's mean error", "node positions", "field"});
+  for (const Round& round : evaluation.rounds) {
+    Cells cells{round.title, round.disturbance.name};
+    for (const BoundCheck& check : summarize(round.tests).bounds)
+      cells.push_back(std::isnan(check.within) ? "" : percent(check.within) + " (" + number(check.mean, 3) + ")");
+    text += line(cells);
+  }
+  return text + "\nMeans over tests. Samples of which the own run is one are closer than the bounds say.\n\n";
 }
 
 std::string branch_table(const Evaluation& evaluation) {
@@ -286,6 +298,9 @@ Summary summarize(std::span<const TestTrial> tests) {
   for (std::size_t c = 0; c < evaluated_methods; ++c) summary.scores[c] = score(tests, c, summary.oracle.mean);
   for (const auto& [name, value] : field_errors)
     summary.field.*value = overall(tests, [value = value](const FrameTrial& frame) { return frame.field.*value; });
+  for (std::size_t b = 0; b < summary.bounds.size(); ++b)
+    summary.bounds[b] = {overall(tests, [b](const FrameTrial& frame) { return frame.bounds[b].within; }),
+                         overall(tests, [b](const FrameTrial& frame) { return frame.bounds[b].mean; })};
   return summary;
 }
 
@@ -355,7 +370,7 @@ std::string tables(const Evaluation& evaluation) {
   for (const Round& round : evaluation.rounds) text += fold_table(round);
   text += worst_table(evaluation) + branch_table(evaluation);
   for (const char* title : {"unseen", "contained"}) text += robustness_table(evaluation, title);
-  return text + verdict_table(evaluation) + field_table(evaluation) + time_table(evaluation);
+  return text + verdict_table(evaluation) + bound_table(evaluation) + field_table(evaluation) + time_table(evaluation);
 }
 
 }  // namespace lbea::tool

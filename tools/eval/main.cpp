@@ -195,8 +195,7 @@ class LiveTest {
       const Truth::Row* real = truth_at(row.result.stamp_ns);
       series.add_match(number, sample, real == nullptr ? model_.sample_time_s(sample) : real->time_s);
       if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty())
-        series.add_estimate(number, fit.estimate, fit.candidates,
-                            real == nullptr ? estimate_time_s(model_, fit.estimate) : real->time_s);
+        series.add_estimate(number, fit.view(), real == nullptr ? estimate_time_s(model_, fit.estimate) : real->time_s);
       if (real != nullptr)
         write_cloud(arguments_.out / ("frame_" + number + ".ply"), real->cloud, pose_, arguments_.columns);
     }

@@ -1,7 +1,5 @@
 #include "tools/eval/mesh_series.hpp"
 
-#include <lbea/inference.hpp>
-
 namespace lbea::tool {
 namespace {
 
@@ -31,23 +29,26 @@ void MeshSeries::add_match(const std::string& number, std::uint32_t sample, doub
   io::write_vtu(matches_.back().file, grid);
 }
 
-void MeshSeries::add_estimate(const std::string& number, std::span<const WeightedSample> estimate,
-                              std::span<const Match> candidates, double time_s) {
-  const std::vector<WeightedSample> plausible = plausible_samples(model_, candidates);
+void MeshSeries::add_estimate(const std::string& number, const SurfaceFit& fit, double time_s) {
   Inferred shape;
-  infer_positions(model_, estimate, plausible, shape);
+  infer_positions(model_, fit, shape);
   std::vector<Inferred> fields(model_.fields());
   io::VtuGrid grid = component(model_, shape.mean, time_s);
-  grid.point_arrays.push_back({"position_spread", std::span<const float>(shape.spread)});
+  add_uncertainty("position", shape, grid.point_arrays);
   for (std::uint32_t f = 0; f < model_.fields(); ++f) {
-    infer_field(model_, f, estimate, plausible, fields[f]);
+    infer_field(model_, f, fit, fields[f]);
     const FieldInfo info = model_.field(f);
     auto& arrays = info.location == FieldInfo::Location::element ? grid.cell_arrays : grid.point_arrays;
     arrays.push_back({std::string(info.name), std::span<const float>(fields[f].mean)});
-    arrays.push_back({std::string(info.name) + "_spread", std::span<const float>(fields[f].spread)});
+    add_uncertainty(std::string(info.name), fields[f], arrays);
   }
   estimates_.push_back({time_s, folder_ / ("estimate_" + number + ".vtu")});
   io::write_vtu(estimates_.back().file, grid);
+}
+
+void MeshSeries::add_uncertainty(const std::string& name, const Inferred& inferred, Arrays& arrays) {
+  arrays.push_back({name + "_spread", std::span<const float>(inferred.spread)});
+  if (!inferred.bound_90.empty()) arrays.push_back({name + "_bound_90", std::span<const float>(inferred.bound_90)});
 }
 
 void MeshSeries::finish() const {

@@ -3,7 +3,7 @@
 
 #include "adapters/export/vtu.hpp"
 
-#include <lbea/lbea.hpp>
+#include <lbea/inference.hpp>
 
 namespace lbea::tool {
 
@@ -15,14 +15,16 @@ class MeshSeries {
   /// The whole mesh of the sample with all fields.
   void add_match(const std::string& number, std::uint32_t sample, double time_s);
   /// The whole mesh of the estimate: weighted mean of every field, "<field>_spread" with its standard deviation over
-  /// the plausible candidates, and "position_spread", the same for the nodes, length unit. candidates: with their
-  /// residuals.
-  void add_estimate(const std::string& number, std::span<const WeightedSample> estimate,
-                    std::span<const Match> candidates, double time_s);
+  /// the plausible candidates, "<field>_bound_90" with its bound; "position_spread" and "position_bound_90", the same
+  /// for the nodes, length unit. No bounds if the model has none.
+  void add_estimate(const std::string& number, const SurfaceFit& fit, double time_s);
   /// Writes matched.pvd and, if there is any estimate, estimate.pvd.
   void finish() const;
 
  private:
+  using Arrays = std::vector<io::VtuArray>;
+  static void add_uncertainty(const std::string& name, const Inferred& inferred, Arrays& arrays);
+
   const Model& model_;
   std::filesystem::path folder_;
   std::vector<io::PvdEntry> matches_, estimates_;

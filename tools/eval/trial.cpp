@@ -165,12 +165,16 @@ class Test {
     score_first(row, EvaluatedMethod::look_alike, result.fit.candidates);
     score_first(row, EvaluatedMethod::fit, result.matches);
     if (!result.fit.estimate.empty()) {
-      infer_positions(model_, result.fit.estimate, {}, inferred_);
-      row.errors[static_cast<std::size_t>(EvaluatedMethod::estimate)] = experiment_error(truth_, inferred_.mean);
-      row.field = field_error(result);
+      infer_positions(model_, result.fit, inferred_);
+      const double error = experiment_error(truth_, inferred_.mean);
+      row.errors[static_cast<std::size_t>(EvaluatedMethod::estimate)] = error;
+      if (const double bound = double{result.fit.error_90}; bound > 0)
+        row.of(Bounded::estimate) = {error <= bound ? 1.0 : 0.0, bound};
+      row.of(Bounded::positions) = check_bounds(truth_, 3);
+      score_field(row, result);
       if (meshes_) {
         const std::string number = std::to_string(1000 + row.step).substr(1);
-        meshes_->add_estimate(number, result.fit.estimate, result.fit.candidates, row.time_s);
+        meshes_->add_estimate(number, result.fit, row.time_s);
         meshes_->add_match(number, model_.sample_index(result.matches.front().sample), row.time_s);
       }
     }
@@ -212,30 +216,43 @@ class Test {
       score(trial.frames[i], EvaluatedMethod::path, model_.sample_index(path[i]));
     }
   }
-  [[nodiscard]] FieldError field_error(const MatchResult& result) {
-    FieldError error;
-    if (!has_field_) return error;
-    infer_field(model_, 0, result.fit.estimate, plausible_samples(model_, result.fit.candidates), inferred_);
-    std::vector<float> matched(model_.field_size(0));
+  void score_field(FrameTrial& row, const MatchResult& result) {
+    if (!has_field_) return;
+    infer_field(model_, 0, result.fit, inferred_);
+    std::vector<float> matched(model_.field_size(0)), truth;
     model_.read_field(0, model_.sample_index(result.matches.front().sample), matched);
-    const auto& truth = state_.fields[run_field_];
+    for (const std::uint32_t element : mesh_.elements()) truth.push_back(state_.fields[run_field_][element]);
     double magnitude = 0, of_matched = 0, of_inferred = 0, of_hidden = 0;
-    std::size_t hidden = 0, within = 0;
+    std::size_t hidden = 0;
     for (std::size_t e = 0; e < model_.elements(); ++e) {
-      const double value = double{truth[mesh_.elements()[e]]}, off = std::abs(double{inferred_.mean[e]} - value);
+      const double value = double{truth[e]}, off = std::abs(double{inferred_.mean[e]} - value);
       magnitude += std::abs(value);
       of_matched += std::abs(double{matched[e]} - value);
       of_inferred += off;
-      if (off <= 2 * double{inferred_.spread[e]}) ++within;
       const auto nodes = model_.element_nodes().subspan(4 * e, 4);
       if (std::ranges::all_of(nodes, [&](std::uint32_t node) { return observed_[node] != 0; })) continue;
       of_hidden += off;
       ++hidden;
     }
     const auto all = static_cast<double>(model_.elements());
-    error = {magnitude / all, of_matched / all, of_inferred / all, not_measured, static_cast<double>(within) / all};
-    if (hidden > 0) error.hidden = of_hidden / static_cast<double>(hidden);
-    return error;
+    row.field = {magnitude / all, of_matched / all, of_inferred / all};
+    if (hidden > 0) row.field.hidden = of_hidden / static_cast<double>(hidden);
+    row.of(Bounded::field) = check_bounds(truth, 1);
+  }
+  /// Of inferred_. A group of `components` values has one bound.
+  [[nodiscard]] BoundCheck check_bounds(std::span<const float> truth, std::size_t components) const {
+    if (inferred_.bound_90.empty()) return {};
+    BoundCheck check{0, 0};
+    const double count = static_cast<double>(inferred_.bound_90.size());
+    for (std::size_t i = 0; i < inferred_.bound_90.size(); ++i) {
+      double error = 0;
+      for (std::size_t c = i * components; c < (i + 1) * components; ++c)
+        error = std::hypot(error, double{inferred_.mean[c]} - double{truth[c]});
+      const double bound = double{inferred_.bound_90[i]};
+      check.within += (error <= bound ? 1 : 0) / count;
+      check.mean += bound / count;
+    }
+    return check;
   }
 
   [[nodiscard]] Matcher matcher(Method method) const {

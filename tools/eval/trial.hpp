@@ -24,19 +24,26 @@ inline constexpr std::array<std::string_view, evaluated_methods> evaluated_metho
 inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 
 struct FieldError {
-  double true_mean = not_measured;      // of |value|, over all elements
-  double matched = not_measured;        // mean |difference| of fit's best sample
-  double inferred = not_measured;       // the same of the estimate
-  double hidden = not_measured;         // the same of the estimate, over the elements outside the observed region
-  double within_spread = not_measured;  // share of elements within two spreads of the truth
+  double true_mean = not_measured;  // of |value|, over all elements
+  double matched = not_measured;    // mean |difference| of fit's best sample
+  double inferred = not_measured;   // the same of the estimate
+  double hidden = not_measured;     // the same of the estimate, over the elements outside the observed region
 };
 
-inline constexpr std::array<std::pair<const char*, double FieldError::*>, 5> field_errors{
+inline constexpr std::array<std::pair<const char*, double FieldError::*>, 4> field_errors{
     {{"true_mean", &FieldError::true_mean},
      {"matched", &FieldError::matched},
      {"inferred", &FieldError::inferred},
-     {"hidden", &FieldError::hidden},
-     {"within_two_spreads", &FieldError::within_spread}}};
+     {"hidden", &FieldError::hidden}}};
+
+/// Whether 90 % bounds hold.
+struct BoundCheck {
+  double within = not_measured;  // share of the values whose error is within its bound
+  double mean = not_measured;    // of the bounds
+};
+/// Of the estimate's mean error (error_90), of its node positions, and of the model's first field.
+enum class Bounded : std::size_t { estimate, positions, field };
+inline constexpr std::array<std::string_view, 3> bounded_names{"estimate", "positions", "field"};
 
 struct FrameTrial : FrameNumbers {
   std::uint32_t step = 0;
@@ -57,6 +64,9 @@ struct FrameTrial : FrameNumbers {
   StageTimes vtp_ns, lbea_ns, fit_ns;
   double icp_s = not_measured;
   FieldError field;  // of the model's first field
+  std::array<BoundCheck, bounded_names.size()> bounds;
+
+  [[nodiscard]] BoundCheck& of(Bounded bounded) noexcept { return bounds[static_cast<std::size_t>(bounded)]; }
 };
 
 /// The frame of a test in which the error of fit exceeds the oracle's most, as depth images. Empty when it never

@@ -1,10 +1,13 @@
 #include "tools/inspect/reports.hpp"
 
+#include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/model/mapped_file.hpp"
+#include "runtime/src/model/model_view.hpp"
 #include "runtime/src/model/section_reader.hpp"
 
 #include <lbea/lbea.hpp>
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -40,6 +43,39 @@ Json fields_json(const Model& model) {
                       {"bits", model.field_values(f, 0).empty() ? 16 : 32},
                       {"largest_error", model.field(f).largest_error}});
   return fields;
+}
+
+/// As many digits as distinguish the value from others of single precision.
+double shortest(float value) {
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
+  double result = 0;
+  std::from_chars(digits, end, result);
+  return result;
+}
+
+/// What the bake learned from left-out runs for Method::fit. Lengths in the length unit; 0: not known or not used.
+Json learned_json(const Model& model) {
+  const auto& images = model.view().depth_images;
+  if (images == nullptr) return nullptr;
+  Json learned{{"cap", shortest(images->metric.cap)},
+               {"one_sided", shortest(images->metric.one_sided)},
+               {"hidden_price", shortest(images->metric.hidden)},
+               {"frame_misfit_limit", shortest(images->misfit_limit)},
+               {"test_misfit_limit", shortest(images->test_misfit_limit)},
+               {"error_90_per_spread", shortest(images->error_per_spread)},
+               {"hidden_error_90_per_spread", shortest(images->hidden_error_per_spread)},
+               {"regression_share", shortest(images->regression.blend)},
+               {"hidden_regression_share", shortest(images->regression.hidden_blend)},
+               {"pose_variance", shortest(images->pose_variance)},
+               {"drift_evidence", shortest(images->drift_evidence)},
+               {"time_variation", shortest(images->time_variation)}};
+  for (std::size_t i = 0; i < images->bounds.size(); ++i) {
+    const std::string name = i == 0 ? "position" : std::string(model.field(static_cast<std::uint32_t>(i - 1)).name);
+    learned[name + "_bound_per_spread"] = images->bounds[i].per_spread;
+    learned[name + "_common_share"] = images->bounds[i].share;
+  }
+  return learned;
 }
 
 Json simulations_json(const Model& model) {
@@ -91,7 +127,7 @@ Json provenance_json(const Model& model) {
 
 void print_pairs(const Json& object) {
   for (const auto& [key, value] : object.items())
-    std::printf("  %-16s %s\n", printable(key).c_str(), text(value).c_str());
+    std::printf("  %-26s %s\n", printable(key).c_str(), text(value).c_str());
 }
 
 void print_simulations(const Json& simulations) {
@@ -114,13 +150,10 @@ void print_sections(const Json& sections) {
 /// Everything but the large arrays. Verifies the whole file first.
 Json model_report(const std::filesystem::path& file) {
   const Model model = Model::open(file);
-  return {{"file", file.string()},
-          {"bytes", std::filesystem::file_size(file)},
-          {"sizes", sizes_json(model)},
-          {"fields", fields_json(model)},
-          {"simulations", simulations_json(model)},
-          {"sections", sections_json(file)},
-          {"provenance", provenance_json(model)}};
+  return {{"file", file.string()},           {"bytes", std::filesystem::file_size(file)},
+          {"sizes", sizes_json(model)},      {"fields", fields_json(model)},
+          {"learned", learned_json(model)},  {"simulations", simulations_json(model)},
+          {"sections", sections_json(file)}, {"provenance", provenance_json(model)}};
 }
 
 /// The objects of a list in a report by the name that `key` returns for each.
@@ -209,6 +242,8 @@ void print_model(const std::filesystem::path& file, bool as_json) {
   for (const Json& field : json["fields"])
     std::printf("  %-16s [%s] per %s, %s bits, within %s\n", text(field["name"]).c_str(), text(field["unit"]).c_str(),
                 text(field["location"]).c_str(), text(field["bits"]).c_str(), text(field["largest_error"]).c_str());
+  if (json["learned"].is_object()) std::printf("\nlearned from left-out runs\n");
+  print_pairs(json["learned"]);
   std::printf("\nsimulations\n");
   print_simulations(json["simulations"]);
   std::printf("\nsections\n");

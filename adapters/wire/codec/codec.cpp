@@ -235,10 +235,11 @@ std::span<const std::byte> Encoder::inference(const WireInference& inference) {
   auto& builder = buffers_->cleared();
   const auto field = builder.CreateString(inference.field), unit = builder.CreateString(inference.unit);
   const auto mean = builder.CreateVector(inference.values), spread = builder.CreateVector(inference.spread);
+  const auto bound = inference.bound_90.empty() ? 0 : builder.CreateVector(inference.bound_90);
   schema::FinishInferenceBuffer(builder, schema::CreateInference(builder, inference.sequence, inference.session,
                                                                  inference.frame_id, inference.stamp_ns, field, unit,
                                                                  static_cast<schema::FieldLocation>(inference.location),
-                                                                 mean, spread, inference.model_checksum));
+                                                                 mean, spread, inference.model_checksum, bound));
   return detail::finished(builder);
 }
 
@@ -258,7 +259,11 @@ WireStatus decode_inference(std::span<const std::byte> message, WireInference& i
           location,
           values(from->values()),
           values(from->spread()),
-          from->model_checksum()};
-  return into.spread.size() == into.values.size() ? WireStatus::ok : WireStatus::damaged;
+          from->model_checksum(),
+          values(from->bound_90())};
+  const bool has_bounds = !into.bound_90.empty();
+  return into.spread.size() == into.values.size() && (!has_bounds || into.bound_90.size() == into.values.size())
+             ? WireStatus::ok
+             : WireStatus::damaged;
 }
 }  // namespace lbea::wire

@@ -154,6 +154,8 @@ struct WireFit : FitNumbers {
   std::vector<Match> candidates;         // best first; distance: residual
   std::vector<float> ranks;              // per candidate; none in recordings of lbea 0.1
   std::vector<WeightedSample> estimate;  // weights add up to 1
+
+  [[nodiscard]] SurfaceFit view() const noexcept { return {*this, candidates, ranks, estimate}; }
 };
 
 struct SimulationChance {
@@ -215,6 +217,7 @@ struct WireInference {
   std::vector<float> values{};
   std::vector<float> spread{};  // one per value
   std::uint64_t model_checksum = 0;
+  std::vector<float> bound_90{};  // one per value, or empty
 };
 
 /// failed: from the first loss on, or when the file could not be completed.

@@ -88,6 +88,16 @@ void read_hidden_numbers(const SectionReader& sections, DepthImages& images) {
   images.regression.hidden_most_difference = static_cast<float>(numbers[2]);
 }
 
+void read_bounds(const SectionReader& sections, std::uint64_t fields, DepthImages& images) {
+  constexpr auto id = format::SectionId::spread_bounds;
+  if (sections.find(id) == nullptr) return;
+  for (const auto& [share, per_spread] : sections.required<std::array<double, 2>>(id, {1 + fields, 2, 1})) {
+    if (!(share >= 0 && share <= 1) || !(per_spread >= 0 && per_spread <= format::largest_measure))
+      sections.fail(id, 0, "a value is out of range");
+    images.bounds.push_back({share, per_spread});
+  }
+}
+
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -130,6 +140,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
           SectionId::view_expected, "a value is negative or not finite");
   read_regression(sections, info.samples, *images);
   read_hidden_numbers(sections, *images);
+  read_bounds(sections, info.fields, *images);
   if (sections.find(SectionId::pose_numbers) != nullptr) {
     const auto numbers = sections.required<double>(SectionId::pose_numbers, {2, 1, 1});
     require(std::ranges::all_of(numbers, [](double v) { return v >= 0 && format::is_measured(v); }),

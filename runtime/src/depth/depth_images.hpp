@@ -92,6 +92,11 @@ struct ShapeRegression {
   }
 };
 
+/// The 90 % bound of single values: per_spread times the evened spread (see even_out()) times error_90 over spread.
+struct SpreadBound {
+  double share = 0, per_spread = 0;  // per_spread 0: not known
+};
+
 /// What SensorViews shares: the images of all samples and the residuals to expect.
 struct DepthImages {
   DepthCamera camera;
@@ -111,6 +116,7 @@ struct DepthImages {
   // square over runs that are not in the ensemble. 0: not known
   float time_variation = 0;
   ShapeRegression regression{};
+  std::vector<SpreadBound> bounds{};    // of node positions, then of each field; empty: not known
   std::shared_ptr<const void> owner{};  // of the memory behind the spans
 
   [[nodiscard]] std::span<const std::uint16_t> of_sample(std::size_t sample) const noexcept {
@@ -119,7 +125,7 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 67 and 0x8001 to 0x8008. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 67 and 0x8001 to 0x8009. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);

@@ -87,6 +87,7 @@ enum class SectionId : std::uint32_t {
   pose_numbers = 0x8006,    // optional, only with 64 to 67
   hidden_numbers = 0x8007,  // the same
   time_numbers = 0x8008,    // the same
+  spread_bounds = 0x8009,   // the same
 };
 
 /// Cold: match() by lbea and fit does not read the section.

@@ -1,8 +1,7 @@
 #include "runtime/src/track/inference.hpp"
 
+#include "runtime/src/model/model_view.hpp"
 #include "runtime/src/track/tracker.hpp"
-
-#include <lbea/inference.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -41,6 +40,31 @@ void keep_within(std::span<const WeightedRow> rows, std::vector<float>& mean) {
   }
 }
 
+Rows positions_of(const Model& model, std::span<const WeightedSample> samples) {
+  return rows_of(model, samples, [&](std::uint32_t sample, auto&) { return model.node_positions(sample); });
+}
+
+Rows fields_of(const Model& model, std::uint32_t field, std::span<const WeightedSample> samples) {
+  return rows_of(model, samples, [&](std::uint32_t sample, std::vector<std::vector<float>>& read) {
+    const auto stored = model.field_values(field, sample);
+    if (!stored.empty()) return stored;
+    model.read_field(field, sample, read.emplace_back(model.field_size(field)));
+    return std::span<const float>(read.back());
+  });
+}
+
+/// quantity: 0, or 1 + field. The errors of single values grow with the error of the whole estimate.
+void bound(const Model& model, std::size_t quantity, const SurfaceFit& fit, Inferred& into) {
+  const auto& images = model.view().depth_images;
+  if (images == nullptr || images->bounds.empty() || !(fit.spread > 0) || !(fit.error_90 > 0)) return;
+  const auto [share, per_spread] = images->bounds[quantity];
+  if (!(per_spread > 0)) return;
+  into.bound_90 = into.spread;
+  even_out(into.bound_90, share);
+  const double scale = per_spread * double{fit.error_90} / double{fit.spread};
+  for (float& value : into.bound_90) value = static_cast<float>(scale * double{value});
+}
+
 }  // namespace
 
 void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into) {
@@ -63,12 +87,27 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
   for (float& value : into) value = all > 0 ? std::sqrt(value / all) : 0;
 }
 
-std::vector<WeightedSample> plausible_samples(const Model& model, std::span<const Match> candidates,
-                                              const TrackerConfig& config) {
+void infer(std::span<const WeightedRow> estimate, std::span<const WeightedRow> plausible, std::size_t components,
+           Inferred& into) {
+  weighted_mean(estimate, into.mean);
+  if (components == 1 && std::ranges::any_of(estimate, [](const WeightedRow& row) { return row.weight < 0; }))
+    keep_within(estimate, into.mean);
+  weighted_spread(plausible, into.mean, components, into.spread);
+  into.bound_90.clear();
+}
+
+void even_out(std::span<float> spread, double share) noexcept {
+  double squares = 0, count = 0;
+  for (const float value : spread)
+    if (std::isfinite(value)) squares += square<double>(value), ++count;
+  const double common = share * share * squares / std::max(count, 1.0);
+  for (float& value : spread) value = static_cast<float>(std::sqrt(square<double>(value) + common));
+}
+
+std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config) {
   std::vector<WeightedSample> weighted;
   if (candidates.empty()) return weighted;
-  const Likelihood likelihood(std::ranges::min_element(candidates, {}, &Match::distance)->distance,
-                              completed(config, model));
+  const Likelihood likelihood(std::ranges::min_element(candidates, {}, &Match::distance)->distance, config);
   float all = 0;
   for (const Match& candidate : candidates) {
     weighted.push_back({candidate.sample, static_cast<float>(likelihood(candidate.distance))});
@@ -78,26 +117,30 @@ std::vector<WeightedSample> plausible_samples(const Model& model, std::span<cons
   return weighted;
 }
 
+std::vector<WeightedSample> plausible_samples(const Model& model, std::span<const Match> candidates,
+                                              const TrackerConfig& config) {
+  return plausible_samples(candidates, completed(config, model));
+}
+
 void infer_field(const Model& model, std::uint32_t field, std::span<const WeightedSample> estimate,
                  std::span<const WeightedSample> plausible, Inferred& into) {
-  const auto values = [&](std::uint32_t sample, std::vector<std::vector<float>>& read) {
-    const auto stored = model.field_values(field, sample);
-    if (!stored.empty()) return stored;
-    model.read_field(field, sample, read.emplace_back(model.field_size(field)));
-    return std::span<const float>(read.back());
-  };
-  const Rows rows = rows_of(model, estimate, values);
-  weighted_mean(rows.rows, into.mean);
-  if (std::ranges::any_of(estimate, [](const WeightedSample& s) { return s.weight < 0; }))
-    keep_within(rows.rows, into.mean);
-  weighted_spread(rows_of(model, plausible, values).rows, into.mean, 1, into.spread);
+  const Rows of_estimate = fields_of(model, field, estimate), of_plausible = fields_of(model, field, plausible);
+  infer(of_estimate.rows, of_plausible.rows, 1, into);
 }
 
 void infer_positions(const Model& model, std::span<const WeightedSample> estimate,
                      std::span<const WeightedSample> plausible, Inferred& into) {
-  const auto values = [&](std::uint32_t sample, auto&) { return model.node_positions(sample); };
-  weighted_mean(rows_of(model, estimate, values).rows, into.mean);
-  weighted_spread(rows_of(model, plausible, values).rows, into.mean, 3, into.spread);
+  infer(positions_of(model, estimate).rows, positions_of(model, plausible).rows, 3, into);
+}
+
+void infer_field(const Model& model, std::uint32_t field, const SurfaceFit& fit, Inferred& into) {
+  infer_field(model, field, fit.estimate, plausible_samples(model, fit.candidates), into);
+  bound(model, std::size_t{1} + field, fit, into);
+}
+
+void infer_positions(const Model& model, const SurfaceFit& fit, Inferred& into) {
+  infer_positions(model, fit.estimate, plausible_samples(model, fit.candidates), into);
+  bound(model, 0, fit, into);
 }
 
 }  // namespace lbea

@@ -1,6 +1,8 @@
 // Weighted means of the samples' rows, for the inference of fields.
 #pragma once
 
+#include <lbea/inference.hpp>
+
 #include <span>
 #include <vector>
 
@@ -18,5 +20,17 @@ void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into);
 /// standard deviation of the rows about a value that need not be their mean.
 void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
                      std::vector<float>& into);
+
+/// Mean and spread; bound_90 becomes empty. A field's (components = 1) mean is limited to the range of the rows.
+void infer(std::span<const WeightedRow> estimate, std::span<const WeightedRow> plausible, std::size_t components,
+           Inferred& into);
+
+/// sqrt(spread[i]^2 + share^2 * mean of spread^2): where the plausible samples agree, they may all be wrong. Values
+/// that are not finite stay so, and do not count in the mean.
+void even_out(std::span<float> spread, double share) noexcept;
+
+/// As in lbea/inference.hpp. config: with a noise.
+[[nodiscard]] std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates,
+                                                            const TrackerConfig& config);
 
 }  // namespace lbea

@@ -9,11 +9,14 @@
 
 namespace lbea {
 
-/// The configuration with the model's default of `noise`.
-[[nodiscard]] inline TrackerConfig completed(TrackerConfig config, const Model& model) noexcept {
+/// The configuration with the default of `noise` in this unit.
+[[nodiscard]] inline TrackerConfig completed(TrackerConfig config, std::string_view length_unit) noexcept {
   constexpr double noise_mm = 0.5;
-  if (!(config.noise > 0)) config.noise = static_cast<float>(noise_mm * units_per_mm(model.length_unit()));
+  if (!(config.noise > 0)) config.noise = static_cast<float>(noise_mm * units_per_mm(length_unit));
   return config;
+}
+[[nodiscard]] inline TrackerConfig completed(const TrackerConfig& config, const Model& model) noexcept {
+  return completed(config, model.length_unit());
 }
 
 /// Likelihood of a candidate by its residual: its plausibility, but at least `doubt`, so that a single wrong frame

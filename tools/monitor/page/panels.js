@@ -62,7 +62,8 @@ export class VerdictPanel {
     const said = verdict === "refused" && status !== "ok" ? status : verdict;
     const parts = [`Frame ${frame}: ${said.replaceAll("_", " ")}`];
     if (best) parts.push(`${best.name}, step ${best.time_step}, ${(best.time_s * 1000).toFixed(2)} ms`, `coverage ${(coverage * 100).toFixed(0)} %`);
-    if (fit) parts.push(`misfit ${number(fit.misfit)}, spread ${number(fit.spread)} ${this.model.unit}`);
+    if (fit) parts.push(`misfit ${number(fit.misfit)}`);
+    if (Number.isFinite(fit?.error_90)) parts.push(`mean error below ${number(fit.error_90)} ${this.model.unit} (90 %)`);
     if (Number.isFinite(fit?.pose_shift)) parts.push(`pose corrected by ${number(fit.pose_shift)} ${this.model.unit} and ${number(fit.pose_turn)}\u00B0`);
     return parts.join("; ");
   }

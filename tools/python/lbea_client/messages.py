@@ -47,6 +47,7 @@ class Inference:
     values: numpy.ndarray
     spread: numpy.ndarray  # standard deviation over the plausible samples
     model_checksum: int
+    bound_90: numpy.ndarray  # 90 % of the true values differ from `values` by less; empty: not known
 
 
 def names_of(enumeration):
@@ -101,18 +102,18 @@ def decode_result(message):
 
 
 def decode_inference(message):
-    """Decodes an Inference; values and spread are float32 arrays. Raises DamagedMessage."""
+    """Decodes an Inference; values, spread and bound_90 are float32 arrays. Raises DamagedMessage."""
     try:
         if identifier(message) != b"LBIN":
             raise ValueError(f"identifier {identifier(message)!r}")
         found = inference_schema.Inference.GetRootAs(message)
-        values, spread = (numpy.empty(0, numpy.float32) if none else array()
-                          for none, array in ((found.ValuesIsNone(), found.ValuesAsNumpy), (found.SpreadIsNone(), found.SpreadAsNumpy)))
-        if len(values) != len(spread):
-            raise ValueError("values and spread have different lengths")
+        values, spread, bound_90 = (numpy.empty(0, numpy.float32) if getattr(found, f"{name}IsNone")() else getattr(found, f"{name}AsNumpy")()
+                                    for name in ("Values", "Spread", "Bound90"))
+        if len(values) != len(spread) or len(bound_90) not in (0, len(values)):
+            raise ValueError("values, spread and bound_90 have different lengths")
         location = names_of(FieldLocation.FieldLocation)[found.Location()]
         return Inference(found.Sequence(), found.Session(), found.FrameId(), found.StampNs(), (found.Field() or b"").decode(),
-                         (found.Unit() or b"").decode(), location, values, spread, found.ModelChecksum())
+                         (found.Unit() or b"").decode(), location, values, spread, found.ModelChecksum(), bound_90)
     except Exception as error:
         raise DamagedMessage(f"not an inference: {error!r}") from error
 

@@ -51,13 +51,14 @@ void InferencePublisher::run(const std::stop_token& stopped) noexcept {
 
 void InferencePublisher::publish(const Request& request) {
   if (model_.file_was_written()) return;
-  infer_field(model_, field_, request.fit.estimate, plausible_samples(model_, request.fit.candidates), inferred_);
+  infer_field(model_, field_, request.fit.view(), inferred_);
   message_.sequence = request.sequence;
   message_.session = request.session;
   message_.frame_id = request.frame_id;
   message_.stamp_ns = request.stamp_ns;
   message_.values = inferred_.mean;
   message_.spread = inferred_.spread;
+  message_.bound_90 = inferred_.bound_90;
   sink_.send(encoder_.inference(message_));
 }
 

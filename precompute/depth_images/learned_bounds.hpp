@@ -1,0 +1,30 @@
+// What the bake learns about the errors of single nodes and elements.
+#pragma once
+
+#include "precompute/depth_images/left_out_fitter.hpp"
+
+#include <vector>
+
+namespace lbea::bake {
+
+/// Left-out frames of one kind.
+struct LeftOutEstimates {
+  std::span<const FrameErrors> frames;
+  double error_per_spread = 0;  // as in DepthImages
+};
+
+/// Weights that add up to 1. All runs have the same weight, however many of their states are frames.
+[[nodiscard]] std::vector<double> run_weights(std::span<const FrameErrors> frames);
+
+struct WeightedValue {
+  double value = 0, weight = 0;
+};
+/// The least value such that those up to it have this share of the weight; 0 without values.
+[[nodiscard]] double weighted_quantile(std::vector<WeightedValue> values, double share);
+
+/// Of node positions, then of each field: the share with the narrowest bounds that hold 90 % of the true values of
+/// either kind of frames.
+[[nodiscard]] std::vector<SpreadBound> learn_bounds(const SampleSource& source, const LeftOutEstimates& whole,
+                                                    const LeftOutEstimates& hidden, unsigned threads);
+
+}  // namespace lbea::bake
