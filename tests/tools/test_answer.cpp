@@ -66,20 +66,51 @@ TEST_CASE("the answer outlasts refused and missed frames, and ends with the next
   CHECK(answer.state().frames == 0);
 }
 
+// Regression: the second test of a sender kept the answer of the first.
+TEST_CASE("the end of the stream ends the test; the session's next frame begins another") {
+  TestAnswer answer;
+  answer.add(frame(WireVerdict::no_simulation_fits, {{2, 1.0f}}));
+  WireResult end;
+  end.session = 1;
+  end.status = WireStatus::end_of_stream;
+  answer.add(end);
+  CHECK(answer.state().verdict == WireVerdict::no_simulation_fits);
+  WireResult first;
+  first.session = 1;
+  first.coverage = 0.9f;
+  answer.add(first);
+  CHECK(answer.state().frames == 0);
+}
+
+// Regression: 30 of 36 frames were empty, and the test was said to be matched, without a word about them.
+TEST_CASE("a test of which most frames were rejected is answered with a warning") {
+  TestAnswer answer;
+  WireResult empty;
+  empty.session = 1;
+  empty.status = WireStatus::empty_frame;
+  for (int i = 0; i < 3; ++i) {
+    answer.add(frame(WireVerdict::matched, {{2, 1.0f}}));
+    answer.add(empty);
+    CHECK(answer.warning().empty());
+  }
+  answer.add(empty);
+  CHECK(contains(answer.warning(), "4 of 7 frames"));
+}
+
 // Regression: with a wrong pose, 34 % of the undeformed component were covered, and nothing was said.
 TEST_CASE("low coverage of the undeformed component gives a warning that names lbea-register, until it is covered") {
   TestAnswer answer;
-  CHECK(answer.pose_warning().empty());
+  CHECK(answer.warning().empty());
   CHECK(answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.34f, 2)));  // the first frame, whatever it matches
-  CHECK(contains(answer.pose_warning(), "34 % of the undeformed component"));
-  CHECK(contains(answer.pose_warning(), "lbea-register"));
+  CHECK(contains(answer.warning(), "34 % of the undeformed component"));
+  CHECK(contains(answer.warning(), "lbea-register"));
   CHECK(!answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.95f, 2)));
-  CHECK(!answer.pose_warning().empty());
+  CHECK(!answer.warning().empty());
   CHECK(answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.95f, 0)));
-  CHECK(answer.pose_warning().empty());
+  CHECK(answer.warning().empty());
   // A crushed component hides parts of itself.
   answer.add(frame(WireVerdict::unknown, {{0, 1.0f}}, 0.34f, 9));
-  CHECK(answer.pose_warning().empty());
+  CHECK(answer.warning().empty());
 }
 
 // Regression: the report ended with the most likely simulation, and never said that none fits.

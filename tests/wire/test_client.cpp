@@ -74,11 +74,12 @@ TEST_CASE("a sender that ends the stream says no goodbye; one that goes out of s
   {
     FrameSender sender(context, source.endpoint()), moved(std::move(sender));
     moved.end_stream();
+    std::this_thread::sleep_for(600ms);  // regression: heartbeats made the session active again
     ended = moved.session();
     left = FrameSender(context, source.endpoint()).session();
   }
   CHECK(ended != left);
-  int ends = 0, goodbyes = 0;
+  int ends = 0, goodbyes = 0, heartbeats = 0;
   while (const auto message = source.receive(ends == 1 && goodbyes == 1 ? 50ms : 30s)) {
     Control control;
     DecodedFrame frame;
@@ -89,10 +90,13 @@ TEST_CASE("a sender that ends the stream says no goodbye; one that goes out of s
     } else if (control.kind == ControlKind::goodbye) {
       CHECK(control.session == left);
       ++goodbyes;
+    } else if (control.kind == ControlKind::heartbeat && ends > 0) {
+      heartbeats += control.session == ended ? 1 : 0;
     }
   }
   CHECK(ends == 1);
   CHECK(goodbyes == 1);
+  CHECK(heartbeats == 0);
 }
 
 TEST_CASE("a sender without a receiver is told where it wanted to send") {

@@ -76,7 +76,7 @@ std::string table_summary(const LiveSummary& summary, const Model& model) {
   const std::string refusal = refusal_of_all(summary.counters, model.length_unit());
   std::string text = (summary.complete ? "test: " : "test so far: ") +
                      (refusal.empty() ? answer_text(test, names_of(model)) : refusal) + "\n";
-  if (const std::string warning = summary.answer.pose_warning(); !warning.empty()) text += "warning: " + warning + "\n";
+  if (const std::string warning = summary.answer.warning(); !warning.empty()) text += "warning: " + warning + "\n";
   text += formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
                     summary.complete ? "" : ", the sender did not end the stream", summary.median_match_ms());
   if (const auto error = summary.mean(&LiveRow::error), best = summary.mean(&LiveRow::oracle_error); error && best)

@@ -129,12 +129,15 @@ class LiveTest {
     if (result.model_checksum != model_.checksum())
       throw Error(Status::bad_input,
                   arguments_.results + ": these results are from another model; give the model that the matcher uses");
-    if (result.status == wire::WireStatus::end_of_stream) return void(summary_.complete = true);
-    const bool was_right = summary_.answer.pose_warning().empty();
+    if (result.status == wire::WireStatus::end_of_stream) {
+      summary_.complete = true;
+      return void(summary_.answer.add(result));
+    }
+    const bool was_right = summary_.answer.warning().empty();
     summary_.answer.add(result);
     ++summary_.counters.by_status[static_cast<std::size_t>(result.status)];
     LiveRow& row = summary_.rows.emplace_back(row_of(std::move(result)));
-    if (was_right) row.warning = summary_.answer.pose_warning();
+    if (was_right) row.warning = summary_.answer.warning();
     if (!arguments_.json) std::printf("%s\n", printable(table_line(row)).c_str()), std::fflush(stdout);
     if (!row.warning.empty()) std::fprintf(stderr, "lbea-eval: warning: %s\n", row.warning.c_str());
   }

@@ -181,7 +181,8 @@ class MatchReplay {
   std::optional<TestHistory> history_;
   std::vector<Slot> slots_;  // one matcher per thread
   std::size_t filled_ = 0;
-  std::uint64_t session_ = 0, sequence_ = 0;
+  std::optional<std::uint64_t> session_;  // of the test; none before its first frame
+  std::uint64_t sequence_ = 0;
   Outcome outcome_;
   bool stopping_ = false;
   std::barrier<> begin_, end_;
@@ -201,6 +202,7 @@ class ResultOutput {
     ++counters_.by_status[static_cast<std::size_t>(result.status)];
     if (result.session != std::exchange(session_, result.session)) print_answer();
     answer_.add(result);
+    if (result.status == wire::WireStatus::end_of_stream) print_answer();
     if (file_) file_->add(result);
     if (comparison_ != nullptr) {
       compare(result);
@@ -225,7 +227,7 @@ class ResultOutput {
     for (std::uint32_t i = 0; i < model_.simulations(); ++i) names.emplace_back(model_.simulation_name(i));
     if (answer_.state().frames > 0 && comparison_ == nullptr && !options_.json)
       std::printf("test: %s\n", printable(answer_text(answer_.state(), names)).c_str());
-    if (const std::string warning = answer_.pose_warning(); !warning.empty()) spdlog::warn(warning);
+    if (const std::string warning = answer_.warning(); !warning.empty()) spdlog::warn(warning);
     answer_ = {};
   }
   void compare(const wire::WireResult& result) {

@@ -64,7 +64,7 @@ void FrameSender::State::keep_alive() {
   block_signals();
   std::unique_lock lock(mutex);
   while (!finished.wait_for(lock, heartbeat_interval, [&] { return is_finished; }))
-    if (Clock::now() - last_message >= heartbeat_interval) report(ControlKind::heartbeat, 0ms);
+    if (!has_ended && Clock::now() - last_message >= heartbeat_interval) report(ControlKind::heartbeat, 0ms);
 }
 
 bool FrameSender::State::report(ControlKind kind, std::chrono::milliseconds timeout) {

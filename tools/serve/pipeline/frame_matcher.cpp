@@ -37,7 +37,10 @@ void FrameMatcher::fill(Outcome& outcome, FrameSlot& slot) noexcept {
   result.elapsed_ns.decode = slot.decode_ns;
   result.elapsed_ns.queue = since_ns(slot.queued);
   result.status = wire::WireStatus::end_of_stream;
-  if (slot.header.end_of_stream) return;
+  if (slot.header.end_of_stream) {
+    if (session_ == slot.header.session) session_.reset();
+    return;
+  }
   if (slot.header.session != std::exchange(session_, slot.header.session)) engine_.begin_test();
   const MatchResult match = engine_.match(
       {slot.header.id, slot.header.stamp_ns, std::span<const Point>(slot.points).first(slot.header.points)});

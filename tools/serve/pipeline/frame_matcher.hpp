@@ -23,7 +23,7 @@ class FrameMatcher {
   std::function<void()> on_start_;  // may be empty
   MatchEngine& engine_;
   PipelineQueues& queues_;
-  std::uint64_t session_ = 0;  // of the latest frame
+  std::optional<std::uint64_t> session_;  // of the test; none before its first frame
   std::atomic<std::uint64_t> current_frame_{0};
   std::atomic<std::uint64_t> rounds_{0};
 };

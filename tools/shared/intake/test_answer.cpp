@@ -39,15 +39,21 @@ std::string pose_warning(float coverage) {
 }
 
 bool TestAnswer::add(const wire::WireResult& result) {
+  has_ended_ |= result.status == wire::WireStatus::end_of_stream && session_ == result.session;
+  if (wire::fate_of(result.status) == wire::Fate::rejected) ++rejected_;
   if (wire::fate_of(result.status) != wire::Fate::matched) return false;
-  if (session_ != result.session) *this = {};
+  if (has_ended_ || (session_ && session_ != result.session)) *this = {};
   session_ = result.session;
+  ++matched_;
   if (result.test.frames > 0) state_ = result.test;
   return undeformed_.add(result);
 }
 
-std::string TestAnswer::pose_warning() const {
-  return undeformed_.is_low() ? tool::pose_warning(*undeformed_.latest()) : std::string();
+std::string TestAnswer::warning() const {
+  if (undeformed_.is_low()) return pose_warning(*undeformed_.latest());
+  if (matched_ == 0 || rejected_ <= matched_) return "";
+  return std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
+         " frames show no point near any simulation, or were rejected; the verdict says nothing about them";
 }
 
 std::string refusal_of_all(const wire::Counters& counters, std::string_view length_unit) {

@@ -29,17 +29,20 @@ class UndeformedCoverage {
 
 class TestAnswer {
  public:
-  /// Adds a published result; the first one of another session begins another test. Returns whether the frame shows the
-  /// undeformed component.
+  /// Adds a published result; the first frame of another session, or after the end of the stream, begins another test.
+  /// Returns whether the frame shows the undeformed component.
   bool add(const wire::WireResult& result);
   /// Of the latest frame that has one. Without frames: method fit did not match, or no frame was informative.
   [[nodiscard]] const wire::WireTestState& state() const noexcept { return state_; }
   [[nodiscard]] std::optional<float> undeformed_coverage() const noexcept { return undeformed_.latest(); }
-  /// Empty unless the coverage of the undeformed component is low.
-  [[nodiscard]] std::string pose_warning() const;
+  /// Empty unless the coverage of the undeformed component is low, or most frames were rejected, for example because
+  /// the component left the space that the simulations fill.
+  [[nodiscard]] std::string warning() const;
 
  private:
   std::optional<std::uint64_t> session_;
+  bool has_ended_ = false;
+  std::uint64_t matched_ = 0, rejected_ = 0;  // frames
   UndeformedCoverage undeformed_;
   wire::WireTestState state_;
 };
