@@ -61,7 +61,12 @@ struct Tracker::State {
         history(model.simulations(), mesh_noise),
         simulations(model.simulations()),
         branches(model.branches()) {
-    for (std::uint32_t s = 0; s < model.samples(); ++s) ++first[model.sample(s).simulation + 1];
+    std::uint32_t last_step = 0;
+    for (std::uint32_t s = 0; s < model.samples(); ++s) {
+      ++first[model.sample(s).simulation + 1];
+      last_step = std::max(last_step, model.sample(s).time_step);
+    }
+    steps.resize(std::size_t{last_step} + 1);
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
     reset();
   }
@@ -74,11 +79,17 @@ struct Tracker::State {
   void choose(const SurfaceFit& fit) noexcept;
   void judge(const SurfaceFit& fit) noexcept;
 
+  /// Of the frames whose best candidate has one time step.
+  struct StepMisfit {
+    double frames = 0, log_misfits = 0, weights = 0;
+  };
+
   Model model;
   TrackerConfig config;
   float mesh_noise;
-  float misfit_limit;  // 0: no depth images, so no verdict
-  double log_misfits = 0, weights = 0;
+  float misfit_limit;                           // 0: no depth images, so no verdict
+  std::vector<StepMisfit> steps;                // per time step
+  double log_misfits = 0, weights = 0;          // sums of the steps' means
   std::uint64_t judged = 0;                     // frames
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
@@ -91,6 +102,7 @@ struct Tracker::State {
 void Tracker::State::reset() noexcept {
   std::ranges::fill(probability, 1.0 / static_cast<double>(probability.size()));
   state = {};
+  std::ranges::fill(steps, StepMisfit{});
   log_misfits = weights = 0;
   judged = 0;
   history.reset();
@@ -166,15 +178,28 @@ void Tracker::State::choose(const SurfaceFit& fit) noexcept {
 }
 
 // Misfits scatter from frame to frame. Over a test their mean distinguishes a run of an unknown branch from one of a
-// known branch. The weight of a frame is one over the square of its expected residual.
+// known branch. The weight of a frame is one over the square of its expected residual. Each time step counts once,
+// however many frames match it: the bake learns the limit from runs with one frame per time step, and hundreds of
+// frames of the undeformed component would outvote all others.
 void Tracker::State::judge(const SurfaceFit& fit) noexcept {
-  if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !std::isfinite(fit.residual) || !(misfit_limit > 0)) return;
+  if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !std::isfinite(fit.residual) || !(misfit_limit > 0) ||
+      fit.candidates.empty() || !is_usable(fit.candidates.front(), model))
+    return;
   constexpr std::uint64_t least_frames = 4;
   constexpr float sure = 0.9f;
   const double residual = double{fit.residual}, misfit = double{fit.misfit};
   const double weight = misfit * misfit / (residual * residual + square<double>(mesh_noise));
-  log_misfits += weight * std::log(misfit);
-  weights += weight;
+  StepMisfit& step = steps[fit.candidates.front().sample.time_step];
+  const auto add_mean = [&](double sign) {
+    if (step.frames == 0) return;
+    log_misfits += sign * step.log_misfits / step.frames;
+    weights += sign * step.weights / step.frames;
+  };
+  add_mean(-1);
+  ++step.frames;
+  step.log_misfits += weight * std::log(misfit);
+  step.weights += weight;
+  add_mean(1);
   state.misfit = static_cast<float>(std::exp(log_misfits / weights));
   if (++judged < least_frames) return;
   const bool one_branch = *std::ranges::max_element(branches) >= sure;
