@@ -40,7 +40,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
       costs_(model, *views_.data()),
       best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), views_.data()->metric,
-            std::max(settings.proposals, max_matches), settings.sharpness),
+            std::min(std::max(settings.proposals, max_matches), model.info.samples), settings.sharpness),
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
@@ -59,6 +59,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       weights_(neighbors_.capacity()),
       prices_(neighbors_.capacity()),
       neighbor_ridge_(neighbors_.capacity()),
+      has_expectation_(std::ranges::any_of(views_.data()->expected, [](float residual) { return residual > 0; })),
       landmark_places_(landmark_places(model)),
       landmark_floats_(3 * landmark_places_.size()),
       landmarks_(best_.capacity() * landmark_floats_),
@@ -125,8 +126,8 @@ SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<cons
   FrameImage predicted = image;
   if (image.is_hidden) predicted.predicted = predict_hidden(image);
   if (!predicted.predicted.empty()) use_neighbors(predicted, proposed);
-  weigh(result);                   // candidates ranked by their distance from the estimate
-  judge(result, image.is_hidden);  // misfit, spread, verdict
+  weigh(result);         // candidates ranked by their distance from the estimate
+  judge(result, image);  // misfit, spread, verdict
   return result;
 }
 
@@ -340,7 +341,16 @@ float SurfaceFitter::spread_alone() noexcept {
   return spread / all;
 }
 
-void SurfaceFitter::judge(SurfaceFit& result, bool is_hidden) noexcept {
+/// A few stray points say nothing, neither for nor against the samples.
+bool SurfaceFitter::shows_enough(std::span<const float> observed) const noexcept {
+  constexpr float least_share = 0.1f;  // of the cells that the best candidate fills
+  const auto image = views_.data()->of_sample(best_.ranked()[0].sample);
+  const auto shown = std::ranges::count_if(observed, [](float depth) { return depth >= 0; });
+  const auto filled = std::ranges::count_if(image, [](std::uint16_t depth) { return depth != empty_cell; });
+  return static_cast<float>(shown) >= least_share * static_cast<float>(filled);
+}
+
+void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept {
   const DepthImages& images = *views_.data();
   const Plausibility<float> plausibility(result.residual, views_.data()->metric.mesh_noise, settings_.sharpness);
   const float noise = square(views_.data()->metric.mesh_noise), best = square(result.residual);
@@ -351,7 +361,10 @@ void SurfaceFitter::judge(SurfaceFit& result, bool is_hidden) noexcept {
     expected += plausibility_[i] * square(images.expected[best_.ranked()[i].sample]);
   }
   result.spread = spread_alone();
-  if (const float per_spread = is_hidden ? images.hidden_error_per_spread : images.error_per_spread; per_spread > 0)
+  verdict_ = Verdict::unknown;
+  if (!has_expectation_ || !shows_enough(image.observed)) return;
+  if (const float per_spread = image.is_hidden ? images.hidden_error_per_spread : images.error_per_spread;
+      per_spread > 0)
     result.error_90 = per_spread * result.spread;
   result.misfit = std::sqrt((square(least_alone()) + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility

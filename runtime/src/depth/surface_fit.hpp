@@ -46,6 +46,10 @@ class SurfaceFitter {
     return std::span(matched_).first(matches_.ranked().size());
   }
   [[nodiscard]] Verdict verdict() const noexcept { return verdict_; }
+  /// Whether a simulation explains the frame.
+  [[nodiscard]] bool is_explained() const noexcept {
+    return verdict_ == Verdict::matched || verdict_ == Verdict::ambiguous;
+  }
   /// The motion that the frame lacks, given the prior.
   [[nodiscard]] const PoseBelief& pose() const noexcept { return pose_; }
   [[nodiscard]] const PoseFit& pose_fit() const noexcept { return pose_fit_; }
@@ -84,7 +88,8 @@ class SurfaceFitter {
     return std::ranges::min(std::span(residual_alone_).first(count()));
   }
   float spread_alone() noexcept;
-  void judge(SurfaceFit& result, bool is_hidden) noexcept;
+  void judge(SurfaceFit& result, const FrameImage& image) noexcept;
+  [[nodiscard]] bool shows_enough(std::span<const float> observed) const noexcept;
   [[nodiscard]] float price(std::uint32_t sample) const noexcept { return best_.price_per_cost() * costs_[sample]; }
   [[nodiscard]] Sample sample_at(std::uint32_t row) const noexcept {
     return {model_.samples[row][0], model_.samples[row][1]};
@@ -121,6 +126,7 @@ class SurfaceFitter {
   BestSamples neighbors_;      // by distance of their shape scores from the target
   std::vector<float> offsets_, neighbor_gram_, weights_, prices_;
   RidgeProblem neighbor_ridge_;
+  bool has_expectation_;  // the bake knows the residuals of left-out runs
   std::vector<std::uint32_t> landmark_places_;
   std::size_t landmark_floats_;
   std::vector<float> landmarks_, estimate_landmarks_,

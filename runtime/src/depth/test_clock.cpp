@@ -55,10 +55,12 @@ void TestClock::start(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
 void TestClock::update(double since_first, const TimeBelief& time) noexcept {
   constexpr double most_deviations = 4;
   constexpr std::uint32_t most_contradictions = 5;
-  const double since_impact = since_first - impact_, by_impact = -(1 + share_);
-  const double innovation = time.mean_s - std::min((1 + share_) * since_impact, times_.duration_s);  // then at rest
-  const std::array<double, 2> PH{P_[0] * by_impact + P_[1] * since_impact, P_[1] * by_impact + P_[2] * since_impact};
-  const double variance = by_impact * PH[0] + since_impact * PH[1] + variance_at(time.mean_s) + time.variance;
+  const double since_impact = since_first - impact_, expected = (1 + share_) * since_impact;
+  const bool is_at_rest = expected > times_.duration_s;  // from then on, the time says nothing about the clock
+  const double innovation = time.mean_s - std::min(expected, times_.duration_s);
+  const double by_impact = is_at_rest ? 0 : -(1 + share_), by_share = is_at_rest ? 0 : since_impact;
+  const std::array<double, 2> PH{P_[0] * by_impact + P_[1] * by_share, P_[1] * by_impact + P_[2] * by_share};
+  const double variance = by_impact * PH[0] + by_share * PH[1] + variance_at(time.mean_s) + time.variance;
   if (!(square(innovation) <= square(most_deviations) * variance)) {
     if (++contradictions_ >= most_contradictions) reset();
     return;
@@ -78,7 +80,10 @@ double TestClock::variance_at(double time_s) const noexcept {
 
 TimeBelief TestClock::since_impact(std::int64_t stamp_ns) const noexcept {
   if (!is_started_ || (stamp_ns == first_ns_ && !is_known_)) return {};  // frames without stamps have no clock
-  return {seconds_between(first_ns_, stamp_ns) - impact_, P_[0]};
+  constexpr double most_durations = 1e4;  // beyond, stamps and impact are in different units or of different clocks
+  const double time = seconds_between(first_ns_, stamp_ns) - impact_;
+  if (std::abs(time) > most_durations * times_.duration_s) return {};
+  return {time, P_[0]};
 }
 
 TimeBelief TestClock::of_samples(std::int64_t stamp_ns) const noexcept {

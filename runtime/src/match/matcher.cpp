@@ -84,7 +84,7 @@ void Matcher::State::fit(MatchResult& result) noexcept {
 
 bool Matcher::State::move_pose(MatchResult& result) noexcept {
   if (pose == nullptr) return false;
-  const bool is_farther = pose->move(fitter->pose(), fitter->verdict() != Verdict::no_simulation_fits);
+  const bool is_farther = pose->move(fitter->pose(), fitter->is_explained());
   pose->write(result.fit);
   return is_farther;
 }
@@ -109,7 +109,7 @@ void Matcher::State::publish(MatchResult& result) noexcept {
   result.matches = std::span(matches).first(nearest.size());
   for (std::size_t axis = 0; axis < 3; ++axis)
     result.leading_coordinates[axis] = public_coefficients[reference->leading_axes[axis]];
-  // Low coverage alone is inconclusive; a high residual is not.
+  // Low coverage alone is inconclusive; a high residual is not, unless the frame shows only a few points.
   if (fitter && (result.status == Status::ok || fitter->verdict() == Verdict::no_simulation_fits))
     result.verdict = fitter->verdict();
 }
