@@ -208,6 +208,52 @@ TEST_CASE("points that belong to nothing, and half of them gone, change no match
   CHECK(result.matches[0].sample == model.sample(s));
 }
 
+// Four frames of one stray point each gave the test the verdict that no simulation fits.
+TEST_CASE("a few stray points say nothing about the simulations") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  Tracker tracker(model);
+  const std::vector<Point> points = seen(bent(0.6));
+  for (std::size_t frame = 0; frame < 8; ++frame) {
+    std::vector<Point> stray{points[100 * frame], points[100 * frame + 1], points[3 * frame]};
+    for (Point& point : stray) point.z -= 15;
+    const MatchResult result = matcher.match({.id = frame, .points = stray});
+    REQUIRE(result.status == Status::low_coverage);
+    CHECK(result.verdict == Verdict::unknown);
+    CHECK(std::isnan(result.fit.misfit));
+    CHECK(std::isnan(result.fit.error_90));
+    CHECK(tracker.update(result).verdict == Verdict::unknown);
+  }
+}
+
+// Every frame of another run was called `no simulation fits`, since the expected residual of one simulation is 0.
+TEST_CASE("an ensemble of one simulation gives no verdict") {
+  const AlignedBytes bytes = seen_plates_model(1, 8);
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  for (const double angle : {0.1, 0.33, 0.9}) {
+    const MatchResult result = matcher.match({.points = seen(bent(angle))});
+    REQUIRE(result.status == Status::ok);
+    CHECK(result.verdict == Verdict::unknown);
+    CHECK(std::isnan(result.fit.misfit));
+  }
+}
+
+// Such frames were called `no simulation fits`: the limits came from frames at stored states.
+TEST_CASE("a run of the ensemble fits between its states, however far apart these are") {
+  for (const std::uint32_t steps : {4u, 5u, 8u}) {
+    CAPTURE(steps);
+    const AlignedBytes bytes = seen_plates_model(6, steps);
+    const Model model = Model::view(bytes.span());
+    Matcher matcher(model, fit_config());
+    for (double angle = 0; angle < 0.75; angle += 0.05) {
+      CAPTURE(angle);
+      CHECK(matcher.match({.points = seen(bent(angle))}).verdict != Verdict::no_simulation_fits);
+    }
+  }
+}
+
 // Once such a frame counted every hidden cell as a hole in the component: no simulation fitted it, and the tracker, to
 // which all candidates then looked alike, learnt nothing from it.
 TEST_CASE("a hidden third of the surface changes neither the match nor the verdict, only the coverage") {

@@ -171,6 +171,29 @@ TEST_CASE("frames before the impact and after the simulations' end do not change
   }
 }
 
+// A frame stamped a minute late passed the test of four deviations, which grow with the time since the impact, and made
+// the clock more certain.
+TEST_CASE("an impossible stamp does not make the clock more certain") {
+  TestClock clock = clock_of_10_ms();
+  for (int frame = 1; frame < 6; ++frame) clock.add(frame * millisecond / 2, {frame * 0.5e-3, 0});
+  const TimeBelief before = clock.since_impact(3 * millisecond);
+  REQUIRE(before.variance > 0);
+  for (const std::int64_t late : {60'000 * millisecond, 4'000'000'000'000 * millisecond}) {
+    clock.add(late, {3e-3, 0});
+    CHECK(clock.since_impact(3 * millisecond).variance == before.variance);
+    CHECK(clock.since_impact(3 * millisecond).mean_s == before.mean_s);
+  }
+}
+
+// An impact in seconds gave frames 1.7e9 s after it, within a microsecond.
+TEST_CASE("times of more than 10,000 durations are not known") {
+  TestClock clock = clock_of_10_ms();
+  clock.set_impact(1'700'000'000);
+  CHECK(clock.since_impact(1'700'000'000'000 * millisecond).variance == 0);
+  CHECK(clock.since_impact(1'700'000'000 + 5 * millisecond).mean_s == doctest::Approx(5e-3));
+  CHECK(clock.since_impact(std::numeric_limits<std::int64_t>::min()).variance == 0);
+}
+
 TEST_CASE("a known impact is kept; without a learned variation there is no clock") {
   TestClock known = clock_of_10_ms();
   known.set_impact(7 * millisecond);

@@ -201,6 +201,27 @@ TEST_CASE("a misfit or a residual that is not finite does not enter the verdict"
   CHECK(tracker.state().verdict == Verdict::no_simulation_fits);
 }
 
+// Ten frames before the impact turned `no simulation fits` into `matched`.
+TEST_CASE("any number of frames before the impact counts as one in the misfit of a test") {
+  const AlignedBytes bytes = seen_plates_model(2, 8);
+  const Model model = Model::view(bytes.span());
+  const auto misfit_after = [&](int frames_before) {
+    Tracker tracker(model);
+    const auto judge = [&](std::uint32_t step, float misfit) {
+      Evidence evidence(model,
+                        [&](Sample s) { return 1 + apart(static_cast<float>(s.time_step), static_cast<float>(step)); });
+      evidence.result.fit.misfit = misfit;
+      evidence.result.fit.residual = misfit;
+      return tracker.update(evidence.result);
+    };
+    for (int frame = 0; frame < frames_before; ++frame) judge(0, 0.9f);
+    for (std::uint32_t step = 1; step < 8; ++step) judge(step, 4);
+    return tracker.state().misfit;
+  };
+  for (const int frames : {2, 10, 500}) CHECK(misfit_after(frames) == doctest::Approx(misfit_after(1)).epsilon(1e-4));
+  CHECK(misfit_after(1) < misfit_after(0));
+}
+
 TEST_CASE("the path looks back: a later frame decides between candidates with nearly the same rank") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());
