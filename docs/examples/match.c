@@ -32,12 +32,18 @@ int main(int argc, char** argv) {
   config.max_points = room;
   if (argc > 2 && !read_pose(argv[2], config.T_reference_sensor))
     return fprintf(stderr, "%s: needs the 12 numbers of T_reference_sensor\n", argv[2]), 1;
-  if (lbea_model_open(argc > 1 ? argv[1] : "rail.lbea", &model) || lbea_matcher_create(model, &config, &matcher))
-    return fprintf(stderr, "%s\n", lbea_last_error()), 1;
+  if (lbea_model_open(argc > 1 ? argv[1] : "rail.lbea", &model)) return fprintf(stderr, "%s\n", lbea_last_error()), 1;
+  config.method = LBEA_METHOD_FIT; /* needs a model with depth images for this pose */
+  if (lbea_matcher_create(model, &config, &matcher)) {
+    fprintf(stderr, "%s; matching by lbea, without a verdict\n", lbea_last_error());
+    config.method = LBEA_METHOD_LBEA;
+    if (lbea_matcher_create(model, &config, &matcher)) return fprintf(stderr, "%s\n", lbea_last_error()), 1;
+  }
 
   lbea_frame frame = {.struct_size = sizeof frame, .id = 1, .points = points, .point_count = grab()};
   const lbea_status status = lbea_matcher_match(matcher, &frame, &result); /* no allocation, no lock, no system call */
-  printf("%s, %.0f %% of the surface seen\n", lbea_status_string(status), 100 * (double)result.coverage);
+  printf("%s, verdict %d (lbea_verdict), %.0f %% of the surface seen\n", lbea_status_string(status),
+         (int)result.verdict, 100 * (double)result.coverage);
   for (uint32_t i = 0; i < result.match_count; ++i)
     printf("%s at %g s, distance %g\n", lbea_model_simulation_name(model, result.matches[i].simulation),
            result.matches[i].time_s, (double)result.matches[i].distance);

@@ -15,12 +15,14 @@ void grab(std::vector<lbea::Point>& points) {  // replace by your camera; reads 
 int main(int argc, char** argv) try {
   const lbea::Model model = lbea::Model::open(argc > 1 ? argv[1] : "rail.lbea");
   const lbea::RigidTransform pose = argc > 2 ? lbea::io::read_pose(argv[2]) : lbea::identity_transform;
-  lbea::Matcher matcher{model, {.max_matches = 3, .T_reference_sensor = pose}};
+  const bool has_images = !lbea::SensorViews::baked_into(model).empty();
+  const lbea::Method method = has_images ? lbea::Method::fit : lbea::Method::lbea;  // lbea gives no verdict
+  lbea::Matcher matcher{model, {.max_matches = 3, .method = method, .T_reference_sensor = pose}};
   std::vector<lbea::Point> points;
 
   grab(points);
   const lbea::MatchResult result = matcher.match({.id = 1, .points = points});  // no allocation, no lock, no exception
-  std::cout << to_string(result.status) << ", " << 100 * result.coverage << " % of the surface seen\n";
+  std::cout << to_string(result.status) << ", verdict: " << to_string(result.verdict) << ", " << 100 * result.coverage << " % of the surface seen\n";
   for (const lbea::Match& match : result.matches)
     std::cout << model.simulation_name(match.sample.simulation) << " at "
               << model.sample_time_s(model.sample_index(match.sample)) << " s, distance " << match.distance << '\n';

@@ -116,6 +116,16 @@ class MatcherTest(unittest.TestCase):
         self.assertEqual(matcher.match(good[50:]).points["received"], 150)
         self.assertEqual(matcher.match(numpy.full((3, 3), numpy.nan, numpy.float32)).points["invalid"], 3)
 
+    def test_unaligned_arrays_and_transposed_poses_are_refused(self):
+        unaligned = numpy.ndarray((4, 3), "f4", bytes(64), 1)
+        with self.assertRaisesRegex(ValueError, "aligned"):
+            lbea.Matcher(self.model).match(unaligned)
+        pose = numpy.eye(4)
+        pose[:3, 3] = 5, 6, 7
+        lbea.Matcher(self.model, "lbea", T_reference_sensor=pose)
+        with self.assertRaisesRegex(ValueError, "last row"):
+            lbea.Matcher(self.model, "lbea", T_reference_sensor=pose.T)
+
     def test_what_to_do_with_other_arrays_is_said(self):
         matcher, good = lbea.Matcher(self.model), self.model.node_positions(9)
         for bad, found in ((good.astype(float), "float64"), (numpy.asfortranarray(good), "float32"), (good.tolist(), "list")):
@@ -127,7 +137,7 @@ class MatcherTest(unittest.TestCase):
     def test_settings_are_checked(self):
         for settings, error in (({"max_points": 0}, lbea.Error), ({"method": "fit"}, lbea.Error), ({"method": "icp"}, ValueError),
                                 ({"max_poinst": 5}, TypeError), ({"T_reference_sensor": numpy.eye(3)}, ValueError),
-                                ({"T_reference_sensor": 2 * numpy.eye(4)}, lbea.Error), ({"max_points": -1}, RuntimeError)):
+                                ({"T_reference_sensor": 2 * numpy.eye(4)[:3]}, lbea.Error), ({"max_points": -1}, RuntimeError)):
             with self.assertRaises(error, msg=str(settings)):
                 lbea.Matcher(self.model, **settings)
         self.assertEqual(lbea.Matcher(self.model, max_points=199).match(self.model.node_positions(0)).status, "too_many_points")

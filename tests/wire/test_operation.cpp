@@ -294,6 +294,9 @@ TEST_CASE("--check finds problems, changes nothing, and prints JSON") {
   CHECK(check({"--frames", bench.frames, "--results", bench.results, "--pin", "100000"}) ==
         0);  // requested, not granted, not fatal
   CHECK(contains(found(), "\"name\":\"pin\",\"level\":\"warning\""));
+  // Regression: without --pose no frame gets a verdict, and only the start warned of it.
+  CHECK(check({"--frames", bench.frames, "--results", bench.results}) == 0);
+  CHECK(contains(found(), "\"name\":\"method\",\"level\":\"warning\""));
   // Regression: the check did not test the requirements of fit, and the start failed after it had passed.
   const std::vector<std::string> fit{"--frames", bench.frames, "--results", bench.results, "--method", "fit"};
   const auto fit_and = [&](std::vector<std::string> more) {

@@ -87,6 +87,8 @@ std::span<const Point> points_in(const py::object& points) {
   const auto array = py::reinterpret_borrow<Points>(points);
   if (array.ndim() != 2 || array.shape(1) != 3) throw py::value_error("points must be an n x 3 array");
   static_assert(sizeof(Point) == 3 * sizeof(float));
+  if (reinterpret_cast<std::uintptr_t>(array.data()) % alignof(Point) != 0)
+    throw py::value_error("points are not aligned to 4 bytes; copy them with numpy.array(points)");
   return {reinterpret_cast<const Point*>(array.data()), static_cast<std::size_t>(array.shape(0))};
 }
 
@@ -117,6 +119,10 @@ Method method_named(const std::string& name) {
 RigidTransform transform_from(const py::array_t<double, py::array::c_style | py::array::forcecast>& matrix) {
   if (matrix.ndim() != 2 || (matrix.shape(0) != 3 && matrix.shape(0) != 4) || matrix.shape(1) != 4)
     throw py::value_error("T_reference_sensor must be 3 x 4 or 4 x 4");
+  constexpr std::array last_row{0.0, 0.0, 0.0, 1.0};
+  if (matrix.shape(0) == 4 &&
+      !std::equal(last_row.begin(), last_row.end(), matrix.data() + std::tuple_size_v<RigidTransform>))
+    throw py::value_error("the last row of T_reference_sensor must be 0 0 0 1; transpose a column-major matrix");
   RigidTransform T;
   for (std::size_t i = 0; i < T.size(); ++i) T[i] = static_cast<float>(matrix.data()[i]);
   return T;

@@ -123,7 +123,10 @@ int check(ServeOptions options) {
     preflight.check("pose", [&] { return read_pose_file(options, *model), options.pose_file; });
   if (model) {
     choose_method(options, *model);
-    preflight.add({"method", Finding::Level::ok, name_of(options.matcher.method)});
+    std::vector<Finding> findings = check_options(options, *model);
+    if (std::ranges::find(findings, "method", &Finding::name) == findings.end())
+      preflight.add({"method", Finding::Level::ok, name_of(options.matcher.method)});
+    for (Finding& finding : findings) preflight.add(std::move(finding));
   }
   if (model && options.matcher.method == Method::fit)
     preflight.check("fit", [&] { return describe_fit(options, *model); });

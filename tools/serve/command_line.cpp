@@ -95,6 +95,19 @@ void choose_method(ServeOptions& options, const Model& model) {
   options.matcher.method = options.method.value_or(has_images ? Method::fit : Method::lbea);
 }
 
+std::vector<Finding> check_options(const ServeOptions& options, const Model& model) {
+  std::vector<Finding> findings;
+  if (!options.method && options.matcher.method != Method::fit)
+    findings.push_back({"method", Finding::Level::warning,
+                        std::string(name_of(options.matcher.method)) +
+                            ", because the model has no depth images for this pose: no verdict; see --method fit"});
+  if (model.reference_mode() == ReferenceMode::over_time && !options.recording.trigger_ns)
+    findings.push_back({"trigger-ns", Finding::Level::warning,
+                        "missing: the model was baked over time, so its reference mesh depends on the time since the "
+                        "impact; without it, frames are matched with the last one"});
+  return findings;
+}
+
 std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
   if (options.matcher.method != Method::fit)
     throw Error(Status::bad_config, "--infer needs the estimate of --method fit; choose that method, or omit --infer");

@@ -29,6 +29,8 @@ void add_options(Tool& tool, ServeOptions& options);
 void read_pose_file(ServeOptions& options, const Model& model);
 /// Sets matcher.method: without --method it is fit when the model has depth images for the pose, otherwise lbea.
 void choose_method(ServeOptions& options, const Model& model);
+/// Warnings for what these options lack for this model: a verdict, or the time of impact. Call after choose_method().
+[[nodiscard]] std::vector<Finding> check_options(const ServeOptions& options, const Model& model);
 /// The index of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
 /// Memory of the queue in bytes: one slot of max_points per waiting frame, allocated at the start.

@@ -60,8 +60,8 @@ void require_memory(const ServeOptions& options) {
                             options.pipeline.queue_slots, options.matcher.max_points, needed >> 20, installed >> 20));
 }
 
-void report(const std::vector<Finding>& privileges) {
-  for (const auto& [name, level, text] : privileges)
+void report(const std::vector<Finding>& findings) {
+  for (const auto& [name, level, text] : findings)
     spdlog::log(level == Finding::Level::ok ? spdlog::level::info : spdlog::level::warn, "--{}: {}", name, text);
 }
 
@@ -236,9 +236,7 @@ int serve(ServeOptions options) {
   const Model model = Model::open(options.model_file);
   read_pose_file(options, model);
   choose_method(options, model);
-  if (!options.method && options.matcher.method != Method::fit)
-    spdlog::warn("method {}: the model has no depth images for this pose, so no verdict; see --method fit",
-                 name_of(options.matcher.method));
+  report(check_options(options, model));
   const bool is_held = model.hold(options.matcher.method);
   report(request_for_process(options.privileges, &model, options.matcher.method));
   require_memory(options);

@@ -366,7 +366,8 @@ struct MatchResult : FrameNumbers {
 class LBEA_API Matcher {
  public:
   /// Throws Error{bad_config} with the offending value.
-  /// `views`: the depth images for Method::fit; when empty, those baked into the model.
+  /// `views`: the depth images for Method::fit; when empty, those baked into the model. Frames must show the component
+  /// from the side for which the images were rendered: other frames fit no simulation.
   explicit Matcher(Model model, const MatcherConfig& config = {}, SensorViews views = {});
   ~Matcher();
   Matcher(Matcher&&) noexcept;

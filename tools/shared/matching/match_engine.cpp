@@ -15,7 +15,6 @@ wire::WireStatus to_wire(Status status) noexcept {
 }
 
 wire::WireVerdict verdict_of(wire::WireStatus status) noexcept {
-  if (status == wire::WireStatus::ok) return wire::WireVerdict::matched;
   if (status == wire::WireStatus::low_coverage) return wire::WireVerdict::low_coverage;
   return wire::fate_of(status) == wire::Fate::rejected ? wire::WireVerdict::refused : wire::WireVerdict::unknown;
 }
