@@ -195,35 +195,6 @@ float time_variation(const SampleSource& source, std::span<const FrameErrors> er
   return all > 0 ? static_cast<float>(std::sqrt(squares / all)) : 0;
 }
 
-/// The state after a sample in its run, or the one before it; the sample itself in a run with one state.
-std::size_t neighbor_of(std::span<const Sample> samples, std::size_t sample) {
-  const auto is_same_run = [&](std::size_t other) {
-    return other < samples.size() && samples[other].simulation == samples[sample].simulation;
-  };
-  return is_same_run(sample + 1) ? sample + 1 : sample > 0 && is_same_run(sample - 1) ? sample - 1 : sample;
-}
-
-/// The samples most similar to left-out frames, captured at times between two states: the residual grows by that of a
-/// part of the way to the next state.
-std::vector<LeftOut> nearest_of_others(const SampleSource& source, const LearnedFit& learned, unsigned threads) {
-  const LeftOutFrames frames(source, most_compared, 0);
-  const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);
-  const CellPrices prices = prices_of(learned.metric, source.camera);
-  const double squared_step = std::pow(double{source.camera.depth_step}, 2);
-  std::vector<std::uint16_t> next(padded_cells(source.camera));
-  std::vector<LeftOut> answers;
-  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
-    const std::size_t sample = frames.sample(frame);
-    source.read_images(neighbor_of(source.samples, sample), next);
-    const double to_next = double{mean_square(kernels(), frames.observed(frame), next.data(), prices)};
-    double whole = 0;  // evenly spread shares of the way, at most half: then the next state is nearer
-    const double share = std::modf(static_cast<double>(frame) * 0.6180339887, &whole) / 2;
-    const double squares = double{least[frame].ranked()[0].distance} + share * share * to_next;
-    answers.push_back({source.samples[sample], static_cast<float>(squares * squared_step)});
-  }
-  return answers;
-}
-
 /// Owns the memory of SensorViews' spans.
 struct RenderedImages {
   std::vector<std::uint16_t> depths;
@@ -235,7 +206,6 @@ struct RenderedImages {
 LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   LearnedFit learned{.metric = DepthMetric{}.in(source.length_unit),
                      .expected = std::vector<float>(source.samples.size(), 0.0f),
-                     .bounds = std::vector<SpreadBound>(source.read_field ? 1 + source.fields : 0),
                      .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
   if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) return learned;
 
@@ -260,7 +230,12 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   learned.time_variation = time_variation(source, of_whole);
   learned.pose = learn_pose(source, learned.metric, threads);
 
-  const std::vector<LeftOut> answers = nearest_of_others(source, learned, threads);
+  const LeftOutFrames frames(source, most_compared, 0);
+  const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);
+  std::vector<LeftOut> answers;
+  for (std::size_t frame = 0; frame < frames.size(); ++frame)
+    answers.push_back({source.samples[frames.sample(frame)],
+                       least[frame].ranked()[0].distance * source.camera.depth_step * source.camera.depth_step});
   const ExpectedResiduals expected(answers);
   std::ranges::transform(source.samples, learned.expected.begin(),
                          [&](const Sample& sample) { return expected.at(sample.time_step); });

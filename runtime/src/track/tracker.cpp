@@ -61,12 +61,7 @@ struct Tracker::State {
         history(model.simulations(), mesh_noise),
         simulations(model.simulations()),
         branches(model.branches()) {
-    std::uint32_t last_step = 0;
-    for (std::uint32_t s = 0; s < model.samples(); ++s) {
-      ++first[model.sample(s).simulation + 1];
-      last_step = std::max(last_step, model.sample(s).time_step);
-    }
-    steps.resize(std::size_t{last_step} + 1);
+    for (std::uint32_t s = 0; s < model.samples(); ++s) ++first[model.sample(s).simulation + 1];
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
     reset();
   }
@@ -79,18 +74,22 @@ struct Tracker::State {
   void choose(const SurfaceFit& fit) noexcept;
   void judge(const SurfaceFit& fit) noexcept;
 
-  /// Of the frames whose best candidate has one time step.
-  struct StepMisfit {
+  /// Sums over frames.
+  struct Misfits {
     double frames = 0, log_misfits = 0, weights = 0;
+
+    void add(double weight, double misfit) noexcept {
+      ++frames;
+      log_misfits += weight * std::log(misfit);
+      weights += weight;
+    }
   };
 
   Model model;
   TrackerConfig config;
   float mesh_noise;
   float misfit_limit;                           // 0: no depth images, so no verdict
-  std::vector<StepMisfit> steps;                // per time step
-  double log_misfits = 0, weights = 0;          // sums of the steps' means
-  std::uint64_t judged = 0;                     // frames
+  Misfits initial, deformed;                    // of frames that match an initial state, and of the others
   std::vector<double> probability, likelihood;  // per sample
   std::vector<std::uint32_t> first;             // per simulation: its first sample
   std::vector<Match> usable;                    // of a frame
@@ -102,9 +101,7 @@ struct Tracker::State {
 void Tracker::State::reset() noexcept {
   std::ranges::fill(probability, 1.0 / static_cast<double>(probability.size()));
   state = {};
-  std::ranges::fill(steps, StepMisfit{});
-  log_misfits = weights = 0;
-  judged = 0;
+  initial = deformed = {};
   history.reset();
   publish();
 }
@@ -178,30 +175,23 @@ void Tracker::State::choose(const SurfaceFit& fit) noexcept {
 }
 
 // Misfits scatter from frame to frame. Over a test their mean distinguishes a run of an unknown branch from one of a
-// known branch. The weight of a frame is one over the square of its expected residual. Each time step counts once,
-// however many frames match it: the bake learns the limit from runs with one frame per time step, and hundreds of
-// frames of the undeformed component would outvote all others.
+// known branch. The weight of a frame is one over the square of its expected residual. Frames of an initial
+// state count as one: hundreds are captured before the impact, and would outvote all others.
 void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !std::isfinite(fit.residual) || !(misfit_limit > 0) ||
       fit.candidates.empty() || !is_usable(fit.candidates.front(), model))
     return;
-  constexpr std::uint64_t least_frames = 4;
+  constexpr double least_frames = 4;
   constexpr float sure = 0.9f;
   const double residual = double{fit.residual}, misfit = double{fit.misfit};
   const double weight = misfit * misfit / (residual * residual + square<double>(mesh_noise));
-  StepMisfit& step = steps[fit.candidates.front().sample.time_step];
-  const auto add_mean = [&](double sign) {
-    if (step.frames == 0) return;
-    log_misfits += sign * step.log_misfits / step.frames;
-    weights += sign * step.weights / step.frames;
-  };
-  add_mean(-1);
-  ++step.frames;
-  step.log_misfits += weight * std::log(misfit);
-  step.weights += weight;
-  add_mean(1);
+  const Sample best = fit.candidates.front().sample;
+  (model.sample_index(best) == first[best.simulation] ? initial : deformed).add(weight, misfit);
+  const double shared = std::max(initial.frames, 1.0);
+  const double log_misfits = deformed.log_misfits + initial.log_misfits / shared,
+               weights = deformed.weights + initial.weights / shared;
   state.misfit = static_cast<float>(std::exp(log_misfits / weights));
-  if (++judged < least_frames) return;
+  if (initial.frames + deformed.frames < least_frames) return;
   const bool one_branch = *std::ranges::max_element(branches) >= sure;
   state.verdict = state.misfit > misfit_limit ? Verdict::no_simulation_fits
                   : one_branch                ? Verdict::matched
