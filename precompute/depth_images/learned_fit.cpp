@@ -206,6 +206,7 @@ struct RenderedImages {
 LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   LearnedFit learned{.metric = DepthMetric{}.in(source.length_unit),
                      .expected = std::vector<float>(source.samples.size(), 0.0f),
+                     .bounds = std::vector<SpreadBound>(source.read_field ? 1 + source.fields : 0),
                      .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
   if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) return learned;
 

@@ -196,6 +196,19 @@ float mean_square(const Kernels& code, std::span<const float> observed, const st
   return sums.squares / std::max(sums.filled, 1.0f);
 }
 
+float share_after_interpolation(const Kernels& code, std::span<const float> a, std::span<const float> b) noexcept {
+  const auto product = [&](std::span<const float> x, std::span<const float> y) {
+    float sum = 0;
+    code.project(x.data(), 1, x.size(), y.data(), &sum);
+    return sum;
+  };
+  const float squared = product(a, a), decrease = squared - product(a, b);
+  const float apart = 2 * decrease - squared + product(b, b);  // |a - b|^2
+  if (!(squared > 0) || !(apart > 0)) return 1;
+  const float t = std::clamp(decrease / apart, 0.0f, 1.0f);
+  return std::max(squared - t * (2 * decrease - t * apart), 0.0f) / squared;
+}
+
 Surroundings::Surroundings(const DepthCamera& camera)
     : columns_(camera.columns), rows_(camera.rows), along_row_(camera.cells()) {}
 

@@ -176,6 +176,11 @@ class FrameDepthImage {
   std::vector<float> points_, cells_;
 };
 
+/// Of two residuals over the same cells, the least |(1 - t) a + t b|^2 for t in [0, 1], as a share of |a|^2. Frames are
+/// also captured between two states of a simulation: this share of the squared residual remains after interpolation.
+[[nodiscard]] float share_after_interpolation(const Kernels& code, std::span<const float> a,
+                                              std::span<const float> b) noexcept;
+
 /// Proposes samples by every fourth cell of their images, along rows and columns.
 class ThinnedImages {
  public:

@@ -44,6 +44,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
+      neighbor_residual_(padded_cells(views_.data()->camera)),
       gram_(best_.capacity() * best_.capacity()),
       products_(best_.capacity()),
       linear_(best_.capacity()),
@@ -350,6 +351,28 @@ bool SurfaceFitter::shows_enough(std::span<const float> observed) const noexcept
   return static_cast<float>(shown) >= least_share * static_cast<float>(filled);
 }
 
+/// Of the best candidate's squared residual, after interpolation to the state before or after it. It counts only if
+/// less than half remains: the frame is between the two states then. Another shape hardly becomes more similar.
+float SurfaceFitter::share_between_states(const FrameImage& image) noexcept {
+  const DepthImages& images = *views_.data();
+  const std::size_t cells = padded_cells(images.camera);
+  const auto best = static_cast<std::size_t>(
+      std::min_element(residual_alone_.begin(), residual_alone_.begin() + static_cast<std::ptrdiff_t>(count())) -
+      residual_alone_.begin());
+  const std::uint32_t sample = best_.ranked()[best].sample;
+  float least = 1;
+  for (const std::uint32_t other : {sample - 1, sample + 1}) {  // 0 - 1: beyond the last sample
+    if (other >= model_.info.samples || model_.samples[other][0] != model_.samples[sample][0]) continue;
+    const auto state = images.of_sample(other);
+    code_.subtract_depths(image.observed.data(), state.data(), cells, best_.prices(), neighbor_residual_.data());
+    if (image.is_hidden) best_.price_hidden(image.observed, state, neighbor_residual_);
+    const auto own = std::span(residuals_).subspan(best * cells, cells);
+    least = std::min(least, share_after_interpolation(code_, own, neighbor_residual_));
+  }
+  constexpr float between = 0.5f;
+  return least < between ? least : 1;
+}
+
 void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept {
   const DepthImages& images = *views_.data();
   const Plausibility<float> plausibility(result.residual, views_.data()->metric.mesh_noise, settings_.sharpness);
@@ -366,7 +389,8 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
   if (const float per_spread = image.is_hidden ? images.hidden_error_per_spread : images.error_per_spread;
       per_spread > 0)
     result.error_90 = per_spread * result.spread;
-  result.misfit = std::sqrt((square(least_alone()) + noise) / (expected / all + noise));
+  const float least = share_between_states(image) * square(least_alone());
+  result.misfit = std::sqrt((least + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
   constexpr float clearly_different = 1.5f;  // relative to its residual
   bool several = false;
