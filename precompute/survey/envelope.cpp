@@ -37,10 +37,42 @@ struct CellBlock {
 
 namespace {
 constexpr double most_cells = 1 << 17;   // about; the 16 KiB stay in the cache of the thread that culls points
+constexpr double most_excess = 1.5;      // rounding up adds cells; flat and long boxes need larger cells for it
+constexpr double coarser = 1.1;          // factor between tried edges of a cell
 constexpr double margin_per_edge = 4;    // cells need not be finer than this
 constexpr double rounding_slack = 0.01;  // cells; floats of the runtime may round a point into the next cell
 
 std::size_t words(std::size_t bits) { return (bits + 63) / 64; }
+
+/// The part of a convex polygon on one side of the plane where coordinate `axis` is `at`; its border belongs to it.
+std::vector<std::array<double, 3>> clipped(const std::vector<std::array<double, 3>>& polygon, std::size_t axis,
+                                           double at, double side) {
+  std::vector<std::array<double, 3>> part;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const auto &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const double from = side * (p[axis] - at), to = side * (q[axis] - at);
+    if (from >= 0) part.push_back(p);
+    if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) continue;
+    auto& crossing = part.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) crossing[k] = p[k] + from / (from - to) * (q[k] - p[k]);
+    crossing[axis] = at;
+  }
+  return part;
+}
+
+/// Less than a quarter as high as long: in quarters of its edges it would have many more pieces than its area has
+/// cells.
+bool is_thin(const std::array<double, 3>& a, const std::array<double, 3>& b, const std::array<double, 3>& c) {
+  std::array<double, 3> ab{}, ac{};
+  double longest = 0;  // squared edges
+  for (std::size_t axis = 0; axis < 3; ++axis) ab[axis] = b[axis] - a[axis], ac[axis] = c[axis] - a[axis];
+  const auto squared = [](double x, double y, double z) { return x * x + y * y + z * z; };
+  longest = std::max({squared(ab[0], ab[1], ab[2]), squared(ac[0], ac[1], ac[2]),
+                      squared(ab[0] - ac[0], ab[1] - ac[1], ab[2] - ac[2])});
+  const double twice_area =
+      std::sqrt(squared(ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2], ab[0] * ac[1] - ab[1] * ac[0]));
+  return twice_area < longest / 4;
+}
 
 std::size_t index_of(const EnvelopeGrid& grid, std::size_t x, std::size_t y, std::size_t z) {
   return x + grid.cells[0] * (y + std::size_t{grid.cells[1]} * z);
@@ -116,16 +148,25 @@ EnvelopeBuilder::EnvelopeBuilder(const std::array<float, 3>& min, const std::arr
   if (!(margin > 0 && volume > 0 && std::isfinite(volume)))
     throw Error(Status::bad_config, "the envelope margin must be positive and the positions finite; the margin is " +
                                         std::to_string(margin));
-  surface_.edge = static_cast<float>(std::max(margin / margin_per_edge, std::cbrt(volume / most_cells)));
+  double edge = std::max(margin / margin_per_edge, std::cbrt(volume / most_cells));
+  while (lay_out(min, max, margin, edge) > most_excess * most_cells) edge *= coarser;
+  surface_.bits.assign(words(surface_.count()), 0);
+}
+
+double EnvelopeBuilder::lay_out(const std::array<float, 3>& min, const std::array<float, 3>& max, double margin,
+                                double wanted_edge) {
+  surface_.edge = static_cast<float>(wanted_edge);
   const double edge = double{surface_.edge};
   margin_cells_ = margin / edge + rounding_slack;
+  double count = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double room = (margin_cells_ + rounding_slack) * edge;
     surface_.corner[axis] = static_cast<float>(double{min[axis]} - room);
-    const double cells = std::ceil((double{max[axis]} + room - double{surface_.corner[axis]}) / edge);
-    surface_.cells[axis] = static_cast<std::uint32_t>(std::max(cells, 1.0));
+    const double cells = std::max(std::ceil((double{max[axis]} + room - double{surface_.corner[axis]}) / edge), 1.0);
+    count *= cells;
+    surface_.cells[axis] = static_cast<std::uint32_t>(std::min(cells, most_excess * most_cells));
   }
-  surface_.bits.assign(words(surface_.count()), 0);
+  return count;
 }
 
 void EnvelopeBuilder::add(std::span<const float> positions, std::span<const Quad> elements) {
@@ -146,7 +187,7 @@ void EnvelopeBuilder::add(std::span<const std::uint64_t> bits) {
     std::atomic_ref<std::uint64_t>(surface_.bits[i]).fetch_or(bits[i], std::memory_order_relaxed);
 }
 
-// Halves the triangle until it fits into a block; there it marks the bounding boxes of pieces no larger than a cell.
+// Quarters the triangle until it fits into a block; there it marks the bounding boxes of pieces no larger than a cell.
 void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corner& c) {
   Corner low{}, ab{}, bc{}, ca{};
   double largest = 0;
@@ -158,6 +199,7 @@ void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corne
     ca[axis] = (c[axis] + a[axis]) / 2;
   }
   if (largest > 2) {
+    if (is_thin(a, b, c)) return add_polygon({a, b, c});
     add_triangle(a, ab, ca);
     add_triangle(ab, b, bc);
     add_triangle(ca, bc, c);
@@ -169,6 +211,31 @@ void EnvelopeBuilder::add_triangle(const Corner& a, const Corner& b, const Corne
   const CellBlock::Planes at_ab = block.planes(ab), at_bc = block.planes(bc), at_ca = block.planes(ca);
   mark(block, CellBlock::box(at_a, at_ab, at_ca) | CellBlock::box(at_ab, at_b, at_bc) |
                   CellBlock::box(at_ca, at_bc, at_c) | CellBlock::box(at_ab, at_bc, at_ca));
+}
+
+// Halves the polygon along its longest axis: the number of pieces follows its area and its length.
+void EnvelopeBuilder::add_polygon(const std::vector<Corner>& polygon) {
+  Corner low = polygon.front(), high = low;
+  for (const Corner& corner : polygon)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], corner[axis]);
+      high[axis] = std::max(high[axis], corner[axis]);
+    }
+  std::size_t longest = 0;
+  for (std::size_t axis = 1; axis < 3; ++axis)
+    if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
+  if (high[longest] - low[longest] > 1) {
+    const double middle = (low[longest] + high[longest]) / 2;
+    add_polygon(clipped(polygon, longest, middle, -1));
+    return add_polygon(clipped(polygon, longest, middle, 1));
+  }
+  const CellBlock block(low);
+  CellBlock::Planes all{0, 0, 0};
+  for (const Corner& corner : polygon) {
+    const CellBlock::Planes at = block.planes(corner);
+    all = {all.x | at.x, all.y | at.y, all.z | at.z};
+  }
+  mark(block, CellBlock::box(all, all, all));
 }
 
 // Four cells along x at a time. Most of them are marked already.

@@ -38,9 +38,12 @@ class EnvelopeBuilder {
 
  private:
   using Corner = std::array<double, 3>;  // in cells
+  /// Sets the grid's cells; returns their number, also when it is too large to be stored.
+  double lay_out(const std::array<float, 3>& min, const std::array<float, 3>& max, double margin, double wanted_edge);
   void add_triangle(const Corner& a, const Corner& b, const Corner& c);
+  void add_polygon(const std::vector<Corner>& polygon);
   void mark(const CellBlock& block, std::uint64_t cells);
   EnvelopeGrid surface_;
-  double margin_cells_;
+  double margin_cells_ = 0;
 };
 }  // namespace lbea::bake

@@ -165,6 +165,28 @@ TEST_CASE("a large slanting element does not fill its box") {
     }
 }
 
+TEST_CASE("the cells of flat and very long boxes are few, and their elements cost little") {
+  const std::array<float, 3> min{0, 0, 0};
+  for (const auto& [max, margin] : {std::pair{std::array<float, 3>{100, 100, 0}, 1e-6},
+                                    {std::array<float, 3>{1e6f, 100, 50}, 25.},
+                                    {std::array<float, 3>{1e12f, 0, 0}, 25.},
+                                    {std::array<float, 3>{1e30f, 100, 50}, 25.}}) {
+    CAPTURE(max[0]);
+    EnvelopeBuilder builder(min, max, margin);
+    CHECK(builder.layout().count() < 2 * (1 << 17));
+    std::vector<float> slivers;
+    std::vector<Quad> elements;
+    for (std::uint32_t i = 0; i < 7; ++i) {
+      const float y = max[1] * static_cast<float>(i) / 7, z = max[2] * static_cast<float>(i) / 7;
+      slivers.insert(slivers.end(), {0, y, z, max[0], y, z, max[0] / 2, y, z});
+      elements.push_back({3 * i, 3 * i + 1, 3 * i + 2, 3 * i + 2});
+    }
+    builder.add(slivers, elements);  // splitting by four took the square of the length in cells: hours
+    const EnvelopeGrid grid = builder.finish();
+    for (const float share : {0.f, 0.3f, 0.999f}) CHECK(grid.contains({share * max[0], 0, 0}));
+  }
+}
+
 TEST_CASE("an invalid margin is refused") {
   const std::array<float, 3> min{0, 0, 0}, max{1, 1, 1}, nowhere{INFINITY, 1, 1};
   CHECK_THROWS_WITH_AS(EnvelopeBuilder(min, max, 0), doctest::Contains("margin must be positive"), Error);
