@@ -12,6 +12,7 @@
 #include "tests/support/test_data.hpp"
 
 using lbea::test::D3plot;
+using lbea::test::D3plotState;
 using lbea::test::sample_d3plot;
 namespace fs = std::filesystem;
 
@@ -126,6 +127,27 @@ TEST_CASE("a family without one of its files, or with an empty one, lost states 
   fs::remove(folder / "d3plot04");
   fs::remove(folder / "d3plot05");
   CHECK(lbea::io::open_simulation(first)->states() == 2);
+}
+
+TEST_CASE("states of a cut or damaged first file were left out without a word") {
+  const D3plot whole = small(4);
+  const Bytes first = d3plot_files(whole).front();
+  D3plot later = small(4);
+  later.states_per_file = 1;
+  for (D3plotState& state : later.states) state.time += 10;
+  const lbea::test::TemporaryFolder folder;
+  const fs::path file = write_d3plot(later, folder.path());  // geometry, then a state per file
+  REQUIRE(states_of(file) == 3);
+  write(file, first);
+  REQUIRE(states_of(file) == 6);
+  std::size_t refused = 0;
+  for (std::size_t length = first.size(); length > first.size() / 2; length -= 16) {
+    fs::resize_file(file, length);
+    const lbea::Error error = lbea::test::error_of([&] { static_cast<void>(lbea::io::open_simulation(file)); });
+    refused +=
+        lbea::test::mentions(error, "in the middle of a state") && lbea::test::mentions(error, "later files follow");
+  }
+  CHECK(refused > 10);
 }
 
 TEST_CASE("the hole of a sparse file of 5 TB was read zero by zero, for minutes") {

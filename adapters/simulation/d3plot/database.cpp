@@ -150,6 +150,19 @@ void refuse_gaps(const std::vector<fs::path>& family) {
   }
 }
 
+/// The title blocks that may follow the geometry begin with their type; as a time it would be below 1e-39.
+bool begins_titles(const WordFile& file, std::uint64_t word) {
+  constexpr std::array types{90000, 90001, 90002, 90100};
+  return word < file.words() && std::ranges::find(types, file.integers(word, 1, "a title block")[0]) != types.end();
+}
+
+/// Whether other data than states follow the geometry of a first file. Less than one state cannot be told from them.
+bool is_other_data(const WordFile& file, const Walk& found, std::uint64_t word) {
+  if (found.end == End::marked || found.end == End::plain) return false;
+  const std::size_t doubtful = found.end == End::overrun ? 1 : 0;  // the state that contains the end marker
+  return found.states.size() <= doubtful || begins_titles(file, word);
+}
+
 /// Finds the complete states, each of `state_words`. A state never spans files; a file ends with an end marker, with
 /// its last byte, or with zeros. In the first file states may follow the geometry at `first_word`.
 std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::uint64_t word_bytes,
@@ -159,8 +172,7 @@ std::vector<StatePlace> index_states(const std::vector<fs::path>& family, std::u
     const WordFile file(family[f], word_bytes);
     Walk found = walk(file, f, f == 0 ? first_word : 0, state_words, states.empty() ? nullptr : &states.back());
     const bool is_last = f + 1 == family.size();
-    // The first file of a family may have other data after its geometry.
-    if (f == 0 && !is_last && found.end != End::marked && found.end != End::plain) continue;
+    if (f == 0 && !is_last && is_other_data(file, found, first_word)) continue;
     refuse_unfit(file, found, is_last, state_words);
     if (f > 0 && !is_last && found.states.empty())
       file.refuse(Status::bad_input, 0, "the file holds no state, but later files follow; copy it again");
