@@ -22,6 +22,7 @@ struct SimulationMesh {
   /// How many of the last elements are pairs of faces by which two solids touch. A face of a pair belongs to the
   /// surface when the solid of the other one has eroded.
   std::size_t touching = 0;
+  bool has_solver_ids = true;  // false: the file has no node ids, they count its nodes
 
   [[nodiscard]] std::size_t nodes() const noexcept { return node_ids.size(); }
 };

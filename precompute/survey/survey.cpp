@@ -1,8 +1,9 @@
 #include "precompute/survey/survey.hpp"
 
+#include "precompute/survey/run_checks.hpp"
 #include "runtime/src/model/checksum.hpp"
+#include "runtime/src/model/model_format.hpp"
 
-#include <cstdio>
 #include <fstream>
 #include <numeric>
 #include <unordered_map>
@@ -23,13 +24,19 @@ void widen(Extent& extent, const Extent& by) {
 struct Movement {
   std::vector<std::uint8_t> alive;
   std::vector<Extent> extents;
+  std::vector<std::uint8_t> has_values;  // per field: some value is a number
 };
 
+bool has_number(const std::vector<float>& values) {
+  return std::ranges::any_of(values, [](float value) { return std::isfinite(value); });
+}
+
 Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t>& steps, const std::string& run,
-                       Stage& stage) {
+                       const std::string& unit, Stage& stage) {
   const SimulationMesh& mesh = reader.mesh();
-  Movement movement{std::vector<std::uint8_t>(mesh.elements.size(), 1),
-                    std::vector<Extent>(mesh.nodes(), empty_extent)};
+  Movement movement{std::vector<std::uint8_t>(mesh.elements.size(), 1), std::vector<Extent>(mesh.nodes(), empty_extent),
+                    std::vector<std::uint8_t>(reader.fields().size(), 0)};
+  NodeDistances distances;
   SimulationState state;
   for (const std::uint32_t step : steps) {
     stage.check();
@@ -40,7 +47,11 @@ Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t
       const float* p = &state.positions[3 * i];
       widen(movement.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
     }
+    for (std::size_t f = 0; f < state.fields.size(); ++f)
+      movement.has_values[f] = movement.has_values[f] || has_number(state.fields[f]);
+    distances.add(step, state.positions);
   }
+  distances.refuse_far(reader, movement.alive, run, unit);
   return movement;
 }
 
@@ -59,9 +70,9 @@ std::vector<double> step_times(std::vector<double> times, const std::vector<std:
                                const std::string& run) {
   for (std::size_t i = 0; i < times.size(); ++i) {
     times[i] *= factor;
-    if (!std::isfinite(times[i]))
-      throw Error(Status::bad_input,
-                  "run " + run + ": the time of state " + std::to_string(steps[i]) + " is not finite");
+    if (!format::is_measured(times[i]))
+      throw Error(Status::bad_input, "run " + run + ": the time of state " + std::to_string(steps[i]) +
+                                         " is not finite or beyond 1e12 s; correct it or leave the state out");
   }
   return times;
 }
@@ -88,22 +99,6 @@ std::vector<InputFile> hashed_files(const SimulationReader& reader) {
   std::vector<InputFile> files;
   for (const std::filesystem::path& path : reader.files()) files.push_back(hash_file(path));
   return files;
-}
-
-std::string in_seconds(double time_s) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g s", time_s);
-  return text.data();
-}
-
-/// A crash takes milliseconds: other times are mostly in another unit than time_unit says.
-std::optional<std::string> unlikely_times(const Survey& survey) {
-  constexpr double shortest_s = 1e-4, longest_s = 5;
-  double longest = 0;
-  for (const RunSurvey& run : survey.runs)
-    if (!run.times_s.empty()) longest = std::max(longest, run.times_s.back() - run.times_s.front());
-  if (longest <= 0 || (longest >= shortest_s && longest <= longest_s)) return std::nullopt;
-  return "the longest run takes " + in_seconds(longest) + "; is time_unit right?";
 }
 
 std::string listed(const std::vector<SimulationField>& fields) {
@@ -145,30 +140,12 @@ void check_state(const SimulationReader& reader, const SimulationState& state, c
       std::ranges::all_of(state.fields, [&](const auto& field) { return field.size() == mesh.elements.size(); });
   if (!fits)
     throw Error(Status::bad_input, where + ": the state does not fit the mesh; is the file still being written?");
-  const auto bad = std::ranges::find_if(state.positions, [](float x) { return !std::isfinite(x); });
+  // A model with larger positions would be written, but could not be opened.
+  const auto bad = std::ranges::find_if_not(state.positions, format::is_measured<float>);
   if (bad == state.positions.end()) return;
   const auto node = static_cast<std::size_t>(bad - state.positions.begin()) / 3;
   throw Error(Status::bad_input, where + ": the position of node " + std::to_string(mesh.node_ids[node]) +
-                                     " is not finite; leave this state out");
-}
-
-std::optional<std::string> irregular_times(const RunSurvey& survey, const std::string& run) {
-  constexpr double slack = 0.1;  // share of the usual interval; solvers write a state after a whole time step
-  const std::vector<std::uint32_t>& steps = survey.steps;
-  std::vector<double> intervals;  // per stored state
-  for (std::size_t i = 1; i < steps.size(); ++i)
-    intervals.push_back((survey.times_s[i] - survey.times_s[i - 1]) / (steps[i] - steps[i - 1]));
-  if (intervals.size() < 3) return std::nullopt;
-  std::vector<double> sorted = intervals;
-  std::ranges::sort(sorted);
-  const double usual = sorted[sorted.size() / 2];
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    const bool is_end = i + 1 == intervals.size() && intervals[i] < usual;
-    if (is_end || std::abs(intervals[i] - usual) <= slack * usual) continue;
-    return "run " + run + ": state " + std::to_string(steps[i + 1]) + " comes " + in_seconds(intervals[i]) +
-           " after the one before it, most others " + in_seconds(usual) + "; is a state missing?";
-  }
-  return std::nullopt;
+                                     " is not finite or beyond 1e12; leave this state out");
 }
 
 std::size_t Survey::samples() const noexcept {
@@ -205,17 +182,20 @@ RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const En
   (void)step_times(history.times, history.steps, description.time_factor, run.name);
   history.fields = reader.fields();
   (void)find_fields(chosen_fields(description.fields, reference.fields(), run.name), history.fields, run.name);
-  const Movement movement = read_movement(reader, history.steps, run.name, stage);
+  const Movement movement = read_movement(reader, history.steps, run.name, description.length_unit, stage);
   history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run.name);
   history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
   history.files = run.files.empty() ? hashed_files(reader) : run.files;
   history.remark = reader.remark();
+  history.misfit = misfit(reference.mesh(), reader.mesh(), run.name, description.length_unit);
+  history.has_values = movement.has_values;
   return history;
 }
 
 SurveyCollection::SurveyCollection(const SimulationReader& reference, const EnsembleDescription& description,
                                    const std::string& run)
     : time_factor_(description.time_factor),
+      steps_(description.steps),
       mesh_(reference.mesh(), run),
       extents_(reference.mesh().nodes(), empty_extent) {
   survey_.fields = chosen_fields(description.fields, reference.fields(), run);
@@ -232,7 +212,12 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
     throw Error(Status::bad_input, "run " + run + " was surveyed with another reference; delete the survey");
   mesh_.keep(history.common, run);
   for (std::size_t i = 0; i < extents_.size(); ++i) widen(extents_[i], history.extents[i]);
-  if (!history.remark.empty()) survey_.warnings.push_back("run " + run + ": " + history.remark);
+  for (const std::string& text : {history.remark, history.misfit})
+    if (!text.empty()) survey_.warnings.push_back("run " + run + ": " + text);
+  for (const std::uint32_t field : survey.fields)
+    if (history.has_values.at(field) == 0)
+      survey_.warnings.push_back("run " + run + ": field '" + history.fields[field].name +
+                                 "' has no number in any element of any used state; is it exported?");
   if (auto warning = irregular_times(survey, run)) survey_.warnings.push_back(std::move(*warning));
   std::vector<std::uint64_t> hashes;
   for (const InputFile& file : survey.files) hashes.push_back(file.hash);
@@ -241,13 +226,15 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
     survey_.warnings.push_back("runs " + other->second + " and " + run +
                                " have the same content: they share the probability of one simulation; is one a copy?");
   survey_.runs.push_back(std::move(survey));
+  names_.push_back(run);
 }
 
 Survey SurveyCollection::finish() const {
   Survey survey = survey_;
   survey.mesh = mesh_.finish();
   survey.losses = mesh_.losses();
-  if (auto warning = unlikely_times(survey)) survey.warnings.push_back(std::move(*warning));
+  for (auto& warning : {unlikely_times(survey), short_runs(survey, names_), missing_last(survey, names_, steps_)})
+    if (warning) survey.warnings.push_back(*warning);
   const auto box = box_of(extents_, reference_places(survey));
   survey.min = box[0];
   survey.max = box[1];

@@ -36,11 +36,8 @@ struct Survey {
 [[nodiscard]] std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
                                                     const std::string& run);
 
-/// Why the times of a run look wrong: a state comes much later or earlier after the one before it than usual, as when a
-/// file is missing. Nothing when they are regular; a shorter last interval is.
-[[nodiscard]] std::optional<std::string> irregular_times(const RunSurvey& survey, const std::string& run);
-
-/// Throws Error{bad_input} when the state does not fit the reader's mesh and fields or a position is not finite.
+/// Throws Error{bad_input} when the state does not fit the reader's mesh and fields or a position is not finite or too
+/// large for a model.
 void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
                  std::uint32_t step);
 
@@ -52,9 +49,11 @@ struct RunHistory {
   std::vector<double> times;            // per step, in the run's unit
   std::vector<SimulationField> fields;  // all of the run
   std::vector<InputFile> files;
-  std::string remark;            // of the reader
-  std::vector<Presence> common;  // per element, in all its steps
-  std::vector<Extent> extents;   // per node: box of its positions in those steps; min > max when the run lacks it
+  std::string remark;                    // of the reader
+  std::string misfit;                    // see misfit() in run_checks.hpp
+  std::vector<std::uint8_t> has_values;  // per field: some value in those steps is a number
+  std::vector<Presence> common;          // per element, in all its steps
+  std::vector<Extent> extents;  // per node: box of its positions in those steps; min > max when the run lacks it
 };
 
 /// Reads each used state once, one in memory at a time. Throws Error{bad_input | bad_config} naming the run, and
@@ -71,16 +70,21 @@ class SurveyCollection {
   /// Throws Error{bad_input | bad_config} naming the run; the run is not added then.
   void add(RunHistory history, const std::string& run);
   /// Adds a run that is left out: no samples.
-  void add_nothing() { survey_.runs.emplace_back(); }
+  void add_nothing() {
+    survey_.runs.emplace_back();
+    names_.emplace_back();
+  }
   /// Throws Error{bad_input} when nothing is common.
   [[nodiscard]] Survey finish() const;
 
  private:
   double time_factor_;
+  StepSelection steps_;
   CommonMeshBuilder mesh_;
   std::vector<Extent> extents_;  // of the reference run's nodes
   std::map<std::vector<std::uint64_t>, std::string> run_of_hashes_;
   Survey survey_;
+  std::vector<std::string> names_;  // of its runs
 };
 
 /// Node of the common mesh -> node of the reference run's.

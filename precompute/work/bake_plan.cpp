@@ -5,7 +5,7 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 3;
+constexpr std::uint32_t work_version = 4;
 constexpr WorkName plan_name{WorkKind::plan, 3};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
@@ -13,7 +13,9 @@ constexpr WorkName plan_name{WorkKind::plan, 3};  // the number: to be raised wi
 static void members(auto& a, SimulationField& f) { a(f.name, f.unit, f.source); }
 static void members(auto& a, InputFile& f) { a(f.name, f.size, f.hash); }
 static void members(auto& a, RunSurvey& s) { a(s.steps, s.times_s, s.fields, s.files); }
-static void members(auto& a, RunHistory& h) { a(h.steps, h.times, h.fields, h.files, h.remark, h.common, h.extents); }
+static void members(auto& a, RunHistory& h) {
+  a(h.steps, h.times, h.fields, h.files, h.remark, h.misfit, h.has_values, h.common, h.extents);
+}
 static void members(auto& a, CommonMesh& m) { a(m.node_ids, m.elements, m.element_ids, m.element_parts); }
 static void members(auto& a, MeshLosses& l) {
   a(l.elements, l.nodes, l.eroded, l.missing, l.nodes_left_out, l.exposed, l.runs);
@@ -47,7 +49,9 @@ static void members(auto& a, ReferenceBasis& b) {
   b.degenerate_triangles = degenerate;
 }
 static void members(auto& a, ObservedRegion& r) { a(r.nodes, r.elements); }
-static void members(auto& a, SimulationMesh& m) { a(m.node_ids, m.elements, m.element_ids, m.element_parts); }
+static void members(auto& a, SimulationMesh& m) {
+  a(m.positions, m.node_ids, m.elements, m.element_ids, m.element_parts, m.has_solver_ids);
+}
 
 namespace {
 template <class T>

@@ -77,6 +77,46 @@ TEST_CASE("errors about damaged states name run, state and node") {
   }
 }
 
+TEST_CASE("a node that shoots away is named with its place, also beyond what a model may hold") {
+  for (const auto& [x, words] : {std::pair{1e6f, "run plate_1, state 4: node 1018 is at (1e+06, 0, "},
+                                 {1e13f, "run plate_1, state 4: the position of node 1018 is not finite or beyond"},
+                                 {1e30f, "run plate_1, state 4: the position of node 1018 is not finite or beyond"}}) {
+    Ensemble ensemble = bent_plates();
+    replace_state(ensemble.runs[1], 4, [x = x](SimulationState& state) {
+      state.positions[3 * 17] = x;
+      state.positions[3 * 17 + 1] = 0;
+    });
+    check_refused(ensemble, bent_plates_description(), Status::bad_input, words);
+  }
+}
+
+TEST_CASE("far nodes of eroded elements do not matter") {
+  Ensemble ensemble = bent_plates();
+  replace_state(ensemble.runs[1], 4, [](SimulationState& state) {
+    state.positions[0] = 1e6f;  // the corner of the plate
+    state.alive[0] = 0;
+  });
+  const TemporaryFolder folder;
+  CHECK_NOTHROW(bake_model(ensemble, bent_plates_description(), folder / "m.lbea"));
+}
+
+TEST_CASE("a field without any number is reported") {
+  Ensemble ensemble = bent_plates();
+  ensemble.runs[1].open = [] {
+    SyntheticSimulation plate = bending_plate(0.8, 6);
+    std::vector<SimulationState> states(6);
+    for (std::uint32_t i = 0; i < 6; ++i) {
+      plate.read(i, states[i]);
+      std::ranges::fill(states[i].fields[0], NAN);
+    }
+    return std::make_unique<SyntheticSimulation>(plate.mesh(), states, plate.fields());
+  };
+  const TemporaryFolder folder;
+  const BakeSummary summary = bake_model(ensemble, bent_plates_description(), folder / "m.lbea");
+  REQUIRE(summary.warnings.size() == 1);
+  CHECK(contains(summary.warnings[0], "run plate_1: field 'plastic_strain' has no number"));
+}
+
 TEST_CASE("the error about a collapsed reference mesh names the node") {
   Ensemble ensemble = bent_plates();
   replace_state(ensemble.runs[0], 5, [](SimulationState& state) { std::ranges::fill(state.positions, 1.0f); });

@@ -1,4 +1,6 @@
-#include "precompute/survey/survey.hpp"
+#include "precompute/survey/run_checks.hpp"
+
+#include "tests/support/synthetic_simulation.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -38,4 +40,61 @@ TEST_CASE("a missing state shifted the later ones without a word: unequal interv
   CHECK(warning({0, 4, 6, 8}, {0, 4e-3, 6e-3, 8e-3}).empty());                // chosen states
   CHECK(warning({0, 1, 2, 3, 4}, {0, 1e-3, 3e-3, 4e-3, 5e-3}) ==
         "run a: state 2 comes 0.002 s after the one before it, most others 0.001 s; is a state missing?");
+}
+
+TEST_CASE("a run in another place, unit or numbering than the reference run is named") {
+  const SimulationMesh reference = test::plate_mesh();  // 190 x 90
+  const auto doubt = [&](double scale, float shift) {
+    SimulationMesh mesh = reference;
+    for (float& x : mesh.positions) x = static_cast<float>(scale) * x + shift;
+    return misfit(reference, mesh, "a", "mm");
+  };
+  const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  CHECK(doubt(1, 0).empty());
+  CHECK(doubt(1.05, 5).empty());  // a variant, started elsewhere
+  CHECK(has(doubt(1, 700), "half of its nodes lie more than 1212 mm"));
+  CHECK(has(doubt(1, 700), "whose mesh measures 210.2 mm; is it in another coordinate system"));
+  CHECK(has(doubt(1000, 0), "is the run in mm and the reference run in m?"));
+  CHECK(has(doubt(0.001, 0), "is the run in m and the reference run in mm?"));
+  CHECK(has(doubt(1 / 25.4, 0), "is the run in inches and the reference run in mm?"));
+}
+
+TEST_CASE("meshes of different sizes without ids are refused unless they lie at the same place") {
+  SimulationMesh reference = test::plate_mesh({20, 10, 190, 90}), finer = test::plate_mesh({25, 12, 190, 90}),
+                 longer = reference;
+  CHECK_FALSE(misfit(reference, finer, "a", "mm").empty());  // the numbers are the files' own: a doubt
+  finer.has_solver_ids = false;
+  CHECK_THROWS_WITH_AS(static_cast<void>(misfit(reference, finer, "a", "mm")),
+                       doctest::Contains("run a: its mesh of 300 nodes is not that of the reference run (200 nodes)"),
+                       Error);
+  longer.has_solver_ids = false;
+  longer.node_ids.push_back(9999);
+  longer.positions.insert(longer.positions.end(), {0, 0, 50});
+  CHECK(misfit(reference, longer, "a", "mm").empty());
+}
+
+TEST_CASE("runs that are shorter than most are listed in one line") {
+  Survey survey;
+  const std::vector<std::string> names{"a", "b", "c", "d"};
+  const auto add = [&](std::uint32_t states, double interval) {
+    RunSurvey run;
+    for (std::uint32_t i = 0; i < states; ++i) {
+      run.steps.push_back(i);
+      run.times_s.push_back(interval * i);
+    }
+    survey.runs.push_back(run);
+  };
+  add(20, 1e-3);
+  add(20, 1e-3);
+  add(19, 1e-3);
+  CHECK_FALSE(short_runs(survey, names));
+  CHECK_FALSE(missing_last(survey, names, {}));
+  CHECK_FALSE(missing_last(survey, names, {0, 18, 1, {}}));
+  CHECK(missing_last(survey, names, {0, 19, 1, {}}) ==
+        "the steps go up to state 19, but these runs end before it: c (18)");
+  CHECK_FALSE(missing_last(survey, names, {0, 19, 2, {}}));
+  add(2, 1e-3);
+  CHECK(short_runs(survey, names) ==
+        "fewer states or an earlier end than most runs (20 states up to 0.019 s): d (2 states up to 0.001 s); are they "
+        "complete?");
 }

@@ -49,6 +49,7 @@ class Reader final : public bake::SimulationReader {
     const Geometry& geometry = database_.geometry;
     add_elements(shell_faces(geometry.shells.nodes), geometry.shells.ids, geometry.shells.parts);
     shell_elements_ = mesh_.elements.size();
+    mesh_.has_solver_ids = database_.header.numbering_words > 0;
     const SolidFaces solids = solid_faces(geometry.solids.nodes);
     add_elements(solids.outer, geometry.solids.ids, geometry.solids.parts);
     if (mesh_.elements.empty())
