@@ -28,11 +28,14 @@ using Reader = std::unique_ptr<bake::SimulationReader>;
 constexpr std::size_t start_bytes = 8192;
 constexpr std::string_view collection_name = "ParaView collection";
 
+/// What a run was opened by.
+enum class Given { file, single_file, folder };
+
 struct SimulationFormat {
   std::string_view name;
   const char* text;  // for --list-formats: which files, which states
   bool (*is_format)(const fs::path& file, std::string_view start);
-  Reader (*open)(const fs::path& file, bool is_alone);
+  Reader (*open)(const fs::path& file, Given given);
 };
 
 bool is_d3plot(const fs::path& file, std::string_view) {
@@ -49,17 +52,31 @@ grid::Grid read_grid(const fs::path& file) {
   return parse(as_text(read_file(file)), file.string());
 }
 
+/// The files of the run: the numbered series of `file`, or `file` alone when it holds a whole run.
+template <grid::ParseGrid* parse>
+std::vector<fs::path> members_of(const fs::path& file, Given given) {
+  if (given == Given::single_file) return {file};
+  std::vector<fs::path> series = find_series(file);
+  // Names of arrays are plain text in every encoding: most files need not be parsed for this.
+  if (series.size() == 1 || as_text(read_file(file)).find(grid::displacement_array) == std::string_view::npos ||
+      !grid::holds_run(read_grid<parse>(file)))
+    return series;
+  if (given == Given::folder)
+    throw Error{Status::bad_input, file.string() + " holds a whole run (point arrays displacement_t<time>), as may " +
+                                       series.back().filename().string() + " beside it; give one of these files"};
+  return {file};
+}
+
 template <grid::ParseGrid* parse, grid::ReadGrid read_time = nullptr>
-Reader open_series(const fs::path& file, bool is_alone) {
+Reader open_series(const fs::path& file, Given given) {
   std::vector<grid::GridState> states;
-  for (const fs::path& member : is_alone ? std::vector{file} : find_series(file))
-    states.push_back({member, std::nullopt});
+  for (const fs::path& member : members_of<parse>(file, given)) states.push_back({member, std::nullopt});
   return std::make_unique<grid::GridReader>(std::move(states), read_grid<parse>, read_time);
 }
 
-Reader open_family(const fs::path& file, bool) { return open_d3plot(file); }
+Reader open_family(const fs::path& file, Given) { return open_d3plot(file); }
 
-Reader open_collection(const fs::path& file, bool) {
+Reader open_collection(const fs::path& file, Given) {
   return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), read_grid<grid::parse_vtk_xml>, nullptr);
 }
 
@@ -126,7 +143,8 @@ fs::path first_file(const fs::path& path) {
 
 Reader open_simulation(const fs::path& path, bool is_alone) {
   const fs::path file = first_file(path);
-  if (const SimulationFormat* format = format_of(file)) return format->open(file, is_alone && file == path);
+  const Given given = file != path ? Given::folder : is_alone ? Given::single_file : Given::file;
+  if (const SimulationFormat* format = format_of(file)) return format->open(file, given);
   throw Error{Status::unsupported_input, file.string() + ", byte 0: the file has none of the supported formats (" +
                                              simulation_format_names() +
                                              "), or it is compressed; give the first file of such a run"};

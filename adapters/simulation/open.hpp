@@ -9,7 +9,8 @@ namespace lbea::io {
 /// Opens the run at `path`: the first file of a run, or a folder that holds a file named d3plot or one run of another
 /// format. The format is recognized by content, not by name. Files whose names differ in the number before the
 /// extension are states of one run: they share one mesh, as do all states. Their times are the files' own, in their
-/// unit, else the number of the state. is_alone: the file is a run of its own, also when its name has a number.
+/// unit, else the number of the state; a gap in the numbers is refused then. A file with point arrays
+/// displacement_t<time> is a run of its own. is_alone: so is any file, also when its name has a number.
 /// Throws Error{file_not_found | bad_input | unsupported_input} with a sentence that names file, byte and what to do.
 std::unique_ptr<bake::SimulationReader> open_simulation(const std::filesystem::path& path, bool is_alone = false);
 
@@ -42,7 +43,11 @@ std::unique_ptr<bake::SimulationReader> open_d3plot(const std::filesystem::path&
 /// alone when it has no number. Throws Error{file_not_found} when it does not exist.
 [[nodiscard]] std::vector<std::filesystem::path> find_series(const std::filesystem::path& file);
 
-/// The same for all files of a series, another one for every other series; empty for other files and for folders.
+/// Throws Error{bad_input} that names a missing number when the numbers of a series have a gap: files that are counted
+/// would get the times of others. Any regular step is accepted, also a shorter last one, as are irregular numbers.
+void refuse_gap(const std::vector<std::filesystem::path>& series);
+
+/// A name for all files of a series, another one for every other series; empty for other files and for folders.
 [[nodiscard]] std::string series_name(const std::filesystem::path& file);
 
 /// The first file of every series in a folder, sorted by name.

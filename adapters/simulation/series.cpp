@@ -1,5 +1,6 @@
 #include "adapters/simulation/open.hpp"
 
+#include "adapters/files/text_line.hpp"
 #include "precompute/work/stale_files.hpp"
 
 #include <lbea/lbea.hpp>
@@ -30,6 +31,16 @@ NumberedName split(const fs::path& file) {
   return {stem.substr(0, digits), stem.substr(digits), file.extension().string()};
 }
 
+/// The numbers of the files; nothing when one is too long to count with.
+std::optional<std::vector<std::uint64_t>> numbers_of(const std::vector<fs::path>& series) {
+  std::vector<std::uint64_t> numbers;
+  for (const fs::path& file : series) {
+    const std::string digits = split(file).digits;
+    if (digits.empty() || !text::parse_integer(digits, numbers.emplace_back())) return std::nullopt;
+  }
+  return numbers;
+}
+
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -53,6 +64,23 @@ std::vector<fs::path> find_series(const fs::path& file) {
   std::sort(series.begin(), series.end(),
             [](const fs::path& a, const fs::path& b) { return split(a).order() < split(b).order(); });
   return series;
+}
+
+void refuse_gap(const std::vector<fs::path>& series) {
+  const auto numbers = numbers_of(series);
+  if (!numbers || numbers->size() < 3) return;
+  std::vector<std::uint64_t> steps;
+  for (std::size_t i = 1; i < numbers->size(); ++i) steps.push_back((*numbers)[i] - (*numbers)[i - 1]);
+  const std::uint64_t usual = *std::min_element(steps.begin(), steps.end() - 1);
+  const bool is_regular =
+      usual > 0 && std::all_of(steps.begin(), steps.end() - 1, [&](std::uint64_t step) { return step % usual == 0; });
+  const auto gap = std::find_if(steps.begin(), steps.end(), [&](std::uint64_t step) { return step > usual; });
+  if (!is_regular || gap == steps.end()) return;  // numbers of solver cycles are irregular without a gap
+  const auto before = static_cast<std::size_t>(gap - steps.begin());
+  throw Error{Status::bad_input, series[before + 1].string() + " follows " + series[before].filename().string() +
+                                     ", number " + std::to_string((*numbers)[before] + usual) +
+                                     " is missing; the files have no times, so the later states would come too early: "
+                                     "add the missing files, export times, or move the later files elsewhere"};
 }
 
 std::string series_name(const fs::path& file) {

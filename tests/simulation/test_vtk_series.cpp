@@ -191,3 +191,84 @@ TEST_CASE("displacements in one file are a run") {
   CHECK(state.positions[2] == 0);
   CHECK(state.fields[0][0] == 0);
 }
+
+TEST_CASE("a numbered file with displacements is a run of its own, not a state of a series") {
+  const TemporaryFolder folder;
+  const auto text = [](const std::string& z) {
+    return grid_xml("0", values("displacement_t0.0", 3, "0 0 0 0 0 0 0 0 0") +
+                             values("displacement_t0.5", 3, "0 0 " + z + " 0 0 0 0 0 0"));
+  };
+  put(folder / "run_1.vtp", text("1"));
+  put(folder / "run_2.vtp", text("2"));
+  for (const int number : {1, 2}) {
+    const fs::path file = folder / ("run_" + std::to_string(number) + ".vtp");
+    const auto run = open_simulation(file);
+    REQUIRE(run->states() == 2);
+    CHECK(run->files() == std::vector<fs::path>{file});
+    SimulationState read;
+    run->read(1, read);
+    CHECK(read.positions[2] == static_cast<float>(number));
+  }
+  check_error(error_of([&] { static_cast<void>(open_simulation(folder.path())); }), Status::bad_input,
+              {"run_1.vtp holds a whole run", "run_2.vtp", "give one of these files"});
+}
+
+TEST_CASE("displacements beside points that do not move are reported") {
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& name, const std::string& z, const std::string& vector) {
+    put(folder / (name + "_0.vtp"), grid_xml("0", values(vector, 3, "0 0 0 0 0 0 0 0 0")));
+    put(folder / (name + "_1.vtp"), grid_xml(z, values(vector, 3, "0 0 7 0 0 0 0 0 0")));
+    const auto run = open_simulation(folder / (name + "_0.vtp"));
+    SimulationState read;
+    for (std::uint32_t state : {0u, 1u}) run->read(state, read);
+    return run->remark();
+  };
+  CHECK(contains(write("still", "0", "Displacement"), "the points do not move, and the vector 'Displacement' is not"));
+  CHECK(contains(write("still", "0", "U"), "'U' is not used; export deformed positions"));
+  CHECK(write("still", "0", "velocity").empty());
+  CHECK(write("moving", "7", "displacement").empty());
+}
+
+TEST_CASE("a missing number in a series without times shifted the later states") {
+  const TemporaryFolder folder;
+  const auto states = [&](const std::vector<int>& numbers) {
+    const fs::path place = folder / "series";
+    fs::remove_all(place);
+    for (const int number : numbers) put(place / ("s_" + std::to_string(number) + ".vtp"), grid_xml("0", ""));
+    return open_simulation(place)->states();
+  };
+  CHECK(states({0, 1, 2, 3}) == 4);
+  CHECK(states({0, 10, 20, 30, 33}) == 5);          // a shorter last step
+  CHECK(states({0, 1032, 2051, 3099, 4120}) == 5);  // cycles of a solver
+  CHECK(states({3, 7}) == 2);
+  check_error(error_of([&] {
+                states({0, 1, 2, 5, 6});
+              }),
+              Status::bad_input, {"s_5.vtp follows s_2.vtp, number 3 is missing"});
+  check_error(error_of([&] { states({0, 10, 20, 40}); }), Status::bad_input, {"number 30 is missing"});
+}
+
+TEST_CASE("states that lack the flags of eroded elements, or hold other flags than numbers, are refused") {
+  const TemporaryFolder folder;
+  const auto without = [](std::string text) {
+    const std::size_t from = text.find("SCALARS EROSION_STATUS");
+    return text.erase(from, text.find("SCALARS 2DELEM") - from);
+  };
+  const auto refusal = [&](const std::string& first, const std::string& second) {
+    put(folder / "A1.vtk", first);
+    put(folder / "A2.vtk", second);
+    return error_of([&] {
+      const auto run = open_simulation(folder / "A1.vtk");
+      SimulationState read;
+      run->read(1, read);
+    });
+  };
+  check_error(refusal(without(state("0", "0")), state("1", "0", "0")), Status::bad_input,
+              {"A2.vtk: has an array of eroded elements (EROSION_STATUS), not", "A1.vtk", "the same arrays"});
+  check_error(refusal(state("0", "0"), without(state("1", "0", "0"))), Status::bad_input,
+              {"A2.vtk: has no array", "EROSION_STATUS", "A1.vtk has"});
+  std::string nan = state("1", "0", "nan");
+  nan.replace(nan.find("EROSION_STATUS int"), 18, "EROSION_STATUS float");
+  check_error(refusal(state("0", "0"), nan), Status::bad_input,
+              {"A2.vtk: \"EROSION_STATUS\" of element 3 is not a number"});
+}

@@ -195,6 +195,7 @@ SourcedMesh mesh_of(const Grid& grid, const std::string& file) {
     sourced.mesh.touching = solids.touching.size();
   }
   number_nodes(sourced, grid, node_ids, file);
+  sourced.mesh.has_solver_ids = find_any(grid.point_arrays, node_id_names) != nullptr;
   return sourced;
 }
 
@@ -238,10 +239,19 @@ std::vector<float> field_values(const Grid& grid, const SourcedMesh& sourced, co
   return values;
 }
 
-std::vector<std::uint8_t> alive_elements(const Grid& grid, const SourcedMesh& sourced) {
+bool has_alive_flags(const Grid& grid) { return find_any(grid.cell_arrays, alive_names) != nullptr; }
+
+std::vector<std::uint8_t> alive_elements(const Grid& grid, const SourcedMesh& sourced, const std::string& file) {
   std::vector<std::uint8_t> alive(sourced.mesh.elements.size(), 1);
-  if (const Array* flags = find_any(grid.cell_arrays, alive_names))
-    for (std::size_t e = 0; e < alive.size(); ++e) alive[e] = flags->values[sourced.element_source[e]] != 0 ? 1 : 0;
+  const Array* const flags = find_any(grid.cell_arrays, alive_names);
+  for (std::size_t e = 0; flags != nullptr && e < alive.size(); ++e) {
+    const double flag = flags->values[sourced.element_source[e]];
+    if (std::isnan(flag))
+      throw Error{Status::bad_input, file + ": \"" + flags->name + "\" of element " +
+                                         std::to_string(sourced.mesh.element_ids[e]) +
+                                         " is not a number; export 0 for eroded elements, 1 for others"};
+    alive[e] = flag != 0 ? 1 : 0;
+  }
   return alive;
 }
 }  // namespace lbea::io::grid

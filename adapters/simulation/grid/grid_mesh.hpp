@@ -37,7 +37,12 @@ struct FieldSource {
 [[nodiscard]] std::vector<float> field_values(const Grid& grid, const SourcedMesh& mesh, const FieldSource& source,
                                               const std::string& suffix);
 
+/// Whether the grid tells which elements are eroded.
+[[nodiscard]] bool has_alive_flags(const Grid& grid);
+
 /// 0 for eroded elements: those whose EROSION_STATUS (OpenRadioss) or "alive" is 0. All 1 without such an array.
-[[nodiscard]] std::vector<std::uint8_t> alive_elements(const Grid& grid, const SourcedMesh& mesh);
+/// Throws Error{bad_input} when a flag is not a number.
+[[nodiscard]] std::vector<std::uint8_t> alive_elements(const Grid& grid, const SourcedMesh& mesh,
+                                                       const std::string& file);
 
 }  // namespace lbea::io::grid

@@ -1,5 +1,8 @@
 #include "adapters/simulation/grid/grid_reader.hpp"
 
+#include "adapters/files/text_line.hpp"
+#include "adapters/simulation/open.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -45,6 +48,14 @@ std::optional<double> displacement_time(const Array& array) {
   return is_whole ? std::optional(time) : std::nullopt;
 }
 
+/// The name of an array that looks like the displacements of the points; empty when there is none.
+std::string displacement_vector(const Grid& grid) {
+  constexpr std::array<std::string_view, 4> names{"displacement", "displacements", "disp", "u"};
+  for (const Array& array : grid.point_arrays)
+    if (array.components == 3 && std::ranges::find(names, text::lower(array.name)) != names.end()) return array.name;
+  return {};
+}
+
 /// Node and element ids in one list, for comparison between files.
 std::vector<double> all_ids(const Grid& grid) {
   std::vector<double> ids;
@@ -70,6 +81,11 @@ void require_finite(const std::vector<float>& positions, const std::vector<std::
 }
 }  // namespace
 
+bool holds_run(const Grid& grid) {
+  return std::ranges::any_of(grid.point_arrays,
+                             [](const Array& array) { return displacement_time(array).has_value(); });
+}
+
 GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time) : read_(read_grid) {
   for (const GridState& state : states) files_.push_back(state.file);
   grid_ = read_(files_.front());
@@ -82,6 +98,8 @@ GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGr
   cells_ = grid_.cells;
   points_ = grid_.points();
   ids_ = all_ids(grid_);
+  has_flags_ = has_alive_flags(grid_);
+  unused_vector_ = displacement_vector(grid_);
   if (files_.size() == 1) find_displacements(grid_);
   sourced_ = mesh_of(grid_, name);
   require_finite(sourced_.mesh.positions, sourced_.mesh.node_ids, files_.front());
@@ -98,6 +116,7 @@ void GridReader::find_displacements(const Grid& grid) {
 }
 
 void GridReader::find_times(const std::vector<GridState>& states, const Grid& first, ReadGrid read_time) {
+  if (!states.front().time && !first.time) refuse_gap(files_);
   for (std::size_t i = 0; i < states.size(); ++i) {
     auto time = states[i].time;
     if (!time) time = i == 0 ? first.time : read_time == nullptr ? std::nullopt : read_time(states[i].file).time;
@@ -134,6 +153,24 @@ void GridReader::check_same_mesh(const Grid& grid, const std::string& file) cons
                                          files_.front().string() + "; the triangles are not those of the same mesh"};
 }
 
+void GridReader::check_same_arrays(const Grid& grid, const std::string& file) const {
+  for (const FieldSource& source : sources_)
+    for (const auto& [arrays, array] :
+         {std::pair(&grid.cell_arrays, &source.flat_array), std::pair(&grid.cell_arrays, &source.solid_array),
+          std::pair(&grid.point_arrays, &source.point_array)})
+      if (const Array* found = array->empty() ? nullptr : find_array(*arrays, *array);
+          !array->empty() && (found == nullptr || found->components != 1))
+        throw Error{Status::bad_input, file + ": has no array \"" + *array + "\", but " + files_.front().string() +
+                                           " has; export all states with the same arrays"};
+  // Without flags all elements would be alive in this state.
+  if (has_alive_flags(grid) != has_flags_)
+    throw Error{Status::bad_input, file +
+                                       (has_flags_ ? ": has no array of eroded elements (EROSION_STATUS), but "
+                                                   : ": has an array of eroded elements (EROSION_STATUS), not ") +
+                                       files_.front().string() + (has_flags_ ? " has" : "") +
+                                       "; export all states with the same arrays"};
+}
+
 void GridReader::load(std::size_t file) {
   if (loaded_ == file) return;
   Grid grid = read_(files_[file]);
@@ -142,14 +179,7 @@ void GridReader::load(std::size_t file) {
   if (!welded_.empty() && grid.points() == welded_.size())
     for (std::uint32_t& point : grid.cells.points) point = welded_[point];
   check_same_mesh(grid, name);
-  for (const FieldSource& source : sources_)
-    for (const auto& [arrays, array] :
-         {std::pair(&grid.cell_arrays, &source.flat_array), std::pair(&grid.cell_arrays, &source.solid_array),
-          std::pair(&grid.point_arrays, &source.point_array)})
-      if (const Array* found = array->empty() ? nullptr : find_array(*arrays, *array);
-          !array->empty() && (found == nullptr || found->components != 1) && file != 0)
-        throw Error{Status::bad_input, name + ": has no array \"" + *array + "\", but " + files_.front().string() +
-                                           " has; export all states with the same arrays"};
+  if (file != 0) check_same_arrays(grid, name);
   grid_ = std::move(grid);
   loaded_ = file;
 }
@@ -166,13 +196,21 @@ void GridReader::copy_positions(const Place& place, std::vector<float>& into) co
     }
 }
 
+std::string GridReader::remark() const {
+  if (unused_vector_.empty() || !has_read_later_ || has_moved_) return {};
+  return "the points do not move, and the vector '" + unused_vector_ +
+         "' is not used; export deformed positions, or displacements as displacement_t<time> in one file";
+}
+
 void GridReader::read(std::uint32_t state, bake::SimulationState& into) {
   const Place& at = place(state);
   load(at.file);
   into.time_s = at.time;
   copy_positions(at, into.positions);
   require_finite(into.positions, sourced_.mesh.node_ids, files_[at.file]);
-  into.alive = alive_elements(grid_, sourced_);
+  into.alive = alive_elements(grid_, sourced_, files_[at.file].string());
+  has_read_later_ = has_read_later_ || at.file > 0;
+  has_moved_ = has_moved_ || into.positions != sourced_.mesh.positions;
   into.fields.resize(sources_.size());
   for (std::size_t f = 0; f < sources_.size(); ++f)
     into.fields[f] = field_values(grid_, sourced_, sources_[f], at.suffix);

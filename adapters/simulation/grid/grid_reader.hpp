@@ -9,11 +9,17 @@ struct GridState {
   std::optional<double> time;  // default: the file's own time, else the number of the state
 };
 
+inline constexpr std::string_view displacement_array = "displacement_t";
+
+/// Whether a file has the states of a run as point arrays displacement_t<time>.
+[[nodiscard]] bool holds_run(const Grid& grid);
+
 /// All files must have the same cells and ids; positions and values may differ. A single file with point arrays
 /// displacement_t<time> is a run with a state per array; the fields of a state are in arrays with the same ending.
 class GridReader final : public bake::SimulationReader {
  public:
   /// Reads the first file completely and, where `states` has no time, the time of each other file with `read_time`.
+  /// Without any times, a gap in the numbers of the files is refused.
   GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time);
 
   [[nodiscard]] const bake::SimulationMesh& mesh() const noexcept override { return sourced_.mesh; }
@@ -22,6 +28,8 @@ class GridReader final : public bake::SimulationReader {
   [[nodiscard]] double time_s(std::uint32_t state) const override { return place(state).time; }
   void read(std::uint32_t state, bake::SimulationState& into) override;
   [[nodiscard]] std::vector<std::filesystem::path> files() const override { return files_; }
+  /// Of the states read so far: points that never move beside an array that looks like their displacements.
+  [[nodiscard]] std::string remark() const override;
 
  private:
   struct Place {
@@ -34,6 +42,7 @@ class GridReader final : public bake::SimulationReader {
   void find_times(const std::vector<GridState>& states, const Grid& first, ReadGrid read_time);
   void load(std::size_t file);
   void check_same_mesh(const Grid& grid, const std::string& file) const;
+  void check_same_arrays(const Grid& grid, const std::string& file) const;
   void copy_positions(const Place& place, std::vector<float>& into) const;
 
   std::vector<std::filesystem::path> files_;
@@ -46,7 +55,10 @@ class GridReader final : public bake::SimulationReader {
   std::vector<FieldSource> sources_;
   std::vector<bake::SimulationField> fields_;
   std::vector<Place> states_;
-  Grid grid_;  // of the last file read
+  std::string unused_vector_;  // array of the first file that looks like displacements of its points
+  bool has_read_later_ = false, has_moved_ = false;
+  bool has_flags_ = false;  // of eroded elements, in the first file
+  Grid grid_;               // of the last file read
   std::size_t loaded_ = 0;
 };
 }  // namespace lbea::io::grid
