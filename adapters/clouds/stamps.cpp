@@ -123,7 +123,7 @@ std::optional<std::int64_t> stamp_in_name(std::string_view stem) noexcept {
 CloudStamps::CloudStamps(const std::filesystem::path& table) {
   const auto bytes = read_file(table);
   const std::string name = table.string();
-  text::LineReader lines(as_text(bytes), name);
+  text::LineReader lines(text::checked_encoding(as_text(bytes), name), name);
   std::optional<TableColumns> columns;
   char separator = ',';
   for (std::string_view line; lines.next(line);) {

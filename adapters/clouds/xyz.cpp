@@ -73,14 +73,23 @@ bool names_axis(std::string_view field, char axis) {
   return field.size() == 1 || !(text::is_letter(field[1]) || text::is_digit(field[1]));
 }
 
+/// 'x' for "pos_x", "Coord. X".
+bool ends_with_axis(std::string_view field, char axis) {
+  const std::size_t end = field.size();
+  return end >= 2 && names_axis(field.substr(end - 1), axis) && !text::is_letter(field[end - 2]) &&
+         !text::is_digit(field[end - 2]);
+}
+
 using Axes = std::optional<std::array<std::size_t, 3>>;
 
-/// The column named `letter`: one that has no other letters is preferred to, e.g., "x_error". Sets `problem` when
+/// The column named `letter`: one that has no other letters is preferred to, e.g., "x_error". Among three columns the
+/// letter may also be at the end. Sets `problem` when
 /// several are possible, such as pixels "x" and positions "X".
 std::size_t axis_column(const std::vector<std::string_view>& names, char letter, std::string& problem) {
   std::vector<std::size_t> exact, similar;
   for (std::size_t i = 0; i < names.size(); ++i)
-    if (names_axis(names[i], letter)) (names[i].size() == 1 ? exact : similar).push_back(i);
+    if (names_axis(names[i], letter) || (names.size() == 3 && ends_with_axis(names[i], letter)))
+      (names[i].size() == 1 ? exact : similar).push_back(i);
   const auto& found = exact.empty() ? similar : exact;
   if (found.size() > 1 && problem.empty())
     problem = "columns \"" + std::string(names[found[0]]) + "\" and \"" + std::string(names[found[1]]) +
@@ -165,8 +174,10 @@ std::optional<XyzColumns> find_columns(std::string_view names, std::string_view 
   Axes axes = named_axes(names, 0, problem);
   if (!axes) axes = named_axes(remark, fields.size(), problem);
   if (!problem.empty()) return std::nullopt;
-  if (!axes && split_names(without_units(names)).size() > 3) {
-    problem = "the header names columns, but not x, y and z; choose them with --columns, e.g. --columns X,Y,Z";
+  const std::size_t named = split_names(without_units(names)).size();
+  if (!axes && (named > 3 || (named == 3 && fields.size() == 3))) {
+    problem =
+        "the header names columns, but not x, y and z; choose them with --columns, e.g. --columns X,Y,Z, or remove it";
     return std::nullopt;
   }
   if (!axes) axes = first_numeric(fields, columns.has_decimal_comma);
@@ -211,9 +222,11 @@ class XyzParser {
     if (!columns_) remark_ = text::trimmed(comment);
   }
 
-  /// The first line that is not a comment: names or a point.
+  /// The lines before the first point: names, also below a title.
   void read_first(std::string_view line) {
-    if (names_.empty() && is_name_line(line)) {
+    std::string ignored;
+    const bool is_below_title = !named_axes(names_, 0, ignored) && named_axes(line, 0, ignored);
+    if (is_name_line(line) && (names_.empty() || is_below_title)) {
       names_ = line;
       return;
     }
@@ -254,8 +267,10 @@ class XyzParser {
 };
 }  // namespace
 
-/// Any file without a zero byte, so this format is tried last.
-bool is_xyz(std::string_view start, std::size_t) noexcept { return start.find('\0') == std::string_view::npos; }
+/// Any file without a zero byte, so this format is tried last. Text in UTF-16 is taken to be refused by its name.
+bool is_xyz(std::string_view start, std::size_t) noexcept {
+  return start.find('\0') == std::string_view::npos || start.starts_with("\xff\xfe") || start.starts_with("\xfe\xff");
+}
 
 /// Text, a point per line. Columns are separated by blanks, tabs, commas or semicolons (with semicolons and with tabs,
 /// a comma may be the decimal sign). A line of names, which may be a comment, tells the columns x, y, z; without it
@@ -267,6 +282,6 @@ PointCloud parse_xyz(std::span<const std::byte> bytes, const std::string& name) 
 
 PointCloud parse_text_cloud(std::span<const std::byte> bytes, const std::string& name, std::string_view columns) {
   if (bytes.empty()) throw Error(Status::bad_input, name + ": the file is empty");
-  return XyzParser(text::without_byte_order_mark(as_text(bytes)), name, columns).parse();
+  return XyzParser(text::checked_encoding(as_text(bytes), name), name, columns).parse();
 }
 }  // namespace lbea::io

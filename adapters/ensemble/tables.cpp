@@ -39,7 +39,7 @@ bool is_missing(std::string_view field) {
 
 class CsvParser {
  public:
-  CsvParser(std::string_view text, const std::string& name) : lines_(text::without_byte_order_mark(text), name) {}
+  CsvParser(std::string_view text, const std::string& name) : lines_(text::checked_encoding(text, name), name) {}
 
   ParameterTable parse() {
     std::string_view line;
@@ -133,7 +133,7 @@ ParameterTable read_parameters_csv(const std::filesystem::path& path) {
 std::vector<std::uint32_t> read_node_ids(const std::filesystem::path& path) {
   const auto bytes = read_file(path);
   const std::string name = path.string();
-  text::LineReader lines(as_text(bytes), name);
+  text::LineReader lines(text::checked_encoding(as_text(bytes), name), name);
   std::vector<std::uint32_t> ids;
   for (std::string_view line; lines.next(line);) read_ids(lines, line, ids);
   if (ids.empty()) throw Error(Status::bad_input, name + ": no node ids");

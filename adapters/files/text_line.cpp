@@ -28,6 +28,15 @@ std::string_view without_byte_order_mark(std::string_view text) noexcept {
   return text.substr(text.starts_with(mark) ? mark.size() : 0);
 }
 
+std::string_view checked_encoding(std::string_view text, std::string_view name) {
+  const auto is_zero = [&](std::size_t at) { return text.size() >= 4 && text[at] == '\0'; };
+  const bool is_low_first = is_zero(1) && is_zero(3) && !is_zero(0) && !is_zero(2);
+  const bool is_high_first = is_zero(0) && is_zero(2) && !is_zero(1) && !is_zero(3);
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") || is_low_first || is_high_first)
+    throw Error(Status::unsupported_input, std::string(name) + ": the text is in UTF-16; save it in UTF-8");
+  return without_byte_order_mark(text);
+}
+
 std::string quoted(std::string_view word) { return "\"" + std::string(word.substr(0, 40)) + "\""; }
 
 std::string_view trimmed(std::string_view text, std::string_view blanks) noexcept {

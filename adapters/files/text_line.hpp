@@ -41,6 +41,8 @@ class LineReader {
 
 /// `text` without the mark of UTF-8 that some programs write first.
 [[nodiscard]] std::string_view without_byte_order_mark(std::string_view text) noexcept;
+/// The same; throws Error that names the file when the text is in UTF-16, also without a mark.
+[[nodiscard]] std::string_view checked_encoding(std::string_view text, std::string_view name);
 /// The first 40 characters between quotes, for messages.
 [[nodiscard]] std::string quoted(std::string_view word);
 /// `text` with the letters A to Z in lower case.

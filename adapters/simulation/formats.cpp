@@ -7,6 +7,7 @@
 #include "adapters/simulation/open.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "adapters/files/text_line.hpp"
 #include "adapters/simulation/d3plot/words.hpp"
 #include "adapters/simulation/grid/grid_reader.hpp"
 #include "adapters/simulation/vtk/vtk.hpp"
@@ -145,6 +146,7 @@ Reader open_simulation(const fs::path& path, bool is_alone) {
   const fs::path file = first_file(path);
   const Given given = file != path ? Given::folder : is_alone ? Given::single_file : Given::file;
   if (const SimulationFormat* format = format_of(file)) return format->open(file, given);
+  static_cast<void>(text::checked_encoding(start_of(file), file.string()));
   throw Error{Status::unsupported_input, file.string() + ", byte 0: the file has none of the supported formats (" +
                                              simulation_format_names() +
                                              "), or it is compressed; give the first file of such a run"};

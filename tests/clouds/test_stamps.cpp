@@ -78,3 +78,14 @@ TEST_CASE("a file's name tells whether it is a cloud, or text that may also be a
     CHECK(cloud_name(name) == CloudName::none);
   CHECK(cloud_extensions() == ".ply .pcd .stl .xyz .txt .csv .asc");
 }
+
+TEST_CASE("a table as Excel saves it: with a byte order mark; in UTF-16 it is named") {
+  const TemporaryFolder folder;
+  const std::string text = "file,stamp_ms\na.xyz,1.5\n";
+  CHECK(CloudStamps(put(folder / "s.csv", "\xef\xbb\xbf" + text)).of("a.xyz", {}) == 1'500'000);
+  std::string wide;
+  for (const char c : text) wide += {c, '\0'};
+  for (const std::string mark : {"\xff\xfe", ""})
+    check_error(error_of([&] { CloudStamps{put(folder / "w.csv", mark + wide)}; }), Status::unsupported_input,
+                {"w.csv: the text is in UTF-16"});
+}

@@ -95,8 +95,26 @@ TEST_CASE("columns by name, whatever their case, place and unit") {
 TEST_CASE("without names: the first three columns with numbers") {
   CHECK(same(points_of("P1,1,2,3,4\nP2,4,5,6,7\n"), {{1, 2, 3}, {4, 5, 6}}));
   CHECK(same(points_of("ok 1 valid 2 3\n"), {{1, 2, 3}}));
-  CHECK(same(points_of("a,b,c\n1,2,3\n"), {{1, 2, 3}}));
   CHECK(same(points_of("nan 2 3\n1 2 3\n"), {{quiet_nan, 2, 3}, {1, 2, 3}}));
+}
+
+TEST_CASE("three names in another order were ignored") {
+  CHECK(same(points_of("pos_z,pos_y,pos_x\n3,2,1\n"), {{1, 2, 3}}));
+  CHECK(same(points_of("# Coord.Z Coord.X Coord.Y\n3 1 2\n"), {{1, 2, 3}}));
+  check_refused("depth,width,height\n1,2,3\n",
+                "line 2: the header names columns, but not x, y and z; choose them with");
+}
+
+TEST_CASE("a title above the names of the columns") {
+  CHECK(same(points_of("Test 12.5.2024\nz;y;x\n3;2;1\n"), {{1, 2, 3}}));
+}
+
+TEST_CASE("UTF-16 is named") {
+  std::string wide = "\xff\xfe";
+  for (const char c : std::string("X;Y;Z\n1;2;3\n")) wide += {c, '\0'};
+  const TemporaryFolder folder;
+  check_error(error_of([&] { (void)read_point_cloud(put(folder / "w.csv", wide)); }), Status::unsupported_input,
+              {"w.csv: the text is in UTF-16; save it in UTF-8"});
 }
 
 // A folder of sensed frames holds a table of their truth as well. Its first three columns with numbers were once

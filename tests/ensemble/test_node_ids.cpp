@@ -31,6 +31,13 @@ TEST_CASE("ids in the order of the file, however they are separated") {
   CHECK(read("4294967295 0") == Ids{4'294'967'295, 0});
 }
 
+TEST_CASE("a byte order mark is skipped, UTF-16 named: its ids were cut at the first zero byte") {
+  CHECK(read("\xef\xbb\xbf\x31\n2\n") == Ids{1, 2});
+  using namespace std::string_literals;
+  for (const std::string& text : {"\xff\xfe\x31\0\n\0"s, "1\0\n\0"s, "\0\x31\0\n"s})
+    CHECK(mentions(refusal(text), "n.txt: the text is in UTF-16; save it in UTF-8"));
+}
+
 TEST_CASE("what is no id is refused with its line") {
   for (const std::string text : {"1\n2x\n", "1\n-2\n", "1\n2.0\n", "1\n4294967296\n", "1\n+2\n"}) {
     CAPTURE(text);

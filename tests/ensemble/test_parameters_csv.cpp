@@ -81,3 +81,9 @@ TEST_CASE("what is no table is refused with its line") {
   check_refused("run,[mm]\n", "column 2 has no name");
   CHECK(error_of([] { (void)read_parameters_csv("/nowhere/p.csv"); }).status == Status::file_not_found);
 }
+
+TEST_CASE("UTF-16 is named") {
+  std::string wide = "\xff\xfe";
+  for (const char c : std::string("run;t\nA;1\n")) wide += {c, '\0'};
+  check_error(error_of([&] { (void)read(wide); }), Status::unsupported_input, {"p.csv: the text is in UTF-16"});
+}
