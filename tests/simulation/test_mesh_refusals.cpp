@@ -50,6 +50,43 @@ TEST_CASE("keyword files: what is wrong is said with the line") {
     refused(other, {"none of the supported formats"}, Status::unsupported_input);
 }
 
+TEST_CASE("tetrahedra of ten nodes were read as hexahedra") {
+  const std::string nodes =
+      "*NODE\n1,0,0,0\n2,2,0,0\n3,0,2,0\n4,0,0,2\n5,1,0,0\n6,1,1,0\n7,0,1,0\n8,0,0,1\n9,1,0,1\n10,0,1,1\n";
+  const std::string solid = nodes + "*ELEMENT_SOLID\n       1       1\n";
+  const TemporaryFolder folder;
+  const auto run =
+      opened(folder, solid + "       1       2       3       4       5       6       7       8       9      10\n");
+  CHECK(run->mesh().node_ids == std::vector<std::uint32_t>{1, 2, 3, 4});
+  CHECK(run->mesh().elements.size() == 4);
+  CHECK(opened(folder, solid + "1,2,3,4,4,4,4,4,0,0\n")->mesh().elements.size() == 4);
+  refused(solid + "1,2,3,4,5,6,7,8,9\n", {"line 14", "nodes 9 and 10"});
+  refused(solid + "1,2,3,4,5,6,7,8,8,8\n", {"line 14", "nodes 9 and 10"});
+  refused(nodes + "*ELEMENT_SOLID\n1,1,1,2,3,4,5,6,7,8,9,10\n", {"line 13", "at most 10 nodes"});
+}
+
+TEST_CASE("shells without the cards of their option: every second one was skipped") {
+  const std::string nodes = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT_SHELL_THICKNESS\n";
+  const std::string shells[]{"       1       1       1       2       3       4\n",
+                             "       2       1       1       2       3       4\n"};
+  refused(nodes + shells[0] + shells[1], {"line 8", "this is a shell where the card of thicknesses"});
+  refused(nodes + "1,1,1,2,3,4\n2,1,1,2,3,4\n", {"line 8", "this is a shell"});
+  const TemporaryFolder folder;
+  for (const char* card :
+       {"             1.2             1.2             1.2             1.2\n", "1,1,1,1,0\n", "1,1,1,1\n",
+        "               1               1               1               1               0\n"})
+    CHECK(opened(folder, nodes + shells[0] + card + shells[1] + card)->mesh().elements.size() == 2);
+}
+
+TEST_CASE("keyword files with a byte order mark are read, in UTF-16 named") {
+  const TemporaryFolder folder;
+  const std::string text = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n*ELEMENT_SHELL\n1,1,1,2,3\n";
+  CHECK(opened(folder, "\xef\xbb\xbf" + text)->mesh().elements.size() == 1);
+  std::string wide = "\xff\xfe";
+  for (const char c : text) wide += {c, '\0'};
+  refused(wide, {"a.mesh: the text is in UTF-16; save it in UTF-8"}, Status::unsupported_input);
+}
+
 TEST_CASE("OBJ meshes: what is wrong is said with the line") {
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   refused(three + "f 1 2 \\\n3\n", {"line 4", "write the face in one line"});

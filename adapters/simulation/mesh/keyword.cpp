@@ -23,7 +23,7 @@ enum class Card { none, node, shell, solid };
 class KeywordParser {
  public:
   KeywordParser(std::string_view text, const std::string& name)
-      : lines_(text, name, "LS-DYNA keyword file"), name_(name) {}
+      : lines_(text::without_byte_order_mark(text), name, "LS-DYNA keyword file"), name_(name) {}
 
   Grid parse() {
     for (std::string_view line; lines_.next(line);) {
@@ -32,7 +32,7 @@ class KeywordParser {
       if (line.starts_with('*'))
         begin(in_capitals(line));
       else if (skip_ > 0)
-        --skip_;
+        skip_card(line);
       else if (card_ == Card::node)
         read_node(line);
       else if (card_ == Card::shell)
@@ -80,10 +80,30 @@ class KeywordParser {
     };
     bool has_card = false;
     for (const char* option : same_card) has_card = remove(option) || has_card;
+    has_thickness_card_ = has_card;
     extra_ = has_card ? 1 : 0;
     for (const char* option : own_card) extra_ += remove(option) ? 1u : 0u;
     if (!rest.empty())
       lines_.fail("the option of *ELEMENT_SHELL" + options + " is not read", Status::unsupported_input);
+  }
+
+  /// A card after a shell. Where cards of thicknesses are missing, every second shell would be skipped.
+  void skip_card(std::string_view line) {
+    if (skip_ == extra_ && has_thickness_card_ && is_shell_card(line))
+      lines_.fail(
+          "this is a shell where the card of thicknesses of the one before should be; write *ELEMENT_SHELL "
+          "without options, or the cards");
+    --skip_;
+  }
+
+  /// Cards of thicknesses have up to five numbers, which may be whole ones in equally wide columns.
+  bool is_shell_card(std::string_view line) const {
+    const auto card = fields(line, 10, 0);
+    std::uint32_t value = 0;
+    const auto first_other =
+        std::find_if(card.begin(), card.end(), [&](auto field) { return !text::parse_integer(field, value); });
+    const bool is_narrow = widths_.integer < widths_.real && line.find(',') == std::string_view::npos;
+    return first_other - card.begin() >= (is_narrow ? 5 : 6);
   }
 
   /// Splits a card of `integers` integers, then reals.
@@ -134,11 +154,27 @@ class KeywordParser {
       card = fields(line, 10, 0);
       first = 0;
     }
-    std::uint32_t last = 0;
-    for (std::size_t i = first; i < first + 8; ++i) {
-      const std::uint32_t node = i < card.size() && !card[i].empty() ? id(card[i]) : 0;
-      nodes_.push_back(last = node != 0 ? node : last);  // tetrahedra may omit the last four
+    std::array<std::uint32_t, 10> nodes{};
+    if (card.size() > first + (first == 0 ? nodes.size() : 8)) lines_.fail("a solid has at most 10 nodes");
+    for (std::size_t i = first; i < card.size(); ++i)
+      if (!card[i].empty()) nodes[i - first] = id(card[i]);
+    add_solid(nodes);
+  }
+
+  /// Ten nodes are those of a tetrahedron: its corners, then the middles of its edges.
+  void add_solid(const std::array<std::uint32_t, 10>& nodes) {
+    if (nodes[8] != 0 || nodes[9] != 0) {
+      auto sorted = nodes;
+      std::sort(sorted.begin(), sorted.end());
+      if (sorted[0] == 0 || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+        lines_.fail("nodes 9 and 10 belong to a tetrahedron of ten different nodes; write other solids with 8 nodes");
+      kinds_.back() = CellKind::tetrahedron;
+      nodes_.insert(nodes_.end(), nodes.begin(), nodes.begin() + 4);
+      return;
     }
+    std::uint32_t last = 0;
+    for (std::size_t i = 0; i < 8; ++i)
+      nodes_.push_back(last = nodes[i] != 0 ? nodes[i] : last);  // tetrahedra may omit the last four
   }
 
   void begin_element(const std::vector<std::string_view>& card, CellKind kind) {
@@ -169,7 +205,8 @@ class KeywordParser {
     std::vector<std::uint32_t> corners;
     for (std::size_t e = 0; e < kinds_.size(); ++e) {
       corners.clear();
-      const std::size_t count = kinds_[e] == CellKind::triangle ? 3 : kinds_[e] == CellKind::quad ? 4 : 8;
+      const CellKind kind = kinds_[e];
+      const std::size_t count = kind == CellKind::triangle ? 3 : kind == CellKind::hexahedron ? 8 : 4;
       for (std::size_t i = 0; i < count; ++i, ++at) {
         const auto point = node_points_.find(nodes_[at]);
         if (point == node_points_.end())
@@ -192,6 +229,7 @@ class KeywordParser {
   Widths general_, widths_;
   Card card_ = Card::none;
   std::size_t extra_ = 0, skip_ = 0;  // cards after each element
+  bool has_thickness_card_ = false;   // the first of them
   bool has_thick_shells_ = false, has_includes_ = false;
   std::unordered_map<std::uint32_t, std::uint32_t> node_points_;
   std::vector<std::uint32_t> node_ids_, element_ids_, parts_, nodes_;
@@ -201,7 +239,7 @@ class KeywordParser {
 }  // namespace
 
 bool is_keyword(std::string_view start) noexcept {
-  text::LineReader lines(start);
+  text::LineReader lines(text::without_byte_order_mark(start));
   for (std::string_view line; lines.next(line);) {
     if (line.starts_with('$') || text::trimmed(line).empty()) continue;
     return line.size() > 3 && line[0] == '*' && text::is_letter(line[1]) && text::is_letter(line[2]);
@@ -211,6 +249,6 @@ bool is_keyword(std::string_view start) noexcept {
 
 /// *NODE, *ELEMENT_SHELL and *ELEMENT_SOLID in fixed columns (8 and 16 wide, I10, LONG=Y) or with commas. Other
 /// keywords are skipped, also *INCLUDE. Shells may have the options THICKNESS, BETA, MCID, OFFSET and DOF; solids take
-/// one card or two.
+/// one card or two, and tetrahedra may have ten nodes.
 Grid parse_keyword(std::string_view text, const std::string& name) { return KeywordParser(text, name).parse(); }
 }  // namespace lbea::io::grid
