@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace lbea::bake {
 std::optional<double> unit_factor(double cloud_diagonal, double mesh_diagonal) {
@@ -13,6 +14,39 @@ std::optional<double> unit_factor(double cloud_diagonal, double mesh_diagonal) {
   const double whole = std::round(decades);
   if (whole == 0 || std::abs(whole) > 3 || std::abs(decades - whole) > slack) return std::nullopt;
   return std::pow(10.0, whole);
+}
+
+std::vector<Point> far_points(std::span<const Point> points) {
+  constexpr double near_share = 0.8, times = 10;
+  std::vector<Point> finite;
+  for (const Point& p : points)
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) finite.push_back(p);
+  if (finite.empty()) return {};
+  const auto at = [&](double share) {
+    return finite.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(finite.size() - 1));
+  };
+  Point middle;
+  for (float Point::*const axis : {&Point::x, &Point::y, &Point::z}) {
+    std::ranges::nth_element(finite, at(0.5), {}, axis);
+    middle.*axis = (*at(0.5)).*axis;
+  }
+  const auto distance = [&](const Point& p) {
+    return std::hypot(double{p.x} - double{middle.x}, double{p.y} - double{middle.y}, double{p.z} - double{middle.z});
+  };
+  std::ranges::nth_element(finite, at(near_share), {}, distance);
+  const double limit = times * distance(*at(near_share));
+  std::erase_if(finite, [&](const Point& p) { return distance(p) <= limit; });
+  return finite;
+}
+
+std::string beyond_range(const Registration& found, const RegistrationSettings& settings) {
+  if (found.shift <= settings.rough_shift && found.turn_deg <= settings.rough_turn_deg) return {};
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "the pose moved by %.4g and turned by %.3g degrees, more than the rough pose may be off (%.4g, %.3g "
+                "degrees); check it, or register again from a better rough pose",
+                found.shift, found.turn_deg, settings.rough_shift, settings.rough_turn_deg);
+  return text.data();
 }
 
 double robust_diagonal(std::span<const Point> points) {

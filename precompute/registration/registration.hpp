@@ -57,6 +57,12 @@ struct Registration {
 /// Sizes that differ by a factor of about 10, 100 or 1000 indicate different units: the factor from the cloud's unit to
 /// the mesh's. Box diagonals; the cloud's without the outermost hundredth of its points along each axis.
 [[nodiscard]] std::optional<double> unit_factor(double cloud_diagonal, double mesh_diagonal);
+/// Points that are more than ten times as far from the middle of the cloud as four fifths of the points, as numbers
+/// that stand for missing values are.
+[[nodiscard]] std::vector<Point> far_points(std::span<const Point> points);
+
+/// Why the found pose is doubtful: it is farther from the rough pose than was searched; empty when it is not.
+[[nodiscard]] std::string beyond_range(const Registration& found, const RegistrationSettings& settings);
 [[nodiscard]] double robust_diagonal(std::span<const Point> points);
 [[nodiscard]] double box_diagonal(std::span<const float> positions);
 

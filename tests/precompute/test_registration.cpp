@@ -211,6 +211,31 @@ TEST_CASE("different units are detected by powers of ten") {
   CHECK(!unit_factor(400, 0));
 }
 
+TEST_CASE("a few points far away are no other unit") {
+  std::vector<Point> points;
+  for (int i = 0; i < 950; ++i)
+    points.push_back({static_cast<float>(i % 30), static_cast<float>(i / 30), 900 + static_cast<float>(i % 7)});
+  points.push_back({NAN, 0, 0});
+  CHECK(far_points(points).empty());
+  for (int i = 0; i < 50; ++i) points.push_back({-9999, -9999, -9999});
+  const std::vector<Point> far = far_points(points);
+  REQUIRE(far.size() == 50);
+  CHECK(far[0].x == -9999);
+  CHECK(far_points({}).empty());
+}
+
+TEST_CASE("a pose beyond the searched range is doubtful") {
+  Registration found;
+  found.shift = 19;
+  found.turn_deg = 4.9;
+  CHECK(beyond_range(found, {}).empty());
+  found.shift = 35;
+  CHECK(beyond_range(found, {}).starts_with("the pose moved by 35 and turned by 4.9 degrees, more than"));
+  found.shift = 1;
+  found.turn_deg = 6;
+  CHECK_FALSE(beyond_range(found, {}).empty());
+}
+
 TEST_CASE("a box's diagonal, with and without its outermost hundredth") {
   std::vector<Point> points;
   for (int i = 0; i <= 1000; ++i) points.push_back({0.003f * static_cast<float>(i), 0.004f * static_cast<float>(i), 7});

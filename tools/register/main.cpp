@@ -126,6 +126,12 @@ void check_units(const std::vector<Point>& points, const Undeformed& component, 
   const double cloud = bake::robust_diagonal(points), mesh = bake::box_diagonal(component.shape.mean);
   const auto factor = bake::unit_factor(cloud, mesh);
   if (!factor) return;
+  if (const auto far = bake::far_points(points); !far.empty())
+    throw Error(Status::bad_input,
+                formatted("%zu of %zu points are far from all others, for instance (%.4g, %.4g, %.4g); remove them, "
+                          "and numbers that stand for missing values",
+                          far.size(), points.size(), static_cast<double>(far[0].x), static_cast<double>(far[0].y),
+                          static_cast<double>(far[0].z)));
   throw Error(
       Status::bad_input,
       formatted("the clouds measure %.4g across and the component %.4g %s: the units disagree; multiply the clouds by "
@@ -175,6 +181,8 @@ int run(Arguments& arguments) {
   const bake::Registration result =
       bake::register_cloud(surface, points, rough.sensor.T_reference_sensor, arguments.settings);
   print(result, arguments.json);
+  if (const std::string doubt = bake::beyond_range(result, settings); !doubt.empty())
+    std::fprintf(stderr, "lbea-register: warning: %s\n", doubt.c_str());
   if (result.ambiguous()) {
     std::fprintf(stderr, "lbea-register: ambiguous: %s\n", result.doubt.c_str());
     if (!arguments.even_if_ambiguous) {
