@@ -113,8 +113,9 @@ std::vector<std::uint32_t> find_fields(const std::vector<SimulationField>& chose
   for (const SimulationField& field : chosen) {
     const auto found = std::ranges::find(present, field.name, &SimulationField::name);
     if (found == present.end())
-      throw Error(Status::bad_config, "run " + run + " has no field '" + field.name + "'; it has: " + listed(present) +
-                                          "; choose fields that all runs have, or none with fields = []");
+      throw Error(Status::bad_config,
+                  "run " + run + " has no field '" + field.name + "'; it has: " + listed(present) +
+                      "; choose fields that all runs have, or none with fields = [] or --fields none");
     places.push_back(static_cast<std::uint32_t>(found - present.begin()));
   }
   return places;

@@ -140,6 +140,14 @@ TEST_CASE("a collection names files and their times") {
               {"gone.vtu"});
 }
 
+TEST_CASE("a collection with an entry that names no file is refused by its own name") {
+  const TemporaryFolder folder;
+  put(folder / "run.pvd",
+      "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0.5\" file=\"\"/></Collection></VTKFile>");
+  check_error(error_of([&] { static_cast<void>(open_simulation(folder / "run.pvd")); }), Status::bad_input,
+              {"run.pvd: the entry at time 0.5 names no file"});
+}
+
 TEST_CASE("what this project exports it reads: numbered VTU files with ids and times") {
   const TemporaryFolder folder;
   const std::vector<std::uint32_t> corners{0, 1, 3, 2, 1, 4, 3, 3}, node_ids{10, 20, 30, 40, 50}, element_ids{6, 5},

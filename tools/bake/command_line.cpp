@@ -37,7 +37,7 @@ void declare_region(Tool& tool, BakeCommand& command) {
 void declare_content(Tool& tool, BakeCommand& command) {
   const bake::EnsembleDescription defaults;
   tool.add_option("--fields", command.fields,
-                  with_default("field quantities to store, or all", defaults.fields.front()))
+                  with_default("field quantities to store, all or none", defaults.fields.front()))
       ->delimiter(',')
       ->default_text("");
   tool.add_option(
@@ -150,6 +150,7 @@ bake::EnsembleDescription described(const BakeCommand& command) {
   replace_steps(description, command);
   replace_region(description.region, command);
   replace(description.fields, command.fields);
+  if (description.fields == std::vector<std::string>{"none"}) description.fields.clear();
   replace(description.parameters, command.parameters);
   replace(description.length_unit, command.length_unit);
   replace(description.time_factor, command.time_factor);

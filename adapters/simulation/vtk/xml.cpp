@@ -208,6 +208,8 @@ std::vector<GridState> read_vtk_collection(const std::filesystem::path& file) {
       refuse(Status::bad_input, word.empty() ? " names a file without a time; add timestep=\"...\""
                                              : ": the time \"" + word + "\" of " + entry.attribute("file").value() +
                                                    " is not a number; write one with a decimal point, without a unit");
+    if (entry.attribute("file").empty() || *entry.attribute("file").value() == '\0')
+      refuse(Status::bad_input, ": the entry at time " + word + " names no file; export it again");
     states.push_back({file.parent_path() / entry.attribute("file").value(), time});
   }
   if (states.empty()) refuse(Status::bad_input, " names no file; export it again");
