@@ -106,7 +106,7 @@ void write_survey(const WorkFolder& work, const PlannedRun& run, const RunHistor
 }
 
 std::uint64_t survey_key(const SimulationMesh& reference, const EnsembleDescription& description) {
-  return key_of(work_version, reference, description.steps);
+  return key_of(work_version, reference, description.steps, description.length_unit);  // remarks name lengths
 }
 
 std::uint64_t survey_key(std::uint64_t common_key, const std::string& name,
