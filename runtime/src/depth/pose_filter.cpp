@@ -8,6 +8,139 @@
 
 namespace lbea {
 
+namespace {
+
+// Of the errors: the correlation time, and the share of their variance that is independent.
+constexpr double correlation_time = 0.2, independent = 0.1;
+// Growth of the rate's standard deviation over one duration, in the units of usual_drift_rate.
+constexpr double usual_change = 0.1;
+
+}  // namespace
+
+PoseMeasurement PoseMeasurement::between(const PoseBelief& prior, const PoseBelief& posterior,
+                                         const PoseMotion& calibration) noexcept {
+  constexpr double least = 1e-6;  // of the calibration's information, and of the posterior's, which is rounded
+  PoseMatrix information{};
+  PoseMeasurement measured;
+  for (std::size_t i = 0; i < 36; ++i) {
+    information[i] = posterior.information[i] - prior.information[i] +
+                     (i % 7 == 0 ? least * (posterior.information[i] + 1 / calibration[i / 7]) : 0);
+    measured.motion[i / 6] +=
+        posterior.information[i] * posterior.mean[i % 6] - prior.information[i] * prior.mean[i % 6];
+  }
+  const PoseFactor factor(information);
+  measured.motion = factor.solve(measured.motion);
+  measured.covariance = factor.inverse();
+  return measured;
+}
+
+PoseTrajectory::PoseTrajectory(const PoseMotion& calibration) noexcept : calibration_(calibration) {
+  for (std::size_t i = 0; i < 6; ++i) {
+    at(i, i) = calibration[i];
+    at(error + i, error + i) = 1;
+  }
+}
+
+PoseTrajectory PoseTrajectory::drifting() const noexcept {
+  PoseTrajectory result = *this;
+  for (std::size_t i = rate; i < error; ++i) {
+    result.mean_[i] = 0;
+    for (std::size_t j = 0; j < n; ++j) result.at(i, j) = result.at(j, i) = 0;
+    result.at(i, i) = usual_drift_rate * usual_drift_rate * calibration_[i - rate];
+  }
+  return result;
+}
+
+void PoseTrajectory::advance(double elapsed) noexcept {
+  const double kept = std::exp(-elapsed / correlation_time);
+  for (std::size_t i = 0; i < 6; ++i) {
+    mean_[i] += elapsed * mean_[rate + i];
+    mean_[error + i] *= kept;
+    for (std::size_t j = 0; j < n; ++j) {
+      at(i, j) += elapsed * at(rate + i, j);
+      at(error + i, j) *= kept;
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < 6; ++j) {
+      at(i, j) += elapsed * at(i, rate + j);
+      at(i, error + j) *= kept;
+    }
+  for (std::size_t i = 0; i < 6; ++i) {
+    at(error + i, error + i) += 1 - kept * kept;
+    if (!(at(rate + i, rate + i) > 0)) continue;                                    // constant
+    const double change = usual_change * usual_change * calibration_[i] * elapsed;  // white acceleration
+    at(i, i) += change * elapsed * elapsed / 3;
+    at(i, rate + i) += change * elapsed / 2;
+    at(rate + i, i) += change * elapsed / 2;
+    at(rate + i, rate + i) += change;
+  }
+}
+
+double PoseTrajectory::update(const PoseMeasurement& measured) noexcept {
+  const PoseFactor deviation(measured.covariance);
+  const double correlated = std::sqrt(1 - independent);
+  const auto H = [&](std::size_t i, std::size_t j) { return correlated * deviation(i, j); };  // of the errors
+  std::array<PoseMotion, n> predicted{};  // per state, its covariance with what is measured
+  for (std::size_t s = 0; s < n; ++s)
+    for (std::size_t i = 0; i < 6; ++i) {
+      predicted[s][i] = at(s, i);
+      for (std::size_t j = 0; j <= i; ++j) predicted[s][i] += H(i, j) * at(s, error + j);
+    }
+  PoseMatrix expected{};  // covariance of what is measured
+  PoseMotion innovation = measured.motion;
+  for (std::size_t i = 0; i < 6; ++i) {
+    innovation[i] -= mean_[i];
+    for (std::size_t j = 0; j <= i; ++j) innovation[i] -= H(i, j) * mean_[error + j];
+    for (std::size_t j = 0; j < 6; ++j) {
+      double sum = predicted[i][j] + independent * measured.covariance[6 * i + j];
+      for (std::size_t k = 0; k <= i; ++k) sum += H(i, k) * predicted[error + k][j];
+      expected[6 * i + j] = sum;
+    }
+  }
+  const PoseFactor factor(expected);
+  innovation = factor.forward(innovation);
+  for (PoseMotion& of_state : predicted) of_state = factor.forward(of_state);
+  double likelihood = 0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    likelihood -= innovation[i] * innovation[i] / 2 + std::log(factor(i, i));
+    for (std::size_t s = 0; s < n; ++s) {
+      mean_[s] += predicted[s][i] * innovation[i];
+      for (std::size_t t = 0; t < n; ++t) at(s, t) -= predicted[s][i] * predicted[t][i];
+    }
+  }
+  return likelihood;
+}
+
+PoseMotion PoseTrajectory::motion() const noexcept {
+  PoseMotion motion;
+  std::copy_n(mean_.begin(), motion.size(), motion.begin());
+  return motion;
+}
+
+PoseMatrix PoseTrajectory::covariance() const noexcept {
+  PoseMatrix covariance;
+  for (std::size_t i = 0; i < 6; ++i) std::copy_n(&covariance_[n * i], 6, &covariance[6 * i]);
+  return covariance;
+}
+
+DriftTest::DriftTest(const PoseMotion& calibration, double enough) noexcept
+    : constant_(calibration), drifting_(constant_.drifting()), enough_(enough) {}
+
+void DriftTest::advance(double elapsed) noexcept {
+  constant_.advance(elapsed);
+  drifting_.advance(elapsed);
+}
+
+void DriftTest::update(const PoseMeasurement& measured) noexcept {
+  constexpr double most = 4;  // of one frame, which may be an outlier
+  evidence_ += std::min(drifting_.update(measured) - constant_.update(measured), most);
+  is_drifting_ = is_drifting_ || evidence_ > enough_;
+  if (is_drifting_ || evidence_ > 0) return;
+  evidence_ = 0;
+  drifting_ = constant_.drifting();
+}
+
 PoseMotion calibration_variances(const PoseCenter& center, double length_per_mm) noexcept {
   constexpr double turn_deg = 3, shift_mm = 10;  // standard deviations, per axis
   const double turn = center.arm * turn_deg * std::numbers::pi / 180, shift = shift_mm * length_per_mm;

@@ -2,7 +2,6 @@
 // the frame.
 #pragma once
 
-#include "runtime/src/depth/completed_image.hpp"
 #include "runtime/src/depth/depth_ranking.hpp"
 #include "runtime/src/depth/pose_fit.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
