@@ -110,7 +110,7 @@ TEST_CASE("bounds of node positions follow their spread, and hold for shapes bet
       const double evened = std::hypot(double{shape.spread[i]}, learned.share * std::sqrt(squares));
       CHECK(double{shape.bound_90[i]} == doctest::Approx(scale * evened).epsilon(1e-4));
       const double error = mean_distance(std::span(shape.mean).subspan(3 * i, 3), std::span(truth).subspan(3 * i, 3));
-      within += error <= double{shape.bound_90[i]} ? 1 : 0;
+      within += error <= double{shape.bound_90[i]} ? 1u : 0u;
       ++nodes;
     }
     infer_positions(model, result.fit.estimate, plausible_samples(model, result.fit.candidates), alone);
