@@ -44,6 +44,8 @@ bool has_same_match(const wire::WireResult& a, const wire::WireResult& b) {
          a.matches[0].sample.time_step == b.matches[0].sample.time_step;
 }
 
+std::string name_of(const wire::WireResult& result) { return "frame " + std::to_string(result.frame_id) + ": "; }
+
 std::string text(const wire::WireResult& result) {
   std::string words(wire::to_string(result.status));
   words += ", " + std::string(wire::to_string(result.verdict));
@@ -55,77 +57,16 @@ std::string text(const wire::WireResult& result) {
 
 }  // namespace
 
-ResultComparison::ResultComparison(RecordedRun& run, double tolerance) : tolerance_(tolerance) {
-  std::vector<Key> frames;
+ResultComparison::ResultComparison(RecordedRun& run, const FrameFates& fates, double tolerance, bool has_history)
+    : fates_(fates), tolerance_(tolerance), has_history_(has_history) {
   wire::WireResult result;
-  wire::WireState state;
+  run.rewind();
   while (const auto message = run.next()) {
-    if (message->kind == RecordedMessage::Kind::state &&
-        wire::decode_state(message->data, state) == wire::WireStatus::ok)
-      for (const wire::WireSender& sender : state.senders) first_ids_[sender.session] = sender.first_id;
-    if (message->kind == RecordedMessage::Kind::frame) frames.emplace_back(message->session, message->id);
     if (message->kind != RecordedMessage::Kind::result) continue;
     if (wire::decode_result(message->data, result) != wire::WireStatus::ok)
       throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be from another version");
-    if (!is_of_a_frame(result.status)) continue;
-    Answers& answers = recorded_[{result.session, result.frame_id}];
-    if (answers.results.empty()) answers.first = result.status;
-    answers.results.push_back(result);
+    if (is_of_a_frame(result.status)) recorded_[{result.session, result.frame_id}].push_back(result);
   }
-  find_sessions(frames);
-  find_lost_history(frames);
-}
-
-namespace {
-
-/// What depends on earlier frames: with fit, the state of the test and every match.
-void leave_out_history(wire::WireResult& result) {
-  result.test = {};
-  result.fit = {};
-  result.matches.clear();
-  result.coverage = 0;
-  result.leading_coordinates = {};
-  result.points = {.received = result.points.received};
-  result.verdict = {};
-  result.status = wire::WireStatus::ok;
-}
-
-}  // namespace
-
-void ResultComparison::find_sessions(const std::vector<Key>& frames) {
-  for (const Key& frame : frames) {
-    if (!recorded_.contains(frame)) continue;
-    Session& session = sessions_.try_emplace(frame.first, Session{frame.second, frame.second, false}).first->second;
-    session.first_id = std::min(session.first_id, frame.second);
-    session.last_id = std::max(session.last_id, frame.second);
-  }
-}
-
-// Either the matcher had earlier frames of the session, or a result sums up more frames than are recorded since the
-// start of the test.
-void ResultComparison::find_lost_history(const std::vector<Key>& frames) {
-  for (auto& [number, session] : sessions_)
-    if (const auto first = first_ids_.find(number); first != first_ids_.end() && first->second < session.first_id)
-      session.began_before = true;
-  std::uint64_t session = 0, frames_of_test = 0;
-  for (const Key& frame : frames) {
-    if (std::exchange(session, frame.first) != frame.first) frames_of_test = 0;
-    if (!was_dropped(frame.first, frame.second)) ++frames_of_test;
-    const auto found = recorded_.find(frame);
-    if (found == recorded_.end()) continue;
-    for (const wire::WireResult& result : found->second.results)
-      if (result.test.frames > frames_of_test) sessions_.at(frame.first).began_before = true;
-  }
-}
-
-bool ResultComparison::is_at_edge(const Key& key) const {
-  const auto session = sessions_.find(key.first);
-  return session == sessions_.end() || !session->second.holds(key.second);
-}
-
-bool ResultComparison::was_dropped(std::uint64_t session, std::uint64_t id) const {
-  const auto found = recorded_.find({session, id});
-  return found != recorded_.end() && wire::fate_of(found->second.first) == wire::Fate::dropped;
 }
 
 bool ResultComparison::is_same(const wire::WireResult& recorded, const wire::WireResult& now) const {
@@ -135,30 +76,34 @@ bool ResultComparison::is_same(const wire::WireResult& recorded, const wire::Wir
          relative_difference(recorded.coverage, now.coverage) <= tolerance_;
 }
 
+wire::WireResult ResultComparison::take(std::vector<wire::WireResult>& results, const wire::WireResult& now) const {
+  auto place = std::ranges::find_if(results, [&](const wire::WireResult& then) { return is_same(then, now); });
+  if (place == results.end()) place = results.begin();
+  wire::WireResult then = std::move(*place);
+  results.erase(place);
+  return then;
+}
+
 std::optional<std::string> ResultComparison::compare(const wire::WireResult& result) {
-  const std::string name = "frame " + std::to_string(result.frame_id) + ": ";
-  const Key key{result.session, result.frame_id};
+  const FrameKey key{result.session, result.frame_id};
   const auto found = recorded_.find(key);
-  if (found == recorded_.end() && is_at_edge(key)) {
+  if (found == recorded_.end() && fates_.is_at_edge(key)) {
     ++tally_.edge_frames;
     return std::nullopt;
   }
-  if (found == recorded_.end() || found->second.results.empty()) {
+  if (found == recorded_.end() || found->second.empty()) {
     ++tally_.not_recorded;
-    return name + "no result is recorded; now " + text(result);
+    return name_of(result) + "no result is recorded; now " + text(result);
   }
-  wire::WireResult now = result;
-  auto& results = found->second.results;
-  if (const auto session = sessions_.find(key.first);
-      session->second.began_before && (now.test.frames > 0 || results.front().test.frames > 0)) {
-    leave_out_history(now);
-    for (wire::WireResult& then : results) leave_out_history(then);
+  const wire::WireResult then = take(found->second, result);
+  if (has_history_ && fates_.lacks_history(key)) {
     ++tally_.without_history;
+    return std::nullopt;
   }
-  auto place = std::ranges::find_if(results, [&](const wire::WireResult& then) { return is_same(then, now); });
-  if (place == results.end()) place = results.begin();
-  const wire::WireResult then = *place;
-  results.erase(place);
+  return compare(then, result);
+}
+
+std::optional<std::string> ResultComparison::compare(const wire::WireResult& then, const wire::WireResult& now) {
   tally_.worst_distance = std::max(tally_.worst_distance, best_distance_difference(then, now));
   if (is_same(then, now)) {
     ++tally_.same;
@@ -167,16 +112,15 @@ std::optional<std::string> ResultComparison::compare(const wire::WireResult& res
   ++tally_.different;
   if (!has_same_match(then, now)) ++tally_.other_match;
   if (then.status != now.status || then.verdict != now.verdict) ++tally_.other_status;
-  return name + "then " + text(then) + "; now " + text(now);
+  return name_of(now) + "then " + text(then) + "; now " + text(now);
 }
 
 ComparisonTally ResultComparison::tally() const {
   ComparisonTally tally = tally_;
-  for (const auto& [key, answers] : recorded_) {
+  for (const auto& [key, results] : recorded_) {
     // Dropped frames are not matched again, and rejected ones may have no cloud.
-    (is_at_edge(key) ? tally.edge_results : tally.not_repeated) += static_cast<std::uint64_t>(
-        std::ranges::count(answers.results, wire::Fate::matched,
-                           [](const wire::WireResult& result) { return wire::fate_of(result.status); }));
+    (fates_.is_at_edge(key) ? tally.edge_results : tally.not_repeated) += static_cast<std::uint64_t>(std::ranges::count(
+        results, wire::Fate::matched, [](const wire::WireResult& result) { return wire::fate_of(result.status); }));
   }
   return tally;
 }

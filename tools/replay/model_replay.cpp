@@ -24,7 +24,14 @@ namespace {
 constexpr std::uint64_t most_differences_shown = 20;
 
 /// Receives a result without times other than the frame's own and without counters. Returns whether to continue.
-using ResultHandler = std::function<bool(const wire::WireResult& result)>;
+using ResultHandler = std::function<bool(const wire::WireResult& result, const TestKey& test)>;
+
+/// A recorded frame. One that is not wanted only contributes to the test's history.
+struct ReplayedFrame {
+  const RecordedMessage& message;
+  TestKey test;
+  bool is_wanted = true;
+};
 
 /// With fit, a frame is matched with what the earlier ones of its test have shown: one after the other.
 bool has_history(const RunSettings& settings) { return settings.matcher.method == Method::fit; }
@@ -60,10 +67,11 @@ class MatchReplay {
   MatchReplay& operator=(const MatchReplay&) = delete;
 
   /// Adds a recorded frame. Its result is delivered during this call or a later one, in the order of the frames.
-  /// Without `is_wanted` the frame only contributes to the test's history.
-  bool add(const RecordedMessage& frame, bool is_wanted, const ResultHandler& handle) {
+  bool add(const ReplayedFrame& replayed, const ResultHandler& handle) {
+    const RecordedMessage& frame = replayed.message;
     Slot& slot = slots_[filled_++];
-    slot.is_wanted = is_wanted;
+    slot.test = replayed.test;
+    slot.is_wanted = replayed.is_wanted;
     slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
     slot.status = status_after(ids_.observe(frame.session, frame.id).arrival, slot.status);
     slot.header = decoder_.header();
@@ -85,7 +93,7 @@ class MatchReplay {
     bool go_on = true;
     for (std::size_t i = 0; i < filled_ && go_on; ++i) {
       const wire::WireResult result = result_of(slots_[i]);
-      if (slots_[i].is_wanted) go_on = handle(result);
+      if (slots_[i].is_wanted) go_on = handle(result, slots_[i].test);
     }
     filled_ = 0;
     return go_on;
@@ -100,6 +108,7 @@ class MatchReplay {
     wire::WireStatus status = wire::WireStatus::ok;
     std::vector<Point> points;
     MatchResult match;
+    TestKey test;
     bool is_wanted = true;
   };
   [[nodiscard]] MatcherConfig with_max_points(std::uint32_t points) const {
@@ -147,7 +156,7 @@ class MatchReplay {
 
   void begin_test_of(const Slot& slot) {
     if (slot.status != wire::WireStatus::ok) return;  // the matcher did not get it
-    if (slot.header.session == std::exchange(session_, slot.header.session)) return;
+    if (slot.test == std::exchange(test_, slot.test)) return;
     engine_.begin_test();
     if (history_) history_->reset();
   }
@@ -181,7 +190,7 @@ class MatchReplay {
   std::optional<TestHistory> history_;
   std::vector<Slot> slots_;  // one matcher per thread
   std::size_t filled_ = 0;
-  std::optional<std::uint64_t> session_;  // of the test; none before its first frame
+  std::optional<TestKey> test_;  // none before its first frame
   std::uint64_t sequence_ = 0;
   Outcome outcome_;
   bool stopping_ = false;
@@ -198,11 +207,10 @@ class ResultOutput {
     if (!options.output.empty()) file_ = std::make_unique<ResultsFile>(options.output, settings);
     if (comparison == nullptr && !options.json && options.output.empty()) std::printf("%s\n", result_header().c_str());
   }
-  bool operator()(const wire::WireResult& result) {
+  bool operator()(const wire::WireResult& result, const TestKey& test) {
     ++counters_.by_status[static_cast<std::size_t>(result.status)];
-    if (result.session != std::exchange(session_, result.session)) print_answer();
+    if (test != std::exchange(test_, test)) print_answer();
     answer_.add(result);
-    if (result.status == wire::WireStatus::end_of_stream) print_answer();
     if (file_) file_->add(result);
     if (comparison_ != nullptr) {
       compare(result);
@@ -240,25 +248,27 @@ class ResultOutput {
   ResultComparison* comparison_;
   wire::Counters counters_;
   TestAnswer answer_;
-  std::uint64_t session_ = 0;
+  TestKey test_;
   std::unique_ptr<ResultsFile> file_;
   std::uint64_t shown_ = 0;
 };
 
-/// Matches the frames of the part and, before them, those of the same test, on which its first results depend. False
-/// when stopped.
-bool match_part(RecordedRun& run, const Part& part, bool has_history, const ResultComparison* comparison,
-                MatchReplay& replay, const ResultHandler& handle) {
-  const std::int64_t history_ns = has_history ? history_of(run, part) : part.from_ns;
+/// Matches the frames of the part and, before them, those of the same test, on which its first results depend. Frames
+/// that the matcher dropped would change the results of the others. False when stopped.
+bool match_part(RecordedRun& run, const Part& part, std::int64_t history_ns, const FrameFates& fates,
+                MatchReplay& replay, const ResultHandler& handle, std::uint64_t& dropped) {
   run.limit(Part{}.from_ns, part.to_ns);
   run.rewind();
   while (const auto message = run.next()) {
     if (stop_requested != 0) return false;
     if (message->kind != RecordedMessage::Kind::frame) continue;
-    if (comparison != nullptr && comparison->was_dropped(message->session, message->id)) continue;
-    if (message->log_time_ns < history_ns) {
+    const FrameKey frame{message->session, message->id};
+    const bool is_wanted = message->log_time_ns >= part.from_ns;
+    if (fates.was_dropped(frame)) {
+      if (is_wanted) ++dropped;
+    } else if (message->log_time_ns < history_ns) {
       replay.skip(*message);
-    } else if (!replay.add(*message, message->log_time_ns >= part.from_ns, handle)) {
+    } else if (!replay.add({*message, fates.test_of(frame), is_wanted}, handle)) {
       return false;
     }
   }
@@ -272,8 +282,16 @@ void warn_of_gaps(const ComparisonTally& tally, const std::string& file) {
         "are not compared",
         file, tally.edge_frames, tally.edge_results);
   if (tally.without_history > 0)
-    spdlog::warn("{}: the test began before the recording; {} results are compared without what the test sums up", file,
-                 tally.without_history);
+    spdlog::warn("{}: the test began before the recording; {} results depend on earlier frames and are not compared",
+                 file, tally.without_history);
+}
+
+[[noreturn]] void report_nothing_compared(const ComparisonTally& tally, const std::string& file) {
+  throw Error(Status::bad_input,
+              file + ": nothing was compared, because " +
+                  (tally.without_history > 0
+                       ? "its results depend on frames before the recording; start recording before the test"
+                       : "no frame is recorded with its result; see lbea-inspect"));
 }
 
 bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions& options) {
@@ -281,9 +299,7 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
   if (!part.is_whole) tally.not_repeated = tally.edge_results = 0;  // from other frames
   warn_of_gaps(tally, file);
   std::printf("%s\n", (options.json ? comparison_json(tally) : comparison_line(tally)).c_str());
-  if (tally.compared() == 0)
-    throw Error(Status::bad_input,
-                file + ": nothing was compared, because no frame is recorded with its result; see lbea-inspect");
+  if (tally.compared() == 0) report_nothing_compared(tally, file);
   return tally.is_same();
 }
 
@@ -292,11 +308,9 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
 bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
   const Model model = Model::open(options.settings.model_file);
   const RunSettings settings = replay_settings(run.settings(), model, options.settings);
+  const FrameFates fates(run);
   std::optional<ResultComparison> comparison;
-  if (options.compares) {
-    run.rewind();  // all results, because they are recorded later than their frames
-    comparison.emplace(run, options.tolerance);
-  }
+  if (options.compares) comparison.emplace(run, fates, options.tolerance, has_history(settings));
   ResultComparison* const compared = comparison ? &*comparison : nullptr;
   ResultOutput output(options, settings, model, compared);
   const std::string& pose_file = options.settings.pose_file;
@@ -304,8 +318,13 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
                                       pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
   MatchReplay replay(model, settings, views, has_history(settings) ? 1 : options.threads);
-  const ResultHandler handle = [&](const wire::WireResult& result) { return output(result); };
-  if (!match_part(run, part, settings.matcher.method == Method::fit, compared, replay, handle)) return false;
+  const ResultHandler handle = [&](const wire::WireResult& result, const TestKey& test) {
+    return output(result, test);
+  };
+  const std::int64_t history_ns = has_history(settings) ? history_of(run, part, fates) : part.from_ns;
+  std::uint64_t dropped = 0;
+  if (!match_part(run, part, history_ns, fates, replay, handle, dropped)) return false;
+  if (dropped > 0) spdlog::info("{} recorded frames did not get into the matcher and are not matched", dropped);
   output.finish();
   return !comparison || conclude(comparison->tally(), part, options);
 }

@@ -145,13 +145,14 @@ Part part_of(RecordedRun& run, const Range& range, const std::string& file) {
   return part;
 }
 
-std::int64_t history_of(RecordedRun& run, const Part& part) {
+std::int64_t history_of(RecordedRun& run, const Part& part, const FrameFates& fates) {
   std::int64_t begin = part.from_ns;
-  std::optional<std::uint64_t> session;
+  std::optional<TestKey> test;
   run.rewind();
   while (const auto frame = next_frame(run)) {
-    if (session != frame->session) begin = frame->log_time_ns;
-    session = frame->session;
+    if (fates.was_dropped({frame->session, frame->id})) continue;
+    const TestKey test_now = fates.test_of({frame->session, frame->id});
+    if (std::exchange(test, test_now) != test_now) begin = frame->log_time_ns;
     if (frame->log_time_ns >= part.from_ns) break;
   }
   return std::min(begin, part.from_ns);

@@ -1,7 +1,7 @@
 // What to replay: the settings of the matcher, and the part of the recording; and its replay into a model.
 #pragma once
 
-#include "tools/shared/recording/recorded_run.hpp"
+#include "tools/replay/frame_fates.hpp"
 
 namespace lbea::tool {
 
@@ -32,8 +32,8 @@ struct Range {
 
 /// Moves `run` and removes its limits. Throws Error{bad_input} when the range contains no frame.
 [[nodiscard]] Part part_of(RecordedRun& run, const Range& range, const std::string& file);
-/// When the test in which the part begins started: the time of the first of the consecutive frames of its session.
-[[nodiscard]] std::int64_t history_of(RecordedRun& run, const Part& part);
+/// When the test in which the part begins started: the time of its first frame that was not dropped.
+[[nodiscard]] std::int64_t history_of(RecordedRun& run, const Part& part, const FrameFates& fates);
 
 struct ModelReplayOptions {
   SettingsOptions settings;
