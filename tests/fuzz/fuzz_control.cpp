@@ -24,6 +24,7 @@ void check_account(std::span<const std::byte> words) {
     const std::uint64_t id = word.kind & 0x80 ? std::uint64_t{word.id} << 32 | word.id : word.id % 64;
     if (word.kind % 4 == 3) {
       ids.observe(word.session % 3, id);
+      if (word.kind & 0x40) static_cast<void>(ids.enter_test(word.session % 3));
     } else {
       const auto kind = static_cast<lbea::wire::ControlKind>(word.kind % 4);
       static_cast<void>(ids.report({word.session % 3u, kind, id, std::min<std::uint64_t>(word.held, id)}));

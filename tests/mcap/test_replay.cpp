@@ -259,6 +259,30 @@ TEST_CASE("a replay knows the time of impact as the matcher did, and the pose to
   CHECK(Json::parse(against.out)["same"] == 10);
 }
 
+// Regression: lbea-record stored the time of impact, but not that it was given.
+TEST_CASE("a recording made before a matcher has the time of impact that was given to lbea-record") {
+  Bench bench;
+  const std::string rig = "ipc://" + bench.file("rig");
+  {
+    const auto server = bench.serve({"--method", "fit", "--pose", rail_pose(), "--trigger-ns", "1005"});
+    const auto recorder =
+        bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--forward", bench.frames(), "--results",
+                     bench.results(), "--record-memory", "16", "--trigger-ns", "1005"},
+                    "record", "ready: frames on");
+    WireContext context;
+    Camera camera(context, rig);
+    camera.look_from(rail_pose());
+    std::this_thread::sleep_for(700ms);  // until all subscriptions and connections exist
+    for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
+    camera.end(10);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
+    std::this_thread::sleep_for(100ms);
+    CHECK(stop(*recorder) == 0);
+    CHECK(stop(*server) == 0);
+  }
+  check_same(bench, 10, "--pose " + rail_pose());
+}
+
 TEST_CASE("recorded before a matcher: method and model are known, the pose must be given") {
   Bench bench;
   const std::string rig = "ipc://" + bench.file("rig"), pose = (test::data() / "rail-demo/sensor.json").string();

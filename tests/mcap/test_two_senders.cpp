@@ -117,3 +117,25 @@ TEST_CASE("with --one-sender the frames of a second one are dropped until the fi
   CHECK(bench.inspect("run.mcap", 0)["unanswered"] == 0);
   CHECK(bench.replay("run.mcap --model " LBEA_MODEL " --against").exit_code == 0);
 }
+
+// Regression: the test belonged to the sender of one damaged frame, and a dropped frame triggered the recording.
+TEST_CASE("with --one-sender, rejected and dropped frames neither own the test nor trigger the recording") {
+  Bench bench;
+  const auto server = bench.serve(
+      {"--one-sender", "--record", bench.file("run.mcap"), "--record-window", "60:60", "--trigger-ns", "1500"});
+  WireContext context;
+  ResultSource results(context, bench.results());
+  REQUIRE(results.receive(30s));
+  Camera camera(context, bench.frames());
+  const std::vector<lbea::Point> too_many(200'000);
+  camera.send_bytes(camera.encoder().frame({700, 2000, too_many}, 2));
+  for (std::uint64_t id = 0; id < 5; ++id) camera.send(id, 1);
+  camera.send(701, 2);  // captured after the trigger
+  CHECK(receive(results, 7) ==
+        Statuses{{1, std::vector(5, WireStatus::ok)}, {2, {WireStatus::too_many_points, WireStatus::other_sender}}});
+  std::this_thread::sleep_for(200ms);
+  CHECK_FALSE(contains(text_of(bench.file("serve.err")), "recording: triggered"));
+  camera.send(600, 1);
+  CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "recording: triggered"); }));
+  static_cast<void>(stop(*server));
+}

@@ -116,6 +116,26 @@ TEST_CASE("silent are only senders of control messages without goodbye") {
   CHECK(conditions(begin + 6s) == std::vector{active, active, ended});
 }
 
+// Regression: a stray program's damaged frame owned the test until it timed out.
+TEST_CASE("with one sender only frames that can be matched own the test") {
+  using namespace std::chrono_literals;
+  const IdTracker::Clock::time_point now{1h};
+  IdTracker ids;
+  ids.allow_one_sender(3s);
+  ids.observe(9, 0, now);  // rejected for its contents
+  ids.observe(1, 0, now);
+  CHECK(ids.enter_test(1, now));
+  ids.observe(9, 1, now);
+  CHECK_FALSE(ids.enter_test(9, now));
+  static_cast<void>(ids.report({1, ControlKind::goodbye, 1, 0}, now));
+  CHECK(ids.observe(1, 0, now).arrival == IdTracker::Arrival::duplicate);
+  ids.observe(9, 2, now);
+  CHECK(ids.enter_test(9, now));
+  CHECK(ids.interleaved() == 0);
+  ids.observe(1, 1, now);
+  CHECK_FALSE(ids.enter_test(1, now));
+}
+
 TEST_CASE("sessions are independent") {
   IdTracker ids;
   for (std::uint64_t id = 0; id < 100; ++id) {

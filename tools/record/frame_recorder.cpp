@@ -124,6 +124,7 @@ class FrameRecorder final : private IntakeSink {
   /// Records every frame with a point cloud, whatever its status.
   void record(const ReceivedFrame& frame) noexcept {
     const wire::FrameHeader& header = frame.decoder.header();
+    if (frame.status == wire::WireStatus::ok) recorder_.frame_of_test(header, frame.receive_ns);
     recorder_.frame(frame.message, header, frame.receive_ns);
     if (header.cloud.empty()) ++damaged_;
     if (frame.message_status == wire::WireStatus::too_many_points) ++too_many_points_;
@@ -174,6 +175,7 @@ RunSettings settings_of(const RecordOptions& options) {
   RunSettings settings;
   settings.program = "lbea-record " LBEA_VERSION_STRING;
   settings.matcher.trigger_ns = options.recording.trigger_ns.value_or(0);
+  settings.knows_impact = options.recording.trigger_ns ? 1 : 0;
   settings.matcher.max_points = options.max_points;
   settings.start_ns = wire::wall_clock_ns();
   return settings;

@@ -27,7 +27,8 @@ void add_options(Tool& tool, RecordOptions& options) {
       ->check(not_empty());
   add_recording_options(tool, options.recording);
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = stamp_ns; };
-  tool.add_option_function("--trigger-ns", set_trigger, "the sender's clock at impact")->default_text("0");
+  tool.add_option_function("--trigger-ns", set_trigger,
+                           "the sender's clock at impact, as given to the matcher; a replay needs it");
   tool.add_option("--max-points", options.max_points,
                   "the limit of a matcher of this recording; larger frames are recorded too, counted and logged")
       ->check(in_range(1u, wire::WireLimits::most_points));

@@ -25,7 +25,9 @@ void FrameEnqueuer::on_frame(const ReceivedFrame& frame) noexcept {
     reject(wire::WireStatus::queue_full, frame);
   }
   // After the matcher has its copy, so that it does not wait for the observer's.
-  if (observer_ != nullptr) observer_->frame(frame.message, frame.decoder.header(), frame.receive_ns);
+  if (observer_ == nullptr) return;
+  if (frame.status == wire::WireStatus::ok) observer_->frame_of_test(frame.decoder.header(), frame.receive_ns);
+  observer_->frame(frame.message, frame.decoder.header(), frame.receive_ns);
 }
 
 void FrameEnqueuer::on_absent(wire::WireStatus status, std::uint64_t session, IdRange ids,

@@ -91,11 +91,13 @@ wire::WireStatus FrameReceiver::account_for(wire::WireStatus status, std::int64_
     const bool is_possible = report({header.session, wire::ControlKind::goodbye, header.id, 0}, receive_ns);
     return is_possible ? status : wire::WireStatus::damaged;
   }
-  const IdTracker::Observation seen = ids_.observe(header.session, header.id, Clock::now());
+  const auto now = Clock::now();
+  const IdTracker::Observation seen = ids_.observe(header.session, header.id, now);
+  status = status_after(seen.arrival, status);
+  const bool is_of_other = status == wire::WireStatus::ok && !ids_.enter_test(header.session, now);
   account_.counters.store(ids_);
   pass_absent(wire::WireStatus::missed, header.session, seen.gap, receive_ns);
-  status = status_after(seen.arrival, status);
-  return status == wire::WireStatus::ok && !seen.is_kept ? wire::WireStatus::other_sender : status;
+  return is_of_other ? wire::WireStatus::other_sender : status;
 }
 
 /// False when the control message is impossible.

@@ -14,29 +14,26 @@ IdTracker::Observation IdTracker::observe(std::uint64_t id_of_session, std::uint
   Session* known = find(id_of_session);
   if (id == no_id || (known != nullptr && id > known->sender.next_id && id - known->sender.next_id >= max_jump))
     return {Arrival::impossible, {}};
-  const bool had_ended = known != nullptr && known->sender.condition == wire::SenderCondition::ended;
   Session& session = session_of(id_of_session, id, now);
   if (known == nullptr) session.earliest = id - std::min(id, max_earlier);
   wire::WireSender& sender = session.sender;
-  const bool is_kept = enter_test(session, had_ended, now);
-  if (id < sender.next_id) {
-    const Observation late = observe_late(session, id);
-    return {late.arrival, late.gap, is_kept};
-  }
+  if (id < sender.next_id) return observe_late(session, id);
   const IdRange gap = advance(session, id);
   sender.next_id = id + 1;
   ++sender.received;
-  return {Arrival::in_order, gap, is_kept};
+  return {Arrival::in_order, gap};
 }
 
-bool IdTracker::enter_test(Session& session, bool had_ended, Clock::time_point now) {
-  if (session.sender.session == test_) return session.has_test = true;
-  const Session* const other = find(test_);
-  const bool is_running = other != nullptr && other->sender.condition != wire::SenderCondition::ended;
+bool IdTracker::enter_test(std::uint64_t id_of_session, Clock::time_point now) {
+  Session* const session = find(id_of_session);
+  if (session == nullptr) return true;
+  const Session* const other = id_of_session == test_ ? nullptr : find(test_);
+  const bool is_running = other != nullptr && !other->has_ended;
   if (is_running && one_sender_timeout_ && now - other->last_message <= *one_sender_timeout_) return false;
-  if (session.has_test && (is_running || !had_ended)) ++interleaved_;
-  test_ = session.sender.session;
-  return session.has_test = true;
+  if (id_of_session != test_ && session->has_test && (is_running || !session->has_ended)) ++interleaved_;
+  test_ = id_of_session;
+  session->has_ended = false;
+  return session->has_test = true;
 }
 
 IdTracker::Observation IdTracker::observe_late(Session& session, std::uint64_t id) {
@@ -76,7 +73,10 @@ IdTracker::Report IdTracker::report(const wire::Control& control, Clock::time_po
   Session& session = session_of(control.session, first_withheld, now);
   wire::WireSender& sender = session.sender;
   session.sends_control = true;
-  if (control.kind == wire::ControlKind::goodbye) sender.condition = wire::SenderCondition::ended;
+  if (control.kind == wire::ControlKind::goodbye) {
+    sender.condition = wire::SenderCondition::ended;
+    session.has_ended = true;
+  }
   if (control.next_id <= sender.next_id) return {};
   Report report;
   if (first_withheld > sender.next_id) report.gap = advance(session, first_withheld);

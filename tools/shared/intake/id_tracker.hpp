@@ -24,8 +24,7 @@ class IdTracker {
   enum class Arrival : std::uint8_t { in_order, late, duplicate, impossible };
   struct Observation {
     Arrival arrival = Arrival::in_order;
-    IdRange gap;          // ids that are missed as of now
-    bool is_kept = true;  // false: with one sender, because the test of another one is running
+    IdRange gap;  // ids that are missed as of now
   };
   struct Report {
     IdRange gap, withheld;
@@ -37,8 +36,11 @@ class IdTracker {
   /// session's latest ones. The same holds for the 1,024 ids before the first one that arrived. Impossible are 2^64 -
   /// 1, which has no successor, and ids that are 2^32 or more beyond the session's highest one.
   Observation observe(std::uint64_t session, std::uint64_t id, Clock::time_point now = {});
+  /// After observe() of a frame that can be matched: whether it is kept, and so belongs to the running test. False with
+  /// one sender, while the test of another one is running.
+  bool enter_test(std::uint64_t session, Clock::time_point now = {});
   /// From now on, frames are not kept while another sender has neither said goodbye nor been without a message for
-  /// `timeout`. The first frame decides whose test is running.
+  /// `timeout`. The first frame that can be matched decides whose test is running.
   void allow_one_sender(Clock::duration timeout) { one_sender_timeout_ = timeout; }
   /// Counts a sender's own report: ids below next_id are missed unless they arrived; the last `withheld` of them are
   /// withheld.
@@ -63,6 +65,7 @@ class IdTracker {
     Clock::time_point last_message;
     bool sends_control = false;
     bool has_test = false;         // a frame was kept
+    bool has_ended = false;        // it said goodbye after its last kept frame
     std::vector<IdRange> missing;  // the latest gaps, ascending
     std::uint64_t earliest = 0;    // ids from here to first_id may still arrive
   };
@@ -71,8 +74,6 @@ class IdTracker {
   /// Everything from next_id to `id` is missed.
   IdRange advance(Session& session, std::uint64_t id);
   Session* find(std::uint64_t session) noexcept;
-  /// Whether a frame of this session is kept. It then belongs to the running test.
-  bool enter_test(Session& session, bool had_ended, Clock::time_point now);
   /// An id below next_id.
   Observation observe_late(Session& session, std::uint64_t id);
   /// The ids in `gap` are missed.

@@ -13,6 +13,8 @@ class RunObserver {
     std::uint64_t unrecorded = 0;  // frames and results that are missing from the file
   };
   virtual ~RunObserver() = default;
+  /// Receiving thread, before frame(): the message is a frame of the running test. It may still find no room.
+  virtual void frame_of_test(const wire::FrameHeader&, std::int64_t /*receive_ns*/) noexcept {}
   /// Receiving thread. Every message as received, whatever its status; it is valid during the call.
   virtual void frame(wire::Message, const wire::FrameHeader&, std::int64_t /*receive_ns*/) noexcept {}
   /// Publishing thread. A published message, encoded and decoded.
@@ -30,6 +32,9 @@ class RunObservers final : public RunObserver {
   /// Call before the pipeline starts; null is ignored.
   void add(RunObserver* observer) {
     if (observer != nullptr) observers_.push_back(observer);
+  }
+  void frame_of_test(const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override {
+    for (RunObserver* observer : observers_) observer->frame_of_test(header, receive_ns);
   }
   void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override {
     for (RunObserver* observer : observers_) observer->frame(message, header, receive_ns);

@@ -56,9 +56,12 @@ RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig&
   channels_.reserve(max_frame_channels);
 }
 
+void RunRecorder::frame_of_test(const wire::FrameHeader& header, std::int64_t receive_ns) noexcept {
+  if (header.stamp_ns >= trigger_stamp_ns_) recorder_.trigger(receive_ns);
+}
+
 void RunRecorder::frame(wire::Message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept {
   if (header.cloud.empty()) return;  // without a cloud: its result contains the reason, or it is the end of the stream
-  if (header.stamp_ns >= trigger_stamp_ns_) recorder_.trigger(receive_ns);
   const std::uint16_t channel = channel_of(header.session, header.id);
   if (channel == 0) {
     ++without_channel_;

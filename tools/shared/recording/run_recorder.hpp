@@ -14,6 +14,7 @@ class RunRecorder final : public RunObserver {
   /// Writes to any sink.
   RunRecorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& config, const RunSettings& settings);
 
+  void frame_of_test(const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override;
   void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override;
   void result(wire::Message message, const wire::WireResult& result) noexcept override;
   void state(wire::Message message, const wire::WireState& state) noexcept override;
@@ -22,7 +23,7 @@ class RunRecorder final : public RunObserver {
   /// Asks the file system for the free space, which may take long. One thread.
   void update_free_space() noexcept;
 
-  /// Triggers now, or at the first frame that was captured at or after this time on the sender's clock.
+  /// Triggers now, or at the first frame of a test that was captured at or after this time on the sender's clock.
   void trigger_now() noexcept;
   void trigger_at(std::int64_t stamp_ns) noexcept { trigger_stamp_ns_ = stamp_ns; }
   [[nodiscard]] RecorderStatus status() const noexcept { return recorder_.status(); }
