@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <tuple>
@@ -99,6 +100,34 @@ void check_equal(const WireResult& a, const WireResult& b) {
 }
 
 }  // namespace
+
+// Regression: 0 was omitted, which other readers take for the schema's default, NaN.
+TEST_CASE("a number that is 0 is in the message, and an absent one has the schema's default") {
+  WireResult result = some_result();
+  for (const auto& number : fit_numbers) result.fit.*number.value = 0;
+  Encoder encoder;
+  const schema::Fit* fit = schema::GetResult(encoder.result(result).data())->fit();
+  CHECK(fit->pose_turn() == 0);
+  CHECK(fit->error_90() == 0);
+  WireResult read;
+  REQUIRE(decode_result(encoder.result(result), read) == WireStatus::ok);
+  CHECK(have_equal_bits<FitNumbers>(result.fit, read.fit));
+
+  flatbuffers::FlatBufferBuilder older;  // a recording from before these numbers
+  const std::vector<schema::Candidate> candidates{{1, 2, 0.5f}};
+  const auto vector = older.CreateVectorOfStructs(candidates);
+  schema::FitBuilder part(older);
+  part.add_candidates(vector);
+  const auto finished = part.Finish();
+  schema::ResultBuilder whole(older);
+  whole.add_fit(finished);
+  schema::FinishResultBuffer(older, whole.Finish());
+  REQUIRE(decode_result(std::as_bytes(std::span(older.GetBufferPointer(), older.GetSize())), read) == WireStatus::ok);
+  CHECK(std::isnan(read.fit.pose_turn));
+  CHECK(std::isnan(read.fit.test_time_sd));
+  CHECK(read.fit.residual == 0);
+  CHECK(read.coverage == 0);
+}
 
 TEST_CASE("a result is decoded unchanged, from any address") {
   Encoder encoder;

@@ -25,16 +25,20 @@ std::optional<wire::WireState> recorded_state(const std::string& file) {
   return {};
 }
 
-/// Whether the matcher estimated the pose error of the tests, by its first result of method fit.
+/// Whether the matcher estimated the pose error of the tests, by its results of method fit.
 /// Without results of fit: as lbea-serve does.
 bool has_estimated_pose(const std::string& file) {
   RecordedRun run(file);
   wire::WireResult result;
-  while (const auto message = run.next())
-    if (message->kind == RecordedMessage::Kind::result &&
-        wire::decode_result(message->data, result) == wire::WireStatus::ok && !result.fit.candidates.empty())
-      return std::isfinite(result.fit.pose_turn);
-  return true;
+  bool has_fit = false;
+  while (const auto message = run.next()) {
+    if (message->kind != RecordedMessage::Kind::result ||
+        wire::decode_result(message->data, result) != wire::WireStatus::ok || result.fit.candidates.empty())
+      continue;
+    if (std::isfinite(result.fit.pose_turn)) return true;
+    has_fit = true;
+  }
+  return !has_fit;
 }
 
 Method method_of(const std::string& name, const std::string& file) {

@@ -4,6 +4,8 @@
 #include "result_generated.h"
 #include "state_generated.h"
 
+#include <flatbuffers/reflection_generated.h>
+
 #include <algorithm>
 
 namespace lbea::wire {
@@ -14,33 +16,39 @@ using flatbuffers::Offset;
 
 constexpr detail::MessageLimits result_limits{16 << 20, 65'536};
 
-/// The places of a table's numbers in a message, by their names in the schema.
+/// Where a number of a table is in a message, and its value when it is absent.
+struct Slot {
+  flatbuffers::voffset_t offset = 0;
+  float absent = 0;
+};
+
+/// By the numbers' names in the schema.
 template <class Numbers, std::size_t count>
-std::array<flatbuffers::voffset_t, count> slots_of(const std::array<NumberInfo<Numbers>, count>& numbers,
-                                                   const flatbuffers::TypeTable* table) {
-  std::array<flatbuffers::voffset_t, count> slots;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::span names(table->names, table->num_elems);
-    const auto found = std::ranges::find(names, std::string_view(numbers[i].name));
-    slots[i] = flatbuffers::FieldIndexToOffset(static_cast<flatbuffers::voffset_t>(found - names.begin()));
-  }
+std::array<Slot, count> slots_of(const std::array<NumberInfo<Numbers>, count>& numbers, const char* table) {
+  const auto* fields = reflection::GetSchema(result_schema().data())->objects()->LookupByKey(table)->fields();
+  std::array<Slot, count> slots;
+  slots.fill({flatbuffers::FieldIndexToOffset(static_cast<flatbuffers::voffset_t>(fields->size()))});
+  for (std::size_t i = 0; i < count; ++i)
+    if (const reflection::Field* field = fields->LookupByKey(numbers[i].name))
+      slots[i] = {field->offset(), static_cast<float>(field->default_real())};
   return slots;
 }
-const auto frame_slots = slots_of(frame_numbers, schema::ResultTypeTable());
-const auto fit_slots = slots_of(fit_numbers, schema::FitTypeTable());
+const auto frame_slots = slots_of(frame_numbers, "lbea.wire.Result");
+const auto fit_slots = slots_of(fit_numbers, "lbea.wire.Fit");
 
-/// Adds the numbers to the table that is being built.
+/// Adds the numbers to the table that is being built; also those with the value of absent ones.
 template <class Numbers, std::size_t count>
 void add(FlatBufferBuilder& builder, const Numbers& from, const std::array<NumberInfo<Numbers>, count>& numbers,
-         const std::array<flatbuffers::voffset_t, count>& slots) {
-  for (std::size_t i = count; i-- > 0;) builder.AddElement<float>(slots[i], from.*numbers[i].value, 0.0f);
+         const std::array<Slot, count>& slots) {
+  for (std::size_t i = count; i-- > 0;) builder.AddElement<float>(slots[i].offset, from.*numbers[i].value);
 }
 
 template <class Table, class Numbers, std::size_t count>
 void read(const Table* table, Numbers& into, const std::array<NumberInfo<Numbers>, count>& numbers,
-          const std::array<flatbuffers::voffset_t, count>& slots) {
+          const std::array<Slot, count>& slots) {
   const auto* from = reinterpret_cast<const flatbuffers::Table*>(table);
-  for (std::size_t i = 0; i < count; ++i) into.*numbers[i].value = from->GetField<float>(slots[i], 0.0f);
+  for (std::size_t i = 0; i < count; ++i)
+    into.*numbers[i].value = from->GetField<float>(slots[i].offset, slots[i].absent);
 }
 
 Offset<schema::Counters> build(FlatBufferBuilder& builder, const Counters& counters) {
