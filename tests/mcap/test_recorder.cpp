@@ -5,6 +5,7 @@
 #include "tools/shared/recording/recording_format.hpp"
 
 #include "tests/mcap/mcap_support.hpp"
+#include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
 #include <lbea/lbea.hpp>
@@ -14,6 +15,7 @@
 #include <atomic>
 #include <csignal>
 #include <fstream>
+#include <limits>
 #include <mutex>
 
 #include <sys/resource.h>
@@ -156,6 +158,28 @@ TEST_CASE(
   settings.matcher.max_points = 200'000'000;
   CHECK_THROWS_WITH_AS(static_cast<void>(settings_from(to_metadata(settings), "hostile.mcap")),
                        doctest::Contains("hostile.mcap: max_points is 200000000, outside 1 to 16777216"), Error);
+}
+
+// Regression: a replay allocated memory for 2^32 matches, or rendered all samples before it refused the pose.
+TEST_CASE("recorded settings that no matcher has are refused") {
+  const auto refusal = [](auto&& change) -> std::string {
+    RunSettings settings;
+    change(settings.matcher);
+    try {
+      static_cast<void>(settings_from(to_metadata(settings), "hostile.mcap"));
+    } catch (const Error& error) { return error.what(); }
+    return "";
+  };
+  CHECK(refusal([](MatcherConfig&) {}).empty());
+  CHECK(refusal([](MatcherConfig& m) { m.T_reference_sensor = {0, -1, 0, 5, 1, 0, 0, 6, 0, 0, 1, 7}; }).empty());
+  CHECK(contains(refusal([](MatcherConfig& m) { m.max_matches = 4'000'000'000; }),
+                 "hostile.mcap: max_matches is 4000000000, outside 1 to 1000"));
+  CHECK(contains(refusal([](MatcherConfig& m) { m.T_reference_sensor[5] = 2; }), "not a rigid transform"));
+  CHECK(contains(refusal([](MatcherConfig& m) { m.T_reference_sensor[0] = -1; }), "not a rigid transform"));
+  CHECK(contains(refusal([](MatcherConfig& m) { m.T_reference_sensor[3] = std::numeric_limits<float>::quiet_NaN(); }),
+                 "not a rigid transform"));
+  CHECK(contains(refusal([](MatcherConfig& m) { m.trusted_distance = -1; }), "trusted_distance"));
+  CHECK(contains(refusal([](MatcherConfig& m) { m.min_coverage = 2; }), "min_coverage"));
 }
 
 TEST_CASE("no message and one message both give a sound file") {

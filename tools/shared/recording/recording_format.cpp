@@ -1,6 +1,8 @@
 #include "tools/shared/recording/recording_format.hpp"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <sstream>
 
 namespace lbea::tool {
@@ -78,6 +80,37 @@ bool read(std::istream& in, wire::SenderCondition& condition) {
   return known != condition_names.end();
 }
 
+constexpr std::uint32_t most_matches = 1000;  // as lbea-serve accepts
+
+bool is_rigid(const RigidTransform& T) {
+  constexpr double tolerance = 1e-3;
+  if (!std::ranges::all_of(T, [](float value) { return std::isfinite(value); })) return false;
+  const auto at = [&T](std::size_t row, std::size_t column) { return static_cast<double>(T[4 * row + column % 3]); };
+  double determinant = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    determinant += at(0, k) * (at(1, k + 1) * at(2, k + 2) - at(1, k + 2) * at(2, k + 1));
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = i; j < 3; ++j) {
+      const double dot = at(i, 0) * at(j, 0) + at(i, 1) * at(j, 1) + at(i, 2) * at(j, 2);
+      if (std::abs(dot - (i == j ? 1.0 : 0.0)) > tolerance) return false;
+    }
+  return determinant > 0;
+}
+
+void check(const MatcherConfig& matcher, const std::string& file) {
+  const auto require = [&](bool holds, const std::string& what) {
+    if (!holds)
+      throw Error(Status::bad_input,
+                  file + ": " + what + "; lbea does not record this: check where the file comes from");
+  };
+  require(matcher.max_matches >= 1 && matcher.max_matches <= most_matches,
+          "max_matches is " + text(matcher.max_matches) + ", outside 1 to " + text(most_matches));
+  require(is_rigid(matcher.T_reference_sensor), "T_reference_sensor is not a rigid transform");
+  require(matcher.trusted_distance >= 0 && std::isfinite(matcher.trusted_distance),
+          "trusted_distance is " + text(matcher.trusted_distance));
+  require(matcher.min_coverage >= 0 && matcher.min_coverage <= 1, "min_coverage is " + text(matcher.min_coverage));
+}
+
 }  // namespace
 
 std::uint32_t checked_max_points(std::uint32_t points, const std::string& file) {
@@ -105,6 +138,7 @@ RunSettings settings_from(const mcap::Metadata& metadata, const std::string& fil
                       "\"; set it on the command line of a matcher instead of replaying into a model");
   });
   settings.matcher.max_points = checked_max_points(settings.matcher.max_points, file);
+  check(settings.matcher, file);
   return settings;
 }
 

@@ -37,7 +37,8 @@ inline constexpr std::string_view settings_metadata_name = "lbea.recording";
 [[nodiscard]] mcap::Metadata to_metadata(const RunSettings& settings);
 /// `points`. Throws Error{bad_input} when no program accepts so many: a matcher allocates memory for them.
 [[nodiscard]] std::uint32_t checked_max_points(std::uint32_t points, const std::string& file);
-/// Throws Error{bad_input} when a text is not a valid number where one is expected; `file` is for the message.
+/// Throws Error{bad_input} when a text is not a valid number where one is expected, or no matcher has such settings;
+/// `file` is for the message.
 [[nodiscard]] RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file);
 
 /// The senders at the end of a recording without a matcher, from which missing captures are known. One text per
