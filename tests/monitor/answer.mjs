@@ -8,7 +8,7 @@ import { endpoint, model, monitor, run, send, sensor, serveFrom, sockets, start,
 const elements = new Map();
 globalThis.document = { getElementById: (id) => elements.get(id) ?? elements.set(id, { textContent: "", hidden: false, dataset: {} }).get(id) };
 const page = "../../tools/monitor/page";
-const { VerdictPanel } = await import(`${page}/panels.js`), { readPacket } = await import(`${page}/connection.js`);
+const { ParameterTable, VerdictPanel } = await import(`${page}/panels.js`), { readPacket } = await import(`${page}/connection.js`);
 
 /// What the panel shows.
 const shown = () => {
@@ -16,6 +16,9 @@ const shown = () => {
   return { verdict: elements.get("verdict-panel").dataset.verdict, word: text("verdict-word"), best: text("best"), why: text("verdict-why"), frame: text("frame-verdict"),
     warning: elements.get("pose-warning").hidden ? "" : text("pose-warning") };
 };
+
+// Regression: an unknown distance ended the update of the page.
+assert.deepEqual(new ParameterTable({}).leaders({ matches: [{ simulation: 3, distance: null }, { simulation: 4, distance: 0.25 }] }), ["Distance", [[3, "-"], [4, "0.2500"]]]);
 
 function sensorMovedBy(axis, mm) {
   const moved = JSON.parse(readFileSync(sensor, "utf8")), file = join(sockets, `moved_${axis}_${mm}.json`);

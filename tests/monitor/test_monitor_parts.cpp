@@ -2,11 +2,13 @@
 #include "tests/support/synthetic_model.hpp"
 #include "tests/wire/wire_support.hpp"
 #include "tools/monitor/feeds/health.hpp"
+#include "tools/monitor/feeds/recording_feed.hpp"
 #include "tools/monitor/feeds/test_log.hpp"
 #include "tools/monitor/scene/packet.hpp"
 #include "tools/monitor/scene/scene.hpp"
 #include "tools/monitor/web/access.hpp"
 #include "tools/shared/matching/preview.hpp"
+#include "tools/shared/recording/run_recorder.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -165,6 +167,78 @@ TEST_CASE("a new sender begins a new test, a frame without a sender does not; th
   CHECK(!log.is_complete());
   CHECK(log.rows().size() == 1);
   CHECK(log.rows().front()[TestLog::time_s] == 0);
+}
+
+// Regression: another sender's end erased the running test, and the next test of a session continued the complete one.
+TEST_CASE("the end of another sender's stream changes nothing; a frame after the own end begins a test") {
+  TestLog log;
+  const auto end = [](std::uint64_t session) {
+    WireResult result = result_of(9, session);
+    result.status = WireStatus::end_of_stream;
+    return result;
+  };
+  log.add(end(2));
+  CHECK(log.rows().empty());
+  log.add(result_of(5));
+  log.add(result_of(6));
+  log.add(end(2));
+  CHECK(log.session() == 1);
+  CHECK(log.rows().size() == 2);
+  CHECK_FALSE(log.is_complete());
+  log.add(end(1));
+  CHECK(log.is_complete());
+  log.add(result_of(7));
+  CHECK(log.rows().size() == 1);
+  CHECK_FALSE(log.is_complete());
+}
+
+// Regression: the curves of a session's last test replaced those before.
+TEST_CASE("a recording shows the curves of each test of a session") {
+  const TemporaryFolder folder;
+  bake_bent_plates(folder / "plates.lbea");
+  {
+    RunRecorder recorder(folder / "run.mcap", {}, {});
+    Encoder encoder;
+    const auto record = [&](WireResult result) {
+      result.publish_ns = static_cast<std::int64_t>(result.frame_id + 1);
+      recorder.result(encoder.result(result), result);
+    };
+    for (const std::uint64_t test : {0u, 1u}) {
+      for (std::uint64_t id = 0; id < 3 + test; ++id) record(result_of(10 * test + id));
+      WireResult end = result_of(10 * test + 9);
+      end.status = WireStatus::end_of_stream;
+      record(end);
+    }
+    CHECK(recorder.finish().is_sound());
+  }
+  const auto feed = make_recording_feed(folder / "run.mcap", Model::open(folder / "plates.lbea"));
+  const auto frames_of = [&](const std::string& session) {
+    const auto response = feed->respond("/api/recording/rows?session=" + session + "&first=0");
+    REQUIRE(response);
+    return read(response->body).section<float>("rows").size() / TestLog::row_values;
+  };
+  CHECK(frames_of("1") == 3);
+  CHECK(frames_of("1.2") == 4);
+  CHECK(frames_of("1.3") == 0);
+  CHECK(frames_of("1.0") == 0);
+  const auto last = feed->respond("/api/recording/frame?number=5");
+  REQUIRE(last);
+  CHECK(read(last->body).head["test"]["session"] == "1.2");
+}
+
+// Regression: the difference of such stamps is not in the range of their type.
+TEST_CASE("times that are far apart are subtracted and added without overflow") {
+  constexpr auto most = std::numeric_limits<std::int64_t>::max(), least = std::numeric_limits<std::int64_t>::min();
+  TestLog log;
+  WireResult first = result_of(0);
+  first.stamp_ns = least;
+  log.add(first);
+  CHECK(log.seconds(most) == doctest::Approx(1.8446744e10));
+  CHECK(difference_ns(least, most) == doctest::Approx(-1.8446744e19));
+  CHECK(difference_ns(1'700'000'000'000'000'001, 1'700'000'000'000'000'000) == 1);
+  CHECK(saturated_sum(most, 1) == most);
+  CHECK(saturated_sum(least, -1) == least);
+  CHECK(saturated_sum(most, least) == -1);
 }
 
 TEST_CASE("curves as CSV: one line per row, quoted names, empty unknown values") {

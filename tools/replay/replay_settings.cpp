@@ -6,6 +6,7 @@
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/clock_times.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -137,8 +138,8 @@ Part part_of(RecordedRun& run, const Range& range, const std::string& file) {
   if (!first) throw Error(Status::bad_input, file + ": it contains no frame; see lbea-inspect");
   if (range.text.empty()) return {};
   const std::int64_t begin = first->log_time_ns;
-  const Part part{begin + static_cast<std::int64_t>(range.from_s * 1e9),
-                  begin + static_cast<std::int64_t>(range.to_s * 1e9), false};
+  const Part part{saturated_sum(begin, static_cast<std::int64_t>(range.from_s * 1e9)),
+                  saturated_sum(begin, static_cast<std::int64_t>(range.to_s * 1e9)), false};
   run.rewind();
   run.limit(part.from_ns, part.to_ns);
   if (!next_frame(run))

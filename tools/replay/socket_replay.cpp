@@ -3,6 +3,7 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/clock_times.hpp"
 #include "tools/shared/intake/handshake.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 
@@ -24,7 +25,8 @@ using Clock = std::chrono::steady_clock;
 constexpr auto longest_wait = 5s;     // for the receiver, and for a matcher's state
 constexpr auto stop_interval = 50ms;  // longest delay of a stop
 constexpr auto longest_flush = 2000ms;
-constexpr std::int64_t longest_disorder_ns = 1'000'000'000, long_pause_ns = 10'000'000'000;
+constexpr double longest_disorder_ns = 1e9, long_pause_ns = 1e10;
+constexpr double latest_ns = 4e18;  // 127 years; the clock would overflow far beyond it
 
 bool is_stopped() { return stop_requested != 0; }
 
@@ -56,14 +58,14 @@ class Pace {
     if (options_.steps) return wait_for_line();
     if (options_.fast) return !is_stopped();
     // Older recordings may contain a step of the clock. After a step backwards the pace starts anew.
-    if (!begun_ || log_time_ns < last_ns_ - longest_disorder_ns) {
+    const double pause_ns = difference_ns(log_time_ns, last_ns_);
+    if (!begun_ || pause_ns < -longest_disorder_ns) {
       begin_at(log_time_ns);
-    } else if (log_time_ns > last_ns_ + long_pause_ns) {
-      spdlog::info("no frame for {:.0f} s of the recording; --fast does not wait",
-                   1e-9 * static_cast<double>(log_time_ns - last_ns_));
+    } else if (pause_ns > long_pause_ns) {
+      spdlog::info("no frame for {:.0f} s of the recording; --fast does not wait", 1e-9 * pause_ns);
     }
     last_ns_ = log_time_ns;
-    const double offset_ns = static_cast<double>(log_time_ns - first_ns_) / options_.speed;
+    const double offset_ns = std::min(difference_ns(log_time_ns, first_ns_) / options_.speed, latest_ns);
     const auto due = begin_ + std::chrono::nanoseconds(static_cast<std::int64_t>(offset_ns));
     while (!is_stopped() && Clock::now() < due)
       std::this_thread::sleep_until(std::min(due, Clock::now() + stop_interval));

@@ -16,12 +16,28 @@ namespace lbea::tool {
 namespace {
 
 constexpr std::uint32_t most_points_read = std::uint32_t{1} << 24;
-constexpr std::size_t most_sessions = 256;
+constexpr std::size_t most_tests = 256;
 constexpr std::size_t rows_per_batch = 2048;
 
 template <class Number>
 Number number_in(std::string_view target, std::string_view key, Number otherwise) {
   return parsed<Number>(http::query_value(target, key)).value_or(otherwise);
+}
+
+/// Session and number of the test in it.
+using TestKey = std::pair<std::uint64_t, std::uint64_t>;
+
+/// "SESSION", and "SESSION.2" for its second test.
+std::string text(const TestKey& test) {
+  return std::to_string(test.first) + (test.second == 0 ? "" : "." + std::to_string(test.second + 1));
+}
+
+std::optional<TestKey> test_in(std::string_view target) {
+  const std::string_view view = http::query_value(target, "session");
+  const auto dot = view.find('.');
+  const auto session = parsed<std::uint64_t>(view.substr(0, dot));
+  const auto number = dot == view.npos ? std::optional<std::uint64_t>(1) : parsed<std::uint64_t>(view.substr(dot + 1));
+  return session && number && *number > 0 ? std::optional<TestKey>({*session, *number - 1}) : std::nullopt;
 }
 
 std::string summary_of(const RunAudit& audit) { return audit.is_complete() ? "complete" : audit.flaws().front(); }
@@ -52,7 +68,7 @@ class Recording final : public RecordingFeed {
     if (path == "/export/curves.csv")
       return file_response(
           "text/csv; charset=utf-8",
-          to_csv(log_of(number_in<std::uint64_t>(target, "session", entries_.empty() ? 0 : entries_.front().session)),
+          to_csv(log_of(test_in(target).value_or(entries_.empty() ? TestKey() : entries_.front().test)),
                  exports_.simulation_names()),
           "curves.csv");
     if (path != "/api/recording/frame") return exports_.respond(target);
@@ -67,6 +83,7 @@ class Recording final : public RecordingFeed {
   struct Entry {
     std::int64_t frame_ns = 0, result_ns = 0;  // log times; the former 0 when the recording lacks the frame
     std::uint64_t session = 0, id = 0;
+    TestKey test;
   };
   using FrameTimes = std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>;  // by session and frame id
   void read_all() {
@@ -83,16 +100,23 @@ class Recording final : public RecordingFeed {
     wire::WireResult result;
     if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.add_unreadable();
     health_.add(result, time_);
-    if (logs_.size() < most_sessions || logs_.contains(result.session)) logs_[result.session].add(result);
+    const TestKey test = test_of(result);
+    if (logs_.size() < most_tests || logs_.contains(test)) logs_[test].add(result);
     if (wire::fate_of(result.status) == wire::Fate::not_a_capture) return;
     const auto frame = frames.find({result.session, result.frame_id});
     entries_.push_back(
-        {frame == frames.end() ? 0 : frame->second, message.log_time_ns, result.session, result.frame_id});
+        {frame == frames.end() ? 0 : frame->second, message.log_time_ns, result.session, result.frame_id, test});
+  }
+  /// The first matched frame after the end of its stream begins another test.
+  TestKey test_of(const wire::WireResult& result) {
+    std::uint64_t& number = numbers_[result.session];
+    if (wire::fate_of(result.status) == wire::Fate::matched && log_of({result.session, number}).is_complete()) ++number;
+    return {result.session, number};
   }
 
   [[nodiscard]] std::string frame_packet(const Entry& entry) {
     const Moment moment{result_of(entry), cloud_of(entry)};
-    const TestLog& log = log_of(entry.session);
+    const TestLog& log = log_of(entry.test);
     Health health = health_;
     health.add(moment.result, time_);
     nlohmann::json head{{"type", "snapshot"},
@@ -101,13 +125,13 @@ class Recording final : public RecordingFeed {
                         {"has_preview", true},
                         {"model_differs", moment.result.model_checksum != model_.checksum()},
                         {"test", to_json(log, moment.result.stamp_ns, exports_.simulation_names())}};
-    head["test"]["session"] = std::to_string(entry.session);
+    head["test"]["session"] = text(entry.test);
     head["health"]["recording"] = audit_;
     return scenes_.build(moment, std::move(head));
   }
 
   [[nodiscard]] std::string rows_packet(std::string_view target) const {
-    const TestLog& log = log_of(number_in<std::uint64_t>(target, "session", 0));
+    const TestLog& log = log_of(test_in(target).value_or(TestKey()));
     LogCursor cursor{log.epoch(), std::min(number_in<std::size_t>(target, "first", 0), log.rows().size())};
     if (cursor.row == 0) cursor.epoch = 0;  // gives a packet even when there are no rows
     return next_rows(log, cursor, rows_per_batch);
@@ -142,9 +166,9 @@ class Recording final : public RecordingFeed {
     return nullptr;
   }
 
-  [[nodiscard]] const TestLog& log_of(std::uint64_t session) const {
+  [[nodiscard]] const TestLog& log_of(const TestKey& test) const {
     static const TestLog none;
-    const auto log = logs_.find(session);
+    const auto log = logs_.find(test);
     return log == logs_.end() ? none : log->second;
   }
 
@@ -159,7 +183,8 @@ class Recording final : public RecordingFeed {
   // One time for all results, so that the latencies are those of the whole recording.
   Health::Clock::time_point time_ = Health::Clock::now();
   std::vector<Entry> entries_;
-  std::map<std::uint64_t, TestLog> logs_;
+  std::map<std::uint64_t, std::uint64_t> numbers_;  // of the latest test of each session
+  std::map<TestKey, TestLog> logs_;
 };
 
 }  // namespace

@@ -55,9 +55,8 @@ std::string name_of(float simulation, std::span<const std::string> names) {
 
 void TestLog::add(const wire::WireResult& result) {
   const wire::Fate fate = wire::fate_of(result.status);
-  const bool has_sender = fate == wire::Fate::matched || result.status == wire::WireStatus::end_of_stream;
-  if (has_sender && (!started_ || result.session != session_)) begin(result);
-  if (result.status == wire::WireStatus::end_of_stream) complete_ = true;
+  if (fate == wire::Fate::matched && (!started_ || complete_ || result.session != session_)) begin(result);
+  if (result.status == wire::WireStatus::end_of_stream && started_ && result.session == session_) complete_ = true;
   answer_.add(result);
   if (!started_ || fate == wire::Fate::not_a_capture) return;
   if (results_++ % every_ != 0) return;

@@ -1,6 +1,7 @@
 // The curves of one test, for browsers that connect later: bounded, and thinned when they grow too long.
 #pragma once
 
+#include "tools/shared/intake/clock_times.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -39,7 +40,7 @@ class TestLog {
 
   explicit TestLog(std::size_t capacity = default_capacity) : capacity_(capacity) {}
 
-  /// Adds the result of a frame; clears the log first when the sender was restarted.
+  /// Adds a result. The first matched frame of another sender, or after the end of the stream, clears the log before.
   void add(const wire::WireResult& result);
 
   [[nodiscard]] std::uint64_t epoch() const noexcept {
@@ -52,7 +53,7 @@ class TestLog {
   [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
   [[nodiscard]] const TestAnswer& answer() const noexcept { return answer_; }
   [[nodiscard]] double seconds(std::int64_t stamp_ns) const noexcept {
-    return static_cast<double>(stamp_ns - first_stamp_ns_) * 1e-9;
+    return difference_ns(stamp_ns, first_stamp_ns_) * 1e-9;
   }
 
  private:

@@ -89,7 +89,7 @@ export class ParameterTable {
   leaders(result) {
     if (result.test) return ["Share", result.test.simulations.map(([simulation, p]) => [simulation, `${(p * 100).toFixed(0)} %`])];
     const seen = new Set();
-    return ["Distance", (result.matches ?? []).filter((match) => !seen.has(match.simulation) && seen.add(match.simulation)).map((match) => [match.simulation, match.distance.toPrecision(4)])];
+    return ["Distance", (result.matches ?? []).filter((match) => !seen.has(match.simulation) && seen.add(match.simulation)).map((match) => [match.simulation, match.distance?.toPrecision(4) ?? "-"])];
   }
   update(result) {
     const [share, all] = this.leaders(result), leaders = all.filter(([simulation]) => simulation in this.model.simulations).slice(0, shownLeaders);
