@@ -139,3 +139,27 @@ TEST_CASE("with --one-sender, rejected and dropped frames neither own the test n
   CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "recording: triggered"); }));
   static_cast<void>(stop(*server));
 }
+
+// Regression: the end of any stream ended the evaluation, and the path continued from one sender to the next.
+TEST_CASE("lbea-eval live ends with the sender that it evaluates, and reports a restarted one") {
+  Bench bench;
+  const auto server = bench.serve({"--method", "fit", "--pose", (data() / "rail-demo/sensor.json").string()});
+  const auto evaluation =
+      bench.start({LBEA_EVAL, "live", LBEA_MODEL, "--results", bench.results(), "--json"}, "eval", "lbea-eval: ready");
+  WireContext context;
+  Camera camera(context, bench.frames());
+  camera.look_from((data() / "rail-demo/sensor.json").string());
+  for (std::uint64_t id = 0; id < 5; ++id) camera.send(id, 1);
+  camera.end(0, 9);  // of a sender without frames
+  for (std::uint64_t id = 0; id < 4; ++id) camera.send(id, 2);
+  camera.end(5, 1);  // of the sender before the restart
+  camera.send(4, 2);
+  camera.end(5, 2);
+  CHECK(evaluation->wait() == 0);
+  const Json report = Json::parse(text_of(bench.file("eval.out")));
+  CHECK(report["complete"] == true);
+  CHECK(report["sessions"] == 2);
+  REQUIRE(report["frames"].size() == 10);
+  for (std::size_t i = 0; i < 10; ++i) CHECK(report["frames"][i].contains("path") == (i >= 5));
+  static_cast<void>(stop(*server));
+}

@@ -119,10 +119,11 @@ TEST_CASE("the report of lbea-eval live begins with the answer of the test, also
   bake_bent_plates(folder / "plates.lbea");
   const Model model = Model::open(folder / "plates.lbea");
   LiveSummary summary;
-  summary.complete = summary.has_path = true;
+  summary.complete = true;
   for (int i = 0; i < 5; ++i) {
     LiveRow row;
     row.result = frame(WireVerdict::no_simulation_fits, {{2, 1.0f}}, 0.34f);
+    row.on_path = {2, 5};
     summary.answer.add(row.result);
     summary.rows.push_back(row);
   }

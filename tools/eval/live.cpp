@@ -4,6 +4,8 @@
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
+#include <lbea/tracker.hpp>
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -36,6 +38,35 @@ nlohmann::ordered_json test_json(const TestAnswer& answer, const Model& model) {
 }
 
 }  // namespace
+
+// Frames that were rejected show their sender, unless others are matched.
+void LiveSessions::add(const wire::WireResult& result) {
+  const wire::Fate fate = wire::fate_of(result.status);
+  if (fate == wire::Fate::matched) matched_.insert(result.session);
+  if (fate == wire::Fate::matched || (fate == wire::Fate::rejected && matched_.empty())) latest_ = result.session;
+}
+
+void find_path(LiveSummary& summary, const Model& model) {
+  std::vector<std::vector<Match>> evidence;
+  std::vector<LiveRow*> rows;
+  for (LiveRow& row : summary.rows) {
+    if (!summary.sessions.has_latest(row.result)) continue;
+    rows.push_back(&row);
+    evidence.push_back(ranked(row.result.fit.candidates, row.result.fit.ranks));
+  }
+  if (std::ranges::all_of(evidence, [](const auto& candidates) { return candidates.empty(); })) return;
+  const auto path = likeliest_path(model, evidence);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    rows[i]->on_path = path[i];
+    rows[i]->path_simulation = model.simulation_name(path[i].simulation);
+  }
+}
+
+std::optional<Sample> LiveSummary::end_of_path() const {
+  const auto last =
+      std::find_if(rows.rbegin(), rows.rend(), [](const LiveRow& row) { return row.on_path.has_value(); });
+  return last == rows.rend() ? std::nullopt : last->on_path;
+}
 
 std::optional<double> LiveSummary::mean(std::optional<double> LiveRow::*error) const {
   double sum = 0;
@@ -77,17 +108,19 @@ std::string table_summary(const LiveSummary& summary, const Model& model) {
   std::string text = (summary.complete ? "test: " : "test so far: ") +
                      (refusal.empty() ? answer_text(test, names_of(model)) : refusal) + "\n";
   if (const std::string warning = summary.answer.warning(); !warning.empty()) text += "warning: " + warning + "\n";
+  if (summary.sessions.count() > 1)
+    text += formatted("%zu senders, or one that was restarted: verdict and path are those of the last one\n",
+                      summary.sessions.count());
   text += formatted("%zu results%s, %.2f ms per frame in the matcher (median)", summary.rows.size(),
                     summary.complete ? "" : ", the sender did not end the stream", summary.median_match_ms());
   if (const auto error = summary.mean(&LiveRow::error), best = summary.mean(&LiveRow::oracle_error); error && best)
     text += formatted("; mean EE %.2f %s, oracle %.2f (ratio %.2f)", *error, std::string(model.length_unit()).c_str(),
                       *best, *error / *best);
   if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += formatted("; estimate %.2f", *estimate);
-  if (summary.has_path) {
-    const Sample last = summary.rows.back().on_path;
+  if (const auto last = summary.end_of_path()) {
     text += formatted("\n%s path of the whole test: %s, ends at time step %u",
                       test.verdict == wire::WireVerdict::no_simulation_fits ? "nearest" : "most likely",
-                      std::string(model.simulation_name(last.simulation)).c_str(), last.time_step);
+                      std::string(model.simulation_name(last->simulation)).c_str(), last->time_step);
     if (const auto path = summary.mean(&LiveRow::path_error)) text += formatted("; mean EE %.2f", *path);
   }
   return text;
@@ -111,13 +144,14 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
       if (!row.result.fit.candidates.empty()) line["fit"][number.name] = row.result.fit.*number.value;
     if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
     if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
-    if (summary.has_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path.time_step}};
+    if (row.on_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path->time_step}};
     if (row.path_error) line["path"]["EE"] = *row.path_error;
     line["match_ms"] = row.match_ms;
     line["total_ms"] = row.total_ms;
     rows.push_back(std::move(line));
   }
   nlohmann::ordered_json all{{"complete", summary.complete},
+                             {"sessions", summary.sessions.count()},
                              {"test", test_json(summary.answer, model)},
                              {"median_match_ms", summary.median_match_ms()},
                              {"frames", std::move(rows)}};
@@ -148,8 +182,8 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
     for (const auto& number : frame_numbers) table.add(r.*number.value);
     table.add(row.error, row.oracle_error, row.match_ms, row.total_ms, wire::to_string(r.verdict),
               wire::to_string(r.test.verdict), row.estimate_error);
-    if (summary.has_path)
-      table.add(row.path_simulation, row.on_path.time_step);
+    if (row.on_path)
+      table.add(row.path_simulation, row.on_path->time_step);
     else
       table.add("", "");
     table.add(row.path_error);

@@ -83,7 +83,8 @@ class LiveTest {
 
   int run() {
     receive();
-    find_path();
+    find_path(summary_, model_);
+    compare_path();
     std::printf("%s\n", arguments_.json ? to_json(summary_, model_).c_str()
                                         : printable(table_summary(summary_, model_), "\n").c_str());
     if (!arguments_.out.empty()) {
@@ -101,7 +102,7 @@ class LiveTest {
   }
 
  private:
-  /// Until the end of the stream, a timeout, or a stop signal.
+  /// Until the end of the evaluated sender's stream, a timeout, or a stop signal.
   void receive() {
     const wire::ClientAccess access = arguments_.access.load();
     const auto silence = std::chrono::milliseconds(static_cast<std::int64_t>(arguments_.silence_s * 1e3));
@@ -130,9 +131,10 @@ class LiveTest {
       throw Error(Status::bad_input,
                   arguments_.results + ": these results are from another model; give the model that the matcher uses");
     if (result.status == wire::WireStatus::end_of_stream) {
-      summary_.complete = true;
+      summary_.complete = summary_.sessions.has_latest(result);
       return void(summary_.answer.add(result));
     }
+    summary_.sessions.add(result);
     const bool was_right = summary_.answer.warning().empty();
     summary_.answer.add(result);
     ++summary_.counters.by_status[static_cast<std::size_t>(result.status)];
@@ -169,22 +171,11 @@ class LiveTest {
     return row;
   }
 
-  /// The most likely path of the whole test.
-  void find_path() {
-    std::vector<std::vector<Match>> evidence;
-    for (const LiveRow& row : summary_.rows)
-      evidence.push_back(ranked(row.result.fit.candidates, row.result.fit.ranks));
-    summary_.has_path = std::ranges::any_of(evidence, [](const auto& candidates) { return !candidates.empty(); });
-    if (!summary_.has_path) return;
-    const auto path = likeliest_path(model_, evidence);
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      LiveRow& row = summary_.rows[i];
-      row.on_path = path[i];
-      row.path_simulation = model_.simulation_name(path[i].simulation);
-      if (const Truth::Row* real = truth_at(row.result.stamp_ns))
+  void compare_path() {
+    for (LiveRow& row : summary_.rows)
+      if (const Truth::Row* real = row.on_path ? truth_at(row.result.stamp_ns) : nullptr)
         row.path_error =
-            experiment_error(truth_->positions(*real), model_.node_positions(model_.sample_index(path[i])));
-    }
+            experiment_error(truth_->positions(*real), model_.node_positions(model_.sample_index(*row.on_path)));
   }
 
   /// The matched samples, for fit also the estimates, and with a truth the clouds in reference coordinates.

@@ -29,7 +29,8 @@ void add_options(Tool& tool, SendOptions& options) {
   tool.add_option("--loop", options.rounds, "how often to send all of them; 0: until stopped")
       ->check(in_range(0, 1'000'000));
   tool.add_option("--frame-id", options.frame_id, "name of the points' coordinate system");
-  tool.add_flag("--end-of-stream,!--open-end", options.ends_stream, "mark the end of the test after the last frame");
+  tool.add_flag("--end-of-stream,!--open-end", options.ends_stream,
+                "mark the end of the test after the last frame, and between rounds of stamped clouds");
   tool.add_flag("--wait-ready", options.wait_ready, "wait for the receiver without limit instead of 5 s");
   options.access.add_to(tool);
   tool.add_flag("--json", options.json, "print the closing tally as JSON");

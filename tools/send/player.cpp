@@ -163,6 +163,11 @@ bool is_complete(const Account& account, std::uint64_t planned) {
           (account.receipt->is_whole && account.receipt->received == tally.captured && account.receipt->dropped == 0));
 }
 
+/// Whether the stamps begin anew with this frame, so that it belongs to another test than the one before it.
+bool is_repetition(const std::vector<EncodedCloud>& clouds, std::uint64_t id) {
+  return id > 0 && id % clouds.size() == 0 && clouds.front().stamp_ns;
+}
+
 /// `due_ns`: empty to send as fast as the receiver accepts. `max_message_bytes`: larger messages would break the
 /// connection; 0: unknown.
 Account play(const std::vector<EncodedCloud>& clouds, const std::vector<std::int64_t>& due_ns,
@@ -173,6 +178,7 @@ Account play(const std::vector<EncodedCloud>& clouds, const std::vector<std::int
   const auto begin = Clock::now();
   wire::FrameSender sender(sink, session);
   for (std::uint64_t id = 0; options.rounds == 0 || id < planned; ++id) {
+    if (is_repetition(clouds, id) && options.ends_stream) sender.end_stream();
     if (!due_ns.empty()) wait_until_due(due_ns, begin, id);
     while (due_ns.empty() && stop_requested == 0 && !sender.wait_ready(stop_interval)) {}
     if (stop_requested != 0) break;

@@ -14,7 +14,7 @@ struct SendOptions {
   double rate_hz = 0;        // 0: as fast as the receiver accepts them
   bool realtime = false;     // pace by the clouds' stamps
   std::uint64_t rounds = 1;  // 0: until stopped
-  bool ends_stream = true;   // send an end of stream after the last frame
+  bool ends_stream = true;   // send an end of stream after the last frame, and after each round of stamped clouds
   bool wait_ready = false, json = false;
   ClientAccessOptions access;
 };
