@@ -119,6 +119,20 @@ class LiveTest(unittest.TestCase):
         self.assertEqual(server.wait(30), 0)
         self.assertIn("received 4", server.stdout.read())
 
+    def test_results_before_the_first_call_arrive(self):
+        """They were lost without a count: the subscription was sent in the first poll."""
+        self.serve()
+        with lbea_client.Results(self.results) as results, lbea_client.Results(self.results) as watcher:
+            while watcher.state is None:
+                watcher.receive(0.1)
+            time.sleep(0.5)
+            with lbea_client.FrameSender(self.frames) as sender:
+                for _ in range(3):
+                    sender.send(numpy.zeros((0, 3)), timeout_s=5)
+                self.assertEqual([watcher.receive(30).frame_id for _ in range(3)], [0, 1, 2])
+            self.assertEqual([results.receive(30).frame_id for _ in range(3)], [0, 1, 2])
+            self.assertEqual(results.lost, 0)
+
     def test_reads_what_the_cameras_cannot_see(self):
         lbea, endpoint = __import__("lbea"), f"ipc://{self.folder.name}/inference"
         model = lbea.Model(MODEL)

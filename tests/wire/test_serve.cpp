@@ -282,6 +282,24 @@ TEST_CASE("a sensor.json in m was taken for a model in mm") {
 }
 
 // Regression: a model with depth images was matched by lbea, without verdict, unless the user knew --method fit.
+// Regression: a time of impact in another unit or clock only caused wrong matches.
+TEST_CASE("a stamp that is far from --trigger-ns is logged once per sender") {
+  for (const bool is_far : {false, true}) {
+    Bench bench;
+    const auto server = bench.serve({"--trigger-ns", is_far ? "1700000000000000" : "1000000"});
+    WireContext context;
+    Camera camera(context, bench.frames());
+    for (std::uint64_t id = 0; id < 3; ++id) REQUIRE(camera.send(id, 5));
+    REQUIRE(camera.end(3));
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
+    server->signal(SIGINT);
+    CHECK(server->wait() == 0);
+    const std::string log = text_of(bench.file("serve.err"));
+    CHECK(contains(log, "frame 0: its stamp is 1.7e+06 s before --trigger-ns") == is_far);
+    CHECK_FALSE(contains(log, "frame 1: its stamp"));
+  }
+}
+
 TEST_CASE("the method is fit by default when the model has depth images for the pose") {
   for (const bool has_images : {true, false}) {
     CAPTURE(has_images);

@@ -22,7 +22,8 @@ def make_socket(kind, high_water_mark, most_bytes, linger_ms=0, keys=None):
     socket.set_hwm(high_water_mark)
     socket.setsockopt(zmq.LINGER, linger_ms)
     socket.setsockopt(zmq.MAXMSGSIZE, most_bytes)
-    socket.setsockopt(zmq.IMMEDIATE, 1)
+    # A subscription is sent as soon as there is a connection; with IMMEDIATE only in the first poll after it.
+    socket.setsockopt(zmq.IMMEDIATE, int(kind != zmq.SUB))
     socket.setsockopt(zmq.HANDSHAKE_IVL, 5000)  # no ZMQ_HEARTBEAT_IVL: see adapters/wire/WIRE.md
     for option, value in (keys or {}).items():
         socket.setsockopt(option, value)

@@ -11,6 +11,12 @@
 
 namespace lbea::tool {
 
+/// When the sender's clock shows the impact, and the longest time of a sample after it.
+struct ExpectedImpact {
+  std::int64_t trigger_ns = 0;
+  double duration_s = 0;
+};
+
 struct PipelineConfig {
   wire::WireLimits limits;
   std::uint32_t queue_slots = 16;  // frames that may wait for the matcher; 1.5 MB each at 131,072 points
@@ -19,6 +25,7 @@ struct PipelineConfig {
   std::chrono::milliseconds sender_timeout = IdTracker::default_sender_timeout;
   bool one_sender = false;                        // see FrameReceiver::allow_one_sender
   double unidentified_results_per_second = 1000;  // results for messages without a readable id
+  std::optional<ExpectedImpact> impact{};         // if it was given: stamps far from it are logged
   wire::WireState description;                    // the constant part: version, method, model
   std::function<void()> on_matching_thread;       // called there once before the first frame; may be empty
   RunObserver* observer = nullptr;                // optional; must outlive the pipeline

@@ -1,5 +1,9 @@
 #include "tools/serve/pipeline/result_publisher.hpp"
 
+#include "tools/shared/intake/clock_times.hpp"
+
+#include <cmath>
+
 namespace lbea::tool {
 
 constexpr std::chrono::milliseconds min_state_interval{10};  // also when states are requested more often
@@ -93,6 +97,18 @@ void ResultPublisher::send_result() noexcept {
   log_.note(result_.status, result_.session, {result_.frame_id, 1});
   if (undeformed_.add(result_) && undeformed_.is_low())
     log_.note_low_coverage(result_.session, result_.frame_id, result_.coverage);
+  note_far_stamp();
+}
+
+// Only the first frame of a sender: the distance hardly changes.
+void ResultPublisher::note_far_stamp() noexcept {
+  constexpr double most_durations = 10'000;
+  if (!config_.impact || wire::fate_of(result_.status) != wire::Fate::matched) return;
+  if (session_ == result_.session) return;
+  session_ = result_.session;
+  const double after_s = difference_ns(result_.stamp_ns, config_.impact->trigger_ns) * 1e-9;
+  if (std::abs(after_s) > most_durations * config_.impact->duration_s)
+    log_.note_far_stamp(result_.session, result_.frame_id, static_cast<float>(after_s));
 }
 
 void ResultPublisher::add_times(const wire::WireTimes& times) noexcept {

@@ -51,6 +51,7 @@ class ResultPublisher {
   bool publish_queued() noexcept;
   bool publish_rejections() noexcept;
   void send_result() noexcept;
+  void note_far_stamp() noexcept;
   void add_times(const wire::WireTimes& times) noexcept;
   void publish_state() noexcept;
 
@@ -61,6 +62,7 @@ class ResultPublisher {
   wire::Encoder encoder_;
   FrameLog log_;
   UndeformedCoverage undeformed_;
+  std::optional<std::uint64_t> session_;  // of the latest matched frame
   wire::WireResult result_;
   wire::WireState state_;
   std::uint64_t sequence_ = 0;

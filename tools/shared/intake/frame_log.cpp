@@ -4,6 +4,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cmath>
+
 namespace lbea::tool {
 namespace {
 
@@ -43,7 +45,14 @@ void FrameLog::write(const Event& event) {
     write_refusal(event.ids);
   } else if (event.kind == Event::Kind::low_coverage) {
     if (low_coverage_.is_due())
-      spdlog::warn("frame {}: {}{}", event.ids.first, pose_warning(event.coverage), low_coverage_.suppressed_text());
+      spdlog::warn("frame {}: {}{}", event.ids.first, pose_warning(event.number), low_coverage_.suppressed_text());
+  } else if (event.kind == Event::Kind::far_stamp) {
+    if (far_stamps_.is_due())
+      spdlog::warn(
+          "frame {}: its stamp is {:.3g} s {} --trigger-ns, far outside the simulations; are both in ns of the "
+          "sender's clock?{}",
+          event.ids.first, std::abs(event.number), event.number < 0 ? "before" : "after",
+          far_stamps_.suppressed_text());
   } else if (event.kind == Event::Kind::new_session) {
     if (new_sessions_.is_due()) spdlog::info("frame {}: from session {:016x}", event.ids.first, event.session);
   } else if (event.status == wire::WireStatus::end_of_stream) {
