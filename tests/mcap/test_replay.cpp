@@ -189,6 +189,12 @@ TEST_CASE("an end of stream divides the tests of a session in a replay too") {
   CHECK(Json::parse(late.out)["same"] > 0);
   const std::string log = bench.replay("run.mcap --model " LBEA_MODEL).err;  // one warning for each test
   CHECK(log.find("undeformed component") != log.rfind("undeformed component"));
+  const auto other = bench.serve({"--method", "lbea", "--pose", rail_pose()});
+  const test::Outcome sent = bench.replay("run.mcap --fast --to " + bench.frames());
+  CHECK_MESSAGE(sent.exit_code == 0, sent.out, sent.err);
+  CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream before frame 30"); }));
+  CHECK(contains(text_of(bench.file("serve.err")), "end of stream before frame 15"));
+  CHECK_MESSAGE(stop(*other) == 0, text_of(bench.file("serve.err")));
 }
 
 // Regression: a replay matched the frames that the matcher never got.

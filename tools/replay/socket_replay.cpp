@@ -1,6 +1,7 @@
 #include "tools/replay/socket_replay.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
+#include "tools/replay/frame_fates.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/clock_times.hpp"
@@ -161,7 +162,8 @@ std::string to_json(const SocketTally& tally) {
 /// Sends the rounds and counts.
 class Sender {
  public:
-  Sender(const SocketReplayOptions& options, wire::FrameSink& sink) : options_(options), sink_(sink), pace_(options) {}
+  Sender(const SocketReplayOptions& options, const FrameFates& fates, wire::FrameSink& sink)
+      : options_(options), fates_(fates), sink_(sink), pace_(options) {}
   /// `receipts` may be null.
   SocketTally send_all(RecordedRun& run, MatcherReceipts* receipts) {
     const auto begin = Clock::now();
@@ -187,14 +189,26 @@ class Sender {
 
  private:
   void send_round(RecordedRun& run, std::uint64_t round) {
-    const bool waits = options_.fast || options_.steps;
     while (const auto message = run.next()) {
       if (message->kind != RecordedMessage::Kind::frame) continue;
       if (!pace_.wait_for(message->log_time_ns)) return;
-      while (waits && !is_stopped() && !sink_.wait_ready(stop_interval)) {}
+      end_last_test(*message, session_of(message->session, round));
+      wait_for_room();
       if (is_stopped()) return;
       send(*message, session_of(message->session, round));
     }
+  }
+  void wait_for_room() {
+    const bool waits = options_.fast || options_.steps;
+    while (waits && !is_stopped() && !sink_.wait_ready(stop_interval)) {}
+  }
+  /// Ends the stream where it ended in the recording.
+  void end_last_test(const RecordedMessage& frame, std::uint64_t session) {
+    const std::uint64_t test = fates_.test_of({frame.session, frame.id}).second;
+    const auto [last, is_new] = tests_.try_emplace(session, test);
+    if (is_new || std::exchange(last->second, test) >= test || !options_.ends_stream) return;
+    wait_for_room();
+    sink_.tell(encoder_.end_of_stream(session, frame.id), longest_flush);
   }
   void send(const RecordedMessage& frame, std::uint64_t session) {
     std::uint64_t& next_id = next_ids_[session];
@@ -203,11 +217,13 @@ class Sender {
       static_cast<void>(ids_.observe(session, frame.id));
   }
   const SocketReplayOptions& options_;
+  const FrameFates& fates_;
   wire::FrameSink& sink_;
   Pace pace_;
   wire::Encoder encoder_;
   IdTracker ids_;
   std::map<std::uint64_t, std::uint64_t> next_ids_;  // of each session, for the goodbye
+  std::map<std::uint64_t, std::uint64_t> tests_;     // the number of each session's latest test
 };
 
 }  // namespace
@@ -224,7 +240,9 @@ bool replay_to_socket(RecordedRun& run, const SocketReplayOptions& options) {
                                                     options.endpoint);
   std::optional<MatcherReceipts> receipts;
   if (!options.results_endpoint.empty()) receipts.emplace(context, options.results_endpoint, access);
-  const SocketTally tally = Sender(options, sink).send_all(run, receipts ? &*receipts : nullptr);
+  const FrameFates fates(run);
+  run.rewind();
+  const SocketTally tally = Sender(options, fates, sink).send_all(run, receipts ? &*receipts : nullptr);
   std::printf("%s\n", (options.json ? to_json(tally) : to_text(tally)).c_str());
   const bool is_over = !is_stopped() || options.rounds == 0;  // without a number of rounds, a stop is the regular end
   return is_over && tally.is_complete();

@@ -12,7 +12,7 @@ struct SocketReplayOptions {
   double speed = 1;                  // relative to the recording
   bool fast = false, steps = false;  // as fast as possible; one frame per line on standard input. Both wait for room.
   std::uint64_t rounds = 1;          // 0: until stopped; later rounds have new sessions
-  bool ends_stream = true;           // announce the end of the test after the last frame
+  bool ends_stream = true;           // announce the ends of tests, also after the last frame
   bool json = false;
 };
 
