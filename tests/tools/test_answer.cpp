@@ -97,6 +97,16 @@ TEST_CASE("a test of which most frames were rejected is answered with a warning"
   CHECK(contains(answer.warning(), "4 of 7 frames"));
 }
 
+// Regression: meshes had the times of their samples, which ParaView sorts: frames were reordered or shown as one.
+TEST_CASE("the meshes of a test have the times of the frames since the first one") {
+  LiveSummary summary;
+  for (const std::int64_t stamp_ns : {1'700'000'000'000'000'000, 1'700'000'000'001'000'000, 1'699'999'999'999'500'000})
+    summary.rows.emplace_back().result.stamp_ns = stamp_ns;
+  CHECK(summary.seconds_since_first(summary.rows[0]) == 0);
+  CHECK(summary.seconds_since_first(summary.rows[1]) == doctest::Approx(1e-3));
+  CHECK(summary.seconds_since_first(summary.rows[2]) == doctest::Approx(-0.5e-3));
+}
+
 // Regression: with a wrong pose, 34 % of the undeformed component were covered, and nothing was said.
 TEST_CASE("low coverage of the undeformed component gives a warning that names lbea-register, until it is covered") {
   TestAnswer answer;

@@ -3,6 +3,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/intake/clock_times.hpp"
 
 #include <lbea/tracker.hpp>
 
@@ -44,6 +45,10 @@ void LiveSessions::add(const wire::WireResult& result) {
   const wire::Fate fate = wire::fate_of(result.status);
   if (fate == wire::Fate::matched) matched_.insert(result.session);
   if (fate == wire::Fate::matched || (fate == wire::Fate::rejected && matched_.empty())) latest_ = result.session;
+}
+
+double LiveSummary::seconds_since_first(const LiveRow& row) const noexcept {
+  return 1e-9 * difference_ns(row.result.stamp_ns, rows.front().result.stamp_ns);
 }
 
 void find_path(LiveSummary& summary, const Model& model) {

@@ -48,6 +48,8 @@ struct LiveSummary {
   /// Mean over the rows that have this error.
   [[nodiscard]] std::optional<double> mean(std::optional<double> LiveRow::*error) const;
   [[nodiscard]] double median_match_ms() const;
+  /// From the first row's capture to that of this row, s.
+  [[nodiscard]] double seconds_since_first(const LiveRow& row) const noexcept;
   /// The last sample of the path; none without evidence.
   [[nodiscard]] std::optional<Sample> end_of_path() const;
 };

@@ -187,9 +187,10 @@ class LiveTest {
       if (sample == model_.samples()) continue;
       const std::string number = formatted("%05llu", static_cast<unsigned long long>(row.result.frame_id));
       const Truth::Row* real = truth_at(row.result.stamp_ns);
-      series.add_match(number, sample, real == nullptr ? model_.sample_time_s(sample) : real->time_s);
+      const double time_s = real == nullptr ? summary_.seconds_since_first(row) : real->time_s;
+      series.add_match(number, sample, time_s);
       if (const wire::WireFit& fit = row.result.fit; !fit.estimate.empty())
-        series.add_estimate(number, fit.view(), real == nullptr ? estimate_time_s(model_, fit.estimate) : real->time_s);
+        series.add_estimate(number, fit.view(), time_s);
       if (real != nullptr)
         write_cloud(arguments_.out / ("frame_" + number + ".ply"), real->cloud, pose_, arguments_.columns);
     }

@@ -56,16 +56,4 @@ void MeshSeries::finish() const {
   if (!estimates_.empty()) io::write_pvd(folder_ / "estimate.pvd", estimates_);
 }
 
-double estimate_time_s(const Model& model, std::span<const WeightedSample> estimate) {
-  double time = 0;
-  for (const WeightedSample& share : estimate) {
-    const std::uint32_t sample = model.sample_index(share.sample);
-    if (sample == model.samples())
-      throw Error(Status::bad_input,
-                  "an estimate has a sample that this model does not have; give the model that the matcher uses");
-    time += double{share.weight} * model.sample_time_s(sample);
-  }
-  return time;
-}
-
 }  // namespace lbea::tool

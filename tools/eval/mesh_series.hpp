@@ -30,7 +30,4 @@ class MeshSeries {
   std::vector<io::PvdEntry> matches_, estimates_;
 };
 
-/// The weighted mean of the sample times.
-[[nodiscard]] double estimate_time_s(const Model& model, std::span<const WeightedSample> estimate);
-
 }  // namespace lbea::tool
