@@ -208,6 +208,23 @@ TEST_CASE("points that belong to nothing, and half of them gone, change no match
   CHECK(result.matches[0].sample == model.sample(s));
 }
 
+// An undeformed rail of which one half was hidden had a bound of 2 mm, and an error of 19.
+TEST_CASE("the error of a frame is not bounded if more than half of the component is hidden") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  Inferred shape;
+  for (const double angle : {0.2, 0.5, 0.8}) {
+    std::vector<Point> points = seen(bent(angle));
+    CHECK(std::isfinite(matcher.match({.points = points}).fit.error_90));
+    std::erase_if(points, [](const Point& p) { return p.x > -30; });
+    const SurfaceFit fit = matcher.match({.points = points}).fit;
+    CHECK(std::isnan(fit.error_90));
+    infer_positions(model, fit, shape);
+    CHECK(shape.bound_90.empty());
+  }
+}
+
 // Four frames of one stray point each gave the test the verdict that no simulation fits.
 TEST_CASE("a few stray points say nothing about the simulations") {
   const AlignedBytes bytes = seen_plates_model();

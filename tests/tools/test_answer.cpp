@@ -97,6 +97,12 @@ TEST_CASE("a test of which most frames were rejected is answered with a warning"
   CHECK(contains(answer.warning(), "4 of 7 frames"));
 }
 
+// Regression: `only method fit judges a test`.
+TEST_CASE("without results, the report says that none came") {
+  const AlignedBytes bytes = bent_plates_model();
+  CHECK(contains(table_summary({}, Model::view(bytes.span())), "test so far: no results came"));
+}
+
 // Regression: meshes had the times of their samples, which ParaView sorts: frames were reordered or shown as one.
 TEST_CASE("the meshes of a test have the times of the frames since the first one") {
   LiveSummary summary;

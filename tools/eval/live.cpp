@@ -111,7 +111,10 @@ std::string table_summary(const LiveSummary& summary, const Model& model) {
   const wire::WireTestState& test = summary.answer.state();
   const std::string refusal = refusal_of_all(summary.counters, model.length_unit());
   std::string text = (summary.complete ? "test: " : "test so far: ") +
-                     (refusal.empty() ? answer_text(test, names_of(model)) : refusal) + "\n";
+                     (summary.rows.empty() ? "no results came"
+                      : refusal.empty()    ? answer_text(test, names_of(model))
+                                           : refusal) +
+                     "\n";
   if (const std::string warning = summary.answer.warning(); !warning.empty()) text += "warning: " + warning + "\n";
   if (summary.sessions.count() > 1)
     text += formatted("%zu senders, or one that was restarted: verdict and path are those of the last one\n",

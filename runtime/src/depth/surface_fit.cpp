@@ -342,13 +342,12 @@ float SurfaceFitter::spread_alone() noexcept {
   return spread / all;
 }
 
-/// A few stray points say nothing, neither for nor against the samples.
-bool SurfaceFitter::shows_enough(std::span<const float> observed) const noexcept {
-  constexpr float least_share = 0.1f;  // of the cells that the best candidate fills
+/// Cells that the frame shows, relative to those that the best candidate fills.
+float SurfaceFitter::shown_share(std::span<const float> observed) const noexcept {
   const auto image = views_.data()->of_sample(best_.ranked()[0].sample);
   const auto shown = std::ranges::count_if(observed, [](float depth) { return depth >= 0; });
   const auto filled = std::ranges::count_if(image, [](std::uint16_t depth) { return depth != empty_cell; });
-  return static_cast<float>(shown) >= least_share * static_cast<float>(filled);
+  return static_cast<float>(shown) / std::max(static_cast<float>(filled), 1.0f);
 }
 
 /// Of the best candidate's squared residual, after interpolation to the state before or after it. It counts only if
@@ -385,10 +384,12 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
   }
   result.spread = spread_alone();
   verdict_ = Verdict::unknown;
-  if (!has_expectation_ || !shows_enough(image.observed)) return;
-  if (const float per_spread = image.is_hidden ? images.hidden_error_per_spread : images.error_per_spread;
-      per_spread > 0)
-    result.error_90 = per_spread * result.spread;
+  constexpr float least_judged = 0.1f;   // a few stray points say nothing, neither for nor against the samples
+  constexpr float least_bounded = 0.5f;  // the bake learns the errors of frames of which a third is hidden
+  const float shown = shown_share(image.observed);
+  if (!has_expectation_ || shown < least_judged) return;
+  const float per_spread = image.is_hidden ? images.hidden_error_per_spread : images.error_per_spread;
+  if (per_spread > 0 && (shown >= least_bounded || !image.is_hidden)) result.error_90 = per_spread * result.spread;
   const float least = share_between_states(image) * square(least_alone());
   result.misfit = std::sqrt((least + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility

@@ -88,7 +88,7 @@ class SurfaceFitter {
   }
   float spread_alone() noexcept;
   void judge(SurfaceFit& result, const FrameImage& image) noexcept;
-  [[nodiscard]] bool shows_enough(std::span<const float> observed) const noexcept;
+  [[nodiscard]] float shown_share(std::span<const float> observed) const noexcept;
   [[nodiscard]] float share_between_states(const FrameImage& image) noexcept;
   [[nodiscard]] float price(std::uint32_t sample) const noexcept { return best_.price_per_cost() * costs_[sample]; }
   [[nodiscard]] Sample sample_at(std::uint32_t row) const noexcept {
