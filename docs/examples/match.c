@@ -8,6 +8,8 @@
 enum { room = 131072 };
 static lbea_point points[room];
 
+static const char* const verdicts[] = {"unknown", "matched", "ambiguous", "no_simulation_fits"};
+
 static size_t grab(void) { /* replace by your camera; reads lines of x y z */
   size_t count = 0;
   lbea_point* p = points;
@@ -42,8 +44,8 @@ int main(int argc, char** argv) {
 
   lbea_frame frame = {.struct_size = sizeof frame, .id = 1, .points = points, .point_count = grab()};
   const lbea_status status = lbea_matcher_match(matcher, &frame, &result); /* no allocation, no lock, no system call */
-  printf("%s, verdict %d (lbea_verdict), %.0f %% of the surface seen\n", lbea_status_string(status),
-         (int)result.verdict, 100 * (double)result.coverage);
+  printf("%s, %.0f %% of the surface seen, verdict: %s\n", lbea_status_string(status), 100 * (double)result.coverage,
+         verdicts[result.verdict]);
   for (uint32_t i = 0; i < result.match_count; ++i)
     printf("%s at %g s, distance %g\n", lbea_model_simulation_name(model, result.matches[i].simulation),
            result.matches[i].time_s, (double)result.matches[i].distance);

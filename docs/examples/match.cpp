@@ -22,7 +22,8 @@ int main(int argc, char** argv) try {
 
   grab(points);
   const lbea::MatchResult result = matcher.match({.id = 1, .points = points});  // no allocation, no lock, no exception
-  std::cout << to_string(result.status) << ", verdict: " << to_string(result.verdict) << ", " << 100 * result.coverage << " % of the surface seen\n";
+  std::cout << to_string(result.status) << ", " << 100 * result.coverage
+            << " % of the surface seen, verdict: " << to_string(result.verdict) << '\n';
   for (const lbea::Match& match : result.matches)
     std::cout << model.simulation_name(match.sample.simulation) << " at "
               << model.sample_time_s(model.sample_index(match.sample)) << " s, distance " << match.distance << '\n';

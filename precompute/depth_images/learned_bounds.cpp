@@ -12,7 +12,12 @@ namespace lbea::bake {
 namespace {
 
 constexpr std::size_t most_values = 128;  // nodes or elements at which shapes or fields are compared
-constexpr double coverage = 0.9;
+
+std::map<std::uint32_t, double> frames_by_run(std::span<const FrameErrors> frames) {
+  std::map<std::uint32_t, double> counts;
+  for (const FrameErrors& frame : frames) ++counts[frame.simulation];
+  return counts;
+}
 
 /// Node positions, or one field, of the samples.
 class Quantity {
@@ -76,15 +81,19 @@ ComparedFrame compared(Quantity& quantity, const FrameErrors& frame, double erro
   return result;
 }
 
-std::vector<ComparedFrame> compare(const SampleSource& source, std::size_t number, const LeftOutEstimates& estimates,
-                                   unsigned threads) {
+struct ComparedFrames {
+  std::vector<ComparedFrame> frames;
+  double share_to_hold = 1;
+};
+ComparedFrames compare(const SampleSource& source, std::size_t number, const LeftOutEstimates& estimates,
+                       unsigned threads) {
   const std::span<const FrameErrors> frames = estimates.frames;
   const std::vector<double> weights = run_weights(frames);
-  std::vector<ComparedFrame> result(frames.size());
+  ComparedFrames result{std::vector<ComparedFrame>(frames.size()), share_to_hold(frames)};
   work_in_parallel(frames.size(), threads, [&](const auto& next) {
     Quantity quantity(source, number);
     for (std::size_t i = next(); i < frames.size(); i = next())
-      result[i] = compared(quantity, frames[i], estimates.error_per_spread, weights[i]);
+      result.frames[i] = compared(quantity, frames[i], estimates.error_per_spread, weights[i]);
   });
   return result;
 }
@@ -93,10 +102,10 @@ std::vector<ComparedFrame> compare(const SampleSource& source, std::size_t numbe
 struct Ratio {
   double per_spread = 0, mean_spread = 0;
 };
-Ratio ratio_of(std::span<const ComparedFrame> frames, double share) {
+Ratio ratio_of(const ComparedFrames& compared, double share) {
   std::vector<WeightedValue> ratios;
   double sum = 0;
-  for (const ComparedFrame& frame : frames) {
+  for (const ComparedFrame& frame : compared.frames) {
     std::vector<float> evened = frame.spreads;
     even_out(evened, share);
     const double weight = frame.weight / static_cast<double>(evened.size());
@@ -106,10 +115,10 @@ Ratio ratio_of(std::span<const ComparedFrame> frames, double share) {
       sum += weight * double{evened[i]};
     }
   }
-  return {weighted_quantile(std::move(ratios), coverage), sum};
+  return {weighted_quantile(std::move(ratios), compared.share_to_hold), sum};
 }
 
-SpreadBound narrowest_bound(std::span<const ComparedFrame> whole, std::span<const ComparedFrame> hidden) {
+SpreadBound narrowest_bound(const ComparedFrames& whole, const ComparedFrames& hidden) {
   SpreadBound narrowest;
   double least = std::numeric_limits<double>::infinity();
   for (const double share : {0.0625, 0.125, 0.25, 0.5, 1.0}) {
@@ -126,12 +135,16 @@ SpreadBound narrowest_bound(std::span<const ComparedFrame> whole, std::span<cons
 }  // namespace
 
 std::vector<double> run_weights(std::span<const FrameErrors> frames) {
-  std::map<std::uint32_t, double> frames_of;
-  for (const FrameErrors& frame : frames) ++frames_of[frame.simulation];
+  auto counts = frames_by_run(frames);
   std::vector<double> weights;
   for (const FrameErrors& frame : frames)
-    weights.push_back(1 / (frames_of[frame.simulation] * static_cast<double>(frames_of.size())));
+    weights.push_back(1 / (counts[frame.simulation] * static_cast<double>(counts.size())));
   return weights;
+}
+
+double share_to_hold(std::span<const FrameErrors> frames) {
+  const double runs = std::max(static_cast<double>(frames_by_run(frames).size()), 1.0);
+  return std::min(0.9 * (runs + 1) / runs, 1.0);
 }
 
 double weighted_quantile(std::vector<WeightedValue> values, double share) {

@@ -16,6 +16,10 @@ struct LeftOutEstimates {
 /// Weights that add up to 1. All runs have the same weight, however many of their states are frames.
 [[nodiscard]] std::vector<double> run_weights(std::span<const FrameErrors> frames);
 
+/// The share of left-out runs' values that a bound must hold so that it holds 90 % of those of one more run: 0.9 (n +
+/// 1) / n for n runs (conformal prediction; Vovk, Gammerman, Shafer 2005), at most 1.
+[[nodiscard]] double share_to_hold(std::span<const FrameErrors> frames);
+
 struct WeightedValue {
   double value = 0, weight = 0;
 };

@@ -170,14 +170,14 @@ std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMet
   return least;
 }
 
-/// The 90 % quantile of error over spread.
+/// See share_to_hold().
 float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& metric) {
   const double least = 1e-3 * double{metric.mesh_noise};  // of shapes that are all the same
   const std::vector<double> weights = run_weights(errors);
   std::vector<WeightedValue> ratios;
   for (std::size_t i = 0; i < errors.size(); ++i)
     if (errors[i].spread > least) ratios.push_back({errors[i].estimate / errors[i].spread, weights[i]});
-  return static_cast<float>(weighted_quantile(std::move(ratios), 0.9));
+  return static_cast<float>(weighted_quantile(std::move(ratios), share_to_hold(errors)));
 }
 
 /// See DepthImages::time_variation. Late frames, whose times vary most, count most.

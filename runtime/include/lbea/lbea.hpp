@@ -268,7 +268,8 @@ struct MatcherConfig {
   RigidTransform T_reference_sensor = identity_transform;
 };
 
-/// Number of a frame's points: received = used + invalid + culled. Of a refused frame (too_many_points), received alone.
+/// Number of a frame's points: received = used + invalid + culled. Of a refused frame (too_many_points), received
+/// alone.
 struct PointTally {
   std::uint32_t received = 0;
   std::uint32_t invalid = 0;  // not finite
@@ -324,9 +325,10 @@ inline constexpr std::array fit_numbers{
                            "residual over the expected residual of a run that is not in the ensemble"},
     NumberInfo<FitNumbers>{"spread", &FitNumbers::spread,
                            "mean distance of the plausible samples from the estimate, length unit"},
-    NumberInfo<FitNumbers>{"error_90", &FitNumbers::error_90,
-                           "the estimate's mean distance from the truth, over all nodes, is below this in 90 % of the "
-                           "frames of runs that are not in the ensemble; length unit; NaN: not known, or most is hidden"},
+    NumberInfo<FitNumbers>{
+        "error_90", &FitNumbers::error_90,
+        "the estimate's mean distance from the truth, over all nodes, is below this in 90 % of the "
+        "frames of runs that are not in the ensemble; length unit; NaN: not known, or most is hidden"},
     NumberInfo<FitNumbers>{"pose_turn", &FitNumbers::pose_turn,
                            "angle of the test's pose error, which is corrected; degrees; NaN: not estimated"},
     NumberInfo<FitNumbers>{"pose_shift", &FitNumbers::pose_shift,
