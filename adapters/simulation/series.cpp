@@ -71,10 +71,13 @@ void refuse_gap(const std::vector<fs::path>& series) {
   if (!numbers || numbers->size() < 3) return;
   std::vector<std::uint64_t> steps;
   for (std::size_t i = 1; i < numbers->size(); ++i) steps.push_back((*numbers)[i] - (*numbers)[i - 1]);
-  const std::uint64_t usual = *std::min_element(steps.begin(), steps.end() - 1);
-  const bool is_regular =
-      usual > 0 && std::all_of(steps.begin(), steps.end() - 1, [&](std::uint64_t step) { return step % usual == 0; });
-  const auto gap = std::find_if(steps.begin(), steps.end(), [&](std::uint64_t step) { return step > usual; });
+  const auto count = [&](std::uint64_t step) { return std::ranges::count(steps, step); };
+  const std::uint64_t usual = std::ranges::max(steps, {}, count);
+  const bool is_usual = usual > 0 && count(usual) >= 2 && 2 * count(usual) >= std::ssize(steps);
+  const bool is_regular = is_usual && std::ranges::all_of(steps, [&](const std::uint64_t& step) {
+                            return step % usual == 0 || (&step == &steps.back() && step < usual);
+                          });
+  const auto gap = std::ranges::find_if(steps, [&](std::uint64_t step) { return step > usual; });
   if (!is_regular || gap == steps.end()) return;  // numbers of solver cycles are irregular without a gap
   const auto before = static_cast<std::size_t>(gap - steps.begin());
   throw Error{Status::bad_input, series[before + 1].string() + " follows " + series[before].filename().string() +

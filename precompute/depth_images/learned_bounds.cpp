@@ -19,45 +19,59 @@ std::map<std::uint32_t, double> frames_by_run(std::span<const FrameErrors> frame
   return counts;
 }
 
-/// Node positions, or one field, of the samples.
-class Quantity {
+/// Node positions, or one field, of some samples.
+class SampleTable {
  public:
-  /// number: 0, or 1 + field.
-  Quantity(const SampleSource& source, std::size_t number)
-      : source_(source), number_(number), row_(number == 0 ? 3 * source.nodes : source.elements) {}
-
+  /// number: 0, or 1 + field. samples: ascending. Reads each of them once.
+  SampleTable(const SampleSource& source, std::size_t number, std::vector<std::size_t> samples, unsigned threads)
+      : source_(source), number_(number), samples_(std::move(samples)), rows_(samples_.size()) {
+    work_in_parallel(samples_.size(), threads, [&](const auto& next) {
+      std::vector<float> row(number_ == 0 ? 3 * source_.nodes : source_.elements);
+      for (std::size_t i = next(); i < samples_.size(); i = next()) rows_[i] = read(samples_[i], row);
+    });
+  }
   [[nodiscard]] std::size_t components() const noexcept { return number_ == 0 ? 3 : 1; }
-  [[nodiscard]] std::vector<float> of(std::size_t sample) {
+  [[nodiscard]] const std::vector<float>& of(std::size_t sample) const {
+    return rows_[static_cast<std::size_t>(std::ranges::lower_bound(samples_, sample) - samples_.begin())];
+  }
+
+ private:
+  [[nodiscard]] std::vector<float> read(std::size_t sample, std::vector<float>& row) const {
     if (number_ == 0) {
-      source_.read_positions(sample, row_);
-      return thinned_nodes(row_, most_values);
+      source_.read_positions(sample, row);
+      return thinned_nodes(row, most_values);
     }
-    source_.read_field(number_ - 1, sample, row_);
-    const std::size_t every = (row_.size() + most_values - 1) / most_values;
+    source_.read_field(number_ - 1, sample, row);
+    const std::size_t every = (row.size() + most_values - 1) / most_values;
     std::vector<float> chosen;
-    for (std::size_t element = 0; element < row_.size(); element += every) chosen.push_back(row_[element]);
+    for (std::size_t element = 0; element < row.size(); element += every) chosen.push_back(row[element]);
     return chosen;
   }
 
- private:
   const SampleSource& source_;
   std::size_t number_;
-  std::vector<float> row_;
+  std::vector<std::size_t> samples_;
+  std::vector<std::vector<float>> rows_;
 };
 
-/// The rows of weighted samples.
-class SampleRows {
- public:
-  SampleRows(Quantity& quantity, std::span<const std::pair<std::size_t, float>> samples) {
-    for (const auto& [sample, weight] : samples) values_.push_back(quantity.of(sample));
-    for (std::size_t i = 0; i < samples.size(); ++i) rows_.push_back({values_[i], samples[i].second});
-  }
-  [[nodiscard]] std::span<const WeightedRow> rows() const noexcept { return rows_; }
+std::vector<std::size_t> samples_of(std::initializer_list<std::span<const FrameErrors>> kinds) {
+  std::vector<std::size_t> samples;
+  for (const std::span<const FrameErrors> frames : kinds)
+    for (const FrameErrors& frame : frames) {
+      samples.push_back(frame.sample);
+      for (const auto& weighted : {&frame.weights, &frame.plausible})
+        for (const auto& [sample, weight] : *weighted) samples.push_back(sample);
+    }
+  std::ranges::sort(samples);
+  samples.erase(std::ranges::unique(samples).begin(), samples.end());
+  return samples;
+}
 
- private:
-  std::vector<std::vector<float>> values_;
-  std::vector<WeightedRow> rows_;
-};
+std::vector<WeightedRow> rows_of(const SampleTable& table, std::span<const std::pair<std::size_t, float>> samples) {
+  std::vector<WeightedRow> rows;
+  for (const auto& [sample, weight] : samples) rows.push_back({table.of(sample), weight});
+  return rows;
+}
 
 /// Per node or element: the error, and the spread times error_per_spread.
 struct ComparedFrame {
@@ -66,15 +80,14 @@ struct ComparedFrame {
   std::vector<float> spreads;
 };
 
-ComparedFrame compared(Quantity& quantity, const FrameErrors& frame, double error_per_spread, double weight) {
-  const SampleRows estimate(quantity, frame.weights), plausible(quantity, frame.plausible);
+ComparedFrame compared(const SampleTable& table, const FrameErrors& frame, double error_per_spread, double weight) {
   Inferred inferred;
-  infer(estimate.rows(), plausible.rows(), quantity.components(), inferred);
-  const std::vector<float> truth = quantity.of(frame.sample);
+  infer(rows_of(table, frame.weights), rows_of(table, frame.plausible), table.components(), inferred);
+  const std::vector<float>& truth = table.of(frame.sample);
   ComparedFrame result{weight, std::vector<double>(inferred.spread.size()), inferred.spread};
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const double off = double{inferred.mean[i]} - double{truth[i]};
-    double& error = result.errors[i / quantity.components()];
+    double& error = result.errors[i / table.components()];
     error = std::hypot(error, off);
   }
   for (float& spread : result.spreads) spread = static_cast<float>(error_per_spread * double{spread});
@@ -85,17 +98,33 @@ struct ComparedFrames {
   std::vector<ComparedFrame> frames;
   double share_to_hold = 1;
 };
-ComparedFrames compare(const SampleSource& source, std::size_t number, const LeftOutEstimates& estimates,
-                       unsigned threads) {
+ComparedFrames compare(const SampleTable& table, const LeftOutEstimates& estimates) {
   const std::span<const FrameErrors> frames = estimates.frames;
   const std::vector<double> weights = run_weights(frames);
-  ComparedFrames result{std::vector<ComparedFrame>(frames.size()), share_to_hold(frames)};
-  work_in_parallel(frames.size(), threads, [&](const auto& next) {
-    Quantity quantity(source, number);
-    for (std::size_t i = next(); i < frames.size(); i = next())
-      result.frames[i] = compared(quantity, frames[i], estimates.error_per_spread, weights[i]);
-  });
+  ComparedFrames result{{}, share_to_hold(frames)};
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    result.frames.push_back(compared(table, frames[i], estimates.error_per_spread, weights[i]));
   return result;
+}
+
+double root_mean_square(std::span<const float> values) {
+  double squares = 0, count = 0;
+  for (const float value : values)
+    if (std::isfinite(value)) squares += double{value} * double{value}, ++count;
+  return count > 0 ? std::sqrt(squares / count) : 0;
+}
+
+/// Leaves out frames whose plausible samples hardly differ: their ratios are those of rounding errors.
+void remove_constant(std::vector<ComparedFrame>& frames) {
+  constexpr double least_share = 1e-3;  // of the mean
+  double mean = 0, all = 0;
+  for (const ComparedFrame& frame : frames) {
+    mean += frame.weight * root_mean_square(frame.spreads);
+    all += frame.weight;
+  }
+  std::erase_if(frames, [&](const ComparedFrame& frame) {
+    return !(root_mean_square(frame.spreads) * all > least_share * mean);
+  });
 }
 
 /// The bound per spread that holds 90 % of the true values, and the mean of the evened spreads.
@@ -125,7 +154,7 @@ SpreadBound narrowest_bound(const ComparedFrames& whole, const ComparedFrames& h
     const Ratio of_whole = ratio_of(whole, share), of_hidden = ratio_of(hidden, share);
     const double per_spread = std::max(of_whole.per_spread, of_hidden.per_spread);
     const double width = per_spread * (of_whole.mean_spread + of_hidden.mean_spread);
-    if (!(width > 0) || width >= least) continue;
+    if (!(width > 0) || width >= least || per_spread > format::largest_measure) continue;
     least = width;
     narrowest = {share, per_spread};
   }
@@ -159,9 +188,12 @@ double weighted_quantile(std::vector<WeightedValue> values, double share) {
 std::vector<SpreadBound> learn_bounds(const SampleSource& source, const LeftOutEstimates& whole,
                                       const LeftOutEstimates& hidden, unsigned threads) {
   std::vector<SpreadBound> bounds;
-  for (std::size_t number = 0; number <= source.fields; ++number)
-    bounds.push_back(
-        narrowest_bound(compare(source, number, whole, threads), compare(source, number, hidden, threads)));
+  for (std::size_t number = 0; number <= source.fields; ++number) {
+    const SampleTable table(source, number, samples_of({whole.frames, hidden.frames}), threads);
+    ComparedFrames of_whole = compare(table, whole), of_hidden = compare(table, hidden);
+    for (ComparedFrames* kind : {&of_whole, &of_hidden}) remove_constant(kind->frames);
+    bounds.push_back(narrowest_bound(of_whole, of_hidden));
+  }
   return bounds;
 }
 

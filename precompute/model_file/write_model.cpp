@@ -156,10 +156,11 @@ void add_facts(const BakePlan& plan, BakeSummary& summary) {
   summary.losses = survey.losses;
   summary.warnings = survey.warnings;
   constexpr std::size_t few = 5;
-  if (plan.camera && survey.runs.size() < few)
-    summary.warnings.push_back(std::to_string(survey.runs.size()) +
-                               (survey.runs.size() == 1 ? " run gives no verdict and no bound of the error"
-                                                        : " runs give coarse verdicts and bounds of the error") +
+  const std::size_t runs = survey.runs.size();  // without those that were left out
+  if (plan.camera && runs < few)
+    summary.warnings.push_back(std::to_string(runs) +
+                               (runs == 1 ? " run gives no verdict and no bound of the error"
+                                          : " runs give coarse verdicts and bounds of the error") +
                                ": both are learned from left-out runs");
 }
 

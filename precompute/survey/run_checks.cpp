@@ -212,12 +212,13 @@ std::optional<std::string> short_runs(const Survey& survey, const std::vector<st
   if (counts.empty()) return std::nullopt;
   const std::size_t usual_count = median(counts);
   const double usual_end = median(ends), slack = (1 - share) * median(durations);
+  const bool has_durations = slack > 0;
   std::vector<std::string> found;
   for (std::size_t i = 0; i < survey.runs.size(); ++i) {
     const RunSurvey& run = survey.runs[i];
     if (run.steps.empty()) continue;
     const bool is_short = static_cast<double>(run.steps.size()) < share * static_cast<double>(usual_count) ||
-                          run.times_s.back() < usual_end - slack;
+                          (has_durations && run.times_s.back() < usual_end - slack);
     if (is_short) found.push_back(names[i] + " (" + length_of(run) + ")");
   }
   if (found.empty()) return std::nullopt;

@@ -134,6 +134,19 @@ TEST_CASE("values that are not finite neither count nor spoil a bound; without a
   CHECK(FieldFrames([](auto, auto) { return 1.0; }, [](auto) { return 0.0; }).bound(1).per_spread == 0);
 }
 
+// A frame of rounding errors gave a bound of 6e13 per spread, with which the model could not be opened.
+TEST_CASE("frames whose plausible samples hardly differ do not count") {
+  FieldFrames frames([](std::size_t frame, auto) { return 0.01 * static_cast<double>(frame + 1); },
+                     [](auto) { return 1.0; });
+  const SpreadBound usual = frames.bound(1);
+  const auto read = frames.source.read_field;
+  frames.source.read_field = [read](std::size_t field, std::size_t sample, std::span<float> values) {
+    read(field, sample, values);
+    if (sample == 5) std::ranges::fill(values, 1e-16f);  // the second plausible sample of frame 1
+  };
+  CHECK(frames.bound(1).per_spread == doctest::Approx(usual.per_spread).epsilon(0.03));
+}
+
 TEST_CASE("all runs have the same weight, however many of their states are frames") {
   const std::vector<FrameErrors> frames{{.simulation = 4}, {.simulation = 7}, {.simulation = 4}, {.simulation = 4}};
   const std::vector<double> weights = run_weights(frames);

@@ -60,6 +60,7 @@ TEST_CASE("tetrahedra of ten nodes were read as hexahedra") {
   CHECK(run->mesh().node_ids == std::vector<std::uint32_t>{1, 2, 3, 4});
   CHECK(run->mesh().elements.size() == 4);
   CHECK(opened(folder, solid + "1,2,3,4,4,4,4,4,0,0\n")->mesh().elements.size() == 4);
+  CHECK(opened(folder, nodes + "*ELEMENT_SOLID\n1,1,1,2,3,4,4,4,4,4,\n")->mesh().elements.size() == 4);
   refused(solid + "1,2,3,4,5,6,7,8,9\n", {"line 14", "nodes 9 and 10"});
   refused(solid + "1,2,3,4,5,6,7,8,8,8\n", {"line 14", "nodes 9 and 10"});
   refused(nodes + "*ELEMENT_SOLID\n1,1,1,2,3,4,5,6,7,8,9,10\n", {"line 13", "at most 10 nodes"});

@@ -16,7 +16,7 @@ class MeshSeries {
   void add_match(const std::string& number, std::uint32_t sample, double time_s);
   /// The whole mesh of the estimate: weighted mean of every field, "<field>_spread" with its standard deviation over
   /// the plausible candidates, "<field>_bound_90" with its bound; "position_spread" and "position_bound_90", the same
-  /// for the nodes, length unit. No bounds if the model has none.
+  /// for the nodes, length unit. No bounds where they are not known.
   void add_estimate(const std::string& number, const SurfaceFit& fit, double time_s);
   /// Writes matched.pvd and, if there is any estimate, estimate.pvd.
   void finish() const;

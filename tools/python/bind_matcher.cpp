@@ -120,8 +120,9 @@ RigidTransform transform_from(const py::array_t<double, py::array::c_style | py:
   if (matrix.ndim() != 2 || (matrix.shape(0) != 3 && matrix.shape(0) != 4) || matrix.shape(1) != 4)
     throw py::value_error("T_reference_sensor must be 3 x 4 or 4 x 4");
   constexpr std::array last_row{0.0, 0.0, 0.0, 1.0};
+  const auto is_near = [](double a, double b) { return std::abs(a - b) <= 1e-6; };
   if (matrix.shape(0) == 4 &&
-      !std::equal(last_row.begin(), last_row.end(), matrix.data() + std::tuple_size_v<RigidTransform>))
+      !std::equal(last_row.begin(), last_row.end(), matrix.data() + std::tuple_size_v<RigidTransform>, is_near))
     throw py::value_error("the last row of T_reference_sensor must be 0 0 0 1; transpose a column-major matrix");
   RigidTransform T;
   for (std::size_t i = 0; i < T.size(); ++i) T[i] = static_cast<float>(matrix.data()[i]);

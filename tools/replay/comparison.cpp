@@ -65,6 +65,9 @@ ResultComparison::ResultComparison(RecordedRun& run, const FrameFates& fates, do
     if (message->kind != RecordedMessage::Kind::result) continue;
     if (wire::decode_result(message->data, result) != wire::WireStatus::ok)
       throw Error(Status::bad_input, "a recorded result cannot be decoded; it may be from another version");
+    // Versions up to 0.1 gave the verdict `matched` to every match by lbea and vtp.
+    if (result.fit.candidates.empty() && result.verdict == wire::WireVerdict::matched)
+      result.verdict = wire::WireVerdict::unknown;
     if (is_of_a_frame(result.status)) recorded_[{result.session, result.frame_id}].push_back(result);
   }
 }

@@ -154,6 +154,7 @@ class KeywordParser {
       card = fields(line, 10, 0);
       first = 0;
     }
+    while (!card.empty() && card.back().empty()) card.pop_back();  // after a comma at the end of the line
     std::array<std::uint32_t, 10> nodes{};
     if (card.size() > first + (first == 0 ? nodes.size() : 8)) lines_.fail("a solid has at most 10 nodes");
     for (std::size_t i = first; i < card.size(); ++i)

@@ -155,7 +155,8 @@ struct WireFit : FitNumbers {
   std::vector<float> ranks;              // per candidate; none in recordings of lbea 0.1
   std::vector<WeightedSample> estimate;  // weights add up to 1
 
-  [[nodiscard]] SurfaceFit view() const noexcept { return {*this, candidates, ranks, estimate}; }
+  [[nodiscard]] SurfaceFit view() const& noexcept { return {*this, candidates, ranks, estimate}; }
+  SurfaceFit view() && = delete;
 };
 
 struct SimulationChance {

@@ -26,8 +26,9 @@ struct Inferred {
                                                                      const TrackerConfig& config = {});
 
 /// With bounds: 90 % of the true values, over all elements or nodes of the frames of runs that are not in the ensemble,
-/// differ from `mean` by at most bound_90; positions by at most this distance. The bake learns it from left-out runs.
-/// `field`: below model.fields(). Throw Error{bad_input} for samples that are not in the model.
+/// differ from `mean` by at most bound_90; positions by at most this distance. The bake learns it from left-out runs,
+/// as the sensor sees them for which the model was baked. `field`: below model.fields(). Throw Error{bad_input} for
+/// samples that are not in the model.
 LBEA_API void infer_field(const Model& model, std::uint32_t field, const SurfaceFit& fit, Inferred& into);
 LBEA_API void infer_positions(const Model& model, const SurfaceFit& fit, Inferred& into);
 

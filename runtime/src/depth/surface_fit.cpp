@@ -384,12 +384,14 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
   }
   result.spread = spread_alone();
   verdict_ = Verdict::unknown;
+  error_90_ = std::numeric_limits<float>::quiet_NaN();
   constexpr float least_judged = 0.1f;   // a few stray points say nothing, neither for nor against the samples
   constexpr float least_bounded = 0.5f;  // the bake learns the errors of frames of which a third is hidden
   const float shown = shown_share(image.observed);
   if (!has_expectation_ || shown < least_judged) return;
   const float per_spread = image.is_hidden ? images.hidden_error_per_spread : images.error_per_spread;
-  if (per_spread > 0 && (shown >= least_bounded || !image.is_hidden)) result.error_90 = per_spread * result.spread;
+  if (per_spread > 0) error_90_ = per_spread * result.spread;
+  if (shown >= least_bounded || !image.is_hidden) result.error_90 = error_90_;
   const float least = share_between_states(image) * square(least_alone());
   result.misfit = std::sqrt((least + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility

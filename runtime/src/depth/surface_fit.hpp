@@ -45,6 +45,8 @@ class SurfaceFitter {
     return std::span(matched_).first(matches_.ranked().size());
   }
   [[nodiscard]] Verdict verdict() const noexcept { return verdict_; }
+  /// error_90, also of frames of which too much is hidden for a bound that is published; NaN: not known.
+  [[nodiscard]] float error_90() const noexcept { return error_90_; }
   /// Whether a simulation explains the frame.
   [[nodiscard]] bool is_explained() const noexcept {
     return verdict_ == Verdict::matched || verdict_ == Verdict::ambiguous;
@@ -141,6 +143,7 @@ class SurfaceFitter {
   TimeBelief time_{};
   float filled_ = 1;  // cells that the frame or the best candidate fills
   Verdict verdict_ = Verdict::unknown;
+  float error_90_ = std::numeric_limits<float>::quiet_NaN();
 };
 
 }  // namespace lbea

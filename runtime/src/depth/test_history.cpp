@@ -30,7 +30,7 @@ FrameExpectation HistoryState::expectation() const noexcept {
 void HistoryState::add(const SurfaceFitter& fitter, MatchResult& result) noexcept {
   if (result.status == Status::ok && fitter.is_explained()) {
     constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
-    const float error = std::isfinite(result.fit.error_90) ? result.fit.error_90 / deviations : result.fit.spread;
+    const float error = std::isfinite(fitter.error_90()) ? fitter.error_90() / deviations : result.fit.spread;
     shapes.add({stamp_ns, error, fitter.shape()});
     clock.add(stamp_ns, {fitter.time().mean_s - impact_s, fitter.time().variance});
   }

@@ -103,7 +103,8 @@ void ResultPublisher::send_result() noexcept {
 // Only the first frame of a sender: the distance hardly changes.
 void ResultPublisher::note_far_stamp() noexcept {
   constexpr double most_durations = 10'000;
-  if (!config_.impact || wire::fate_of(result_.status) != wire::Fate::matched) return;
+  if (!config_.impact || !(config_.impact->duration_s > 0) || wire::fate_of(result_.status) != wire::Fate::matched)
+    return;
   if (session_ == result_.session) return;
   session_ = result_.session;
   const double after_s = difference_ns(result_.stamp_ns, config_.impact->trigger_ns) * 1e-9;

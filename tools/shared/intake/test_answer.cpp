@@ -40,7 +40,8 @@ std::string pose_warning(float coverage) {
 
 bool TestAnswer::add(const wire::WireResult& result) {
   has_ended_ |= result.status == wire::WireStatus::end_of_stream && session_ == result.session;
-  if (wire::fate_of(result.status) == wire::Fate::rejected) ++rejected_;
+  const bool is_of_test = session_ == result.session && result.status != wire::WireStatus::duplicate;
+  if (is_of_test && wire::fate_of(result.status) == wire::Fate::rejected) ++rejected_;
   if (wire::fate_of(result.status) != wire::Fate::matched) return false;
   if (has_ended_ || (session_ && session_ != result.session)) *this = {};
   session_ = result.session;
