@@ -65,7 +65,7 @@ async function checkWrongPose() {
 
 async function checkDoubtfulPose() {
   const { last, report } = await play(sensorMovedBy(1, 5), "--method", "fit", "--fixed-pose");
-  assert.deepEqual([last.verdict, last.word], ["doubtful", "Matched, pose in doubt"]);
+  assert.deepEqual([last.verdict, last.word], ["doubtful", "Matched, in doubt"]);
   assert.match(last.warning, /lbea-register/);
   assert.match(report, /\ntest: matched: .*\nwarning: .*lbea-register/);
 }

@@ -97,6 +97,20 @@ TEST_CASE("a test of which most frames were rejected is answered with a warning"
   CHECK(contains(answer.warning(), "4 of 7 frames"));
 }
 
+// Regression: a rail whose front half moved away was matched with 100 %, and half of its points were left out silently.
+TEST_CASE("a part that leaves the space of the simulations gives a warning") {
+  TestAnswer answer;
+  WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+  result.points = {.received = 60'000, .culled = 20'000, .used = 40'000};  // 20,000 of the background
+  answer.add(result);
+  result.points = {.received = 55'000, .culled = 25'000, .used = 30'000};
+  answer.add(result);
+  CHECK(answer.warning().empty());
+  result.points = {.received = 60'000, .culled = 40'000, .used = 20'000};
+  answer.add(result);
+  CHECK(contains(answer.warning(), "20000 points more than in the first frame, 50 % of the component's"));
+}
+
 // Regression: `only method fit judges a test`.
 TEST_CASE("without results, the report says that none came") {
   const AlignedBytes bytes = bent_plates_model();

@@ -9,7 +9,7 @@ const put = (id, text) => {
 
 const verdicts = {
   matched: ["\u2713", "Matched"],
-  doubtful: ["?", "Matched, pose in doubt"],
+  doubtful: ["?", "Matched, in doubt"],
   ambiguous: ["?", "Ambiguous"],
   no_simulation_fits: ["\u2715", "No simulation fits"],
   low_coverage: ["\u25D0", "Low coverage"],

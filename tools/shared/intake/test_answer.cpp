@@ -11,6 +11,9 @@ namespace {
 constexpr float least_undeformed_coverage = 0.7f;
 constexpr float sure = 0.9f;  // simulations are listed until their probabilities add up to this
 constexpr std::size_t most_listed = 3;
+// Points of the component that have left the space of the simulations, as a share of those in the first frame. Sparks
+// and dust are less.
+constexpr double many_left = 0.25;
 
 double percent(float share) { return 100.0 * static_cast<double>(share); }
 
@@ -45,13 +48,24 @@ bool TestAnswer::add(const wire::WireResult& result) {
   if (wire::fate_of(result.status) != wire::Fate::matched) return false;
   if (has_ended_ || (session_ && session_ != result.session)) *this = {};
   session_ = result.session;
-  ++matched_;
+  if (matched_++ == 0) first_points_ = result.points;
+  points_ = result.points;
   if (result.test.frames > 0) state_ = result.test;
   return undeformed_.add(result);
 }
 
 std::string TestAnswer::warning() const {
   if (undeformed_.is_low()) return pose_warning(*undeformed_.latest());
+  if (matched_ > 0 && points_.culled > first_points_.culled) {
+    const auto left = static_cast<double>(points_.culled - first_points_.culled);
+    const double share = left / static_cast<double>(std::max(first_points_.used, 1u));
+    if (share > many_left)
+      return formatted(
+          "%.0f points more than in the first frame, %.0f %% of the component's, are near no simulation: a part may "
+          "have "
+          "torn off or moved away, of which the verdict knows nothing",
+          left, 100 * share);
+  }
   if (matched_ == 0 || rejected_ <= matched_) return "";
   return std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
          " frames show no point near any simulation, or were rejected; the verdict says nothing about them";

@@ -35,14 +35,16 @@ class TestAnswer {
   /// Of the latest frame that has one. Without frames: method fit did not match, or no frame was informative.
   [[nodiscard]] const wire::WireTestState& state() const noexcept { return state_; }
   [[nodiscard]] std::optional<float> undeformed_coverage() const noexcept { return undeformed_.latest(); }
-  /// Empty unless the coverage of the undeformed component is low, or most frames were rejected, for example because
-  /// the component left the space that the simulations fill.
+  /// Empty unless the coverage of the undeformed component is low, or the component, or a part of it, has left the
+  /// space that the simulations fill: most frames were rejected, or far more points than in the first frame are near
+  /// none.
   [[nodiscard]] std::string warning() const;
 
  private:
   std::optional<std::uint64_t> session_;
   bool has_ended_ = false;
   std::uint64_t matched_ = 0, rejected_ = 0;  // frames
+  PointTally first_points_, points_;          // of the first and the latest matched frame
   UndeformedCoverage undeformed_;
   wire::WireTestState state_;
 };
