@@ -1,9 +1,10 @@
 /* match.c - find the simulation that matches a cloud, in C, without ZeroMQ.
- *   cc match.c $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea pose.txt < cloud.xyz
+ *   cc match.c $(pkg-config --cflags --libs lbea) -o match && ./match rail.lbea pose.txt fit < cloud.xyz
  * pose.txt has the 12 numbers of T_reference_sensor: jq '.T_reference_sensor[:3][][]' sensor.json > pose.txt */
 #include <lbea/lbea.h>
 
 #include <stdio.h>
+#include <string.h>
 
 enum { room = 131072 };
 static lbea_point points[room];
@@ -34,13 +35,9 @@ int main(int argc, char** argv) {
   config.max_points = room;
   if (argc > 2 && !read_pose(argv[2], config.T_reference_sensor))
     return fprintf(stderr, "%s: needs the 12 numbers of T_reference_sensor\n", argv[2]), 1;
-  if (lbea_model_open(argc > 1 ? argv[1] : "rail.lbea", &model)) return fprintf(stderr, "%s\n", lbea_last_error()), 1;
-  config.method = LBEA_METHOD_FIT; /* needs a model with depth images for this pose */
-  if (lbea_matcher_create(model, &config, &matcher)) {
-    fprintf(stderr, "%s; matching by lbea, without a verdict\n", lbea_last_error());
-    config.method = LBEA_METHOD_LBEA;
-    if (lbea_matcher_create(model, &config, &matcher)) return fprintf(stderr, "%s\n", lbea_last_error()), 1;
-  }
+  if (argc > 3 && strcmp(argv[3], "fit") == 0) config.method = LBEA_METHOD_FIT; /* without, by lbea: no verdict */
+  if (lbea_model_open(argc > 1 ? argv[1] : "rail.lbea", &model) || lbea_matcher_create(model, &config, &matcher))
+    return fprintf(stderr, "%s\n", lbea_last_error()), 1;
 
   lbea_frame frame = {.struct_size = sizeof frame, .id = 1, .points = points, .point_count = grab()};
   const lbea_status status = lbea_matcher_match(matcher, &frame, &result); /* no allocation, no lock, no system call */

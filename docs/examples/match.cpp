@@ -1,10 +1,11 @@
 // match.cpp - find the simulation that matches a cloud, in C++, without ZeroMQ.
 //   c++ -std=c++20 match.cpp $(pkg-config --cflags --libs lbea-rig) -o match
-//   ./match rail.lbea sensor.json < cloud.xyz
+//   ./match rail.lbea sensor.json fit < cloud.xyz      (without fit, by lbea: no verdict)
 #include <lbea/lbea.hpp>
 #include <lbea/rig/sensor_json.hpp>
 
 #include <iostream>
+#include <string_view>
 #include <vector>
 
 void grab(std::vector<lbea::Point>& points) {  // replace by your camera; reads lines of x y z
@@ -15,8 +16,8 @@ void grab(std::vector<lbea::Point>& points) {  // replace by your camera; reads 
 int main(int argc, char** argv) try {
   const lbea::Model model = lbea::Model::open(argc > 1 ? argv[1] : "rail.lbea");
   const lbea::RigidTransform pose = argc > 2 ? lbea::io::read_pose(argv[2]) : lbea::identity_transform;
-  const bool has_images = !lbea::SensorViews::baked_into(model).empty();
-  const lbea::Method method = has_images ? lbea::Method::fit : lbea::Method::lbea;  // lbea gives no verdict
+  const bool is_fit = argc > 3 && std::string_view(argv[3]) == "fit";
+  const lbea::Method method = is_fit ? lbea::Method::fit : lbea::Method::lbea;
   lbea::Matcher matcher{model, {.max_matches = 3, .method = method, .T_reference_sensor = pose}};
   std::vector<lbea::Point> points;
 
