@@ -35,7 +35,7 @@ build_and_test() {  # preset, target to build, then arguments for ctest
   ctest --preset "$preset" --parallel 2 "$@"
 }
 
-export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1:suppressions=$PWD/tests/wire/tsan.supp
+export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
 export LSAN_OPTIONS=suppressions=$PWD/tests/wire/lsan.supp:print_suppressions=0
 if [ "$sanitizers" = yes ]; then
   build_and_test asan-ubsan "${addresses[@]}"
