@@ -126,11 +126,13 @@ std::vector<std::uint32_t> in_order(const std::vector<std::size_t>& group) {
 
 }  // namespace
 
-std::vector<float> thinned_nodes(std::span<const float> positions, std::size_t most) {
-  const std::size_t nodes = positions.size() / 3, every = (nodes + most - 1) / most;
+std::vector<float> thinned_rows(std::span<const float> values, std::size_t components, std::size_t most) {
+  const std::size_t rows = values.size() / components, every = (rows + most - 1) / most;
   std::vector<float> chosen;
-  for (std::size_t node = 0; node < nodes; node += every)
-    chosen.insert(chosen.end(), &positions[3 * node], &positions[3 * node] + 3);
+  for (std::size_t row = 0; row < rows; row += every) {
+    const auto one = values.subspan(components * row, components);
+    chosen.insert(chosen.end(), one.begin(), one.end());
+  }
   return chosen;
 }
 

@@ -9,8 +9,12 @@
 
 namespace lbea::bake {
 
-/// Positions of every k-th node, of at most `most`: enough to compare shapes. positions: nodes x 3.
-[[nodiscard]] std::vector<float> thinned_nodes(std::span<const float> positions, std::size_t most);
+/// Every k-th of rows of `components` values, of at most `most`: enough to compare shapes or fields.
+[[nodiscard]] std::vector<float> thinned_rows(std::span<const float> values, std::size_t components, std::size_t most);
+/// The same of positions, nodes x 3.
+[[nodiscard]] inline std::vector<float> thinned_nodes(std::span<const float> positions, std::size_t most) {
+  return thinned_rows(positions, 3, most);
+}
 
 /// One branch number per simulation, counted from 0 in the order in which they first appear.
 /// last_states: one row per simulation, of positions x 3, the same length each. Average linkage, cut into the

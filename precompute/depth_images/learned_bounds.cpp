@@ -39,13 +39,10 @@ class SampleTable {
   [[nodiscard]] std::vector<float> read(std::size_t sample, std::vector<float>& row) const {
     if (number_ == 0) {
       source_.read_positions(sample, row);
-      return thinned_nodes(row, most_values);
+      return thinned_rows(row, 3, most_values);
     }
     source_.read_field(number_ - 1, sample, row);
-    const std::size_t every = (row.size() + most_values - 1) / most_values;
-    std::vector<float> chosen;
-    for (std::size_t element = 0; element < row.size(); element += every) chosen.push_back(row[element]);
-    return chosen;
+    return thinned_rows(row, 1, most_values);
   }
 
   const SampleSource& source_;
@@ -105,13 +102,6 @@ ComparedFrames compare(const SampleTable& table, const LeftOutEstimates& estimat
   for (std::size_t i = 0; i < frames.size(); ++i)
     result.frames.push_back(compared(table, frames[i], estimates.error_per_spread, weights[i]));
   return result;
-}
-
-double root_mean_square(std::span<const float> values) {
-  double squares = 0, count = 0;
-  for (const float value : values)
-    if (std::isfinite(value)) squares += double{value} * double{value}, ++count;
-  return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
 /// Leaves out frames whose plausible samples hardly differ: their ratios are those of rounding errors.

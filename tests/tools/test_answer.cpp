@@ -34,6 +34,15 @@ WireResult frame(WireVerdict test_verdict, std::vector<wire::SimulationChance> c
   return result;
 }
 
+/// A matched frame of this session, without a state of the test, is the first of another test.
+void check_begins_another(TestAnswer& answer, std::uint64_t session) {
+  WireResult first;
+  first.session = session;
+  first.coverage = 0.9f;
+  answer.add(first);
+  CHECK(answer.state().frames == 0);
+}
+
 }  // namespace
 
 TEST_CASE("the answer names the verdict, and as many simulations as are needed to be sure") {
@@ -59,11 +68,7 @@ TEST_CASE("the answer outlasts refused and missed frames, and ends with the next
   missed.status = WireStatus::missed;
   CHECK(!answer.add(missed));
   CHECK(answer.state().verdict == WireVerdict::no_simulation_fits);
-  WireResult next;
-  next.session = 2;
-  next.coverage = 0.9f;
-  answer.add(next);
-  CHECK(answer.state().frames == 0);
+  check_begins_another(answer, 2);
 }
 
 // Regression: the second test of a sender kept the answer of the first.
@@ -75,11 +80,7 @@ TEST_CASE("the end of the stream ends the test; the session's next frame begins 
   end.status = WireStatus::end_of_stream;
   answer.add(end);
   CHECK(answer.state().verdict == WireVerdict::no_simulation_fits);
-  WireResult first;
-  first.session = 1;
-  first.coverage = 0.9f;
-  answer.add(first);
-  CHECK(answer.state().frames == 0);
+  check_begins_another(answer, 1);
 }
 
 // Regression: 30 of 36 frames were empty, and the test was said to be matched, without a word about them.

@@ -15,7 +15,7 @@ struct LiveRow {
   wire::WireResult result;
   double match_ms = 0;  // time in the matcher
   double total_ms = 0;  // from receiving the frame to publishing the result
-  std::string warning;  // that the pose is probably wrong, at the first frame that shows it
+  std::string warning;  // of the answer, at the first frame that gives a reason for it
   // After the test: the sample of its most likely path at this frame; none in frames of another sender.
   std::optional<Sample> on_path;
   std::string path_simulation;

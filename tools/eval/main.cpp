@@ -135,11 +135,11 @@ class LiveTest {
       return void(summary_.answer.add(result));
     }
     summary_.sessions.add(result);
-    const bool was_right = summary_.answer.warning().empty();
+    const bool was_silent = summary_.answer.warning().empty();
     summary_.answer.add(result);
     ++summary_.counters.by_status[static_cast<std::size_t>(result.status)];
     LiveRow& row = summary_.rows.emplace_back(row_of(std::move(result)));
-    if (was_right) row.warning = summary_.answer.warning();
+    if (was_silent) row.warning = summary_.answer.warning();
     if (!arguments_.json) std::printf("%s\n", printable(table_line(row)).c_str()), std::fflush(stdout);
     if (!row.warning.empty()) std::fprintf(stderr, "lbea-eval: warning: %s\n", row.warning.c_str());
   }

@@ -355,9 +355,7 @@ float SurfaceFitter::shown_share(std::span<const float> observed) const noexcept
 float SurfaceFitter::share_between_states(const FrameImage& image) noexcept {
   const DepthImages& images = *views_.data();
   const std::size_t cells = padded_cells(images.camera);
-  const auto best = static_cast<std::size_t>(
-      std::min_element(residual_alone_.begin(), residual_alone_.begin() + static_cast<std::ptrdiff_t>(count())) -
-      residual_alone_.begin());
+  const std::size_t best = best_alone();
   const std::uint32_t sample = best_.ranked()[best].sample;
   float least = 1;
   for (const std::uint32_t other : {sample - 1, sample + 1}) {  // 0 - 1: beyond the last sample

@@ -85,9 +85,11 @@ class SurfaceFitter {
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   /// The history does not decide whether a simulation fits.
-  [[nodiscard]] float least_alone() const noexcept {
-    return std::ranges::min(std::span(residual_alone_).first(count()));
+  [[nodiscard]] std::size_t best_alone() const noexcept {
+    const auto residuals = std::span(residual_alone_).first(count());
+    return static_cast<std::size_t>(std::ranges::min_element(residuals) - residuals.begin());
   }
+  [[nodiscard]] float least_alone() const noexcept { return residual_alone_[best_alone()]; }
   float spread_alone() noexcept;
   void judge(SurfaceFit& result, const FrameImage& image) noexcept;
   [[nodiscard]] float shown_share(std::span<const float> observed) const noexcept;

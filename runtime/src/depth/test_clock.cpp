@@ -80,7 +80,6 @@ double TestClock::variance_at(double time_s) const noexcept {
 
 TimeBelief TestClock::since_impact(std::int64_t stamp_ns) const noexcept {
   if (!is_started_ || (stamp_ns == first_ns_ && !is_known_)) return {};  // frames without stamps have no clock
-  constexpr double most_durations = 1e4;  // beyond, stamps and impact are in different units or of different clocks
   const double time = seconds_between(first_ns_, stamp_ns) - impact_;
   if (std::abs(time) > most_durations * times_.duration_s) return {};
   return {time, P_[0]};

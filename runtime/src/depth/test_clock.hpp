@@ -21,6 +21,9 @@ struct EnsembleTimes {
   [[nodiscard]] static EnsembleTimes of(const ModelView& model) noexcept;
 };
 
+/// Beyond so many durations from the impact, a stamp and the impact are in different units or of different clocks.
+inline constexpr double most_durations = 1e4;
+
 struct TimeBelief {
   double mean_s = 0;
   double variance = 0;  // s^2; 0: not known

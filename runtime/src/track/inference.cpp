@@ -96,12 +96,16 @@ void infer(std::span<const WeightedRow> estimate, std::span<const WeightedRow> p
   into.bound_90.clear();
 }
 
-void even_out(std::span<float> spread, double share) noexcept {
+double root_mean_square(std::span<const float> values) noexcept {
   double squares = 0, count = 0;
-  for (const float value : spread)
+  for (const float value : values)
     if (std::isfinite(value)) squares += square<double>(value), ++count;
-  const double common = share * share * squares / std::max(count, 1.0);
-  for (float& value : spread) value = static_cast<float>(std::sqrt(square<double>(value) + common));
+  return std::sqrt(squares / std::max(count, 1.0));
+}
+
+void even_out(std::span<float> spread, double share) noexcept {
+  const double common = share * root_mean_square(spread);
+  for (float& value : spread) value = static_cast<float>(std::sqrt(square<double>(value) + common * common));
 }
 
 std::vector<WeightedSample> plausible_samples(std::span<const Match> candidates, const TrackerConfig& config) {

@@ -25,6 +25,9 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
 void infer(std::span<const WeightedRow> estimate, std::span<const WeightedRow> plausible, std::size_t components,
            Inferred& into);
 
+/// Of the values that are finite; 0 without any.
+[[nodiscard]] double root_mean_square(std::span<const float> values) noexcept;
+
 /// sqrt(spread[i]^2 + share^2 * mean of spread^2): where the plausible samples agree, they may all be wrong. Values
 /// that are not finite stay so, and do not count in the mean.
 void even_out(std::span<float> spread, double share) noexcept;

@@ -1,5 +1,6 @@
 #include "tools/serve/pipeline/result_publisher.hpp"
 
+#include "runtime/src/depth/test_clock.hpp"
 #include "tools/shared/intake/clock_times.hpp"
 
 #include <cmath>
@@ -102,7 +103,6 @@ void ResultPublisher::send_result() noexcept {
 
 // Only the first frame of a sender: the distance hardly changes.
 void ResultPublisher::note_far_stamp() noexcept {
-  constexpr double most_durations = 10'000;
   if (!config_.impact || !(config_.impact->duration_s > 0) || wire::fate_of(result_.status) != wire::Fate::matched)
     return;
   if (session_ == result_.session) return;
