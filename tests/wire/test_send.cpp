@@ -109,7 +109,8 @@ TEST_CASE("in an endless loop, progress is a line every few seconds" *
   Bench bench(2);
   WireContext context;
   FrameSource source(context, bench.endpoint());
-  const auto sender = bench.start({bench.clouds(), "--to", bench.endpoint(), "--rate", "200", "--loop", "0"});
+  const auto sender =
+      bench.start({bench.clouds(), "--to", bench.endpoint(), "--rate", "200", "--loop", "0", "--open-end"});
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < 1'300; ++i) REQUIRE(next_frame(source));  // 6.5 s
   sender->signal(SIGINT);
