@@ -109,7 +109,7 @@ TEST_CASE("a part that leaves the space of the simulations gives a warning") {
   CHECK(answer.warning().empty());
   result.points = {.received = 60'000, .culled = 40'000, .used = 20'000};
   answer.add(result);
-  CHECK(contains(answer.warning(), "20000 points more than in the first frame, 50 % of the component's"));
+  CHECK(contains(answer.warning(), "near no simulation, 50 % of the component's"));
 }
 
 // Regression: `only method fit judges a test`.

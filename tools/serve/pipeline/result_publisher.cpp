@@ -98,6 +98,9 @@ void ResultPublisher::send_result() noexcept {
   log_.note(result_.status, result_.session, {result_.frame_id, 1});
   if (undeformed_.add(result_) && undeformed_.is_low())
     log_.note_low_coverage(result_.session, result_.frame_id, result_.coverage);
+  departed_.add(result_);
+  if (departed_.are_many() && wire::fate_of(result_.status) == wire::Fate::matched)
+    log_.note_departed_points(result_.session, result_.frame_id, departed_.share());
   note_far_stamp();
 }
 

@@ -62,6 +62,7 @@ class ResultPublisher {
   wire::Encoder encoder_;
   FrameLog log_;
   UndeformedCoverage undeformed_;
+  DepartedPoints departed_;
   std::optional<std::uint64_t> session_;  // of the latest matched frame
   wire::WireResult result_;
   wire::WireState state_;

@@ -46,6 +46,9 @@ void FrameLog::write(const Event& event) {
   } else if (event.kind == Event::Kind::low_coverage) {
     if (low_coverage_.is_due())
       spdlog::warn("frame {}: {}{}", event.ids.first, pose_warning(event.number), low_coverage_.suppressed_text());
+  } else if (event.kind == Event::Kind::departed_points) {
+    if (departures_.is_due())
+      spdlog::warn("frame {}: {}{}", event.ids.first, departure_warning(event.number), departures_.suppressed_text());
   } else if (event.kind == Event::Kind::far_stamp) {
     if (far_stamps_.is_due())
       spdlog::warn(

@@ -51,6 +51,10 @@ class FrameLog {
   void note_low_coverage(std::uint64_t session, std::uint64_t id, float coverage) noexcept {
     push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage});
   }
+  /// Points of that share of the component have left the space of the simulations.
+  void note_departed_points(std::uint64_t session, std::uint64_t id, float share) noexcept {
+    push({Event::Kind::departed_points, wire::WireStatus::ok, session, {id, 1}, share});
+  }
   /// A frame was captured so many seconds after the impact that its stamp or --trigger-ns must be wrong.
   void note_far_stamp(std::uint64_t session, std::uint64_t id, float after_s) noexcept {
     push({Event::Kind::far_stamp, wire::WireStatus::ok, session, {id, 1}, after_s});
@@ -66,12 +70,12 @@ class FrameLog {
 
  private:
   struct Event {
-    enum class Kind : std::uint8_t { new_session, status, refusal, low_coverage, far_stamp };
+    enum class Kind : std::uint8_t { new_session, status, refusal, low_coverage, departed_points, far_stamp };
     Kind kind = Kind::status;
     wire::WireStatus status = wire::WireStatus::ok;
     std::uint64_t session = 0;
     IdRange ids;
-    float number = 0;  // coverage, or seconds
+    float number = 0;  // coverage, share, or seconds
   };
   void push(const Event& event) noexcept {
     if (!events_.push(event)) ++without_room_;
@@ -84,7 +88,7 @@ class FrameLog {
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;
   std::array<LogLine, wire::wire_status_count> by_status_{};  // from here on: the writing thread's
-  LogLine new_sessions_, refusals_, low_coverage_, far_stamps_, without_room_line_, alternations_;
+  LogLine new_sessions_, refusals_, low_coverage_, departures_, far_stamps_, without_room_line_, alternations_;
   std::uint64_t known_returns_ = 0;
   std::vector<wire::WireSender> known_;
 };

@@ -11,9 +11,7 @@ namespace {
 constexpr float least_undeformed_coverage = 0.7f;
 constexpr float sure = 0.9f;  // simulations are listed until their probabilities add up to this
 constexpr std::size_t most_listed = 3;
-// Points of the component that have left the space of the simulations, as a share of those in the first frame. Sparks
-// and dust are less.
-constexpr double many_left = 0.25;
+constexpr float many_departed = 0.25f;  // sparks and dust are less
 
 double percent(float share) { return 100.0 * static_cast<double>(share); }
 
@@ -41,6 +39,23 @@ std::string pose_warning(float coverage) {
       percent(coverage));
 }
 
+void DepartedPoints::add(const wire::WireResult& result) noexcept {
+  if (result.status == wire::WireStatus::end_of_stream && session_ == result.session) session_.reset();
+  if (wire::fate_of(result.status) != wire::Fate::matched) return;
+  if (std::exchange(session_, result.session) != result.session) first_ = result.points;
+  const std::uint32_t departed = result.points.culled - std::min(first_.culled, result.points.culled);
+  share_ = static_cast<float>(departed) / static_cast<float>(std::max(first_.used, 1u));
+}
+
+bool DepartedPoints::are_many() const noexcept { return share_ > many_departed; }
+
+std::string departure_warning(float share) {
+  return formatted(
+      "more points than in the first frame are near no simulation, %.0f %% of the component's: a part may have torn "
+      "off or moved away, of which the verdict knows nothing",
+      percent(share));
+}
+
 bool TestAnswer::add(const wire::WireResult& result) {
   has_ended_ |= result.status == wire::WireStatus::end_of_stream && session_ == result.session;
   const bool is_of_test = session_ == result.session && result.status != wire::WireStatus::duplicate;
@@ -48,24 +63,15 @@ bool TestAnswer::add(const wire::WireResult& result) {
   if (wire::fate_of(result.status) != wire::Fate::matched) return false;
   if (has_ended_ || (session_ && session_ != result.session)) *this = {};
   session_ = result.session;
-  if (matched_++ == 0) first_points_ = result.points;
-  points_ = result.points;
+  ++matched_;
+  departed_.add(result);
   if (result.test.frames > 0) state_ = result.test;
   return undeformed_.add(result);
 }
 
 std::string TestAnswer::warning() const {
   if (undeformed_.is_low()) return pose_warning(*undeformed_.latest());
-  if (matched_ > 0 && points_.culled > first_points_.culled) {
-    const auto left = static_cast<double>(points_.culled - first_points_.culled);
-    const double share = left / static_cast<double>(std::max(first_points_.used, 1u));
-    if (share > many_left)
-      return formatted(
-          "%.0f points more than in the first frame, %.0f %% of the component's, are near no simulation: a part may "
-          "have "
-          "torn off or moved away, of which the verdict knows nothing",
-          left, 100 * share);
-  }
+  if (departed_.are_many()) return departure_warning(departed_.share());
   if (matched_ == 0 || rejected_ <= matched_) return "";
   return std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
          " frames show no point near any simulation, or were rejected; the verdict says nothing about them";

@@ -27,6 +27,25 @@ class UndeformedCoverage {
 /// A sentence for a low coverage of the undeformed component.
 [[nodiscard]] std::string pose_warning(float coverage);
 
+/// The points near no simulation that the first frame of the test did not have: a part that left the space of the
+/// simulations.
+class DepartedPoints {
+ public:
+  /// The first matched frame of another session, or after the end of the stream, begins another test.
+  void add(const wire::WireResult& result) noexcept;
+  /// In the latest matched frame, as a share of the points near some simulation in the first one.
+  [[nodiscard]] float share() const noexcept { return share_; }
+  [[nodiscard]] bool are_many() const noexcept;
+
+ private:
+  std::optional<std::uint64_t> session_;
+  PointTally first_;
+  float share_ = 0;
+};
+
+/// A sentence for many departed points.
+[[nodiscard]] std::string departure_warning(float share);
+
 class TestAnswer {
  public:
   /// Adds a published result; the first frame of another session, or after the end of the stream, begins another test.
@@ -44,8 +63,8 @@ class TestAnswer {
   std::optional<std::uint64_t> session_;
   bool has_ended_ = false;
   std::uint64_t matched_ = 0, rejected_ = 0;  // frames
-  PointTally first_points_, points_;          // of the first and the latest matched frame
   UndeformedCoverage undeformed_;
+  DepartedPoints departed_;
   wire::WireTestState state_;
 };
 
