@@ -125,7 +125,7 @@ nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns, std::span<cons
           {"seconds", log.seconds(stamp_ns)},
           {"session", std::to_string(log.session())},
           {"answer", std::move(answer)},
-          {"pose_warning", log.answer().warning()}};
+          {"warning", log.answer().warning()}};
 }
 
 std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names) {

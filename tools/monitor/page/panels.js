@@ -36,14 +36,14 @@ export class VerdictPanel {
   }
   update(result, test) {
     const { verdict, word, best, why } = this.headline(result, test);
-    const shown = verdict === "matched" && test.pose_warning ? "doubtful" : verdict, [sign, name] = verdicts[shown] ?? verdicts.unknown;
+    const shown = verdict === "matched" && test.warning ? "doubtful" : verdict, [sign, name] = verdicts[shown] ?? verdicts.unknown;
     byId("verdict-panel").dataset.verdict = shown;
     put("verdict-sign", sign);
     put("verdict-word", word ?? name);
     put("best", best || "-");
     put("verdict-why", why);
     put("frame-verdict", test.results > 0 ? this.frame(result) : "");
-    const warning = test.pose_warning;
+    const warning = test.warning;
     put("pose-warning", warning && `${warning[0].toUpperCase()}${warning.slice(1)}.`);
     byId("pose-warning").hidden = !warning;
     this.announce(`${word ?? name}${best ? `: ${best}` : ""}`);
