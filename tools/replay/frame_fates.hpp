@@ -10,8 +10,6 @@ namespace lbea::tool {
 
 /// Session and id.
 using FrameKey = std::pair<std::uint64_t, std::uint64_t>;
-/// Session, and how often its stream has ended before.
-using TestKey = std::pair<std::uint64_t, std::uint64_t>;
 
 class FrameFates {
  public:

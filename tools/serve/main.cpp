@@ -1,5 +1,6 @@
 // lbea-serve: receives frames, matches each one, publishes the results.
 #include "adapters/http/metrics.hpp"
+#include "runtime/src/depth/test_clock.hpp"
 #include "tools/serve/command_line.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/reports.hpp"
@@ -24,19 +25,12 @@ constexpr auto description =
     "The exit code is 1 when any frame was dropped or all were rejected, when ids are missing between those received,\n"
     "when senders alternate, when something could not be recorded, or when the tally does not add up.";
 
-double duration_s(const Model& model) {
-  double longest = 0;
-  for (std::uint32_t sample = 0; sample < model.samples(); ++sample)
-    longest = std::max(longest, model.sample_time_s(sample));
-  return longest;
-}
-
 PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) {
   PipelineConfig config = options.pipeline;
   config.limits.max_points = options.matcher.max_points;
   config.max_matches = options.matcher.max_matches;
   if (const auto& trigger_ns = options.recording.trigger_ns)
-    config.impact = ExpectedImpact{*trigger_ns, duration_s(model)};
+    config.impact = ExpectedImpact{*trigger_ns, EnsembleTimes::of(model.view()).duration_s};
   config.description.version = LBEA_VERSION_STRING;
   config.description.method = name_of(options.matcher.method);
   config.description.model = summarize(model, options.model_file);

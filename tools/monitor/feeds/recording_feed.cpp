@@ -24,9 +24,6 @@ Number number_in(std::string_view target, std::string_view key, Number otherwise
   return parsed<Number>(http::query_value(target, key)).value_or(otherwise);
 }
 
-/// Session and number of the test in it.
-using TestKey = std::pair<std::uint64_t, std::uint64_t>;
-
 /// "SESSION", and "SESSION.2" for its second test.
 std::string text(const TestKey& test) {
   return std::to_string(test.first) + (test.second == 0 ? "" : "." + std::to_string(test.second + 1));

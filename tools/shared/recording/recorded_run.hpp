@@ -6,6 +6,9 @@
 
 namespace lbea::tool {
 
+/// A test of a run: its session, and how often the stream of the session ended before it.
+using TestKey = std::pair<std::uint64_t, std::uint64_t>;
+
 /// `data` is valid until the next message is read.
 struct RecordedMessage {
   enum class Kind : std::uint8_t { frame, result, state, other };
