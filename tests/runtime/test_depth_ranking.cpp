@@ -1,0 +1,151 @@
+// Depth images of samples and frames, and the ranking of samples by them.
+#include "precompute/depth_images/learned_fit.hpp"
+#include "runtime/src/depth/depth_ranking.hpp"
+#include "tests/runtime/seen_plates.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::test;
+
+TEST_CASE("an empty cell counts against the samples that fill it only within two cells of a filled one") {
+  DepthCamera camera;
+  camera.columns = 9;
+  camera.rows = 7;
+  std::vector<float> observed(padded_cells(camera), nothing_seen);
+  observed[3 * 9 + 4] = 100;
+  Surroundings(camera).limit(observed);
+  for (std::size_t row = 0; row < 7; ++row)
+    for (std::size_t column = 0; column < 9; ++column) {
+      const bool is_near = row >= 1 && row <= 5 && column >= 2 && column <= 6;
+      CHECK(observed[row * 9 + column] == (row == 3 && column == 4 ? 100 : is_near ? nothing_seen : not_observed));
+    }
+}
+
+TEST_CASE(
+    "cells that all of the best fill and the sensor does not count for nothing; those that some leave empty count") {
+  constexpr std::size_t cells = 32;
+  DepthCamera camera;
+  camera.columns = cells;
+  camera.rows = 1;
+  // Three images of 32 cells: all fill 0-15, two of them 16-23, none 24-31.
+  std::vector<std::uint16_t> depths(3 * cells, empty_cell);
+  for (std::size_t s = 0; s < 3; ++s)
+    for (std::size_t c = 0; c < (s == 2 ? 16u : 24u); ++c) depths[s * cells + c] = static_cast<std::uint16_t>(100 + s);
+  std::vector<float> observed(cells, nothing_seen);
+  for (std::size_t c = 0; c < 8; ++c) observed[c] = 100;
+  DepthRanking ranking(camera, 3, {.cap = 10, .one_sided = 2});
+  const std::vector<RankedSample> all{{0, 0}, {1, 0}, {2, 0}};
+  ranking.rank(observed, depths, all);
+  for (std::size_t c = 0; c < cells; ++c) CHECK(observed[c] == (c < 8 ? 100.0f : c < 16 ? not_observed : nothing_seen));
+  REQUIRE(ranking.ranked().size() == 3);
+  CHECK(ranking.ranked()[0].sample == 0);  // 8 cells right, 8 of silhouette: 8 * 2^2 / 16
+  CHECK(ranking.ranked()[0].distance == doctest::Approx(2));
+  CHECK(ranking.ranked()[1].sample == 1);  // one step off in 8 cells: (8 * 1 + 8 * 2^2) / 16
+  CHECK(ranking.ranked()[1].distance == doctest::Approx(2.5));
+  CHECK(ranking.ranked()[2].sample == 2);  // two steps off, nothing beside it: 8 * 2^2 / 8
+  CHECK(ranking.ranked()[2].distance == doctest::Approx(4));
+}
+
+TEST_CASE("only parts at least five cells wide may be hidden, at the image's edges too") {
+  DepthCamera camera;
+  camera.columns = 20;
+  camera.rows = 9;
+  std::vector<std::uint16_t> image(padded_cells(camera), empty_cell);
+  std::fill_n(image.begin(), camera.cells(), std::uint16_t{100});
+  HiddenParts parts(camera);
+  const auto found = [&](std::size_t first_row, std::size_t rows, std::size_t first_column, std::size_t column_count) {
+    std::vector<float> observed(image.size(), 100);
+    for (std::size_t row = first_row; row < first_row + rows; ++row)
+      std::fill_n(observed.begin() + static_cast<std::ptrdiff_t>(row * camera.columns + first_column), column_count,
+                  nothing_seen);
+    parts.set_frame(observed);
+    const std::size_t count = parts.find(image);
+    std::size_t visited = 0;
+    parts.visit([&](std::size_t cell) { visited += observed[cell] < 0; });
+    CHECK(visited == count);
+    return count;
+  };
+  CHECK(found(0, 9, 0, 20) == 180);
+  CHECK(found(0, 5, 0, 5) == 25);
+  CHECK(found(4, 5, 14, 6) == 30);
+  CHECK(found(2, 4, 0, 20) == 0);
+  CHECK(found(0, 9, 7, 4) == 0);
+  CHECK(found(3, 0, 0, 0) == 0);  // nothing of the frames before remains
+}
+
+// The edge of a hidden part is no silhouette. Before hidden parts were found per sample, the second sample, which ends
+// there but lies elsewhere, was the best one: two columns of 5 x 25^2 against 10 x 5 x 5^2.
+TEST_CASE("a sample that continues behind what hides it is better than one that ends there and fits less") {
+  DepthCamera camera;
+  camera.columns = 32;
+  camera.rows = 5;
+  const std::size_t stride = padded_cells(camera);
+  std::vector<std::uint16_t> depths(2 * stride, empty_cell);
+  std::vector<float> observed(stride, nothing_seen);
+  for (std::size_t row = 0; row < 5; ++row) {
+    std::fill_n(&depths[row * 32], 20, std::uint16_t{100});
+    std::fill_n(&depths[stride + row * 32], 10, std::uint16_t{105});
+    std::fill_n(&observed[row * 32], row == 0 ? 8 : 10, 100.0f);  // two cells less: the edge of what hides it
+  }
+  Surroundings(camera).limit(observed);
+  DepthRanking ranking(camera, 2, {.cap = 40, .one_sided = 25, .hidden = 4});
+  const float not_seen = ranking.rank_hidden(observed, depths, std::vector<RankedSample>{{0, 0}, {1, 0}});
+  REQUIRE(ranking.ranked().size() == 2);
+  CHECK(ranking.ranked()[0].sample == 0);
+  CHECK(ranking.ranked()[0].distance == doctest::Approx((50 * 4 * 4 + 2 * 25 * 25) / 50.0));  // relative to the others
+  CHECK(not_seen == doctest::Approx((50 * 4 * 4 + 2 * 25 * 25) / 50.0));  // what the frame shows fits exactly
+  CHECK(ranking.ranked()[1].distance == doctest::Approx((48 * 5 * 5 + 2 * 25 * 25) / 50.0));
+  std::vector<float> residuals(stride, 25);
+  CHECK(ranking.price_hidden(observed, std::span(depths).first(stride), residuals) == 10);  // the two columns
+  CHECK(std::ranges::count(residuals, 4.0f) == 10);
+
+  CompletedImage completed(camera);
+  completed.clear();
+  completed.add(0.75f, std::span(depths).first(stride), residuals, ranking.hidden_price());
+  completed.add(0.25f, std::span(depths).subspan(stride), std::vector<float>(stride, 0.0f), ranking.hidden_price());
+  completed.finish(observed);
+  for (std::size_t c = 0; c < camera.cells(); ++c)
+    CHECK(completed.cells()[c] == (c % 32 < 20 && c != 8 && c != 9 ? 100 : nothing_seen));
+}
+
+TEST_CASE("images rendered from the model are those that the bake rendered, on any number of threads") {
+  const AlignedBytes one = seen_plates_model(3, 4, 1), many = seen_plates_model(3, 4, 3);
+  CHECK(std::ranges::equal(one.span(), many.span()));
+  const Model model = Model::view(one.span());
+  const SensorViews baked = SensorViews::baked_into(model);
+  REQUIRE_FALSE(baked.empty());
+  std::array<float, 3> low{1e9f, 1e9f, 1e9f}, high{-1e9f, -1e9f, -1e9f};
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    for (std::size_t i = 0; i < model.node_positions(s).size(); ++i) {
+      low[i % 3] = std::min(low[i % 3], model.node_positions(s)[i]);
+      high[i % 3] = std::max(high[i % 3], model.node_positions(s)[i]);
+    }
+  const SimulationMesh mesh = plate_mesh();
+  const SensorViews rendered =
+      render_depth_images(model, *make_depth_renderer(rig_above(), mesh.nodes(), mesh.elements, low, high), 2);
+  CHECK(std::ranges::equal(rendered.data()->depths, baked.data()->depths));
+  CHECK(std::ranges::equal(rendered.data()->expected, baked.data()->expected));
+  CHECK(rendered.misfit_limit() == baked.misfit_limit());
+  CHECK(rendered.test_misfit_limit() == baked.test_misfit_limit());
+}
+
+TEST_CASE("a flat plate's depth image is the distance of its plane, and empty beside it") {
+  const AlignedBytes bytes = seen_plates_model(2, 3);
+  const Model model = Model::view(bytes.span());
+  const SensorViews views = SensorViews::baked_into(model);
+  const auto image = views.depth_image(0);
+  REQUIRE(image.size() == std::size_t{views.columns()} * views.rows());
+  std::size_t filled = 0;
+  for (const float depth : image) {
+    if (std::isnan(depth)) continue;
+    ++filled;
+    CHECK(depth == doctest::Approx(600).epsilon(1e-4));
+  }
+  // 190 x 90 mm at 600 mm and 800 px, in cells of 4 px: 63 x 30 cells, less those the right camera does not see.
+  CHECK(filled > 0.9 * 63 * 30);
+  CHECK(filled < 1.1 * 64 * 31);
+}
