@@ -73,7 +73,7 @@ TEST_CASE("lists that reach past the end or have a negative count") {
   check_refused(file("ascii", "element vertex 1\nproperty list int int i\n" + xyz, "1e30 1 2 3\n"), "too few values");
 }
 
-TEST_CASE("headers that say nothing usable are refused with the line") {
+TEST_CASE("headers without usable content are refused with the line") {
   check_refused("", "line 0");
   check_refused("plx\n", "line 1");
   check_refused("ply\nelement vertex 1\n" + xyz + "end_header\n", "no \"format\"");

@@ -45,7 +45,7 @@ TEST_CASE("a table's stamps go before the file's, and these before the name's") 
   CHECK(remarked.of("a.pcd", {}) == 9'223'372'036'854'775'807);
 }
 
-// Once such a cloud took its own stamp, from another clock than the table's, in the middle of a test.
+// Regression: such a cloud took its own stamp, from another clock than the table's, in the middle of a test.
 TEST_CASE("a cloud that the table lacks is refused, and so are two times for one") {
   const TemporaryFolder folder;
   const CloudStamps table(put(folder / "stamps.csv", "file,stamp_ns\na.ply,1\na.ply,1\n"));

@@ -250,7 +250,7 @@ TEST_CASE("the regression predicts the shapes of left-out runs") {
 }
 
 // The positions of one run are wrong. Only a regression that contains the run could predict them.
-TEST_CASE("a prediction for a left-out run knows nothing of that run") {
+TEST_CASE("a prediction for a left-out run does not use that run") {
   constexpr std::uint32_t wrong = 3;
   SampleSource source = ramps();
   source.read_positions = [right = source.read_positions, samples = source.samples](std::size_t sample,

@@ -223,7 +223,7 @@ TEST_CASE("the error of a frame is not bounded if more than half of the componen
 }
 
 // Four frames of one stray point each gave the test the verdict that no simulation fits.
-TEST_CASE("a few stray points say nothing about the simulations") {
+TEST_CASE("a few stray points are no evidence about the simulations") {
   const AlignedBytes bytes = seen_plates_model();
   const Model model = Model::view(bytes.span());
   Matcher matcher(model, fit_config());
@@ -268,8 +268,8 @@ TEST_CASE("a run of the ensemble fits between its states, however far apart thes
   }
 }
 
-// Once such a frame counted every hidden cell as a hole in the component: no simulation fitted it, and the tracker, to
-// which all candidates then looked alike, learnt nothing from it.
+// Regression: every hidden cell of such a frame counted as a hole in the component, so that no simulation fitted it,
+// and the tracker, for which all candidates were equally likely, did not change.
 TEST_CASE("a hidden third of the surface changes neither the match nor the verdict, only the coverage") {
   const AlignedBytes bytes = seen_plates_model();
   const Model model = Model::view(bytes.span());
@@ -288,7 +288,8 @@ TEST_CASE("a hidden third of the surface changes neither the match nor the verdi
   CHECK(part.fit.misfit < 1.1f * misfit);
 }
 
-// Once only the cells next to a filled one were evidence, so the long plate fitted better than the short one.
+// Regression: only the cells next to a filled one were evidence, so that the long plate fitted better than the short
+// one.
 TEST_CASE("a frame that a sample explains completely counts against all that is longer") {
   const auto squeezed = [](float length, float height) {
     auto positions = plate_mesh().positions;

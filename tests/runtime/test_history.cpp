@@ -65,7 +65,7 @@ TEST_CASE("the shape a tenth of a simulation ago is remembered, in a stream of a
   }
 }
 
-TEST_CASE("frames without stamps, of the future or of long ago say nothing about a frame") {
+TEST_CASE("frames without stamps, of the future or of long ago are no evidence about a frame") {
   ShapeHistory history(0.01);
   for (int frame = 0; frame < 5; ++frame) {
     CHECK(history.before(0) == nullptr);

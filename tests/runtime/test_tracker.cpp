@@ -99,7 +99,7 @@ TEST_CASE("clocks at any rate and offset end at the same sample") {
   }
 }
 
-TEST_CASE("refused frames say nothing, and a reset forgets") {
+TEST_CASE("refused frames change nothing, and a reset forgets all") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());
   Tracker tracker(model);
@@ -154,7 +154,7 @@ TEST_CASE("of candidates with nearly the same rank the tracker chooses the one w
   CHECK(tracker.state().sample_probability > 0.9f);
 }
 
-// Once the sample had to follow a hidden Markov model, and a wrong history kept it from candidates that fit.
+// Regression: the sample had to follow a hidden Markov model, and a wrong history kept it from candidates that fit.
 TEST_CASE("no history keeps the tracker from a sample that fits much better than all others") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());

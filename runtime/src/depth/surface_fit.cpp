@@ -383,7 +383,7 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
   result.spread = spread_alone();
   verdict_ = Verdict::unknown;
   error_90_ = std::numeric_limits<float>::quiet_NaN();
-  constexpr float least_judged = 0.1f;   // a few stray points say nothing, neither for nor against the samples
+  constexpr float least_judged = 0.1f;   // a few stray points are no evidence for or against the samples
   constexpr float least_bounded = 0.5f;  // the bake learns the errors of frames of which a third is hidden
   const float shown = shown_share(image.observed);
   if (!has_expectation_ || shown < least_judged) return;

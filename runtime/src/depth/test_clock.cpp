@@ -56,7 +56,7 @@ void TestClock::update(double since_first, const TimeBelief& time) noexcept {
   constexpr double most_deviations = 4;
   constexpr std::uint32_t most_contradictions = 5;
   const double since_impact = since_first - impact_, expected = (1 + share_) * since_impact;
-  const bool is_at_rest = expected > times_.duration_s;  // from then on, the time says nothing about the clock
+  const bool is_at_rest = expected > times_.duration_s;  // from then on, the time is no evidence of the clock
   const double innovation = time.mean_s - std::min(expected, times_.duration_s);
   const double by_impact = is_at_rest ? 0 : -(1 + share_), by_share = is_at_rest ? 0 : since_impact;
   const std::array<double, 2> PH{P_[0] * by_impact + P_[1] * by_share, P_[1] * by_impact + P_[2] * by_share};

@@ -52,7 +52,7 @@ bool DepartedPoints::are_many() const noexcept { return share_ > many_departed; 
 std::string departure_warning(float share) {
   return formatted(
       "more points than in the first frame are near no simulation, %.0f %% of the component's: a part may have torn "
-      "off or moved away, of which the verdict knows nothing",
+      "off or moved away; the verdict does not consider these points",
       percent(share));
 }
 
@@ -74,7 +74,7 @@ std::string TestAnswer::warning() const {
   if (departed_.are_many()) return departure_warning(departed_.share());
   if (matched_ == 0 || rejected_ <= matched_) return "";
   return std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
-         " frames show no point near any simulation, or were rejected; the verdict says nothing about them";
+         " frames show no point near any simulation, or were rejected; the verdict does not consider them";
 }
 
 std::string refusal_of_all(const wire::Counters& counters, std::string_view length_unit) {
