@@ -38,6 +38,52 @@ TEST_CASE("several vertices may share a point") {
   for (std::size_t v = 0; v < vertices.size(); ++v) CHECK(corresponding[v] == Position{1, 2, 3});
 }
 
+// A ring about a row of vertices took up to five times as long as an ordinary cloud: each vertex tested every point.
+TEST_CASE("the search for many vertices with equally distant points is limited, and says for how many it was cut") {
+  constexpr std::size_t size = 20'000;
+  const auto random = test::random_positions(size, 1, 7);
+  std::vector<Position> ring, row;
+  for (const auto& [angle, y, z] : random) ring.push_back({0, std::cos(3.2f * angle), std::sin(3.2f * angle)});
+  for (int v = 0; v < 320; ++v) row.push_back({static_cast<float>(v) - 160, 0, 0});
+  std::vector<Point> points;
+  for (const auto& [x, y, z] : ring) points.push_back({x, y, z});
+  CloudIndex index(bounding_grid(test::random_positions(100, 200, 8), 4'096), size);
+  index.build(points, identity_transform);
+
+  Positions exact(row.size()), limited(row.size());
+  CHECK(correspond(index, row, exact) == 0);
+  const std::uint32_t cut = correspond(index, row, limited, {}, most_hard_tests(index, row.size()));
+  CHECK(cut > 0);
+  std::size_t different = 0;
+  for (std::size_t v = 0; v < row.size(); ++v) {
+    different += exact[v] != limited[v];
+    // Any point of this ring is the nearest one up to the rounding of squared distances.
+    const auto distance = [&](const Position& p) { return std::hypot(p[0] - row[v][0], p[1], p[2]); };
+    CHECK(distance(limited[v]) == doctest::Approx(distance(exact[v])).epsilon(1e-6));
+  }
+  CHECK(different <= cut);
+}
+
+TEST_CASE("the guess never changes the result, not even where searches are cut") {
+  constexpr std::size_t size = 20'000;
+  const auto guesses = test::random_positions(320, 150, 9);
+  for (const float spread : {0.0f, 0.1f, 60.0f}) {  // a ring, a thick one, a cloud that is not crowded
+    std::vector<Point> points;
+    for (const auto& [angle, y, z] : test::random_positions(size, 1, 10))
+      points.push_back({spread * angle, std::cos(3.2f * angle) + spread * y, std::sin(3.2f * angle) + spread * z});
+    CloudIndex index(bounding_grid(test::random_positions(100, 200, 8), 4'096), size);
+    index.build(points, identity_transform);
+    CHECK(index.is_crowded() == (spread < 1));
+    std::vector<Position> row;
+    for (int v = 0; v < 320; ++v) row.push_back({0.1f * static_cast<float>(v) - 16, 0, 0});
+    Positions first(row.size()), second(row.size());
+    for (std::size_t v = 0; v < row.size(); ++v) second.set(v, guesses[v]);
+    const std::uint32_t limit = most_hard_tests(index, row.size());
+    CHECK(correspond(index, row, first, {}, limit) == correspond(index, row, second, {}, limit));
+    CHECK(first.planes == second.planes);
+  }
+}
+
 TEST_CASE("coverage is the seen share of the mass") {
   const std::vector<Position> surface{{0, 0, 0}, {10, 0, 0}, {20, 0, 0}};
   const std::vector<double> mass{1, 2, 5};

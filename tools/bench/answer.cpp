@@ -194,6 +194,7 @@ Mismatch AnswerCheck::wrong_nearest(const Answer& answer) {
   if (answer.points.size() != vertices.size())
     return formatted("%zu nearest points for %zu vertices", answer.points.size(), vertices.size());
   const std::vector<double>& least = least_distances(answer.reference);
+  std::size_t farther = 0;
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     const std::uint32_t point = answer.points[v];
     if (point >= cloud_.positions.size()) return formatted("vertex %zu: point %u is not in the frame", v, point);
@@ -202,7 +203,7 @@ Mismatch AnswerCheck::wrong_nearest(const Answer& answer) {
     const auto& [x, y, z] = vertices[v];
     const double here = distance(cloud_.positions[point], {x, y, z});
     // Error of both distances: of a position, and of a difference, three squares, sums and a root.
-    if (here > least[v] + 2 * (root_3 * cloud_.position_error + 4 * u * least[v]))
+    if (here > least[v] + 2 * (root_3 * cloud_.position_error + 4 * u * least[v]) && ++farther > answer.cut)
       return formatted("vertex %zu: point %u has distance %.6g, the nearest %.6g", v, point, here, least[v]);
   }
   return {};

@@ -34,6 +34,7 @@ struct ReferenceCloud {
 struct Answer {
   std::uint32_t reference = 0;
   std::vector<std::uint32_t> points;  // per vertex of the reference: index of the nearest point of the frame
+  std::uint32_t cut = 0;              // number of vertices whose point may not be the nearest one
   std::vector<float> coefficients;    // modes x 3, mode-major
   std::vector<RankedSample> ranked;   // nearest first
 };

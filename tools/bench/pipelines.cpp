@@ -33,6 +33,7 @@ class KernelsPipeline : public Pipeline {
     answer.points.resize(view_.info.vertices);
     match(frame, answer.points);
     answer.reference = reference_;
+    answer.cut = cut_;
     for (std::size_t j = 0; j < coefficients_.count; ++j)
       for (const float value : coefficients_[j]) answer.coefficients.push_back(value);
     answer.ranked.assign(best_.ranked().begin(), best_.ranked().end());
@@ -49,7 +50,8 @@ class KernelsPipeline : public Pipeline {
     times.index = watch.lap_ns();
     best_.clear();
     if (tally.used == 0) return times;
-    correspond(index_, reference.vertex_positions, corresponding_, points);
+    cut_ = correspond(index_, reference.vertex_positions, corresponding_, points,
+                      most_hard_tests(index_, reference.vertex_positions.size()));
     times.correspondence = watch.lap_ns();
     project(reference);
     times.projection = watch.lap_ns();
@@ -93,6 +95,7 @@ class KernelsPipeline : public Pipeline {
   BestSamples best_;
   std::vector<std::array<float, 3>> surface_;
   std::uint32_t reference_ = 0;
+  std::uint32_t cut_ = 0;
   float last_coverage_ = 0;  // stored so that the compiler does not remove the computation
 };
 

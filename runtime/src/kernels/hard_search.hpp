@@ -4,7 +4,7 @@
 // except where many points are equally distant up to the size of a leaf's box, or up to rounding. Points equally
 // distant from K vertices are on a sphere (K = 1), on a ring (K vertices on a line), or in two places (otherwise). So
 // the worst clouds need about K n / 16 tests of leaves for n points; nothing known before the test excludes one of
-// them.
+// them. most_hard_tests() limits that.
 #pragma once
 
 #include "runtime/src/kernels/kernels.hpp"

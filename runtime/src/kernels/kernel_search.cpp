@@ -14,26 +14,22 @@ void search_leaf(const Leaf& leaf, const float query[3], NearestPoint& best) {
   }
 }
 
-// Nearest box first. A box exactly at the bound may hold an equally near point that comes first in the frame.
-void search_group(const CloudTree& tree, std::size_t level, std::size_t group, const float query[3],
-                  NearestPoint& best) {
-  float squared[lanes];
-  const Floats distances = squared_distances(tree.groups[level][group], query);
-  store(squared, distances);
-  std::uint32_t open = at_most(distances, all(best.squared)) & at_most(distances, all(largest_finite));
-  while (open != 0) {
-    std::uint32_t next = static_cast<std::uint32_t>(__builtin_ctz(open));
-    for (std::uint32_t rest = open & (open - 1); rest != 0; rest &= rest - 1) {
-      const auto i = static_cast<std::uint32_t>(__builtin_ctz(rest));
-      if (squared[i] < squared[next]) next = i;
+// Tests the leaves that may hold a point within the bound, the nearest box first. A box exactly at the bound may hold
+// an equally near point that comes first in the frame. test(leaf) returns the new bound; a negative one ends it all.
+template <typename Test>
+void visit_leaves(const CloudTree& tree, std::size_t level, std::size_t group, const float query[3], float& bound,
+                  const Test& test) {
+  Floats distances = squared_distances(tree.groups[level][group], query);
+  for (float squared = least(distances); squared <= bound && squared <= largest_finite; squared = least(distances)) {
+    const Ints is_next = distances <= all(squared);
+    distances = choose(is_next, all(infinity), distances);
+    for (std::uint32_t next = differing(is_next, Ints{}); next != 0 && squared <= bound; next &= next - 1) {
+      const std::size_t child = group * lanes + static_cast<std::size_t>(__builtin_ctz(next));
+      if (level == 0)
+        bound = test(child);
+      else
+        visit_leaves(tree, level - 1, child, query, bound, test);
     }
-    if (squared[next] > best.squared) return;
-    open &= ~(1u << next);
-    const std::size_t child = group * lanes + next;
-    if (level == 0)
-      search_leaf(tree.leaves[child], query, best);
-    else
-      search_group(tree, level - 1, child, query, best);
   }
 }
 
@@ -145,15 +141,42 @@ void list(Search& search, std::size_t group, std::uint32_t open) {
 
 bool is_hard(const Search& search) { return is_hard(search.tree, search.ties, search.tests); }
 
+// Groups of queries for which an ordinary search suffices spend nothing, even if the previous group was hard.
+void spend(NearestPoints& best, std::uint32_t tests) {
+  if (best.tests_left == NearestPoints::unlimited || tests <= many_tests) return;
+  const std::uint32_t spent = tests - many_tests;
+  best.tests_left -= spent < best.tests_left ? spent : best.tests_left;
+}
+
 // Returns whether this was hard, too.
-__attribute__((noinline)) bool search_again(Search& search, const float* largest) {
+__attribute__((noinline)) bool search_again(Search& search, NearestPoints& best) {
   std::uint32_t hints[lanes];
   for (std::size_t i = 0; i < lanes; ++i) hints[i] = leaf_of(search.best[i]);
-  HardSearch hard(search, largest);
+  HardSearch hard(search, best.squared);
   search_hard(hard, hints);
   for (std::size_t i = 0; i < lanes; ++i)
     if (hard.places[i] != HardSearch::no_point) search.best[i] = candidate(hard.bounds[i], leaf_of_best(hard, i));
+  spend(best, hard.tests);
   return is_hard(search.tree, hard.ties, hard.tests);
+}
+
+// Each query tests only the first leaves of a search for it alone. Returns whether that ended one before its end.
+__attribute__((noinline)) bool search_briefly(Search& search) {
+  constexpr std::uint32_t most_tests = 16;
+  bool is_incomplete = false;
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const float query[3] = {search.planes[0][i], search.planes[1][i], search.planes[2][i]};
+    float bound = squared_of(search.best[i]);
+    std::uint32_t tests = 0;
+    visit_leaves(search.tree, search.tree.top, 0, query, bound, [&](std::size_t leaf) {
+      const Floats distances = squared_distances(search.tree.leaves[leaf], search.planes, i);
+      const std::uint64_t found = candidate(least(distances), static_cast<std::uint32_t>(leaf));
+      search.best[i] = found < search.best[i] ? found : search.best[i];
+      return ++tests < most_tests ? squared_of(search.best[i]) : -1.0f;
+    });
+    is_incomplete |= bound < 0;
+  }
+  return is_incomplete;
 }
 
 // The nearest box first, then the others in their order.
@@ -183,7 +206,11 @@ void search_group_16(Search& search, std::size_t level, std::size_t group) {
 }  // namespace
 
 NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound) {
-  search_group(tree, tree.top, 0, query, bound);
+  float squared = bound.squared;
+  visit_leaves(tree, tree.top, 0, query, squared, [&](std::size_t leaf) {
+    search_leaf(tree.leaves[leaf], query, bound);
+    return bound.squared;
+  });
   return bound;
 }
 
@@ -197,7 +224,8 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
     test_listed(search);
     best.is_hard = is_hard(search);
   }
-  if (best.is_hard) best.is_hard = search_again(search, best.squared);
+  best.is_cut = best.is_hard && best.tests_left == 0;
+  if (best.is_hard) best.is_hard = best.is_cut ? search_briefly(search) : search_again(search, best);
   for (std::size_t i = 0; i < lanes; ++i) {
     const std::uint32_t number = leaf_of(search.best[i]);
     if (number == NearestPoint::none) continue;

@@ -59,6 +59,9 @@ struct alignas(64) NearestPoints {
   std::uint32_t point[16];  // NearestPoint::none: nothing within the bound
   std::uint32_t slot[16];   // leaf * 16 + lane in the leaf
   bool is_hard = false;     // the previous search, which was nearby, tested many points
+  static constexpr std::uint32_t unlimited = 0xffff'ffff;
+  std::uint32_t tests_left = unlimited;  // of leaves, in hard searches beyond ordinary ones
+  bool is_cut = false;                   // hard, and no tests were left: its points are near, maybe not the nearest
 };
 
 /// A camera whose pixels are combined into cells. Depths are in steps from an origin.
@@ -105,7 +108,7 @@ struct Kernels {
   /// point that comes first in the frame.
   NearestPoint (*nearest)(const CloudTree& tree, const float query[3], NearestPoint bound);
   /// The same for 16 queries near each other, as x, y, z planes. hints[i]: a slot whose leaf query i tests first, or
-  /// none; a good hint makes the search faster, none changes its result.
+  /// none; a good hint makes the search faster, none changes its result unless it is cut.
   void (*nearest_16)(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints,
                      NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.

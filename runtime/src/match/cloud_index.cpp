@@ -86,14 +86,18 @@ struct Box {
   }
 };
 
+Box united(const Box& a, const Box& b) noexcept {
+  return {a.low < b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
+}
+
 Box box_of(const std::byte* points, std::size_t count) noexcept {
-  Box box{point_at(points, 0), point_at(points, 0)};
-  for (std::size_t i = 1; i < count; ++i) {
-    const Four p = point_at(points, i);
-    box.low = p < box.low ? p : box.low;
-    box.high = p > box.high ? p : box.high;
+  const auto at = [&](std::size_t i) { return Box{point_at(points, i), point_at(points, i)}; };
+  Box even = at(0), odd = at(count - 1);  // two, so that no minimum waits for the previous point
+  for (std::size_t i = 0; i + 1 < count; i += 2) {
+    even = united(even, at(i));
+    odd = united(odd, at(i + 1));
   }
-  return box;
+  return united(even, odd);
 }
 }  // namespace
 

@@ -101,6 +101,8 @@ class CloudIndex {
   }
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// Whether some cells hold very many points, which those of the cloud of a surface do not.
+  [[nodiscard]] bool is_crowded() const noexcept { return tree_.is_crowded; }
 
   /// Kernels::add_depths for the indexed points, seen from a camera at T_sensor_reference.
   void add_depths(const RigidTransform& T_sensor_reference, const CellRaster& raster,

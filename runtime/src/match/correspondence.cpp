@@ -33,7 +33,10 @@ float squared_distance(const std::array<float, 3>& a, const std::array<float, 3>
 // and searched sixteen at a time.
 class Coverage {
  public:
-  Coverage(const CloudIndex& index, float distance) : index_(index), squared_(distance * distance) {}
+  Coverage(const CloudIndex& index, float distance, std::size_t positions)
+      : index_(index), squared_(distance * distance) {
+    waiting_.nearest.tests_left = most_hard_tests(index, positions);
+  }
 
   void add(const std::array<float, 3>& position, double mass) noexcept {
     all_ += mass;
@@ -83,24 +86,35 @@ std::vector<double> masses(const ModelView& model, const ReferenceView& referenc
 }
 }  // namespace
 
-void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
-                std::span<std::uint32_t> points) noexcept {
+std::uint32_t most_hard_tests(const CloudIndex& index, std::size_t vertices) noexcept {
+  constexpr std::size_t per_leaf = 2, per_vertex = 4;
+  if (!index.is_crowded()) return NearestPoints::unlimited;
+  return static_cast<std::uint32_t>(per_leaf * (index.size() / CloudIndex::fanout) + per_vertex * vertices);
+}
+
+std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices,
+                         Positions& corresponding, std::span<std::uint32_t> points, std::uint32_t most_tests) noexcept {
   constexpr float anywhere = std::numeric_limits<float>::infinity();
   Group queries;
+  queries.nearest.tests_left = most_tests;
+  std::uint32_t cut = 0;
   std::uint32_t hint = 0;  // without a hint of its own, a vertex uses the previous one
   for (std::size_t begin = 0; begin < vertices.size(); begin += group) {
     for (std::size_t i = 0; i < group; ++i) {
       const std::size_t v = std::min(begin + i, vertices.size() - 1);  // beyond the end: the last one repeated
-      const std::uint32_t known = index.hint(corresponding[v]);
+      const std::uint32_t known = index.hint(index.is_crowded() ? vertices[v] : corresponding[v]);
       if (known != NearestPoint::none) hint = known;
       queries.set(i, vertices[v], hint);
     }
     queries.search(index, anywhere);
-    for (std::size_t i = 0; i < std::min(group, vertices.size() - begin); ++i) {
+    const std::size_t count = std::min(group, vertices.size() - begin);
+    if (queries.nearest.is_cut) cut += static_cast<std::uint32_t>(count);
+    for (std::size_t i = 0; i < count; ++i) {
       corresponding.set(begin + i, index.position(queries.nearest.slot[i]));
       if (!points.empty()) points[begin + i] = queries.nearest.point[i];
     }
   }
+  return cut;
 }
 
 SampleSurface::SampleSurface(const ModelView& model) : model_(model) {
@@ -127,7 +141,7 @@ std::span<const double> SampleSurface::mass(const ReferenceView& reference) cons
 
 float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions, std::span<const double> mass,
                float trusted_distance) noexcept {
-  Coverage coverage(index, trusted_distance);
+  Coverage coverage(index, trusted_distance, positions.size());
   for (std::size_t v = 0; v < positions.size(); ++v) coverage.add(positions[v], mass[v]);
   return static_cast<float>(coverage.share());
 }

@@ -24,12 +24,20 @@ struct Positions {
   static std::vector<float> plane(std::size_t n) { return std::vector<float>(format::padded(n)); }
 };
 
+/// A limit for the time of a crowded cloud, of which many points may be equally distant from each of many vertices: in
+/// tests of leaves beyond those of ordinary searches. Unlimited when the cloud is not crowded.
+[[nodiscard]] std::uint32_t most_hard_tests(const CloudIndex& index, std::size_t vertices) noexcept;
+
 /// corresponding[v] = position of the indexed point nearest to vertices[v]; exact, ties to the point that comes first
 /// in the frame. On entry `corresponding` holds a guess, e.g. the result for the previous frame: a good one makes the
 /// search faster, none changes its result. Fast when consecutive vertices are near each other. `points`, when not
 /// empty, receives the points' places in the frame. The index must hold at least one point.
-void correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices, Positions& corresponding,
-                std::span<std::uint32_t> points = {}) noexcept;
+/// Once hard searches have made `most_tests`, further ones are cut: they give a point near the vertex, which may not be
+/// the nearest one. Returns the number of vertices to which that may have happened. In a crowded cloud the guess is not
+/// used, so that it never changes the result.
+std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<float, 3>> vertices,
+                         Positions& corresponding, std::span<std::uint32_t> points = {},
+                         std::uint32_t most_tests = NearestPoints::unlimited) noexcept;
 
 /// The observed surface of a sample, for the coverage: all its vertices, or landmarks where the model has them.
 class SampleSurface {

@@ -55,7 +55,8 @@ std::uint32_t reference_at(const ModelView& model, double time) noexcept {
 }
 
 void Matcher::State::correspond(MatchResult& result) noexcept {
-  lbea::correspond(index, reference->vertex_positions, corresponding);
+  lbea::correspond(index, reference->vertex_positions, corresponding, {},
+                   most_hard_tests(index, reference->vertex_positions.size()));
   result.elapsed_ns.correspondence += watch.lap_ns();
 }
 
