@@ -17,8 +17,8 @@ void search_leaf(const Leaf& leaf, const float query[3], NearestPoint& best) {
 // Tests the leaves that may hold a point within the bound, the nearest box first. A box exactly at the bound may hold
 // an equally near point that comes first in the frame. test(leaf) returns the new bound; a negative one ends it all.
 template <typename Test>
-void visit_leaves(const CloudTree& tree, std::size_t level, std::size_t group, const float query[3], float& bound,
-                  const Test& test) {
+__attribute__((noinline)) void visit_leaves(const CloudTree& tree, std::size_t level, std::size_t group,
+                                            const float query[3], float& bound, const Test& test) {
   Floats distances = squared_distances(tree.groups[level][group], query);
   for (float squared = least(distances); squared <= bound && squared <= largest_finite; squared = least(distances)) {
     const Ints is_next = distances <= all(squared);
