@@ -1,6 +1,8 @@
 #include "runtime/src/match/sample_search.hpp"
 
+#include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace lbea {
 namespace {
@@ -22,8 +24,10 @@ std::vector<std::size_t> leading_coefficients(std::span<const float> table, std:
   const double count = static_cast<double>(table.size() / row);
   std::vector<std::size_t> order(row);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t i) { return spreads[i].variance(count); });
-  order.resize(std::min(order.size(), most_leading));
+  const std::size_t leading = std::min(row, most_leading);
+  std::ranges::partial_sort(order, order.begin() + static_cast<std::ptrdiff_t>(leading), std::ranges::less(),
+                            [&](std::size_t i) { return std::pair(-spreads[i].variance(count), i); });
+  order.resize(leading);
   return order;
 }
 
