@@ -234,9 +234,15 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   const LeftOutFrames frames(source, most_compared, 0);
   const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);
   std::vector<LeftOut> answers;
-  for (std::size_t frame = 0; frame < frames.size(); ++frame)
-    answers.push_back({source.samples[frames.sample(frame)],
-                       least[frame].ranked()[0].distance * source.camera.depth_step * source.camera.depth_step});
+  std::vector<std::uint16_t> image(padded_cells(source.camera));
+  std::vector<float> residuals(image.size());
+  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+    source.read_images(least[frame].ranked()[0].sample, image);
+    const float square = tolerant_residuals(kernels(), source.camera, prices_of(learned.metric, source.camera),
+                                            frames.observed(frame), image, residuals);
+    answers.push_back(
+        {source.samples[frames.sample(frame)], square * source.camera.depth_step * source.camera.depth_step});
+  }
   const ExpectedResiduals expected(answers);
   std::ranges::transform(source.samples, learned.expected.begin(),
                          [&](const Sample& sample) { return expected.at(sample.time_step); });

@@ -144,7 +144,6 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::view_camera, 0, ElementType::f64, {format::depth_camera_words}});
   plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
   plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
-  plan.push_back({SectionId::view_expected, 0, ElementType::f32, {s}});
   constexpr std::uint64_t image_scores = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
   const std::uint64_t trained = ShapeRegression::trained_with(s);
   plan.push_back({SectionId::regression_numbers, 0, ElementType::f64, {5}});
@@ -157,6 +156,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::hidden_numbers, 0, ElementType::f64, {3}});
   plan.push_back({SectionId::time_numbers, 0, ElementType::f64, {1}});
   plan.push_back({SectionId::spread_bounds, 0, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
+  plan.push_back({SectionId::expected_residuals, 0, ElementType::f32, {s}});
 }
 
 }  // namespace
@@ -198,7 +198,7 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});
-  writer.write<float>(SectionId::view_expected, 0, 0, learned.expected);
+  writer.write<float>(SectionId::expected_residuals, 0, 0, learned.expected);
   const TrainedShapes& shapes = learned.shapes;
   writer.write<double>(SectionId::regression_numbers, 0, 0,
                        std::array{double{shapes.one_sided}, double{shapes.length_scale}, double{shapes.blend},

@@ -25,6 +25,45 @@ TEST_CASE("an empty cell counts against the samples that fill it only within two
     }
 }
 
+// A surface at a depth of 1000 steps, seen by cells that are 10 steps wide; an edge in front of it, 300 steps nearer.
+TEST_CASE("edges that are one cell elsewhere leave no residual, two cells elsewhere they do; slopes leave all of it") {
+  DepthCamera camera;
+  camera.columns = 16;
+  camera.rows = 8;
+  camera.focal = 100;
+  const CellPrices prices{400, 250};
+  const std::size_t cells = padded_cells(camera);
+  std::vector<float> residuals(cells), own(cells);
+  struct Image {
+    std::uint16_t depth;
+    std::size_t end, front;  // columns: filled up to the first, in front from the second on
+  };
+  const auto depth_at = [&](const Image& image, std::size_t cell) {
+    const std::size_t column = cell % camera.columns;
+    return column >= image.end ? 0 : column >= image.front ? image.depth - 300 : image.depth;
+  };
+  const auto square = [&](const Image& frame, const Image& sample) {
+    std::vector<float> observed(cells, nothing_seen);
+    std::vector<std::uint16_t> image(cells, empty_cell);
+    for (std::size_t c = 0; c < camera.cells(); ++c) {
+      if (depth_at(frame, c) > 0) observed[c] = static_cast<float>(depth_at(frame, c));
+      image[c] = static_cast<std::uint16_t>(depth_at(sample, c));
+    }
+    kernels().subtract_depths(observed.data(), image.data(), cells, prices, own.data());
+    return tolerant_residuals(kernels(), camera, prices, observed, image, residuals);
+  };
+  const Image usual{1000, 12, 8};
+  for (const std::size_t end : {11u, 13u}) CHECK(square({1000, end, 8}, usual) == 0);
+  for (const std::size_t front : {7u, 9u}) CHECK(square({1000, 12, front}, usual) == 0);
+  CHECK(square({1000, 10, 8}, usual) == doctest::Approx(250.0 * 250 * 8 / (12 * 8)));  // one of two columns is too far
+  CHECK(square({1000, 14, 8}, usual) == doctest::Approx(250.0 * 250 * 8 / (14 * 8)));
+  CHECK(square({1000, 12, 6}, usual) == doctest::Approx(300.0 * 300 * 8 * 2 / (12 * 8)));
+  for (const std::uint16_t depth : {997, 1003, 1009, 1020}) {
+    CHECK(square({depth, 12, 8}, usual) == doctest::Approx((depth - 1000.0) * (depth - 1000.0)));
+    CHECK(residuals == own);
+  }
+}
+
 TEST_CASE(
     "cells that all of the best fill and the sensor does not count for nothing; those that some leave empty count") {
   constexpr std::size_t cells = 32;

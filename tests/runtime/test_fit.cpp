@@ -205,6 +205,34 @@ TEST_CASE("points that belong to nothing, and half of them gone, change no match
   CHECK(result.matches[0].sample == model.sample(s));
 }
 
+// The undeformed component, which hardly any run leaves a residual of, fitted no simulation when pixels were smaller
+// than the rays of the bake's images. Sensors also lose edges, or widen them.
+TEST_CASE("a sensor that loses a strip at the edges, or widens them, still sees the undeformed plate") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  const float limit = SensorViews::baked_into(model).misfit_limit();
+  const auto cell = 600 / SensorViews::baked_into(model).data()->camera.focal;  // mm
+  for (const double angle : {0.0, 0.1, 0.3})
+    for (const float strip : {0.0f, 0.25f * cell, 0.5f * cell, 0.75f * cell}) {
+      CAPTURE(strip);
+      std::vector<Point> points = seen(bent(angle));
+      const auto [left, right] = std::ranges::minmax(points, {}, &Point::x);
+      const auto [low, high] = std::ranges::minmax(points, {}, &Point::y);
+      std::vector<Point> lost, widened = points;
+      for (const Point& p : points) {
+        if (p.x > left.x + strip && p.x < right.x - strip && p.y > low.y + strip && p.y < high.y - strip)
+          lost.push_back(p);
+        for (const float x : {-strip, strip}) widened.push_back({p.x + x, p.y, p.z});
+      }
+      for (const auto& cloud : {points, lost, widened}) {
+        const MatchResult result = matcher.match({.points = cloud});
+        CHECK(result.fit.misfit < limit);
+        CHECK(result.verdict == Verdict::matched);
+      }
+    }
+}
+
 // An undeformed rail of which one half was hidden had a bound of 2 mm, and an error of 19.
 TEST_CASE("the error of a frame is not bounded if more than half of the component is hidden") {
   const AlignedBytes bytes = seen_plates_model();

@@ -41,8 +41,6 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
   for (const std::uint32_t cells : {0u, 16'385u, 0xffff'ffffu})
     for (const std::size_t axis : {0u, 1u})
       CHECK(status_with(views, SectionId::view_size, axis, cells) == Status::corrupt_model);
-  for (const float expected : {-1.0f, infinity, -infinity, std::nanf("")})
-    CHECK(status_with(views, SectionId::view_expected, 1, expected) == Status::corrupt_model);
   for (std::size_t word = 0; word < format::depth_camera_words_1_0; ++word) {  // the file is of version 1.0
     CAPTURE(word);
     CHECK(status_with(views, SectionId::view_camera, word, double{infinity}) == Status::corrupt_model);
@@ -51,6 +49,8 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
   CHECK(status_with(views, SectionId::view_camera, 16, 1e-12) == Status::corrupt_model);
   const AlignedBytes learned = seen_plates_model(2, 4);
   REQUIRE(status_of(learned.span()) == Status::ok);
+  for (const float expected : {-1.0f, infinity, -infinity, std::nanf("")})
+    CHECK(status_with(learned, SectionId::expected_residuals, 1, expected) == Status::corrupt_model);
   for (const std::size_t cost : {19u, 20u})
     CHECK(status_with(learned, SectionId::view_camera, cost, 1e11) == Status::corrupt_model);
   AlignedBytes blind = views;

@@ -182,21 +182,20 @@ TEST_CASE("candidates that the model does not contain, and numbers that are not 
 }
 
 // The mean of the misfits was not a number from then on, and the verdict on the test `matched`.
-TEST_CASE("a misfit or a residual that is not finite does not enter the verdict") {
+TEST_CASE("a misfit that is not finite does not enter the verdict") {
   const AlignedBytes bytes = seen_plates_model(2, 4);
   const Model model = Model::view(bytes.span());
   Tracker tracker(model);
   const Evidence evidence(model, [](Sample s) { return 1.0f + static_cast<float>(s.simulation); });
-  const auto judged = [&](float misfit, float residual) {
+  const auto judged = [&](float misfit) {
     MatchResult result = evidence.result;
     result.fit.misfit = misfit;
-    result.fit.residual = residual;
     return tracker.update(result);
   };
-  judged(std::numeric_limits<float>::infinity(), 1);
-  judged(9, std::nanf(""));
+  judged(std::numeric_limits<float>::infinity());
+  judged(std::nanf(""));
   CHECK(tracker.state().misfit == 0);
-  for (int frame = 0; frame < 4; ++frame) judged(9, 1);
+  for (int frame = 0; frame < 4; ++frame) judged(9);
   CHECK(tracker.state().misfit == doctest::Approx(9));
   CHECK(tracker.state().verdict == Verdict::no_simulation_fits);
 }

@@ -135,9 +135,11 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
   images->test_misfit_limit = static_cast<float>(words.test_misfit_limit);
   images->depths =
       sections.required<std::uint16_t>(SectionId::view_depths, {info.samples, padded_cells(images->camera), 1});
-  images->expected = sections.required<float>(SectionId::view_expected, {info.samples, 1, 1});
-  require(std::ranges::all_of(images->expected, [](float v) { return v >= 0 && format::is_measured(v); }),
-          SectionId::view_expected, "a value is negative or not finite");
+  if (sections.find(SectionId::expected_residuals) != nullptr) {
+    images->expected = sections.required<float>(SectionId::expected_residuals, {info.samples, 1, 1});
+    require(std::ranges::all_of(images->expected, [](float v) { return v >= 0 && format::is_measured(v); }),
+            SectionId::expected_residuals, "a value is negative or not finite");
+  }
   read_regression(sections, info.samples, *images);
   read_hidden_numbers(sections, *images);
   read_bounds(sections, info.fields, *images);
@@ -181,7 +183,7 @@ std::vector<float> SensorViews::depth_image(std::uint32_t sample) const {
 }
 
 float SensorViews::expected_residual(std::uint32_t sample) const noexcept {
-  return data_ ? data_->expected[sample] : 0;
+  return data_ && !data_->expected.empty() ? data_->expected[sample] : 0;
 }
 float SensorViews::misfit_limit() const noexcept { return data_ ? data_->misfit_limit : 0; }
 float SensorViews::test_misfit_limit() const noexcept { return data_ ? data_->test_misfit_limit : 0; }
@@ -194,6 +196,53 @@ float mean_square(const Kernels& code, std::span<const float> observed, const st
                   const CellPrices& prices) noexcept {
   const CellSums sums = code.compare_depths(observed.data(), sample, observed.size(), prices);
   return sums.squares / std::max(sums.filled, 1.0f);
+}
+
+namespace {
+
+/// Calls visit(cell) for one and the cells around it.
+template <class Visit>
+void visit_around(const DepthCamera& camera, std::size_t cell, const Visit& visit) noexcept {
+  const std::size_t row = cell / camera.columns, column = cell % camera.columns;
+  const auto begin = [](std::size_t i) { return i - std::min<std::size_t>(i, 1); };
+  for (std::size_t r = begin(row); r < std::min<std::size_t>(row + 2, camera.rows); ++r)
+    for (std::size_t c = begin(column); c < std::min<std::size_t>(column + 2, camera.columns); ++c)
+      visit(r * camera.columns + c);
+}
+
+/// Of what either image shows in a cell, the least difference to the 3 x 3 cells of the other one: the greater of the
+/// two. Infinite if the other image shows nothing there.
+float tolerant_difference(const DepthCamera& camera, std::span<const float> observed,
+                          std::span<const std::uint16_t> image, std::size_t cell) noexcept {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const float seen = observed[cell], expected = image[cell];
+  const bool is_seen = seen >= 0, is_expected = image[cell] != empty_cell;
+  float of_seen = is_seen ? infinity : 0, of_expected = is_expected ? infinity : 0;
+  visit_around(camera, cell, [&](std::size_t other) {
+    if (is_seen && image[other] != empty_cell) of_seen = std::min(of_seen, std::abs(static_cast<float>(image[other]) - seen));
+    if (is_expected && observed[other] >= 0) of_expected = std::min(of_expected, std::abs(observed[other] - expected));
+  });
+  return std::max(of_seen, of_expected);
+}
+
+}  // namespace
+
+float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const CellPrices& prices,
+                         std::span<const float> observed, std::span<const std::uint16_t> image,
+                         std::span<float> residuals) noexcept {
+  code.subtract_depths(observed.data(), image.data(), observed.size(), prices, residuals.data());
+  const float origin = camera.depth_origin / camera.depth_step;
+  float squares = 0;
+  for (std::size_t cell = 0; cell < camera.cells(); ++cell) {
+    float& residual = residuals[cell];
+    const float width = (origin + std::max(observed[cell], static_cast<float>(image[cell]))) / camera.focal;
+    if (std::abs(residual) > width) {
+      const float least = tolerant_difference(camera, observed, image, cell);
+      residual = std::copysign(std::min(least, std::abs(residual)), residual);
+    }
+    squares += residual * residual;
+  }
+  return squares / std::max(code.compare_depths(observed.data(), image.data(), observed.size(), prices).filled, 1.0f);
 }
 
 float share_after_interpolation(const Kernels& code, std::span<const float> a, std::span<const float> b) noexcept {
@@ -260,7 +309,7 @@ ThinnedImages::ThinnedImages(const DepthImages& images)
   for (std::uint32_t row = every / 2; row < camera.rows; row += every)
     for (std::uint32_t column = every / 2; column < camera.columns; column += every)
       cells_.push_back(row * camera.columns + column);
-  const std::size_t stride = padded_cells(cells_.size()), samples = images.expected.size();
+  const std::size_t stride = padded_cells(cells_.size()), samples = images.depths.size() / padded_cells(camera);
   if (cells_.empty() || samples * stride * sizeof(std::uint16_t) > most_bytes) return;
   observed_.assign(stride, not_observed);
   depths_.assign(samples * stride, empty_cell);

@@ -101,7 +101,8 @@ struct SpreadBound {
 struct DepthImages {
   DepthCamera camera;
   std::span<const std::uint16_t> depths;  // s x padded_cells
-  std::span<const float> expected;        // s: median residual of a run that is not in the ensemble, at this time step
+  // s: median residual of a run that is not in the ensemble, at this time step, as tolerant_residuals(); empty: unknown
+  std::span<const float> expected{};
   DepthMetric metric;                     // length unit
   float misfit_limit = 0;                 // of one frame
   float test_misfit_limit = 0;            // of the geometric mean over a test
@@ -125,7 +126,7 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 67 and 0x8001 to 0x8009. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 66 and 0x8001 to 0x800A. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);
@@ -175,6 +176,13 @@ class FrameDepthImage {
   std::vector<CellTally> tallies_;  // one more than there are cells, for points outside
   std::vector<float> points_, cells_;
 };
+
+/// Residuals of a sample's image, in depth steps, tolerant of edges: sensors widen or shorten edges by a part of a cell.
+/// Where one image is empty or the depths differ by more than a cell is wide, the most similar of the 3 x 3 cells of
+/// the other image counts, from either image. Returns their mean square over the cells that either fills.
+float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const CellPrices& prices,
+                         std::span<const float> observed, std::span<const std::uint16_t> image,
+                         std::span<float> residuals) noexcept;
 
 /// Of two residuals over the same cells, the least |(1 - t) a + t b|^2 for t in [0, 1], as a share of |a|^2. Frames are
 /// also captured between two states of a simulation: this share of the squared residual remains after interpolation.

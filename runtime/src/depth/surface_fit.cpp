@@ -44,6 +44,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
+      judged_residual_(padded_cells(views_.data()->camera)),
       neighbor_residual_(padded_cells(views_.data()->camera)),
       gram_(best_.capacity() * best_.capacity()),
       products_(best_.capacity()),
@@ -350,24 +351,26 @@ float SurfaceFitter::shown_share(std::span<const float> observed) const noexcept
   return static_cast<float>(shown) / std::max(static_cast<float>(filled), 1.0f);
 }
 
-/// Of the best candidate's squared residual, after interpolation to the state before or after it. It counts only if
-/// less than half remains: the frame is between the two states then. Another shape hardly becomes more similar.
-float SurfaceFitter::share_between_states(const FrameImage& image) noexcept {
+/// The best candidate's squared residual, tolerant of edges, of what the frame shows, in squared length units; after
+/// interpolation to the state before or after it, if less than half remains then: the frame is between the two states.
+/// Another shape hardly becomes more similar.
+float SurfaceFitter::judged_square(const FrameImage& image) noexcept {
   const DepthImages& images = *views_.data();
-  const std::size_t cells = padded_cells(images.camera);
-  const std::size_t best = best_alone();
-  const std::uint32_t sample = best_.ranked()[best].sample;
+  const std::uint32_t sample = best_.ranked()[best_alone()].sample;
+  const auto state = images.of_sample(sample);
+  const std::span<const float> shown = image.is_hidden ? best_.beside_hidden(image.observed, state) : image.observed;
+  const auto compare = [&](std::uint32_t with, std::span<float> residuals) {
+    return tolerant_residuals(code_, images.camera, best_.prices(), shown, images.of_sample(with), residuals);
+  };
+  const float square = compare(sample, judged_residual_);
   float least = 1;
   for (const std::uint32_t other : {sample - 1, sample + 1}) {  // 0 - 1: beyond the last sample
     if (other >= model_.info.samples || model_.samples[other][0] != model_.samples[sample][0]) continue;
-    const auto state = images.of_sample(other);
-    code_.subtract_depths(image.observed.data(), state.data(), cells, best_.prices(), neighbor_residual_.data());
-    if (image.is_hidden) best_.price_hidden(image.observed, state, neighbor_residual_);
-    const auto own = std::span(residuals_).subspan(best * cells, cells);
-    least = std::min(least, share_after_interpolation(code_, own, neighbor_residual_));
+    compare(other, neighbor_residual_);
+    least = std::min(least, share_after_interpolation(code_, judged_residual_, neighbor_residual_));
   }
   constexpr float between = 0.5f;
-  return least < between ? least : 1;
+  return (least < between ? least : 1) * square * images.camera.depth_step * images.camera.depth_step;
 }
 
 void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept {
@@ -378,7 +381,7 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
   for (std::size_t i = 0; i < count(); ++i) {
     plausibility_[i] = plausibility(candidates_[i].distance);
     all += plausibility_[i];
-    expected += plausibility_[i] * square(images.expected[best_.ranked()[i].sample]);
+    expected += plausibility_[i] * square(views_.expected_residual(best_.ranked()[i].sample));
   }
   result.spread = spread_alone();
   verdict_ = Verdict::unknown;
@@ -390,8 +393,7 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
   const float per_spread = image.is_hidden ? images.hidden_error_per_spread : images.error_per_spread;
   if (per_spread > 0) error_90_ = per_spread * result.spread;
   if (shown >= least_bounded || !image.is_hidden) result.error_90 = error_90_;
-  const float least = share_between_states(image) * square(least_alone());
-  result.misfit = std::sqrt((least + noise) / (expected / all + noise));
+  result.misfit = std::sqrt((judged_square(image) + noise) / (expected / all + noise));
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
   constexpr float clearly_different = 1.5f;  // relative to its residual
   bool several = false;

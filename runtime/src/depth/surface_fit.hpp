@@ -93,7 +93,7 @@ class SurfaceFitter {
   float spread_alone() noexcept;
   void judge(SurfaceFit& result, const FrameImage& image) noexcept;
   [[nodiscard]] float shown_share(std::span<const float> observed) const noexcept;
-  [[nodiscard]] float share_between_states(const FrameImage& image) noexcept;
+  [[nodiscard]] float judged_square(const FrameImage& image) noexcept;
   [[nodiscard]] float price(std::uint32_t sample) const noexcept { return best_.price_per_cost() * costs_[sample]; }
   [[nodiscard]] Sample sample_at(std::uint32_t row) const noexcept {
     return {model_.samples[row][0], model_.samples[row][1]};
@@ -119,6 +119,7 @@ class SurfaceFitter {
   BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
   std::vector<RankedSample> matched_;
   std::vector<float> residuals_;          // candidates x cells, depth steps
+  std::vector<float> judged_residual_;    // cells: of the best candidate, tolerant of edges
   std::vector<float> neighbor_residual_;  // cells: of the state before or after a candidate
   std::vector<float> gram_, products_, linear_;
   PoseFit pose_fit_;

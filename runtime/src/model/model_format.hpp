@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little, "model files are littl
 inline constexpr std::array<std::uint8_t, 8> magic{0x89, 'L', 'B', 'E', 'A', '\r', '\n', 0x1a};
 inline constexpr std::uint32_t endian_tag = 0x01020304;
 inline constexpr std::uint16_t version_major = 1;  // readers refuse another
-inline constexpr std::uint16_t version_minor = 2;  // readers accept any
+inline constexpr std::uint16_t version_minor = 3;  // readers accept any
 inline constexpr std::size_t alignment = 64;
 inline constexpr std::uint32_t first_optional_id = 0x8000;  // unknown sections from here on are ignored
 
@@ -74,20 +74,21 @@ enum class SectionId : std::uint32_t {
   tree_ranges = 39,
   coefficients = 40,
   correspondence = 41,
-  view_camera = 64,  // 64 to 67: all or none
+  view_camera = 64,  // 64 to 66: all or none
   view_size = 65,
   view_depths = 66,
-  view_expected = 67,
+  view_expected = 67,  // before 1.3; not read
   landmark_positions = 0x8000,  // optional: what matching needs of node_positions
-  regression_numbers = 0x8001,  // 0x8001 to 0x8005: optional, all or none, only with 64 to 67
+  regression_numbers = 0x8001,  // 0x8001 to 0x8005: optional, all or none, only with 64 to 66
   regression_basis = 0x8002,
   regression_images = 0x8003,
   regression_weights = 0x8004,
   regression_shapes = 0x8005,
-  pose_numbers = 0x8006,    // optional, only with 64 to 67
+  pose_numbers = 0x8006,    // optional, only with 64 to 66
   hidden_numbers = 0x8007,  // the same
   time_numbers = 0x8008,    // the same
   spread_bounds = 0x8009,   // the same
+  expected_residuals = 0x800A,  // the same
 };
 
 /// Cold: match() by lbea and fit does not read the section.

@@ -49,8 +49,9 @@ struct ChosenSample {
 }  // namespace
 
 struct Tracker::State {
-  State(Model m, const TrackerConfig& c, const SensorViews& views)
+  State(Model m, const TrackerConfig& c, SensorViews v)
       : model(std::move(m)),
+        views(std::move(v)),
         config(completed(c, model)),
         mesh_noise(DepthMetric{}.in(model.length_unit()).mesh_noise),
         misfit_limit(views.test_misfit_limit()),
@@ -86,6 +87,7 @@ struct Tracker::State {
   };
 
   Model model;
+  SensorViews views;
   TrackerConfig config;
   float mesh_noise;
   float misfit_limit;                           // 0: no depth images, so no verdict
@@ -178,15 +180,15 @@ void Tracker::State::choose(const SurfaceFit& fit) noexcept {
 // known branch. The weight of a frame is one over the square of its expected residual. Frames of an initial
 // state count as one: hundreds are captured before the impact, and would outvote all others.
 void Tracker::State::judge(const SurfaceFit& fit) noexcept {
-  if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !std::isfinite(fit.residual) || !(misfit_limit > 0) ||
-      fit.candidates.empty() || !is_usable(fit.candidates.front(), model))
+  if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !(misfit_limit > 0) || fit.candidates.empty() ||
+      !is_usable(fit.candidates.front(), model))
     return;
   constexpr double least_frames = 4;
   constexpr float sure = 0.9f;
-  const double residual = double{fit.residual}, misfit = double{fit.misfit};
-  const double weight = misfit * misfit / (residual * residual + square<double>(mesh_noise));
   const Sample best = fit.candidates.front().sample;
-  (model.sample_index(best) == first[best.simulation] ? initial : deformed).add(weight, misfit);
+  const std::uint32_t sample = model.sample_index(best);
+  const double weight = 1 / (square<double>(views.expected_residual(sample)) + square<double>(mesh_noise));
+  (sample == first[best.simulation] ? initial : deformed).add(weight, double{fit.misfit});
   const double shared = std::max(initial.frames, 1.0);
   const double log_misfits = deformed.log_misfits + initial.log_misfits / shared,
                weights = deformed.weights + initial.weights / shared;
@@ -201,7 +203,7 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
 Tracker::Tracker(Model model, const TrackerConfig& config, SensorViews views) {
   check(config);
   if (views.empty()) views = SensorViews::baked_into(model);
-  state_ = std::make_unique<State>(std::move(model), config, views);
+  state_ = std::make_unique<State>(std::move(model), config, std::move(views));
 }
 Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
