@@ -221,6 +221,32 @@ TEST_CASE("any number of frames before the impact counts as one in the misfit of
   CHECK(misfit_after(1) < misfit_after(0));
 }
 
+// All simulations begin with the same shape. A hundred frames of it, with the same errors, made one of them certain.
+TEST_CASE("any number of frames before the impact counts as one in the probabilities of a test") {
+  const AlignedBytes bytes = seen_plates_model(3, 8);
+  const Model model = Model::view(bytes.span());
+  const auto probabilities_after = [&](int frames_before, std::uint32_t last) {
+    Tracker tracker(model);
+    const auto update = [&](std::uint32_t step) {
+      tracker.update(Evidence(model, [&](Sample s) {
+                       return 1 + apart(static_cast<float>(s.time_step), static_cast<float>(step)) +
+                              0.1f * static_cast<float>(s.simulation);
+                     }).result);
+    };
+    for (int frame = 0; frame < frames_before; ++frame) update(frame == 7 ? 1 : 0);
+    for (std::uint32_t step = 1; step <= last; ++step) update(step);
+    const auto probabilities = tracker.state().simulation_probabilities;
+    return std::vector<float>(probabilities.begin(), probabilities.end());
+  };
+  for (const std::uint32_t last : {0u, 3u}) {
+    const std::vector<float> once = probabilities_after(1, last);
+    for (const int frames : {2, 7, 100, 1000})
+      for (std::size_t i = 0; i < once.size(); ++i)
+        CHECK(probabilities_after(frames, last)[i] == doctest::Approx(once[i]).epsilon(1e-3));
+  }
+  CHECK(probabilities_after(1, 0)[0] > probabilities_after(1, 0)[1]);
+}
+
 TEST_CASE("the path looks back: a later frame decides between candidates with nearly the same rank") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());

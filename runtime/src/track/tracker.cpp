@@ -57,6 +57,7 @@ struct Tracker::State {
         misfit_limit(views.test_misfit_limit()),
         probability(model.samples()),
         likelihood(model.samples()),
+        at_rest(model.samples()),
         first(model.simulations() + 1),
         usable(model.samples()),
         history(model.simulations(), mesh_noise),
@@ -69,8 +70,13 @@ struct Tracker::State {
 
   void reset() noexcept;
   std::span<const Match> keep_usable(std::span<const Match> candidates, std::span<const float> distances) noexcept;
+  [[nodiscard]] bool is_initial(Sample sample) const noexcept {
+    return model.sample_index(sample) == first[sample.simulation];
+  }
+  [[nodiscard]] bool is_at_rest(Sample best) noexcept;
   void predict() noexcept;
   void weigh(std::span<const Match> evidence) noexcept;
+  void weigh_at_rest(std::span<const Match> evidence) noexcept;
   void publish() noexcept;
   void choose(const SurfaceFit& fit) noexcept;
   void judge(const SurfaceFit& fit) noexcept;
@@ -93,8 +99,11 @@ struct Tracker::State {
   float misfit_limit;                           // 0: no depth images, so no verdict
   Misfits initial, deformed;                    // of frames that match an initial state, and of the others
   std::vector<double> probability, likelihood;  // per sample
-  std::vector<std::uint32_t> first;             // per simulation: its first sample
-  std::vector<Match> usable;                    // of a frame
+  std::vector<double> at_rest;                  // per sample: sum of logarithms over the frames before the impact
+  double frames_at_rest = 0;
+  int later_frames = 0;              // since the last one at rest
+  std::vector<std::uint32_t> first;  // per simulation: its first sample
+  std::vector<Match> usable;         // of a frame
   History history;
   std::vector<float> simulations, branches;
   TestState state;
@@ -102,6 +111,8 @@ struct Tracker::State {
 
 void Tracker::State::reset() noexcept {
   std::ranges::fill(probability, 1.0 / static_cast<double>(probability.size()));
+  std::ranges::fill(at_rest, 0.0);
+  frames_at_rest = later_frames = 0;
   state = {};
   initial = deformed = {};
   history.reset();
@@ -137,6 +148,32 @@ void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
     likelihood[model.sample_index(candidate.sample)] = likelihood_of(candidate.distance);
   double all = 0;
   for (std::size_t s = 0; s < probability.size(); ++s) all += probability[s] *= likelihood[s];
+  for (double& p : probability) p /= all;
+}
+
+/// Whether a frame precedes the impact: its best sample is an initial state, and at most two of the frames since the
+/// last such one looked later.
+bool Tracker::State::is_at_rest(Sample best) noexcept {
+  constexpr int most_later = 2;
+  if (!is_initial(best) || later_frames > most_later) {
+    ++later_frames;
+    return false;
+  }
+  later_frames = 0;
+  return true;
+}
+
+// Hundreds of frames before the impact show the same shape with the same errors: they count as one, their geometric
+// mean.
+void Tracker::State::weigh_at_rest(std::span<const Match> evidence) noexcept {
+  const Likelihood likelihood_of(evidence.front().distance, config);
+  const double of_others = likelihood_of(evidence.back().distance);
+  for (const Match& candidate : evidence)
+    at_rest[model.sample_index(candidate.sample)] += std::log(likelihood_of(candidate.distance) / of_others);
+  ++frames_at_rest;
+  double all = 0;
+  for (std::size_t s = 0; s < probability.size(); ++s)
+    all += probability[s] = at_rest[s] == 0 ? 1 : std::exp(at_rest[s] / frames_at_rest);
   for (double& p : probability) p /= all;
 }
 
@@ -188,7 +225,7 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   const Sample best = fit.candidates.front().sample;
   const std::uint32_t sample = model.sample_index(best);
   const double weight = 1 / (square<double>(views.expected_residual(sample)) + square<double>(mesh_noise));
-  (sample == first[best.simulation] ? initial : deformed).add(weight, double{fit.misfit});
+  (is_initial(best) ? initial : deformed).add(weight, double{fit.misfit});
   const double shared = std::max(initial.frames, 1.0);
   const double log_misfits = deformed.log_misfits + initial.log_misfits / shared,
                weights = deformed.weights + initial.weights / shared;
@@ -216,8 +253,13 @@ const TestState& Tracker::update(const MatchResult& result) noexcept {
   if (result.status == Status::low_coverage)
     state_->judge(result.fit);  // too little for a sample, but the misfit counts
   if (result.status != Status::ok || evidence.empty()) return state_->state;
-  if (state_->state.frames++ > 0) state_->predict();
-  state_->weigh(evidence);
+  if (state_->is_at_rest(evidence.front().sample)) {
+    state_->weigh_at_rest(evidence);
+  } else {
+    if (state_->state.frames > 0) state_->predict();
+    state_->weigh(evidence);
+  }
+  ++state_->state.frames;
   state_->publish();
   state_->choose(result.fit);
   state_->judge(result.fit);
