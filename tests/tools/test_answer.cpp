@@ -98,6 +98,28 @@ TEST_CASE("a test of which most frames were rejected is answered with a warning"
   CHECK(contains(answer.warning(), "4 of 7 frames"));
 }
 
+// Regression: stamps in ms, taken as ns, and stamps of 0 gave an answer without a word about them.
+TEST_CASE("stamps that cannot be capture times in ns give a warning") {
+  const auto warning = [](const std::vector<std::int64_t>& stamps) {
+    TestAnswer answer;
+    for (std::size_t i = 0; i < stamps.size(); ++i) {
+      WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+      result.frame_id = i;
+      result.stamp_ns = stamps[i];
+      answer.add(result);
+    }
+    return answer.warning();
+  };
+  constexpr std::int64_t start = 1'700'000'000'000;
+  CHECK(contains(warning({start, start + 1, start + 2, start + 3}), "in ns?"));         // ms
+  CHECK(contains(warning({start, start + 500, start + 999, start + 1499}), "in ns?"));  // us
+  CHECK(contains(warning({0, 0, 0, 0}), "in ns?"));
+  CHECK(contains(warning({INT64_MAX, INT64_MIN, 0, -5'000}), "in ns?"));
+  CHECK(warning({start, start + 1'000, start + 2'000, start + 3'000}).empty());  // a million frames per second
+  CHECK(warning({start, start + 1'000'000, start + 999'000, start + 2'000'000}).empty());  // one exchanged stamp
+  CHECK(warning({start, start, start}).empty());                                           // too few to tell
+}
+
 // Regression: a rail whose front half moved away was matched with 100 %, and half of its points were left out silently.
 TEST_CASE("a part that leaves the space of the simulations gives a warning") {
   TestAnswer answer;

@@ -63,6 +63,7 @@ class ResultPublisher {
   FrameLog log_;
   UndeformedCoverage undeformed_;
   DepartedPoints departed_;
+  CaptureTimes times_;
   std::optional<std::uint64_t> session_;  // of the latest matched frame
   wire::WireResult result_;
   wire::WireState state_;

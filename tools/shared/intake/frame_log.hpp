@@ -55,6 +55,10 @@ class FrameLog {
   void note_departed_points(std::uint64_t session, std::uint64_t id, float share) noexcept {
     push({Event::Kind::departed_points, wire::WireStatus::ok, session, {id, 1}, share});
   }
+  /// Up to this frame, most stamps cannot be capture times.
+  void note_wrong_times(std::uint64_t session, std::uint64_t id) noexcept {
+    push({Event::Kind::wrong_times, wire::WireStatus::ok, session, {id, 1}, 0});
+  }
   /// A frame was captured so many seconds after the impact that its stamp or --trigger-ns must be wrong.
   void note_far_stamp(std::uint64_t session, std::uint64_t id, float after_s) noexcept {
     push({Event::Kind::far_stamp, wire::WireStatus::ok, session, {id, 1}, after_s});
@@ -70,7 +74,15 @@ class FrameLog {
 
  private:
   struct Event {
-    enum class Kind : std::uint8_t { new_session, status, refusal, low_coverage, departed_points, far_stamp };
+    enum class Kind : std::uint8_t {
+      new_session,
+      status,
+      refusal,
+      low_coverage,
+      departed_points,
+      wrong_times,
+      far_stamp
+    };
     Kind kind = Kind::status;
     wire::WireStatus status = wire::WireStatus::ok;
     std::uint64_t session = 0;
@@ -88,7 +100,8 @@ class FrameLog {
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;
   std::array<LogLine, wire::wire_status_count> by_status_{};  // from here on: the writing thread's
-  LogLine new_sessions_, refusals_, low_coverage_, departures_, far_stamps_, without_room_line_, alternations_;
+  LogLine new_sessions_, refusals_, low_coverage_, departures_, wrong_times_, far_stamps_, without_room_line_,
+      alternations_;
   std::uint64_t known_returns_ = 0;
   std::vector<wire::WireSender> known_;
 };

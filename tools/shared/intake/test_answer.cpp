@@ -1,6 +1,7 @@
 #include "tools/shared/intake/test_answer.hpp"
 
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/intake/clock_times.hpp"
 
 #include <algorithm>
 
@@ -56,6 +57,32 @@ std::string departure_warning(float share) {
       percent(share));
 }
 
+void CaptureTimes::add(const wire::WireResult& result) noexcept {
+  constexpr double least_interval = 1e3;  // ns; no camera is as fast
+  if (result.status == wire::WireStatus::end_of_stream && session_ == result.session) session_.reset();
+  if (wire::fate_of(result.status) != wire::Fate::matched) return;
+  if (std::exchange(session_, result.session) != result.session) {
+    intervals_ = wrong_ = 0;
+  } else if (result.frame_id > latest_id_) {
+    ++intervals_;
+    if (difference_ns(result.stamp_ns, latest_ns_) < least_interval) ++wrong_;
+  } else {
+    return;  // reordered
+  }
+  latest_id_ = result.frame_id;
+  latest_ns_ = result.stamp_ns;
+}
+
+bool CaptureTimes::are_wrong() const noexcept {
+  constexpr std::uint64_t fewest = 3;
+  return intervals_ >= fewest && 2 * wrong_ > intervals_;
+}
+
+std::string capture_times_warning() {
+  return "the stamps of most frames do not increase, or by less than 1 microsecond: are they capture times in ns? "
+         "Matching uses the times of a test";
+}
+
 bool TestAnswer::add(const wire::WireResult& result) {
   has_ended_ |= result.status == wire::WireStatus::end_of_stream && session_ == result.session;
   const bool is_of_test = session_ == result.session && result.status != wire::WireStatus::duplicate;
@@ -65,6 +92,7 @@ bool TestAnswer::add(const wire::WireResult& result) {
   session_ = result.session;
   ++matched_;
   departed_.add(result);
+  times_.add(result);
   if (result.test.frames > 0) state_ = result.test;
   return undeformed_.add(result);
 }
@@ -72,6 +100,7 @@ bool TestAnswer::add(const wire::WireResult& result) {
 std::string TestAnswer::warning() const {
   if (undeformed_.is_low()) return pose_warning(*undeformed_.latest());
   if (departed_.are_many()) return departure_warning(departed_.share());
+  if (times_.are_wrong()) return capture_times_warning();
   if (matched_ == 0 || rejected_ <= matched_) return "";
   return std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
          " frames show no point near any simulation, or were rejected; the verdict does not consider them";

@@ -46,6 +46,23 @@ class DepartedPoints {
 /// A sentence for many departed points.
 [[nodiscard]] std::string departure_warning(float share);
 
+/// Stamps that cannot be capture times in ns: those of most frames increase by less than 1 us, or not at all.
+class CaptureTimes {
+ public:
+  /// The first matched frame of another session, or after the end of the stream, begins another test.
+  void add(const wire::WireResult& result) noexcept;
+  [[nodiscard]] bool are_wrong() const noexcept;
+
+ private:
+  std::optional<std::uint64_t> session_;
+  std::uint64_t latest_id_ = 0;
+  std::int64_t latest_ns_ = 0;
+  std::uint64_t intervals_ = 0, wrong_ = 0;
+};
+
+/// A sentence for wrong capture times.
+[[nodiscard]] std::string capture_times_warning();
+
 class TestAnswer {
  public:
   /// Adds a published result; the first frame of another session, or after the end of the stream, begins another test.
@@ -56,7 +73,7 @@ class TestAnswer {
   [[nodiscard]] std::optional<float> undeformed_coverage() const noexcept { return undeformed_.latest(); }
   /// Empty unless the coverage of the undeformed component is low, or the component, or a part of it, has left the
   /// space that the simulations fill: most frames were rejected, or far more points than in the first frame are near
-  /// none.
+  /// none; or the capture times are wrong.
   [[nodiscard]] std::string warning() const;
 
  private:
@@ -65,6 +82,7 @@ class TestAnswer {
   std::uint64_t matched_ = 0, rejected_ = 0;  // frames
   UndeformedCoverage undeformed_;
   DepartedPoints departed_;
+  CaptureTimes times_;
   wire::WireTestState state_;
 };
 
