@@ -219,7 +219,8 @@ float tolerant_difference(const DepthCamera& camera, std::span<const float> obse
   const bool is_seen = seen >= 0, is_expected = image[cell] != empty_cell;
   float of_seen = is_seen ? infinity : 0, of_expected = is_expected ? infinity : 0;
   visit_around(camera, cell, [&](std::size_t other) {
-    if (is_seen && image[other] != empty_cell) of_seen = std::min(of_seen, std::abs(static_cast<float>(image[other]) - seen));
+    if (is_seen && image[other] != empty_cell)
+      of_seen = std::min(of_seen, std::abs(static_cast<float>(image[other]) - seen));
     if (is_expected && observed[other] >= 0) of_expected = std::min(of_expected, std::abs(observed[other] - expected));
   });
   return std::max(of_seen, of_expected);

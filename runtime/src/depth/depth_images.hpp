@@ -103,9 +103,9 @@ struct DepthImages {
   std::span<const std::uint16_t> depths;  // s x padded_cells
   // s: median residual of a run that is not in the ensemble, at this time step, as tolerant_residuals(); empty: unknown
   std::span<const float> expected{};
-  DepthMetric metric;                     // length unit
-  float misfit_limit = 0;                 // of one frame
-  float test_misfit_limit = 0;            // of the geometric mean over a test
+  DepthMetric metric;           // length unit
+  float misfit_limit = 0;       // of one frame
+  float test_misfit_limit = 0;  // of the geometric mean over a test
   // 90 % of the estimates' errors are below this times the spread; 0: not known
   float error_per_spread = 0;         // of whole frames
   float hidden_error_per_spread = 0;  // of frames of which something hides a part
@@ -177,9 +177,9 @@ class FrameDepthImage {
   std::vector<float> points_, cells_;
 };
 
-/// Residuals of a sample's image, in depth steps, tolerant of edges: sensors widen or shorten edges by a part of a cell.
-/// Where one image is empty or the depths differ by more than a cell is wide, the most similar of the 3 x 3 cells of
-/// the other image counts, from either image. Returns their mean square over the cells that either fills.
+/// Residuals of a sample's image, in depth steps, tolerant of edges: sensors widen or shorten edges by a part of a
+/// cell. Where one image is empty or the depths differ by more than a cell is wide, the most similar of the 3 x 3 cells
+/// of the other image counts, from either image. Returns their mean square over the cells that either fills.
 float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const CellPrices& prices,
                          std::span<const float> observed, std::span<const std::uint16_t> image,
                          std::span<float> residuals) noexcept;

@@ -77,17 +77,17 @@ enum class SectionId : std::uint32_t {
   view_camera = 64,  // 64 to 66: all or none
   view_size = 65,
   view_depths = 66,
-  view_expected = 67,  // before 1.3; not read
+  view_expected = 67,           // before 1.3; not read
   landmark_positions = 0x8000,  // optional: what matching needs of node_positions
   regression_numbers = 0x8001,  // 0x8001 to 0x8005: optional, all or none, only with 64 to 66
   regression_basis = 0x8002,
   regression_images = 0x8003,
   regression_weights = 0x8004,
   regression_shapes = 0x8005,
-  pose_numbers = 0x8006,    // optional, only with 64 to 66
-  hidden_numbers = 0x8007,  // the same
-  time_numbers = 0x8008,    // the same
-  spread_bounds = 0x8009,   // the same
+  pose_numbers = 0x8006,        // optional, only with 64 to 66
+  hidden_numbers = 0x8007,      // the same
+  time_numbers = 0x8008,        // the same
+  spread_bounds = 0x8009,       // the same
   expected_residuals = 0x800A,  // the same
 };
 
