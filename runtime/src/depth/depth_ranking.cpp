@@ -120,16 +120,11 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
 /// continue.
 float DepthRanking::residual_beside_hidden(std::span<const float> observed,
                                            std::span<const std::uint16_t> image) noexcept {
-  return mean_square(code_, beside_hidden(observed, image), image.data(), prices_);
-}
-
-std::span<const float> DepthRanking::beside_hidden(std::span<const float> observed,
-                                                   std::span<const std::uint16_t> image) noexcept {
   for (std::size_t c = 0; c < observed.size(); ++c)
     whole_[c] = common_[c] != 0 && observed[c] == nothing_seen ? not_observed : observed[c];
   parts_.find(image);
   parts_.visit([this](std::size_t cell) { whole_[cell] = not_observed; });
-  return whole_;
+  return mean_square(code_, whole_, image.data(), prices_);
 }
 
 float DepthRanking::price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,

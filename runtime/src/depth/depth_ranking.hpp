@@ -59,10 +59,6 @@ class DepthRanking {
   /// of the mean. Returns by how much the best sample's distance exceeds the mean square of what the frame shows.
   float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
                     std::span<const RankedSample> proposed, const ExpectationCosts* costs = nullptr) noexcept;
-  /// What the frame shows beside the parts of this sample that something may hide, after rank_hidden(): the other cells
-  /// are not_observed. Valid until the next call.
-  [[nodiscard]] std::span<const float> beside_hidden(std::span<const float> observed,
-                                                     std::span<const std::uint16_t> image) noexcept;
   /// Sets the residuals of a sample in its hidden parts, after rank_hidden(). Returns the number of these cells.
   float price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,
                      std::span<float> residuals) noexcept;

@@ -44,6 +44,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
+      shown_(padded_cells(views_.data()->camera)),
       judged_residual_(padded_cells(views_.data()->camera)),
       neighbor_residual_(padded_cells(views_.data()->camera)),
       gram_(best_.capacity() * best_.capacity()),
@@ -357,10 +358,11 @@ float SurfaceFitter::shown_share(std::span<const float> observed) const noexcept
 float SurfaceFitter::judged_square(const FrameImage& image) noexcept {
   const DepthImages& images = *views_.data();
   const std::uint32_t sample = best_.ranked()[best_alone()].sample;
-  const auto state = images.of_sample(sample);
-  const std::span<const float> shown = image.is_hidden ? best_.beside_hidden(image.observed, state) : image.observed;
+  // Where something hides a part, an empty cell is no evidence.
+  std::ranges::transform(image.observed, shown_.begin(),
+                         [&](float depth) { return image.is_hidden && depth == nothing_seen ? not_observed : depth; });
   const auto compare = [&](std::uint32_t with, std::span<float> residuals) {
-    return tolerant_residuals(code_, images.camera, best_.prices(), shown, images.of_sample(with), residuals);
+    return tolerant_residuals(code_, images.camera, best_.prices(), shown_, images.of_sample(with), residuals);
   };
   const float square = compare(sample, judged_residual_);
   float least = 1;

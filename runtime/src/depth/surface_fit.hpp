@@ -119,6 +119,7 @@ class SurfaceFitter {
   BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
   std::vector<RankedSample> matched_;
   std::vector<float> residuals_;          // candidates x cells, depth steps
+  std::vector<float> shown_;              // cells: of the frame, that its misfit depends on
   std::vector<float> judged_residual_;    // cells: of the best candidate, tolerant of edges
   std::vector<float> neighbor_residual_;  // cells: of the state before or after a candidate
   std::vector<float> gram_, products_, linear_;
