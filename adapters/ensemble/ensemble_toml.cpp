@@ -103,7 +103,12 @@ void read_region(TomlTable& table, bake::RegionDescription& into) {
 }
 
 void read_fields(TomlTable& table, std::vector<std::string>& into) {
-  if (!table.has("fields") || table.is_list("fields")) return table.read("fields", into);
+  if (!table.has("fields") || table.is_list("fields")) {
+    table.read("fields", into);
+    for (auto field = into.begin(); field != into.end(); ++field)
+      if (std::find(into.begin(), field, *field) != field) table.fail("fields", "names \"" + *field + "\" twice");
+    return;
+  }
   std::string word;
   table.read("fields", word);
   if (word != "all") table.fail("fields", "needs a list of names, or \"all\"");

@@ -66,6 +66,7 @@ TEST_CASE("values of another type are refused with key and line") {
   check_refused("steps = {first = 5, last = 4}", {"steps.last"});
   check_refused("mode = \"overtime\"", {"did you mean \"over-time\"?"});
   check_refused("fields = \"stress\"", {"\"all\""});
+  check_refused("fields = [\"stress\", \"strain\", \"stress\"]", {"names \"stress\" twice"});
   check_refused("time_unit = \"min\"", {"\"time_unit\""});
   check_refused("time_unit = 0", {"positive"});
 }

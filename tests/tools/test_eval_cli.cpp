@@ -239,6 +239,13 @@ TEST_CASE("lbea-register refines a rough pose to about the noise of the sensor")
     }
     CHECK(std::sqrt(squared) < 0.5);
   }
+  // Regression: --out m.lbea replaced the model.
+  const auto model_size = std::filesystem::file_size(folder / "m.lbea");
+  const Outcome over_model = run(std::string(LBEA_REGISTER) + " m.lbea f --sensor rough.json --out m.lbea");
+  CHECK(over_model.exit_code == 1);
+  CHECK(over_model.err.find("is not a sensor.json") != std::string::npos);
+  CHECK(std::filesystem::file_size(folder / "m.lbea") == model_size);
+  CHECK(run(std::string(LBEA_REGISTER) + " m.lbea f --sensor rough.json --out fine.json").exit_code == 0);
   // A cloud in meters for a model in millimeters.
   std::filesystem::create_directory(folder / "meters");
   std::ofstream cloud(folder / "meters/a.xyz");

@@ -111,6 +111,17 @@ std::string with_poses(const std::filesystem::path& sensor_json, const bake::Ste
   return json.dump(1) + '\n';
 }
 
+/// Only a sensor.json is overwritten.
+void check_output(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return;
+  try {
+    if (std::filesystem::is_regular_file(file)) return void(io::read_pose(file));
+  } catch (const Error&) {  // another format
+  }
+  throw Error(Status::write_failed,
+              file.string() + ": exists and is not a sensor.json; nothing was overwritten, choose another name");
+}
+
 std::vector<Point> read_clouds(const Arguments& arguments) {
   auto files = find_clouds(arguments.clouds);
   files.resize(std::min<std::size_t>(files.size(), arguments.frames));
@@ -166,6 +177,7 @@ void print(const bake::Registration& r, bool json) {
 }
 
 int run(Arguments& arguments) {
+  check_output(arguments.out);
   const Model model = Model::open(arguments.model);
   const io::SensorDescription rough = io::read_sensor_json(arguments.sensor, model.length_unit());
   bake::RegistrationSettings& settings = arguments.settings;
