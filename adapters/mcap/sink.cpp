@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <sys/sendfile.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <sys/uio.h>
@@ -59,7 +60,7 @@ PartialFile::PartialFile(const std::filesystem::path& file, const std::filesyste
     : file_(file), partial_(partial), folder_(file.has_parent_path() ? file.parent_path() : ".") {
   if (!file.has_filename()) fail(file, "it is a folder; add a file name");
   if (is_there(file_)) fail(file, "the file exists and recordings are never overwritten; choose another name");
-  descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  descriptor_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0 && errno == EEXIST)
     fail(file, partial_.string() + " exists, from a recording that is running or was cut off; see " +
                    "lbea-inspect --recover, or choose another name");
@@ -67,8 +68,8 @@ PartialFile::PartialFile(const std::filesystem::path& file, const std::filesyste
 }
 
 PartialFile::~PartialFile() {
+  if (!kept_ && !committed_ && is_named()) ::unlink(partial_.c_str());
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!kept_ && !committed_) ::unlink(partial_.c_str());
 }
 
 int PartialFile::append(std::span<const Bytes> pieces) noexcept {
@@ -108,9 +109,37 @@ std::uint64_t PartialFile::free_bytes() const noexcept {
 
 int PartialFile::sync() noexcept { return ::fdatasync(descriptor_) == 0 ? 0 : errno; }
 
+/// Whether FILE.partial is still this file: somebody may have removed it, and begun another recording.
+bool PartialFile::is_named() const noexcept {
+  struct stat mine {
+  }, named{};
+  return ::fstat(descriptor_, &mine) == 0 && ::lstat(partial_.c_str(), &named) == 0 && mine.st_ino == named.st_ino &&
+         mine.st_dev == named.st_dev;
+}
+
+int PartialFile::copy_to_final_name() const noexcept {
+  const int copy = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (copy < 0) return errno;
+  int error = 0;
+  for (off_t at = 0; error == 0 && static_cast<std::uint64_t>(at) < size_;) {
+    const ssize_t n = ::sendfile(copy, descriptor_, &at, size_ - static_cast<std::uint64_t>(at));
+    if (n <= 0 && errno != EINTR) error = n < 0 ? errno : EIO;
+  }
+  if (error == 0 && ::fsync(copy) != 0) error = errno;
+  if (error != 0) ::unlink(file_.c_str());
+  ::close(copy);
+  return error;
+}
+
 int PartialFile::commit() noexcept {
   if (broken_ != 0) return broken_;
   if (::fsync(descriptor_) != 0) return errno;
+  if (!is_named()) {
+    if (const int error = copy_to_final_name(); error != 0) return error;
+    committed_ = true;
+    sync_folder(folder_);
+    return ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
+  }
   // link() fails when a file with this name was created in the meantime; rename() would overwrite it.
   if (::link(partial_.c_str(), file_.c_str()) == 0) {
     static_cast<void>(::unlink(partial_.c_str()));

@@ -26,7 +26,8 @@ class Sink {
 [[nodiscard]] std::filesystem::path partial_name(const std::filesystem::path& file);
 
 /// A file that is named FILE.partial until commit(). When the program is killed, FILE.partial remains for
-/// `lbea-inspect --recover`. When the object is destroyed without commit(), it remains only after keep(true).
+/// `lbea-inspect --recover`. If somebody removes that name meanwhile, commit() copies the bytes. When the object is
+/// destroyed without commit(), it remains only after keep(true).
 class PartialFile final : public Sink {
  public:
   /// Throws Error{write_failed} when FILE or FILE.partial exists: recordings are never overwritten.
@@ -44,6 +45,8 @@ class PartialFile final : public Sink {
 
  private:
   void cut_back() noexcept;
+  [[nodiscard]] bool is_named() const noexcept;
+  [[nodiscard]] int copy_to_final_name() const noexcept;
   void start_write_back() noexcept;
   std::filesystem::path file_, partial_, folder_;
   int descriptor_ = -1;

@@ -441,6 +441,24 @@ TEST_CASE("a file is named .partial until it is complete; nothing is overwritten
   check_sound(mcap::check_file(mcap::FileSource(mcap::partial_name(other))));
 }
 
+// Regression: the recording was lost, or the file of another one got its final name.
+TEST_CASE("a recording whose .partial name somebody removed, or gave to another one, is complete") {
+  const TemporaryFolder folder;
+  const auto file = folder / "run.mcap", partial = mcap::partial_name(folder / "run.mcap");
+  for (const bool is_replaced : {false, true}) {
+    CAPTURE(is_replaced);
+    Recorder recorder(std::make_unique<mcap::PartialFile>(file), small_config(), a_start());
+    CHECK(recorder.put(Recorder::Queue::frames, to_message(numbered(1, 0, 10))));
+    std::filesystem::remove(partial);
+    if (is_replaced) std::ofstream(partial) << "another";
+    CHECK(recorder.finish().phase == RecordingPhase::finished);
+    check_sound(mcap::check_file(mcap::FileSource(file)));
+    CHECK(std::filesystem::exists(partial) == is_replaced);
+    if (is_replaced) CHECK(std::filesystem::file_size(partial) == 7);
+    std::filesystem::remove(file);
+  }
+}
+
 TEST_CASE("a program that records no frame leaves no file that would prevent its next start") {
   const TemporaryFolder folder;
   const auto file = folder / "run.mcap";

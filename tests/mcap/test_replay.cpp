@@ -213,7 +213,7 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
   const auto send = [&](std::uint64_t from, std::uint64_t to) {
     for (std::uint64_t id = from; id < to; ++id) camera->send(id);
   };
-  int refused = 10;
+  int refused = 10, undelivered = 0;
   SUBCASE("because there was no matcher") {
     recorder = start_recorder();
     camera.emplace(context, rig);
@@ -244,12 +244,35 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
     send(200, 210);
     refused = 0;  // unknown
   }
+  // Regression: they were forwarded, and not counted as lost.
+  SUBCASE("because it was killed, and another one started") {
+    server = start_matcher();
+    recorder = start_recorder();
+    camera.emplace(context, rig);
+    camera->look_from(rail_pose());
+    std::this_thread::sleep_for(700ms);
+    send(0, 5);
+    std::this_thread::sleep_for(1200ms);  // until a state has counted them
+    server->signal(SIGSTOP);
+    send(5, 10);
+    std::this_thread::sleep_for(300ms);
+    server->signal(SIGKILL);
+    server->wait();
+    server = start_matcher();
+    std::this_thread::sleep_for(1500ms);
+    send(10, 20);
+    undelivered = 5;
+  }
   if (!camera) return;
   camera->end(210);
   REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
   std::this_thread::sleep_for(200ms);
   CHECK(stop(*recorder) == 1);
   static_cast<void>(stop(*server));
+  if (undelivered > 0) {
+    CHECK(contains(text_of(bench.file("record.err")), "the matcher did not get 5 of 20 frames"));
+    return;
+  }
   const auto matched = Json::parse(text_of(bench.file("serve.out")))["matched"].get<int>();
   if (refused > 0) CHECK(matched == refused);
   check_same(bench, matched, "--pose " + rail_pose());

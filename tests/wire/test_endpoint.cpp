@@ -92,6 +92,23 @@ TEST_CASE("a listening endpoint is not taken over when its lock file was removed
   CHECK(first.receive(std::chrono::seconds(30)));
 }
 
+// Regression: the end of a matcher whose files somebody had removed removed those of the next one.
+TEST_CASE("a process leaves the socket and the lock of the one that came after its own were removed") {
+  const test::TemporaryFolder folder;
+  const std::string address = "ipc://" + (folder / "frames").string();
+  WireContext context;
+  std::optional<FrameSource> first(std::in_place, context, address);
+  std::filesystem::remove(folder / "frames.lock");
+  std::filesystem::remove(folder / "frames");
+  FrameSource second(context, address);
+  first.reset();
+  CHECK(std::filesystem::exists(folder / "frames"));
+  CHECK(std::filesystem::exists(folder / "frames.lock"));
+  FrameSink sink(context, address);
+  REQUIRE(sink.send(std::vector<std::byte>(3), std::chrono::seconds(30)));
+  CHECK(second.receive(std::chrono::seconds(30)));
+}
+
 TEST_CASE("a folder that does not exist") {
   const Error error = error_of([] { EndpointLock lock(parse_endpoint("ipc:///no/such/folder/frames")); });
   CHECK(error.status == Status::endpoint_unavailable);

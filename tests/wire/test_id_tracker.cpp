@@ -36,6 +36,20 @@ TEST_CASE("a late id is removed from its gap once, wherever it lies in the gap")
   }
 }
 
+// Regression: late frames split gaps without a limit, and each took longer than the one before.
+TEST_CASE("the latest 64 gaps are remembered, also of a gap that late frames split") {
+  IdTracker ids;
+  ids.observe(7, 0);
+  ids.observe(7, 1001);
+  for (std::uint64_t id = 2; id < 1000; id += 2) CHECK(ids.observe(7, id).arrival == IdTracker::Arrival::late);
+  std::size_t remembered = 0;
+  for (std::uint64_t id = 1; id < 1000; id += 2)
+    remembered += ids.observe(7, id).arrival == IdTracker::Arrival::late ? 1 : 0;
+  CHECK(remembered <= 64);
+  CHECK(remembered >= 63);
+  CHECK(ids.observe(7, 1).arrival == IdTracker::Arrival::duplicate);
+}
+
 // In any order, with duplicates and control messages, each id is exactly one of received, missed, withheld.
 TEST_CASE("the account of a session agrees with the set of its ids") {
   std::mt19937 random(3);
@@ -196,6 +210,20 @@ TEST_CASE("frames that arrive after a session's first one with lower ids are not
   // After a hello the session has no ids before its begin.
   static_cast<void>(ids.report({2, ControlKind::hello, 10, 0}));
   CHECK(ids.observe(2, 9).arrival == IdTracker::Arrival::duplicate);
+}
+
+// Regression: 64 made-up hellos gave the running test to another sender, and received frames were missed.
+TEST_CASE("a crowd of sessions without frames does not displace those with frames") {
+  IdTracker ids;
+  ids.allow_one_sender(std::chrono::hours(1));
+  for (std::uint64_t id = 0; id < 10; ++id) ids.observe(1, id);
+  CHECK(ids.enter_test(1));
+  for (std::uint64_t session = 100; session < 300; ++session)
+    static_cast<void>(ids.report({session, ControlKind::hello, 0, 0}));
+  ids.observe(2, 0);
+  CHECK_FALSE(ids.enter_test(2));
+  CHECK(ids.observe(1, 5).arrival == IdTracker::Arrival::duplicate);
+  CHECK(ids.missed() == 0);
 }
 
 TEST_CASE("with many sessions the least recently used one is forgotten; memory is bounded") {

@@ -39,15 +39,35 @@ bool Forwarder::send_pending() {
   return true;
 }
 
-std::size_t Forwarder::finish(std::chrono::milliseconds timeout) {
+Forwarder::LeftOver Forwarder::finish(std::chrono::milliseconds timeout) {
   using Clock = std::chrono::steady_clock;
   const auto left = [deadline = Clock::now() + timeout] {
     return std::chrono::duration_cast<std::chrono::milliseconds>(
         std::max(deadline - Clock::now(), Clock::duration::zero()));
   };
   while (!send_pending() && left().count() > 0) static_cast<void>(sink_.wait_ready(left()));
-  static_cast<void>(sink_.flush(left()));
-  return pending_.size();
+  const std::uint64_t frames = sink_.flush(left());
+  return {pending_.size(), frames};
+}
+
+void DeliveredFrames::add(const wire::WireState& state) {
+  if (std::exchange(start_ns_, state.start_ns) != state.start_ns)
+    for (const wire::WireSender& sender : latest_) by_former_[sender.session] += sender.received;
+  latest_ = state.senders;
+}
+
+std::uint64_t DeliveredFrames::missing_of(const std::vector<wire::WireSender>& senders) const {
+  constexpr std::size_t most_listed = 64;  // a matcher forgets earlier senders
+  std::uint64_t missing = 0;
+  for (const wire::WireSender& sender : senders) {
+    const auto now = std::ranges::find(latest_, sender.session, &wire::WireSender::session);
+    const auto before = by_former_.find(sender.session);
+    if (now == latest_.end() && latest_.size() >= most_listed) continue;
+    const std::uint64_t received =
+        (now == latest_.end() ? 0 : now->received) + (before == by_former_.end() ? 0 : before->second);
+    missing += sender.received - std::min(sender.received, received);
+  }
+  return missing;
 }
 
 }  // namespace lbea::tool

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <deque>
+#include <map>
 
 namespace lbea::tool {
 
@@ -44,13 +45,30 @@ class Forwarder {
   bool send(wire::Message frame);
   /// Forwards pending control messages while there is room; whether none is left.
   bool send_pending();
-  /// Waits up to `timeout` until everything has left this process. Returns the number of control messages left over.
-  [[nodiscard]] std::size_t finish(std::chrono::milliseconds timeout);
+  struct LeftOver {
+    std::uint64_t controls = 0, frames = 0;
+  };
+  /// Waits up to `timeout` until everything has left this process.
+  [[nodiscard]] LeftOver finish(std::chrono::milliseconds timeout);
 
  private:
   wire::FrameSink sink_;
   wire::Encoder encoder_;
   PendingControls pending_;
+};
+
+/// How many frames of each session a matcher has received, by its states. A matcher that was started again counts anew.
+class DeliveredFrames {
+ public:
+  void add(const wire::WireState& state);
+  [[nodiscard]] bool empty() const noexcept { return start_ns_ == 0; }
+  /// Of the frames that these senders sent, those that no matcher received.
+  [[nodiscard]] std::uint64_t missing_of(const std::vector<wire::WireSender>& senders) const;
+
+ private:
+  std::int64_t start_ns_ = 0;  // of the matcher
+  std::map<std::uint64_t, std::uint64_t> by_former_;
+  std::vector<wire::WireSender> latest_;
 };
 
 }  // namespace lbea::tool

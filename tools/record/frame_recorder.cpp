@@ -21,6 +21,7 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds result_timeout{50};
 constexpr std::chrono::milliseconds last_result_timeout{300};  // after stop(), for the last frame's result
+constexpr std::chrono::milliseconds last_state_timeout{1200};  // after that; a matcher publishes two per second
 constexpr auto max_flush = 2000ms;
 
 struct RecordTally {
@@ -29,6 +30,7 @@ struct RecordTally {
   std::uint64_t too_many_points = 0;  // of these: recorded, but larger than a matcher accepts
   std::uint64_t forwarded = 0;
   std::uint64_t refused = 0;               // not forwarded: the matcher had no room
+  std::uint64_t undelivered = 0;           // forwarded, but the matcher has not received them
   std::uint64_t missed = 0;                // captures of which no frame arrived, withheld ones included
   std::uint64_t withheld = 0;              // of these: their sender had no room
   std::uint64_t silent = 0;                // senders that stopped without goodbye: what they withheld is unknown
@@ -37,7 +39,8 @@ struct RecordTally {
   std::uint64_t unforwarded_controls = 0;  // after stop(): control messages that the matcher did not accept
   /// Every capture of one test arrived as a frame, and reached the matcher too.
   [[nodiscard]] bool is_complete() const noexcept {
-    return damaged == 0 && refused == 0 && missed == 0 && silent == 0 && interleaved == 0 && lost_results == 0;
+    return damaged == 0 && refused == 0 && undelivered == 0 && missed == 0 && silent == 0 && interleaved == 0 &&
+           lost_results == 0;
   }
 };
 
@@ -63,10 +66,10 @@ class FrameRecorder final : private IntakeSink {
   ~FrameRecorder() override { stop(); }
   /// Takes in what has arrived, then ends.
   void stop() {
-    stopping_ = true;
     receiver_.stop();
     for (std::thread* thread : {&frames_thread_, &results_thread_})
       if (thread->joinable()) thread->join();
+    undelivered_ = undelivered();
   }
 
   [[nodiscard]] RecordTally tally() const noexcept {
@@ -77,12 +80,13 @@ class FrameRecorder final : private IntakeSink {
             .too_many_points = too_many_points_,
             .forwarded = forwarded_,
             .refused = refused_,
+            .undelivered = undelivered_,
             .missed = counters.missed + withheld,
             .withheld = withheld,
             .silent = counters.silent,
             .interleaved = counters.interleaved,
             .lost_results = lost_results_,
-            .unforwarded_controls = unforwarded_controls_};
+            .unforwarded_controls = left_over_.controls};
   }
 
   /// The senders; at most 100 ms old, and final after stop().
@@ -131,16 +135,28 @@ class FrameRecorder final : private IntakeSink {
   }
   void receive_frames() noexcept {
     receiver_.run();
-    if (forward_) unforwarded_controls_ = forward_->finish(max_flush);
+    if (forward_) left_over_ = forward_->finish(max_flush);
+    all_forwarded_ = true;
+  }
+
+  /// A broken connection loses frames that were forwarded: the matcher's states tell how many it received.
+  [[nodiscard]] std::uint64_t undelivered() const {
+    if (!forward_) return 0;
+    if (delivered_.empty()) return left_over_.frames;
+    const std::uint64_t missing = delivered_.missing_of(senders());
+    return missing - std::min(missing, refused_.load());
   }
 
   void receive_results() noexcept {
     wire::WireResult result;
     wire::WireState state;
+    using Clock = std::chrono::steady_clock;
+    std::optional<Clock::time_point> last_state_due;
     while (true) {
-      const bool is_stopping = stopping_;
+      const bool is_stopping = all_forwarded_;
+      if (is_stopping && !last_state_due) last_state_due = Clock::now() + last_state_timeout;
       const auto message = results_->receive(is_stopping ? last_result_timeout : result_timeout);
-      if (!message && is_stopping) break;
+      if (!message && is_stopping && Clock::now() >= *last_state_due) break;
       if (!message) continue;
       if (wire::decode_result(*message, result) == wire::WireStatus::ok) {
         count_sequence(result.sequence);
@@ -148,6 +164,8 @@ class FrameRecorder final : private IntakeSink {
       } else if (wire::decode_state(*message, state) == wire::WireStatus::ok) {
         count_sequence(state.sequence);
         recorder_.state(*message, state);
+        delivered_.add(state);
+        if (is_stopping) last_state_due = Clock::now();
       }
     }
   }
@@ -163,9 +181,11 @@ class FrameRecorder final : private IntakeSink {
   SharedAccount account_;
   FrameReceiver receiver_;
   std::uint64_t next_sequence_ = 0;  // 0: none received yet
-  std::atomic<std::uint64_t> damaged_{0}, too_many_points_{0}, forwarded_{0}, refused_{0}, lost_results_{0},
-      unforwarded_controls_{0};
-  std::atomic<bool> stopping_{false};
+  std::atomic<std::uint64_t> damaged_{0}, too_many_points_{0}, forwarded_{0}, refused_{0}, lost_results_{0};
+  std::atomic<bool> all_forwarded_{false};
+  Forwarder::LeftOver left_over_;  // from here on: after stop()
+  DeliveredFrames delivered_;
+  std::uint64_t undelivered_ = 0;
   FrameLog log_;
   PeerLog peers_{"frames", receiver_};
   std::thread frames_thread_, results_thread_;
@@ -189,6 +209,7 @@ void print(const RecordTally& tally, const RunObserver::Counts& counts, bool as_
                                     {"too_many_points", tally.too_many_points},
                                     {"forwarded", tally.forwarded},
                                     {"refused", tally.refused},
+                                    {"undelivered", tally.undelivered},
                                     {"missed", tally.missed},
                                     {"withheld", tally.withheld},
                                     {"silent", tally.silent},
@@ -212,8 +233,8 @@ void warn_of_losses(const std::string& file, const RecordTally& tally) {
   add(tally.silent, "senders that stopped without goodbye (their withheld captures are unknown)");
   add(tally.lost_results, "results and states of the matcher");
   if (!losses.empty()) spdlog::warn("{} is incomplete; missing: {}", file, losses);
-  if (tally.refused > 0)
-    spdlog::warn("the matcher did not get {} of {} frames; they are recorded", tally.refused, tally.received);
+  if (const std::uint64_t lost = tally.refused + tally.undelivered; lost > 0)
+    spdlog::warn("the matcher did not get {} of {} frames; they are recorded", lost, tally.received);
   if (tally.unforwarded_controls > 0)
     spdlog::warn("the senders' last control messages did not reach the matcher; its account ends before them");
 }

@@ -171,10 +171,7 @@ class Sender {
       if (round > 0) run.rewind();
       pace_.restart();
       send_round(run, round);
-    }
-    for (const auto& [session, next_id] : next_ids_) {
-      if (options_.ends_stream) sink_.tell(encoder_.end_of_stream(session, next_id), longest_flush);
-      if (receipts != nullptr) receipts->ask(sink_, session, next_id);
+      end_round(receipts);
     }
     SocketTally tally;
     tally.left = sink_.flush(longest_flush);
@@ -188,6 +185,15 @@ class Sender {
   }
 
  private:
+  /// Ends the round's sessions, which a matcher forgets after some more. An absent matcher is not asked again.
+  void end_round(MatcherReceipts* receipts) {
+    for (const auto& [session, next_id] : next_ids_) {
+      if (options_.ends_stream && !sink_.tell(encoder_.end_of_stream(session, next_id), longest_flush)) break;
+      if (receipts != nullptr && receipts->sum().is_whole) receipts->ask(sink_, session, next_id);
+    }
+    next_ids_.clear();
+    tests_.clear();
+  }
   void send_round(RecordedRun& run, std::uint64_t round) {
     while (const auto message = run.next()) {
       if (message->kind != RecordedMessage::Kind::frame) continue;

@@ -138,9 +138,11 @@ void EndpointLock::release_and_throw(const Endpoint& endpoint, const std::string
   fail_unavailable(endpoint.address, why);
 }
 
+bool EndpointLock::is_held() const noexcept { return descriptor_ >= 0 && is_same_file(descriptor_, file_); }
+
 EndpointLock::~EndpointLock() {
   if (descriptor_ < 0) return;
-  ::unlink(file_.c_str());
+  if (is_held()) ::unlink(file_.c_str());
   ::close(descriptor_);
 }
 

@@ -36,6 +36,8 @@ class EndpointLock {
   ~EndpointLock();
   EndpointLock(EndpointLock&& other) noexcept;
   EndpointLock& operator=(EndpointLock&& other) noexcept;
+  /// Whether the lock file is still there: somebody may have removed it, and another process may have its own.
+  [[nodiscard]] bool is_held() const noexcept;
 
  private:
   [[noreturn]] void release_and_throw(const Endpoint& endpoint, const std::string& why);

@@ -116,8 +116,8 @@ BoundSocket::BoundSocket(WireContext& context, zmq::socket_type type, const Sock
 
 BoundSocket::~BoundSocket() {
   zmq_unbind(socket.handle(), endpoint.c_str());
-  if (where.transport == Transport::ipc)
-    ::unlink(where.path.c_str());  // ZeroMQ does not remove it; the lock is still held
+  // ZeroMQ does not remove it. Without the lock it is another process's, started after somebody removed both.
+  if (where.transport == Transport::ipc && lock.is_held()) ::unlink(where.path.c_str());
 }
 
 Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept {

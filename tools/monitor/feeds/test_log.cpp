@@ -63,6 +63,7 @@ void TestLog::add(const wire::WireResult& result) {
   if (rows_.size() >= capacity_) thin();
   // A refused frame may have no time; it gets the time of the row before it.
   const bool has_time = fate == wire::Fate::matched || (result.session == session_ && result.stamp_ns != 0);
+  ids_.push_back(result.frame_id);
   rows_.push_back(row_of(result, has_time        ? seconds(result.stamp_ns)
                                  : rows_.empty() ? 0
                                                  : static_cast<double>(rows_.back()[time_s])));
@@ -76,13 +77,15 @@ void TestLog::begin(const wire::WireResult& first) {
   results_ = 0;
   every_ = 1;
   rows_.clear();
+  ids_.clear();
   ++epoch_;
 }
 
 void TestLog::thin() {
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < rows_.size(); i += 2) rows_[kept++] = rows_[i];
+  for (std::size_t i = 0; i < rows_.size(); i += 2, ++kept) rows_[kept] = rows_[i], ids_[kept] = ids_[i];
   rows_.resize(kept);
+  ids_.resize(kept);
   every_ *= 2;
   ++epoch_;
 }
@@ -132,14 +135,16 @@ std::string to_csv(const TestLog& log, std::span<const std::string> simulation_n
   std::string csv = fmt::format("{}", fmt::join(column_names(), ","));
   for (std::size_t k = 1; k <= TestLog::chances; ++k) csv += fmt::format(",simulation_{0},probability_{0}", k);
   csv += '\n';
-  for (const TestLog::Row& row : log.rows()) {
+  for (std::size_t i = 0; i < log.rows().size(); ++i) {
     for (std::size_t column = 0; column < TestLog::row_values; ++column) {
-      const float value = row[column];
+      const float value = log.rows()[i][column];
       if (column > 0) csv += ',';
       const bool is_name = column == TestLog::simulation ||
                            (column >= TestLog::column_count && (column - TestLog::column_count) % 2 == 0);
       if (is_name)
         csv += name_of(value, simulation_names);
+      else if (column == TestLog::frame)
+        csv += std::to_string(log.ids()[i]);
       else if (column == TestLog::verdict)
         csv += wire::to_string(static_cast<wire::WireVerdict>(value));
       else if (column == TestLog::status)

@@ -48,6 +48,8 @@ class TestLog {
   }  // increases when rows change that may have been read
   [[nodiscard]] std::size_t every() const noexcept { return every_; }  // results per row
   [[nodiscard]] std::span<const Row> rows() const noexcept { return rows_; }
+  /// Frame ids of the rows, whose floats do not hold large ones.
+  [[nodiscard]] std::span<const std::uint64_t> ids() const noexcept { return ids_; }
   [[nodiscard]] bool is_complete() const noexcept { return complete_; }
   [[nodiscard]] std::uint64_t results() const noexcept { return results_; }
   [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
@@ -66,6 +68,7 @@ class TestLog {
   bool complete_ = false, started_ = false;
   TestAnswer answer_;
   std::vector<Row> rows_;
+  std::vector<std::uint64_t> ids_;
 };
 
 /// The names of the columns before the chances.

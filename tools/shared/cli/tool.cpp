@@ -107,11 +107,24 @@ int Tool::run(int argc, char** argv, const std::function<int()>& body) {
   return exit_failed;
 }
 
+namespace {
+/// The same text for different spellings of an endpoint.
+std::string canonical_endpoint(const std::string& address) {
+  constexpr std::string_view ipc = "ipc://", local = "tcp://localhost:";
+  if (address.starts_with(ipc)) {
+    std::error_code error;
+    const auto path = std::filesystem::weakly_canonical(address.substr(ipc.size()), error);
+    return error ? address : std::string(ipc) + path.string();
+  }
+  return address.starts_with(local) ? "tcp://127.0.0.1:" + address.substr(local.size()) : address;
+}
+}  // namespace
+
 void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options) {
   std::map<std::string, const char*> owners;
   for (const auto& [name, address] : options) {
     if (address.empty() || address.ends_with(":*")) continue;
-    const auto [owner, is_new] = owners.emplace(address, name);
+    const auto [owner, is_new] = owners.emplace(canonical_endpoint(address), name);
     if (!is_new)
       throw WrongUsage(std::string(owner->second) + " and " + name + " are both \"" + address +
                        "\"; give each an endpoint of its own");

@@ -89,8 +89,9 @@ void FrameLog::write(const std::vector<wire::WireSender>& senders) {
     const auto before = known == known_.end() ? wire::SenderCondition::active : known->condition;
     if (sender.condition == before) continue;
     if (sender.condition == wire::SenderCondition::silent)
-      spdlog::warn("session {:016x} is silent after frame {} without goodbye; is its program alive?", sender.session,
-                   sender.next_id - 1);
+      spdlog::warn("session {:016x} is silent {} without goodbye; is its program alive?", sender.session,
+                   sender.next_id > sender.first_id ? "after frame " + std::to_string(sender.next_id - 1)
+                                                    : "before its first frame");
     else if (before == wire::SenderCondition::silent)
       spdlog::info("session {:016x} is back, next frame {}", sender.session, sender.next_id);
   }

@@ -21,7 +21,9 @@ std::optional<wire::WireSender> entry_of(const wire::WireState& state, std::uint
   return own == state.senders.end() ? std::nullopt : std::optional(*own);
 }
 
-std::uint64_t dropped(const wire::WireState& state) { return state.counters.of(wire::WireStatus::queue_full); }
+std::uint64_t dropped(const wire::WireState& state) {
+  return state.counters.of(wire::WireStatus::queue_full) + state.counters.of(wire::WireStatus::other_sender);
+}
 
 }  // namespace
 
@@ -87,7 +89,8 @@ std::string receipt_text(const Receipt& receipt) {
   if (!receipt.is_whole) return "; the matcher did not report what arrived";
   return "; the matcher has received " + std::to_string(receipt.received) + ", missed " +
          std::to_string(receipt.missed) +
-         (receipt.dropped > 0 ? ", and dropped " + std::to_string(receipt.dropped) + " because its queue was full"
+         (receipt.dropped > 0 ? ", and dropped " + std::to_string(receipt.dropped) +
+                                    ": its queue was full, or another sender's test was running"
                               : "");
 }
 

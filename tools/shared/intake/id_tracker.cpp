@@ -1,6 +1,7 @@
 #include "tools/shared/intake/id_tracker.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 namespace lbea::tool {
 namespace {
@@ -102,6 +103,7 @@ bool IdTracker::remove_missing(Session& session, std::uint64_t id) {
   auto at = missing.erase(gap);
   if (after.count > 0) at = missing.insert(at, after);
   if (before.count > 0) missing.insert(at, before);
+  if (missing.size() > max_gaps) missing.erase(missing.begin());
   return true;
 }
 
@@ -117,7 +119,10 @@ IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t f
     if (recent_.size() < max_sessions) {
       found = &recent_.emplace_back();
     } else {
-      found = &*std::ranges::min_element(recent_, {}, &Session::last_use);
+      // A crowd of made-up sessions does not displace those that sent frames.
+      found = &*std::ranges::min_element(recent_, {}, [this](const Session& s) {
+        return std::tuple(s.sender.session == test_, s.sender.received > 0, s.last_use);
+      });
       *found = {};
     }
     found->sender.session = session;
