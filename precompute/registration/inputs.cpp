@@ -49,6 +49,17 @@ std::string beyond_range(const Registration& found, const RegistrationSettings& 
   return text.data();
 }
 
+std::string unexplained_points(const Registration& found) {
+  constexpr double least_counted = 0.8;  // 30 % more points on a wall leave 0.83
+  if (found.counted >= least_counted) return {};
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "%.0f %% of the points are not on the undeformed component: is it deformed already, or is something "
+                "else in view? The pose may be less certain than stated",
+                100 * (1 - found.counted));
+  return text.data();
+}
+
 double robust_diagonal(std::span<const Point> points) {
   double squares = 0;
   for (float Point::*const axis : {&Point::x, &Point::y, &Point::z}) {

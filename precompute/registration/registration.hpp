@@ -63,6 +63,8 @@ struct Registration {
 
 /// Why the found pose is doubtful: it is farther from the rough pose than was searched; empty when it is not.
 [[nodiscard]] std::string beyond_range(const Registration& found, const RegistrationSettings& settings);
+/// Why the found pose is doubtful: many points are not on the component; empty when few are.
+[[nodiscard]] std::string unexplained_points(const Registration& found);
 [[nodiscard]] double robust_diagonal(std::span<const Point> points);
 [[nodiscard]] double box_diagonal(std::span<const float> positions);
 

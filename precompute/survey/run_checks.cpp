@@ -226,6 +226,28 @@ std::optional<std::string> short_runs(const Survey& survey, const std::vector<st
          in_seconds(usual_end) + "): " + listed(found) + "; are they complete?";
 }
 
+std::optional<std::string> odd_times(const Survey& survey, const std::vector<std::string>& names) {
+  constexpr double latest = 0.1, longest = 3;  // of the usual duration
+  std::vector<double> begins, durations;
+  for (const RunSurvey& run : survey.runs) {
+    if (run.steps.empty()) continue;
+    begins.push_back(run.times_s.front());
+    durations.push_back(run.times_s.back() - run.times_s.front());
+  }
+  if (begins.empty()) return std::nullopt;
+  const double usual_begin = median(begins), usual = median(durations);
+  std::vector<std::string> found;
+  for (std::size_t i = 0; i < survey.runs.size() && usual > 0; ++i) {
+    const std::vector<double>& times = survey.runs[i].times_s;
+    if (times.empty()) continue;
+    if (std::abs(times.front() - usual_begin) > latest * usual || times.back() - times.front() > longest * usual)
+      found.push_back(names[i] + " (" + in_seconds(times.front()) + " to " + in_seconds(times.back()) + ")");
+  }
+  if (found.empty()) return std::nullopt;
+  return "other times than most runs (" + in_seconds(usual_begin) + " to " + in_seconds(usual_begin + usual) +
+         "): " + listed(found) + "; check their time unit, and that time 0 is the impact in all runs";
+}
+
 std::optional<std::string> missing_last(const Survey& survey, const std::vector<std::string>& names,
                                         const StepSelection& selection) {
   if (!selection.list.empty() || selection.last == StepSelection{}.last) return std::nullopt;

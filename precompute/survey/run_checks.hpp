@@ -33,6 +33,9 @@ class NodeDistances {
 /// The runs with fewer states than most or an earlier end. names: of survey.runs.
 [[nodiscard]] std::optional<std::string> short_runs(const Survey& survey, const std::vector<std::string>& names);
 
+/// The runs that begin at another time than most, or take more than three times as long. names: of survey.runs.
+[[nodiscard]] std::optional<std::string> odd_times(const Survey& survey, const std::vector<std::string>& names);
+
 /// The runs that lack states which the selection asks for by its last one.
 [[nodiscard]] std::optional<std::string> missing_last(const Survey& survey, const std::vector<std::string>& names,
                                                       const StepSelection& selection);

@@ -66,6 +66,11 @@ std::vector<Extent> in_numbering_of(const SimulationMesh& reference, const Simul
   return result;
 }
 
+/// Of a node that does not move, or that the run lacks.
+bool is_at_one_place(const Extent& extent) {
+  return extent[0] >= extent[3] && extent[1] >= extent[4] && extent[2] >= extent[5];
+}
+
 std::vector<double> step_times(std::vector<double> times, const std::vector<std::uint32_t>& steps, double factor,
                                const std::string& run) {
   for (std::size_t i = 0; i < times.size(); ++i) {
@@ -219,6 +224,9 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
     if (history.has_values.at(field) == 0)
       survey_.warnings.push_back("run " + run + ": field '" + history.fields[field].name +
                                  "' has no number in any element of any used state; is it exported?");
+  if (survey.steps.size() > 1 && std::ranges::all_of(history.extents, is_at_one_place))
+    survey_.warnings.push_back("run " + run +
+                               ": no node moves in the used states; is the motion in another array of its files?");
   if (auto warning = irregular_times(survey, run)) survey_.warnings.push_back(std::move(*warning));
   std::vector<std::uint64_t> hashes;
   for (const InputFile& file : survey.files) hashes.push_back(file.hash);
@@ -234,8 +242,13 @@ Survey SurveyCollection::finish() const {
   Survey survey = survey_;
   survey.mesh = mesh_.finish();
   survey.losses = mesh_.losses();
-  for (auto& warning : {unlikely_times(survey), short_runs(survey, names_), missing_last(survey, names_, steps_)})
+  for (auto& warning : {unlikely_times(survey), short_runs(survey, names_), odd_times(survey, names_),
+                        missing_last(survey, names_, steps_)})
     if (warning) survey.warnings.push_back(*warning);
+  if (const std::size_t kept = survey.mesh.elements.size(), all = mesh_.reference().elements.size(); 2 * kept < all)
+    survey.warnings.push_back("only " + std::to_string(kept) + " of the reference run's " + std::to_string(all) +
+                              " elements exist in all runs and used states, with the same nodes; is a run numbered in "
+                              "another way?");
   const auto box = box_of(extents_, reference_places(survey));
   survey.min = box[0];
   survey.max = box[1];

@@ -175,3 +175,16 @@ TEST_CASE("a missing output folder is reported as write_failed") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH_AS(bake_bent_plates(folder.path() / "none" / "m.lbea"), doctest::Contains("cannot create"), Error);
 }
+
+// Regression: displacements under an unknown name were ignored, and runs that did not move were baked without a word.
+TEST_CASE("a run that does not move is reported") {
+  const TemporaryFolder folder;
+  Ensemble ensemble;
+  for (const double angle : {0.5, 0.0})
+    ensemble.runs.push_back({"plate_" + std::to_string(ensemble.runs.size()), {}, [angle] {
+                               return std::make_unique<SyntheticSimulation>(bending_plate(angle, 4));
+                             }});
+  const BakeSummary summary = bake_model(ensemble, bent_plates_description(), folder / "m.lbea", {});
+  REQUIRE(summary.warnings.size() == 1);
+  CHECK(contains(summary.warnings[0], "run plate_1: no node moves"));
+}

@@ -73,6 +73,22 @@ TEST_CASE("meshes of different sizes without ids are refused unless they lie at 
   CHECK(misfit(reference, longer, "a", "mm").empty());
 }
 
+// Regression: a run in another time unit, and one that began later, were baked without a word.
+TEST_CASE("runs with other times than most are listed in one line") {
+  Survey survey;
+  const std::vector<std::string> names{"a", "b", "c", "d", "e"};
+  const auto add = [&](double begin, double end) {
+    survey.runs.push_back({.steps = {0, 1}, .times_s = {begin, end}, .fields = {}, .files = {}});
+  };
+  for (const double end : {0.015, 0.02, 0.012}) add(0, end);
+  CHECK_FALSE(odd_times(survey, names));
+  add(0, 15);
+  add(0.01, 0.025);
+  CHECK(odd_times(survey, names) ==
+        "other times than most runs (0 s to 0.015 s): d (0 s to 15 s), e (0.01 s to 0.025 s); check their time unit, "
+        "and that time 0 is the impact in all runs");
+}
+
 TEST_CASE("runs that are shorter than most are listed in one line") {
   Survey survey;
   const std::vector<std::string> names{"a", "b", "c", "d"};

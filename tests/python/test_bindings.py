@@ -134,6 +134,11 @@ class MatcherTest(unittest.TestCase):
             remedy = str(refused.exception).split("; ")[1]
             self.assertEqual(matcher.match(eval(remedy, {"numpy": numpy, "points": bad})).matches[0].sample, 9)
 
+    def test_masks_are_not_ignored(self):
+        masked = numpy.ma.array(self.model.node_positions(9), mask=True)
+        with self.assertRaisesRegex(TypeError, "masked"):
+            lbea.Matcher(self.model).match(masked)
+
     def test_settings_are_checked(self):
         for settings, error in (({"max_points": 0}, lbea.Error), ({"method": "fit"}, lbea.Error), ({"method": "icp"}, ValueError),
                                 ({"max_poinst": 5}, TypeError), ({"T_reference_sensor": numpy.eye(3)}, ValueError),

@@ -152,6 +152,7 @@ TEST_CASE("clouds without a stamp get the current time") {
   CHECK(received.frames[0].header.stamp_ns >= before);
   CHECK(received.frames[1].header.stamp_ns >= received.frames[0].header.stamp_ns);
   CHECK(received.frames[1].header.stamp_ns <= now_ns());
+  CHECK(contains(text_of(bench.err()), "warning: the clouds have no capture times"));
 }
 
 TEST_CASE("clouds of another format, stamped by a table beside them") {
@@ -270,6 +271,11 @@ TEST_CASE("errors are reported in a sentence") {
   CHECK(bench.run({"--list-formats"}) == 0);
   CHECK(contains(text_of(bench.out()), "PCD"));
   CHECK(bench.run({"--version"}) == 0);
+
+  // Regression: frames of two clocks made one test.
+  std::ofstream(bench.folder / "clouds" / "unstamped.ply") << text_of(Bench(1, false).clouds() + "/c0.ply");
+  fails({bench.clouds(), "--to", bench.endpoint()}, 1, "unstamped.ply: has no capture time, but other clouds have one");
+  std::filesystem::remove(bench.folder / "clouds" / "unstamped.ply");
 
   Bench unstamped(1, false);
   CHECK(unstamped.run({unstamped.clouds(), "--to", unstamped.endpoint(), "--realtime"}) == 1);

@@ -78,6 +78,8 @@ PyResult to_python(const MatchResult& result, const Model& model) {
 
 /// The array's memory. Raises TypeError for what would have to be copied, ValueError for another shape.
 std::span<const Point> points_in(const py::object& points) {
+  if (py::hasattr(points, "mask"))
+    throw py::type_error("points (a masked array): the mask would be ignored; give the valid rows, as an array");
   if (!py::isinstance<Points>(points)) {
     const bool is_array = py::isinstance<py::array>(points);
     const py::object found = is_array ? points.attr("dtype") : py::type::of(points).attr("__name__");

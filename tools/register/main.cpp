@@ -193,8 +193,8 @@ int run(Arguments& arguments) {
   const bake::Registration result =
       bake::register_cloud(surface, points, rough.sensor.T_reference_sensor, arguments.settings);
   print(result, arguments.json);
-  if (const std::string doubt = bake::beyond_range(result, settings); !doubt.empty())
-    std::fprintf(stderr, "lbea-register: warning: %s\n", doubt.c_str());
+  for (const std::string& doubt : {bake::beyond_range(result, settings), bake::unexplained_points(result)})
+    if (!doubt.empty()) std::fprintf(stderr, "lbea-register: warning: %s\n", doubt.c_str());
   if (result.ambiguous()) {
     std::fprintf(stderr, "lbea-register: ambiguous: %s\n", result.doubt.c_str());
     if (!arguments.even_if_ambiguous) {

@@ -60,6 +60,20 @@ class StampTables {
   std::map<fs::path, io::CloudStamps> tables_;
 };
 
+/// Throws Error{bad_input} when only some clouds have a capture time: the others would get the time of sending.
+void check_clocks(const std::vector<EncodedCloud>& clouds) {
+  const auto is_unstamped = [](const EncodedCloud& cloud) { return !cloud.stamp_ns; };
+  const auto without = std::ranges::find_if(clouds, is_unstamped);
+  if (without == clouds.end()) return;
+  if (!std::ranges::all_of(clouds, is_unstamped))
+    throw Error{Status::bad_input, without->file.string() +
+                                       ": has no capture time, but other clouds have one; add it, or give a table "
+                                       "(--stamps)"};
+  std::fprintf(stderr,
+               "lbea-send: warning: the clouds have no capture times; their frames get the time of sending, and "
+               "matching uses the times of a test (see --stamps)\n");
+}
+
 /// Reads and encodes. Stamps come from the table of the options or, without one, from stamps.csv beside the clouds;
 /// otherwise from the clouds, otherwise from their file names.
 std::vector<EncodedCloud> encode_clouds(const SendOptions& options, std::uint64_t session) {
@@ -79,6 +93,7 @@ std::vector<EncodedCloud> encode_clouds(const SendOptions& options, std::uint64_
     clouds.push_back({file, std::make_shared<std::vector<std::byte>>(message.begin(), message.end()), cloud.stamp_ns});
     progress.advance_to(clouds.size());
   }
+  check_clocks(clouds);
   return clouds;
 }
 

@@ -121,7 +121,7 @@ IdTracker::Session& IdTracker::session_of(std::uint64_t session, std::uint64_t f
     } else {
       // A crowd of made-up sessions does not displace those that sent frames.
       found = &*std::ranges::min_element(recent_, {}, [this](const Session& s) {
-        return std::tuple(s.sender.session == test_, s.sender.received > 0, s.last_use);
+        return std::tuple(s.has_test && s.sender.session == test_, s.sender.received > 0, s.last_use);
       });
       *found = {};
     }
