@@ -61,9 +61,9 @@ class LBEA_API Tracker {
 /// The candidates with their ranks as distances, if there are any: the evidence for likeliest_path().
 [[nodiscard]] LBEA_API std::vector<Match> ranked(std::span<const Match> candidates, std::span<const float> ranks);
 
-/// After the test: one sample per frame, given all frames: as the tracker chooses it, but from the frames before and
-/// after. evidence: the candidates of each frame, of which those that are not in the model are ignored; a frame
-/// without any repeats the sample before it, or has that of the first frame with candidates. For offline use.
+/// After the test: one sample per frame; of those with nearly the same rank, one whose simulation fits the frames
+/// before and after. evidence: the candidates of each frame, of which those that are not in the model are ignored; a
+/// frame without any repeats the sample before it, or has that of the first frame with candidates. For offline use.
 [[nodiscard]] LBEA_API std::vector<Sample> likeliest_path(const Model& model,
                                                           std::span<const std::vector<Match>> evidence);
 

@@ -17,35 +17,6 @@ void check(const TrackerConfig& config) {
   require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
 }
 
-/// Whether a candidate is evidence: results of other programs may contain anything.
-bool is_usable(const Match& candidate, const Model& model) noexcept {
-  return model.sample_index(candidate.sample) < model.samples() && std::isfinite(candidate.distance);
-}
-
-/// The candidate with the least cost: its squared rank plus a share of its simulation's excess in other frames. On a
-/// rail, a larger share made the choice worse.
-struct ChosenSample {
-  static constexpr double share = 0.3;
-  Sample sample;
-  double probability = 0;
-
-  template <class Excess>
-  ChosenSample(std::span<const Match> ranked, float noise, float sharpness, const Excess& excess) noexcept {
-    const float least = std::ranges::min(ranked, {}, &Match::distance).distance;
-    const double scale = square<double>(least) + square<double>(noise);
-    const auto root_of_cost = [&](const Match& m) {
-      const double root = std::sqrt(square<double>(m.distance) + share * scale * excess(m));
-      return static_cast<float>(std::min(root, double{std::numeric_limits<float>::max()}));
-    };
-    const auto best = std::ranges::min_element(ranked, {}, root_of_cost);
-    const Plausibility<double> plausibility(root_of_cost(*best), noise, sharpness);
-    double all = 0;
-    for (const Match& m : ranked) all += plausibility(root_of_cost(m));
-    sample = best->sample;
-    probability = 1 / all;
-  }
-};
-
 }  // namespace
 
 struct Tracker::State {
@@ -60,7 +31,6 @@ struct Tracker::State {
         at_rest(model.samples()),
         first(model.simulations() + 1),
         usable(model.samples()),
-        history(model.simulations(), mesh_noise),
         simulations(model.simulations()),
         branches(model.branches()) {
     for (std::uint32_t s = 0; s < model.samples(); ++s) ++first[model.sample(s).simulation + 1];
@@ -104,7 +74,6 @@ struct Tracker::State {
   int later_frames = 0;              // since the last one at rest
   std::vector<std::uint32_t> first;  // per simulation: its first sample
   std::vector<Match> usable;         // of a frame
-  History history;
   std::vector<float> simulations, branches;
   TestState state;
 };
@@ -115,7 +84,6 @@ void Tracker::State::reset() noexcept {
   frames_at_rest = later_frames = 0;
   state = {};
   initial = deformed = {};
-  history.reset();
   publish();
 }
 
@@ -202,15 +170,17 @@ std::span<const Match> Tracker::State::keep_usable(std::span<const Match> candid
   return std::span<const Match>(usable).first(count);
 }
 
+// Fit has compared the candidates with the earlier frames already: another history made the choice worse.
 void Tracker::State::choose(const SurfaceFit& fit) noexcept {
   if (fit.ranks.empty() || fit.ranks.size() != fit.candidates.size()) return;
   const auto candidates = keep_usable(fit.candidates, fit.ranks);
   if (candidates.empty()) return;
-  const ChosenSample choice(candidates, mesh_noise, config.sharpness,
-                            [&](const Match& m) { return history[m.sample.simulation]; });
-  state.sample = choice.sample;
-  state.sample_probability = static_cast<float>(choice.probability);
-  history.add(candidates);
+  const Match& best = *std::ranges::min_element(candidates, {}, &Match::distance);
+  const Plausibility<double> plausibility(best.distance, mesh_noise, config.sharpness);
+  double all = 0;
+  for (const Match& m : candidates) all += plausibility(m.distance);
+  state.sample = best.sample;
+  state.sample_probability = static_cast<float>(1 / all);
 }
 
 // Misfits scatter from frame to frame. Over a test their mean distinguishes a run of an unknown branch from one of a
@@ -250,8 +220,10 @@ void Tracker::reset() noexcept { state_->reset(); }
 
 const TestState& Tracker::update(const MatchResult& result) noexcept {
   const auto evidence = state_->keep_usable(result.fit.candidates.empty() ? result.matches : result.fit.candidates, {});
-  if (result.status == Status::low_coverage)
-    state_->judge(result.fit);  // too little for a sample, but the misfit counts
+  if (result.status == Status::low_coverage) {  // too little to tell simulations apart
+    state_->choose(result.fit);
+    state_->judge(result.fit);
+  }
   if (result.status != Status::ok || evidence.empty()) return state_->state;
   if (state_->is_at_rest(evidence.front().sample)) {
     state_->weigh_at_rest(evidence);
@@ -264,39 +236,6 @@ const TestState& Tracker::update(const MatchResult& result) noexcept {
   state_->choose(result.fit);
   state_->judge(result.fit);
   return state_->state;
-}
-
-std::vector<Match> ranked(std::span<const Match> candidates, std::span<const float> ranks) {
-  std::vector<Match> result(candidates.begin(), candidates.end());
-  for (std::size_t i = 0; i < std::min(result.size(), ranks.size()); ++i) result[i].distance = ranks[i];
-  return result;
-}
-
-std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vector<Match>> recorded) {
-  std::vector<std::vector<Match>> evidence(recorded.begin(), recorded.end());
-  for (std::vector<Match>& frame : evidence) std::erase_if(frame, [&](const Match& m) { return !is_usable(m, model); });
-  const float noise = DepthMetric{}.in(model.length_unit()).mesh_noise;
-  History past(model.simulations(), noise), future = past;
-  std::vector<std::vector<double>> later(evidence.size());  // per candidate: the excess in the frames behind its own
-  for (std::size_t i = evidence.size(); i-- > 0;) {
-    for (const Match& m : evidence[i]) later[i].push_back(future[m.sample.simulation]);
-    if (!evidence[i].empty()) future.add(evidence[i]);
-  }
-  std::vector<Sample> path;
-  const auto first = std::ranges::find_if_not(evidence, &std::vector<Match>::empty);
-  for (std::size_t i = 0; i < evidence.size(); ++i) {
-    const auto excess = [&](const Match& m) {
-      return (past[m.sample.simulation] + later[i][static_cast<std::size_t>(&m - evidence[i].data())]) / 2;
-    };
-    if (!evidence[i].empty())
-      path.push_back(ChosenSample(evidence[i], noise, 1, excess).sample);
-    else if (!path.empty())
-      path.push_back(path.back());
-    else
-      path.push_back(first != evidence.end() ? std::ranges::min(*first, {}, &Match::distance).sample : model.sample(0));
-    if (!evidence[i].empty()) past.add(evidence[i]);
-  }
-  return path;
 }
 
 }  // namespace lbea

@@ -34,35 +34,9 @@ class Likelihood {
   Plausibility<double> plausibility_;
 };
 
-/// How badly each simulation explains frames: the excess of its best candidate's squared rank over the least of the
-/// frame, relative to the latter. Ranks are the distances of the candidates.
-class History {
- public:
-  History(std::size_t simulations, float noise)
-      : excess_(simulations), best_(simulations), squared_noise_(square<double>(noise)) {}
-  void reset() noexcept {
-    std::ranges::fill(excess_, 0.0);
-    weights_ = 0;
-  }
-  void add(std::span<const Match> ranked) noexcept {
-    const auto [least, most] = std::ranges::minmax(ranked, {}, &Match::distance);
-    std::ranges::fill(best_, square<double>(most.distance));  // of a simulation without a candidate
-    for (const Match& m : ranked)
-      best_[m.sample.simulation] = std::min(best_[m.sample.simulation], square<double>(m.distance));
-    weights_ = decay * weights_ + 1;
-    for (std::size_t s = 0; s < excess_.size(); ++s)
-      excess_[s] = decay * excess_[s] +
-                   (best_[s] - square<double>(least.distance)) / (square<double>(least.distance) + squared_noise_);
-  }
-  /// The mean over the frames, the last one with weight 1.
-  [[nodiscard]] double operator[](std::uint32_t simulation) const noexcept {
-    return weights_ > 0 ? excess_[simulation] / weights_ : 0;
-  }
-
- private:
-  static constexpr double decay = 0.7;  // per frame
-  std::vector<double> excess_, best_;
-  double squared_noise_, weights_ = 0;
-};
+/// Whether a candidate is evidence: results of other programs may contain anything.
+[[nodiscard]] inline bool is_usable(const Match& candidate, const Model& model) noexcept {
+  return model.sample_index(candidate.sample) < model.samples() && std::isfinite(candidate.distance);
+}
 
 }  // namespace lbea
