@@ -270,6 +270,34 @@ TEST_CASE("a few stray points are no evidence about the simulations") {
 }
 
 // Every frame of another run was called `no simulation fits`, since the expected residual of one simulation is 0.
+TEST_CASE("a model of an earlier version, without expected residuals, is matched without a verdict") {
+  const AlignedBytes bytes(data() / "fuzz" / "model" / "views.lbea");  // of version 1.0
+  const Model model = Model::view(bytes.span());
+  MatcherConfig config;
+  config.method = Method::fit;
+  config.T_reference_sensor = SensorViews::baked_into(model).data()->camera.T_reference_sensor;
+  config.min_coverage = 0;
+  Matcher matcher(model, config);
+  Tracker tracker(model);
+  const RigidTransform& T = config.T_reference_sensor;
+  const auto positions = model.node_positions(0);
+  std::vector<Point> points;
+  for (std::size_t n = 0; n < positions.size(); n += 3) {
+    const auto along = [&](std::size_t axis) {  // R^T (p - t)
+      float sum = 0;
+      for (std::size_t i = 0; i < 3; ++i) sum += T[4 * i + axis] * (positions[n + i] - T[4 * i + 3]);
+      return sum;
+    };
+    points.push_back({along(0), along(1), along(2)});
+  }
+  for (int frame = 0; frame < 5; ++frame) {
+    const MatchResult result = matcher.match({.points = points});
+    CHECK(result.status == Status::ok);
+    CHECK(result.verdict == Verdict::unknown);
+    CHECK(tracker.update(result).verdict == Verdict::unknown);
+  }
+}
+
 TEST_CASE("an ensemble of one simulation gives no verdict") {
   const AlignedBytes bytes = seen_plates_model(1, 8);
   const Model model = Model::view(bytes.span());

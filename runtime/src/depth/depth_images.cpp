@@ -183,7 +183,7 @@ std::vector<float> SensorViews::depth_image(std::uint32_t sample) const {
 }
 
 float SensorViews::expected_residual(std::uint32_t sample) const noexcept {
-  return data_ && !data_->expected.empty() ? data_->expected[sample] : 0;
+  return data_ && sample < data_->expected.size() ? data_->expected[sample] : 0;
 }
 float SensorViews::misfit_limit() const noexcept { return data_ ? data_->misfit_limit : 0; }
 float SensorViews::test_misfit_limit() const noexcept { return data_ ? data_->test_misfit_limit : 0; }

@@ -154,7 +154,7 @@ void check(const MatcherConfig& config, const ModelView& model, const SensorView
   require(config.method != Method::fit || !views.empty(),
           "the model was baked without a sensor, so there are no depth images to compare with; bake it with one, "
           "render them for the sensor's pose, or match by lbea");
-  require(views.empty() || views.data()->expected.size() == model.info.samples,
+  require(views.empty() || views.data()->depths.size() == model.info.samples * padded_cells(views.data()->camera),
           "the depth images are those of another model");
   require(config.method != Method::vtp ||
               std::ranges::none_of(model.references, [](const ReferenceView& r) { return r.correspondence.empty(); }),
