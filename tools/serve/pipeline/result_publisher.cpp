@@ -101,9 +101,10 @@ void ResultPublisher::send_result() noexcept {
   departed_.add(result_);
   if (departed_.are_many() && wire::fate_of(result_.status) == wire::Fate::matched)
     log_.note_departed_points(result_.session, result_.frame_id, departed_.share());
-  const bool were_wrong = times_.are_wrong();
+  const bool were_wrong = times_.are_wrong(), went_back = times_.go_back();
   times_.add(result_);
-  if (times_.are_wrong() && !were_wrong) log_.note_wrong_times(result_.session, result_.frame_id);
+  if ((times_.are_wrong() && !were_wrong) || (times_.go_back() && !went_back))
+    log_.note_wrong_times(result_.session, result_.frame_id, !times_.are_wrong());
   note_far_stamp();
 }
 

@@ -55,9 +55,9 @@ class FrameLog {
   void note_departed_points(std::uint64_t session, std::uint64_t id, float share) noexcept {
     push({Event::Kind::departed_points, wire::WireStatus::ok, session, {id, 1}, share});
   }
-  /// Up to this frame, most stamps cannot be capture times.
-  void note_wrong_times(std::uint64_t session, std::uint64_t id) noexcept {
-    push({Event::Kind::wrong_times, wire::WireStatus::ok, session, {id, 1}, 0});
+  /// Up to this frame, most stamps cannot be capture times, or they go back.
+  void note_wrong_times(std::uint64_t session, std::uint64_t id, bool go_back) noexcept {
+    push({Event::Kind::wrong_times, wire::WireStatus::ok, session, {id, 1}, go_back ? 1.0f : 0.0f});
   }
   /// A frame was captured so many seconds after the impact that its stamp or --trigger-ns must be wrong.
   void note_far_stamp(std::uint64_t session, std::uint64_t id, float after_s) noexcept {

@@ -58,14 +58,18 @@ std::string departure_warning(float share) {
 }
 
 void CaptureTimes::add(const wire::WireResult& result) noexcept {
-  constexpr double least_interval = 1e3;  // ns; no camera is as fast
+  constexpr double least_interval = 1e3;    // ns; no camera is as fast
+  constexpr double longest_disorder = 1e6;  // ns
   if (result.status == wire::WireStatus::end_of_stream && session_ == result.session) session_.reset();
   if (wire::fate_of(result.status) != wire::Fate::matched) return;
   if (std::exchange(session_, result.session) != result.session) {
     intervals_ = wrong_ = 0;
+    go_back_ = false;
   } else if (result.frame_id > latest_id_) {
     ++intervals_;
-    if (difference_ns(result.stamp_ns, latest_ns_) < least_interval) ++wrong_;
+    const double interval = difference_ns(result.stamp_ns, latest_ns_);
+    if (interval < least_interval) ++wrong_;
+    go_back_ |= interval < -longest_disorder;
   } else {
     return;  // reordered
   }
@@ -78,7 +82,10 @@ bool CaptureTimes::are_wrong() const noexcept {
   return intervals_ >= fewest && 2 * wrong_ > intervals_;
 }
 
-std::string capture_times_warning() {
+std::string capture_times_warning(bool go_back) {
+  if (go_back)
+    return "the stamps go back within the test: if these are two tests, end the stream after each, and reset the "
+           "history";
   return "the stamps of most frames do not increase, or by less than 1 microsecond: are they capture times in ns? "
          "Matching uses the times of a test";
 }
@@ -100,7 +107,7 @@ bool TestAnswer::add(const wire::WireResult& result) {
 std::string TestAnswer::warning() const {
   if (undeformed_.is_low()) return pose_warning(*undeformed_.latest());
   if (departed_.are_many()) return departure_warning(departed_.share());
-  if (times_.are_wrong()) return capture_times_warning();
+  if (times_.are_wrong() || times_.go_back()) return capture_times_warning(!times_.are_wrong());
   if (matched_ == 0 || rejected_ <= matched_) return "";
   return std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
          " frames show no point near any simulation, or were rejected; the verdict does not consider them";

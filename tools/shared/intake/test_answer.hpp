@@ -46,22 +46,25 @@ class DepartedPoints {
 /// A sentence for many departed points.
 [[nodiscard]] std::string departure_warning(float share);
 
-/// Stamps that cannot be capture times in ns: those of most frames increase by less than 1 us, or not at all.
+/// Stamps that cannot be capture times in ns, because those of most frames increase by less than 1 us, or not at all;
+/// or not those of one test, because they go back by more than 1 ms.
 class CaptureTimes {
  public:
   /// The first matched frame of another session, or after the end of the stream, begins another test.
   void add(const wire::WireResult& result) noexcept;
   [[nodiscard]] bool are_wrong() const noexcept;
+  [[nodiscard]] bool go_back() const noexcept { return go_back_; }
 
  private:
   std::optional<std::uint64_t> session_;
+  bool go_back_ = false;
   std::uint64_t latest_id_ = 0;
   std::int64_t latest_ns_ = 0;
   std::uint64_t intervals_ = 0, wrong_ = 0;
 };
 
-/// A sentence for wrong capture times.
-[[nodiscard]] std::string capture_times_warning();
+/// A sentence for wrong capture times, or for those that go back.
+[[nodiscard]] std::string capture_times_warning(bool go_back);
 
 class TestAnswer {
  public:
