@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 
 using namespace lbea;
 using namespace lbea::bake;
@@ -58,7 +59,7 @@ TEST_CASE("edges that are one cell elsewhere leave no residual, two cells elsewh
   CHECK(square({1000, 10, 8}, usual) == doctest::Approx(250.0 * 250 * 8 / (12 * 8)));  // one of two columns is too far
   CHECK(square({1000, 14, 8}, usual) == doctest::Approx(250.0 * 250 * 8 / (14 * 8)));
   CHECK(square({1000, 12, 6}, usual) == doctest::Approx(300.0 * 300 * 8 * 2 / (12 * 8)));
-  for (const std::uint16_t depth : {997, 1003, 1009, 1020}) {
+  for (const auto depth : std::array<std::uint16_t, 4>{997, 1003, 1009, 1020}) {
     CHECK(square({depth, 12, 8}, usual) == doctest::Approx((depth - 1000.0) * (depth - 1000.0)));
     CHECK(residuals == own);
   }

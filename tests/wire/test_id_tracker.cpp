@@ -44,7 +44,7 @@ TEST_CASE("the latest 64 gaps are remembered, also of a gap that late frames spl
   for (std::uint64_t id = 2; id < 1000; id += 2) CHECK(ids.observe(7, id).arrival == IdTracker::Arrival::late);
   std::size_t remembered = 0;
   for (std::uint64_t id = 1; id < 1000; id += 2)
-    remembered += ids.observe(7, id).arrival == IdTracker::Arrival::late ? 1 : 0;
+    remembered += ids.observe(7, id).arrival == IdTracker::Arrival::late ? 1u : 0u;
   CHECK(remembered <= 64);
   CHECK(remembered >= 63);
   CHECK(ids.observe(7, 1).arrival == IdTracker::Arrival::duplicate);
