@@ -257,7 +257,7 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
     send(5, 10);
     std::this_thread::sleep_for(300ms);
     server->signal(SIGKILL);
-    server->wait();
+    static_cast<void>(server->wait());
     server = start_matcher();
     std::this_thread::sleep_for(1500ms);
     send(10, 20);
