@@ -155,6 +155,15 @@ TEST_CASE("a replay to a socket sends the same frames at the recorded pace, fast
   CHECK(again("--speed 10")["seconds"].get<double>() < paced["seconds"].get<double>());
   CHECK(again("--fast --loop 3")["sent"] == 60);
   CHECK(bench.inspect("again.mcap", 0)["sessions"].size() == 3);
+  {  // Regression: all rounds ended after the last one, so the matcher dropped the frames of all but the first.
+    const auto server = bench.serve({"--one-sender"});
+    const test::Outcome outcome =
+        bench.replay("run.mcap --to " + bench.frames() + " --results " + bench.results() + " --json --fast --loop 3");
+    CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+    CHECK(Json::parse(outcome.out)["receipt"]["received"] == 60);
+    CHECK(Json::parse(outcome.out)["receipt"]["dropped"] == 0);
+    CHECK(stop(*server) == 0);
+  }
   const auto part = again("--fast --range 0.1:0.3")["sent"].get<int>();
   CHECK(part >= 5);
   CHECK(part <= 15);
