@@ -195,6 +195,23 @@ float time_variation(const SampleSource& source, std::span<const FrameErrors> er
   return all > 0 ? static_cast<float>(std::sqrt(squares / all)) : 0;
 }
 
+/// Of samples as frames: the residual that the best sample of the other simulations leaves.
+std::vector<LeftOut> left_out_residuals(const SampleSource& source, const DepthMetric& metric, unsigned threads) {
+  const DepthCamera& camera = source.camera;
+  const CellPrices prices = prices_of(metric, camera);
+  const LeftOutFrames frames(source, most_compared, 0);
+  const auto best = best_of_others(source, frames, std::span(&metric, 1), 1, threads);
+  std::vector<LeftOut> answers;
+  std::vector<std::uint16_t> image(padded_cells(camera));
+  std::vector<float> residuals(image.size());
+  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+    source.read_images(best[frame].ranked()[0].sample, image);
+    const float square = tolerant_residuals(kernels(), camera, prices, frames.observed(frame), image, residuals);
+    answers.push_back({source.samples[frames.sample(frame)], square * camera.depth_step * camera.depth_step});
+  }
+  return answers;
+}
+
 /// Owns the memory of SensorViews' spans.
 struct RenderedImages {
   std::vector<std::uint16_t> depths;
@@ -231,18 +248,7 @@ LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
   learned.time_variation = time_variation(source, of_whole);
   learned.pose = learn_pose(source, learned.metric, threads);
 
-  const LeftOutFrames frames(source, most_compared, 0);
-  const auto least = best_of_others(source, frames, std::span(&learned.metric, 1), 1, threads);
-  std::vector<LeftOut> answers;
-  std::vector<std::uint16_t> image(padded_cells(source.camera));
-  std::vector<float> residuals(image.size());
-  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
-    source.read_images(least[frame].ranked()[0].sample, image);
-    const float square = tolerant_residuals(kernels(), source.camera, prices_of(learned.metric, source.camera),
-                                            frames.observed(frame), image, residuals);
-    answers.push_back(
-        {source.samples[frames.sample(frame)], square * source.camera.depth_step * source.camera.depth_step});
-  }
+  const std::vector<LeftOut> answers = left_out_residuals(source, learned.metric, threads);
   const ExpectedResiduals expected(answers);
   std::ranges::transform(source.samples, learned.expected.begin(),
                          [&](const Sample& sample) { return expected.at(sample.time_step); });

@@ -27,7 +27,8 @@ struct TrackerConfig {
 /// Spans are valid until the next update() or reset().
 struct TestState {
   std::uint64_t frames = 0;  // frames with evidence
-  Sample sample;             // the most likely one now, given all frames so far; with ranks one of its candidates
+  Sample sample;             // that of the latest frame with the best rank; without ranks the most likely one now,
+                             // given all frames so far
   float sample_probability = 0;
   std::uint32_t simulation = 0;                       // the most likely one for the whole test so far
   std::span<const float> simulation_probabilities{};  // simulations(), for the whole test so far

@@ -10,10 +10,6 @@ class History {
  public:
   History(std::size_t simulations, float noise)
       : excess_(simulations), best_(simulations), squared_noise_(square<double>(noise)) {}
-  void reset() noexcept {
-    std::ranges::fill(excess_, 0.0);
-    weights_ = 0;
-  }
   void add(std::span<const Match> ranked) noexcept {
     const auto [least, most] = std::ranges::minmax(ranked, {}, &Match::distance);
     std::ranges::fill(best_, square<double>(most.distance));  // of a simulation without a candidate
@@ -37,27 +33,17 @@ class History {
 
 /// The candidate with the least cost: its squared rank plus a share of its simulation's excess in other frames. On a
 /// rail, a larger share made the choice worse.
-struct ChosenSample {
-  static constexpr double share = 0.3;
-  Sample sample;
-  double probability = 0;
-
-  template <class Excess>
-  ChosenSample(std::span<const Match> ranked, float noise, float sharpness, const Excess& excess) noexcept {
-    const float least = std::ranges::min(ranked, {}, &Match::distance).distance;
-    const double scale = square<double>(least) + square<double>(noise);
-    const auto root_of_cost = [&](const Match& m) {
-      const double root = std::sqrt(square<double>(m.distance) + share * scale * excess(m));
-      return static_cast<float>(std::min(root, double{std::numeric_limits<float>::max()}));
-    };
-    const auto best = std::ranges::min_element(ranked, {}, root_of_cost);
-    const Plausibility<double> plausibility(root_of_cost(*best), noise, sharpness);
-    double all = 0;
-    for (const Match& m : ranked) all += plausibility(root_of_cost(m));
-    sample = best->sample;
-    probability = 1 / all;
-  }
-};
+template <class Excess>
+Sample chosen_sample(std::span<const Match> ranked, float noise, const Excess& excess) noexcept {
+  constexpr double share = 0.3;
+  const float least = std::ranges::min(ranked, {}, &Match::distance).distance;
+  const double scale = square<double>(least) + square<double>(noise);
+  const auto root_of_cost = [&](const Match& m) {
+    const double root = std::sqrt(square<double>(m.distance) + share * scale * excess(m));
+    return static_cast<float>(std::min(root, double{std::numeric_limits<float>::max()}));
+  };
+  return std::ranges::min_element(ranked, {}, root_of_cost)->sample;
+}
 
 }  // namespace
 
@@ -84,7 +70,7 @@ std::vector<Sample> likeliest_path(const Model& model, std::span<const std::vect
       return (past[m.sample.simulation] + later[i][static_cast<std::size_t>(&m - evidence[i].data())]) / 2;
     };
     if (!evidence[i].empty())
-      path.push_back(ChosenSample(evidence[i], noise, 1, excess).sample);
+      path.push_back(chosen_sample(evidence[i], noise, excess));
     else if (!path.empty())
       path.push_back(path.back());
     else
