@@ -123,7 +123,8 @@ int PartialFile::copy_to_final_name() const noexcept {
   int error = 0;
   for (off_t at = 0; error == 0 && static_cast<std::uint64_t>(at) < size_;) {
     const ssize_t n = ::sendfile(copy, descriptor_, &at, size_ - static_cast<std::uint64_t>(at));
-    if (n <= 0 && errno != EINTR) error = n < 0 ? errno : EIO;
+    if (n == 0) error = EIO;
+    if (n < 0 && errno != EINTR) error = errno;
   }
   if (error == 0 && ::fsync(copy) != 0) error = errno;
   if (error != 0) ::unlink(file_.c_str());
@@ -131,23 +132,21 @@ int PartialFile::copy_to_final_name() const noexcept {
   return error;
 }
 
+// link() fails when a file with this name was created in the meantime; rename() would overwrite it.
+int PartialFile::give_final_name() const noexcept {
+  if (!is_named()) return copy_to_final_name();
+  if (::link(partial_.c_str(), file_.c_str()) == 0) {
+    static_cast<void>(::unlink(partial_.c_str()));
+    return 0;
+  }
+  if (errno == EEXIST || is_there(file_)) return EEXIST;
+  return ::rename(partial_.c_str(), file_.c_str()) == 0 ? 0 : errno;  // the file system does not support links
+}
+
 int PartialFile::commit() noexcept {
   if (broken_ != 0) return broken_;
   if (::fsync(descriptor_) != 0) return errno;
-  if (!is_named()) {
-    if (const int error = copy_to_final_name(); error != 0) return error;
-    committed_ = true;
-    sync_folder(folder_);
-    return ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;
-  }
-  // link() fails when a file with this name was created in the meantime; rename() would overwrite it.
-  if (::link(partial_.c_str(), file_.c_str()) == 0) {
-    static_cast<void>(::unlink(partial_.c_str()));
-  } else if (errno == EEXIST || is_there(file_)) {
-    return EEXIST;
-  } else if (::rename(partial_.c_str(), file_.c_str()) != 0) {  // the file system does not support links
-    return errno;
-  }
+  if (const int error = give_final_name(); error != 0) return error;
   committed_ = true;
   sync_folder(folder_);
   return ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno;

@@ -47,6 +47,7 @@ class PartialFile final : public Sink {
   void cut_back() noexcept;
   [[nodiscard]] bool is_named() const noexcept;
   [[nodiscard]] int copy_to_final_name() const noexcept;
+  [[nodiscard]] int give_final_name() const noexcept;
   void start_write_back() noexcept;
   std::filesystem::path file_, partial_, folder_;
   int descriptor_ = -1;
