@@ -52,17 +52,17 @@ Forwarder::LeftOver Forwarder::finish(std::chrono::milliseconds timeout) {
 
 void DeliveredFrames::add(const wire::WireState& state) {
   if (std::exchange(start_ns_, state.start_ns) != state.start_ns)
-    for (const wire::WireSender& sender : latest_) by_former_[sender.session] += sender.received;
+    for (const wire::WireSender& sender : latest_)
+      if (by_former_.size() < most_former) by_former_[sender.session] += sender.received;
   latest_ = state.senders;
 }
 
 std::uint64_t DeliveredFrames::missing_of(const std::vector<wire::WireSender>& senders) const {
-  constexpr std::size_t most_listed = 64;  // a matcher forgets earlier senders
   std::uint64_t missing = 0;
   for (const wire::WireSender& sender : senders) {
     const auto now = std::ranges::find(latest_, sender.session, &wire::WireSender::session);
     const auto before = by_former_.find(sender.session);
-    if (now == latest_.end() && latest_.size() >= most_listed) continue;
+    if (now == latest_.end() && latest_.size() >= IdTracker::max_sessions) continue;  // forgotten
     const std::uint64_t received =
         (now == latest_.end() ? 0 : now->received) + (before == by_former_.end() ? 0 : before->second);
     missing += sender.received - std::min(sender.received, received);

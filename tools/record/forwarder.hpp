@@ -3,6 +3,7 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/streams.hpp"
+#include "tools/shared/intake/id_tracker.hpp"
 
 #include <chrono>
 #include <deque>
@@ -66,7 +67,8 @@ class DeliveredFrames {
   [[nodiscard]] std::uint64_t missing_of(const std::vector<wire::WireSender>& senders) const;
 
  private:
-  std::int64_t start_ns_ = 0;  // of the matcher
+  std::int64_t start_ns_ = 0;                       // of the matcher
+  static constexpr std::size_t most_former = 1024;  // against forged states
   std::map<std::uint64_t, std::uint64_t> by_former_;
   std::vector<wire::WireSender> latest_;
 };

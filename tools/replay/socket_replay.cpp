@@ -185,11 +185,13 @@ class Sender {
   }
 
  private:
-  /// Ends the round's sessions, which a matcher forgets after some more. An absent matcher is not asked again.
+  /// Ends the sessions of the round: the matcher remembers only the latest ones. One that does not answer is not asked
+  /// again.
   void end_round(MatcherReceipts* receipts) {
     for (const auto& [session, next_id] : next_ids_) {
-      if (options_.ends_stream && !sink_.tell(encoder_.end_of_stream(session, next_id), longest_flush)) break;
+      const bool is_told = !options_.ends_stream || sink_.tell(encoder_.end_of_stream(session, next_id), longest_flush);
       if (receipts != nullptr && receipts->sum().is_whole) receipts->ask(sink_, session, next_id);
+      if (!is_told) break;
     }
     next_ids_.clear();
     tests_.clear();

@@ -5,7 +5,6 @@
 
 namespace lbea::tool {
 namespace {
-constexpr std::size_t max_sessions = 64;
 constexpr std::size_t max_gaps = 64;  // remembered per session
 constexpr std::uint64_t max_earlier = 1024;
 constexpr std::uint64_t no_id = ~std::uint64_t{0};  // has no successor

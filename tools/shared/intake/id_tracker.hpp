@@ -18,6 +18,7 @@ class IdTracker {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds default_sender_timeout{3000};
+  static constexpr std::size_t max_sessions = 64;                    // remembered, and listed by senders()
   static constexpr std::uint64_t max_jump = std::uint64_t{1} << 32;  // 49 days at 1,000 a second
   /// impossible: the id cannot follow the session's ids. It is not counted, so that one wrong number does not spoil the
   /// session's account.

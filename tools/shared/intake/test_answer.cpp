@@ -40,10 +40,16 @@ std::string pose_warning(float coverage) {
       percent(coverage));
 }
 
-void DepartedPoints::add(const wire::WireResult& result) noexcept {
+std::optional<bool> TestDivision::begins(const wire::WireResult& result) noexcept {
   if (result.status == wire::WireStatus::end_of_stream && session_ == result.session) session_.reset();
-  if (wire::fate_of(result.status) != wire::Fate::matched) return;
-  if (std::exchange(session_, result.session) != result.session) first_ = result.points;
+  if (wire::fate_of(result.status) != wire::Fate::matched) return std::nullopt;
+  return std::exchange(session_, result.session) != result.session;
+}
+
+void DepartedPoints::add(const wire::WireResult& result) noexcept {
+  const std::optional<bool> begins = tests_.begins(result);
+  if (!begins) return;
+  if (*begins) first_ = result.points;
   const std::uint32_t departed = result.points.culled - std::min(first_.culled, result.points.culled);
   share_ = static_cast<float>(departed) / static_cast<float>(std::max(first_.used, 1u));
 }
@@ -60,9 +66,9 @@ std::string departure_warning(float share) {
 void CaptureTimes::add(const wire::WireResult& result) noexcept {
   constexpr double least_interval = 1e3;    // ns; no camera is as fast
   constexpr double longest_disorder = 1e6;  // ns
-  if (result.status == wire::WireStatus::end_of_stream && session_ == result.session) session_.reset();
-  if (wire::fate_of(result.status) != wire::Fate::matched) return;
-  if (std::exchange(session_, result.session) != result.session) {
+  const std::optional<bool> begins = tests_.begins(result);
+  if (!begins) return;
+  if (*begins) {
     intervals_ = wrong_ = 0;
     go_back_ = false;
   } else if (result.frame_id > latest_id_) {

@@ -27,18 +27,28 @@ class UndeformedCoverage {
 /// A sentence for a low coverage of the undeformed component.
 [[nodiscard]] std::string pose_warning(float coverage);
 
+/// The division of results into tests: the first matched frame of another session, or after the end of the stream,
+/// begins another one.
+class TestDivision {
+ public:
+  /// Of a matched frame: whether it begins a test. Nothing for other results.
+  std::optional<bool> begins(const wire::WireResult& result) noexcept;
+
+ private:
+  std::optional<std::uint64_t> session_;
+};
+
 /// The points near no simulation that the first frame of the test did not have: a part that left the space of the
 /// simulations.
 class DepartedPoints {
  public:
-  /// The first matched frame of another session, or after the end of the stream, begins another test.
   void add(const wire::WireResult& result) noexcept;
   /// In the latest matched frame, as a share of the points near some simulation in the first one.
   [[nodiscard]] float share() const noexcept { return share_; }
   [[nodiscard]] bool are_many() const noexcept;
 
  private:
-  std::optional<std::uint64_t> session_;
+  TestDivision tests_;
   PointTally first_;
   float share_ = 0;
 };
@@ -50,13 +60,12 @@ class DepartedPoints {
 /// or not those of one test, because they go back by more than 1 ms.
 class CaptureTimes {
  public:
-  /// The first matched frame of another session, or after the end of the stream, begins another test.
   void add(const wire::WireResult& result) noexcept;
   [[nodiscard]] bool are_wrong() const noexcept;
   [[nodiscard]] bool go_back() const noexcept { return go_back_; }
 
  private:
-  std::optional<std::uint64_t> session_;
+  TestDivision tests_;
   bool go_back_ = false;
   std::uint64_t latest_id_ = 0;
   std::int64_t latest_ns_ = 0;
