@@ -213,11 +213,20 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
   const auto send = [&](std::uint64_t from, std::uint64_t to) {
     for (std::uint64_t id = from; id < to; ++id) camera->send(id);
   };
+  const auto look = [&] {
+    camera.emplace(context, rig);
+    camera->look_from(rail_pose());
+  };
+  const auto start_all = [&] {
+    server = start_matcher();
+    recorder = start_recorder();
+    look();
+    std::this_thread::sleep_for(700ms);
+  };
   int refused = 10, undelivered = 0;
   SUBCASE("because there was no matcher") {
     recorder = start_recorder();
-    camera.emplace(context, rig);
-    camera->look_from(rail_pose());
+    look();
     SUBCASE("that knows the first captures") {
       camera->send_bytes(camera->encoder().control({1, ControlKind::hello, 0, 0}));
     }
@@ -229,11 +238,7 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
     send(10, 20);
   }
   SUBCASE("because it had no room") {
-    server = start_matcher();
-    recorder = start_recorder();
-    camera.emplace(context, rig);
-    camera->look_from(rail_pose());
-    std::this_thread::sleep_for(700ms);
+    start_all();
     send(0, 5);
     std::this_thread::sleep_for(300ms);
     server->signal(SIGSTOP);
@@ -246,11 +251,7 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
   }
   // Regression: they were forwarded, and not counted as lost.
   SUBCASE("because it was killed, and another one started") {
-    server = start_matcher();
-    recorder = start_recorder();
-    camera.emplace(context, rig);
-    camera->look_from(rail_pose());
-    std::this_thread::sleep_for(700ms);
+    start_all();
     send(0, 5);
     std::this_thread::sleep_for(1200ms);  // until a state has counted them
     server->signal(SIGSTOP);
