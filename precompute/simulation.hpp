@@ -63,9 +63,19 @@ class SimulationReader {
   [[nodiscard]] virtual std::uint32_t states() const noexcept = 0;
   [[nodiscard]] virtual double time_s(std::uint32_t state) const = 0;
   virtual void read(std::uint32_t state, SimulationState& into) = 0;
-  /// The files the run consists of, in reading order: hashed into the model's provenance.
+  /// The files the run consists of, in reading order. No other run has one of them.
   [[nodiscard]] virtual std::vector<std::filesystem::path> files() const = 0;
+  /// Further files that those name as parts of themselves; other runs may do so, too.
+  [[nodiscard]] virtual std::vector<std::filesystem::path> named_files() const { return {}; }
   /// What a user should know of the files although they can be read, as a sentence; mostly empty.
   [[nodiscard]] virtual std::string remark() const { return {}; }
 };
+
+/// All files that a run is read from: hashed into the model's provenance, and watched for changes.
+[[nodiscard]] inline std::vector<std::filesystem::path> all_files(const SimulationReader& run) {
+  std::vector<std::filesystem::path> files = run.files();
+  const std::vector<std::filesystem::path> named = run.named_files();
+  files.insert(files.end(), named.begin(), named.end());
+  return files;
+}
 }  // namespace lbea::bake

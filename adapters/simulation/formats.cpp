@@ -27,7 +27,8 @@ namespace fs = std::filesystem;
 using Reader = std::unique_ptr<bake::SimulationReader>;
 
 constexpr std::size_t start_bytes = 8192;
-constexpr std::string_view collection_name = "ParaView collection";
+constexpr std::string_view collection_name = "ParaView collection", parallel_name = "VTK parallel",
+                           xml_name = "VTK XML";
 
 /// What a run was opened by.
 enum class Given { file, single_file, folder };
@@ -68,17 +69,18 @@ std::vector<fs::path> members_of(const fs::path& file, Given given) {
   return {file};
 }
 
-template <grid::ParseGrid* parse, grid::ReadGrid read_time = nullptr>
+template <grid::ParseGrid* parse, grid::ReadGrid read_time = nullptr, grid::ListParts list_parts = nullptr>
 Reader open_series(const fs::path& file, Given given) {
   std::vector<grid::GridState> states;
   for (const fs::path& member : members_of<parse>(file, given)) states.push_back({member, std::nullopt});
-  return std::make_unique<grid::GridReader>(std::move(states), read_grid<parse>, read_time);
+  return std::make_unique<grid::GridReader>(std::move(states), read_grid<parse>, read_time, list_parts);
 }
 
 Reader open_family(const fs::path& file, Given) { return open_d3plot(file); }
 
 Reader open_collection(const fs::path& file, Given) {
-  return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), read_grid<grid::parse_vtk_xml>, nullptr);
+  return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), grid::read_vtk_member, nullptr,
+                                            grid::list_vtk_pieces);
 }
 
 constexpr std::array formats{
@@ -86,9 +88,12 @@ constexpr std::array formats{
     SimulationFormat{"VTK legacy",
                      ".vtk with an unstructured grid or polygons, text or binary: a state per numbered file",
                      by_start<grid::is_vtk_legacy>, open_series<grid::parse_vtk_legacy, grid::read_vtk_legacy_time>},
-    SimulationFormat{collection_name, ".pvd: a state per VTU or VTP file it names", by_start<grid::is_vtk_collection>,
-                     open_collection},
-    SimulationFormat{"VTK XML", ".vtu, .vtp: a state per numbered file, or per point array displacement_t<time>",
+    SimulationFormat{collection_name, ".pvd: a state per file it names, VTK XML or parallel",
+                     by_start<grid::is_vtk_collection>, open_collection},
+    SimulationFormat{parallel_name, ".pvtu, .pvtp: the pieces they name; states as VTK XML",
+                     by_start<grid::is_vtk_parallel>,
+                     open_series<grid::parse_vtk_parallel, grid::read_vtk_parallel_time, grid::list_vtk_pieces>},
+    SimulationFormat{xml_name, ".vtu, .vtp: a state per numbered file, or per point array displacement_t<time>",
                      by_start<grid::is_vtk_xml>, open_series<grid::parse_vtk_xml, grid::read_vtk_xml_time>},
     SimulationFormat{"LS-DYNA keyword", "*NODE, *ELEMENT_SHELL, *ELEMENT_SOLID: one state, or one per numbered file",
                      by_start<grid::is_keyword>, open_series<grid::parse_keyword>},
@@ -116,14 +121,18 @@ const SimulationFormat* format_of(const fs::path& file) {
   return found == formats.end() ? nullptr : &*found;
 }
 
-/// The only run in a folder; a collection represents the files it names.
+/// The only run in a folder; collections and parallel files represent the files they name.
 fs::path only_run(const fs::path& folder) {
-  std::vector<fs::path> runs;
+  std::vector<fs::path> runs, named;
+  bool has_parallel = false;
   for (const fs::path& file : first_files(folder)) {
     const SimulationFormat* format = format_of(file);
     if (format != nullptr && format->name == collection_name) return file;
-    if (format != nullptr) runs.push_back(file);
+    if (format == nullptr) continue;
+    has_parallel = has_parallel || format->name == parallel_name;
+    (format->name == xml_name ? named : runs).push_back(file);
   }
+  if (!has_parallel) runs.insert(runs.end(), named.begin(), named.end());
   if (runs.empty())
     throw Error{Status::file_not_found, folder.string() + " holds no file named d3plot and no other run (" +
                                             simulation_format_names() + "); give the first file of the run itself"};

@@ -197,11 +197,11 @@ class RunSamples {
 
   void make_record(std::size_t run, Stage& stage) const {
     const auto reader = plan_.ensemble.runs[run].open();
-    check_unchanged(run, reader->files());
+    check_unchanged(run, all_files(*reader));
     const auto box = box_of(read_survey(work_, plan_.runs[run]).extents, node_indices_);
     WorkWriter record = work_.writer(plan_.runs[run].record_name());
     RunProjector(plan_, projections_, box).project(*reader, run, record, stage);
-    check_unchanged(run, reader->files());
+    check_unchanged(run, all_files(*reader));
     record.commit();
   }
 

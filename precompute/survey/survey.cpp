@@ -102,7 +102,7 @@ InputFile hash_file(const std::filesystem::path& path) {
 
 std::vector<InputFile> hashed_files(const SimulationReader& reader) {
   std::vector<InputFile> files;
-  for (const std::filesystem::path& path : reader.files()) files.push_back(hash_file(path));
+  for (const std::filesystem::path& path : all_files(reader)) files.push_back(hash_file(path));
   return files;
 }
 

@@ -35,14 +35,15 @@ void check(const Ensemble& ensemble, const EnsembleDescription& description) {
 
 using Paths = std::vector<std::filesystem::path>;
 
-/// Surveys the run unless its survey is already in the work folder. files: set to those of the run.
+/// Surveys the run unless its survey is already in the work folder. files: set to those of this run alone.
 PlannedRun surveyed(const WorkFolder& work, const EnsembleRun& run, const EnsembleDescription& description,
                     const SimulationReader& reference, std::uint64_t common_key, Stage& stage, Paths& files) {
   PlannedRun planned;
   const auto reader = run.open();
   files = reader->files();
-  planned.modified = last_changes(files);
-  planned.survey = survey_key(common_key, run.name, files, planned.modified);
+  const Paths all = all_files(*reader);
+  planned.modified = last_changes(all);
+  planned.survey = survey_key(common_key, run.name, all, planned.modified);
   if (!work.has(planned.survey_name()))
     write_survey(work, planned, survey_run(*reader, run, description, reference, stage));
   return planned;

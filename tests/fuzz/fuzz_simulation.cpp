@@ -1,4 +1,5 @@
-// Arbitrary bytes as the simulation file LBEA_FUZZ_FILE: an lbea::Error, or a run with consistent mesh and states.
+// Arbitrary bytes as the simulation file LBEA_FUZZ_FILE, beside the files of the folder LBEA_FUZZ_BESIDE, which it may
+// name as its parts: an lbea::Error, or a run with consistent mesh and states.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -19,6 +20,15 @@ std::filesystem::path parent_folder() {
   const std::filesystem::path memory = "/dev/shm";
   return ::access(memory.c_str(), W_OK) == 0 ? memory : std::filesystem::temp_directory_path();
 }
+
+/// The folder of the file and of those beside it.
+struct RunFolder : lbea::tool::ScratchFolder {
+  RunFolder() : ScratchFolder(parent_folder()) {
+#ifdef LBEA_FUZZ_BESIDE
+    std::filesystem::copy(LBEA_FUZZ_BESIDE, path());
+#endif
+  }
+};
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -42,7 +52,7 @@ void read_all(lbea::bake::SimulationReader& run) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const lbea::tool::ScratchFolder folder(parent_folder());
+  static const RunFolder folder;
   const std::filesystem::path file = folder.path() / LBEA_FUZZ_FILE;
   std::ofstream(file, std::ios::binary | std::ios::trunc)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));

@@ -57,6 +57,8 @@ TEST_CASE("every encoding that VTK writes is the same run") {
   std::set<fs::path> files;
   for (const auto& entry : fs::directory_iterator(encodings())) files.insert(entry.path());
   CHECK(files.size() >= 27);
+  for (const char* in_pieces : {"sample.pvtu", "sample.pvtp"})
+    files.insert(data() / "simulation" / "parts" / in_pieces);
   for (const fs::path& file : files) {
     CAPTURE(file.filename().string());
     check_sample(file);
@@ -90,7 +92,7 @@ TEST_CASE("what VTK XML files may also be is refused in words") {
     check_error(error_of([&] { static_cast<void>(open_simulation(file)); }), status, words);
   };
   refused("<VTKFile type=\"ImageData\"><ImageData/></VTKFile>", Status::unsupported_input, {"a.vtu", "ImageData"});
-  refused("<VTKFile type=\"PUnstructuredGrid\"></VTKFile>", Status::unsupported_input, {"pieces"});
+  refused("<VTKFile type=\"PImageData\"></VTKFile>", Status::unsupported_input, {"PImageData", "pieces"});
   refused("<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkLZMADataCompressor\"></VTKFile>",
           Status::unsupported_input, {"vtkLZMADataCompressor", "ZLib"});
   refused("<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>", Status::bad_input, {"a.vtu", "byte"});

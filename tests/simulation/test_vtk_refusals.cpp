@@ -194,7 +194,7 @@ TEST_CASE("XML files: what is wrong is said") {
   refused("<?xml version=\"1.0\"?>\n<VTKFile", {"a.vtk, byte", "XML"});
   refused("<Other><!-- <VTKFile --></Other>", {"no element VTKFile"});
   refused(xml("", "type=\"ImageData\""), {"holds a ImageData"}, Status::unsupported_input);
-  refused(xml("", "type=\"PUnstructuredGrid\""), {"give the pieces' own files"}, Status::unsupported_input);
+  refused(xml("", "type=\"PImageData\""), {"give the pieces' own files"}, Status::unsupported_input);
   refused(xml("", "type=\"UnstructuredGrid\""), {"no element UnstructuredGrid"});
   refused(xml("", "type=\"PolyData\" compressor=\"vtkLZMADataCompressor\""), {"compressed with vtkLZMADataCompressor"},
           Status::unsupported_input);

@@ -167,7 +167,7 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
     const auto simulation = simulation_called(model, run.name);
     if (i == ensemble.reference_run || !simulation || !known.contains(run.name)) continue;
     try {
-      if (!is_same(run.open()->files(), known.at(run.name))) continue;
+      if (!is_same(all_files(*run.open()), known.at(run.name))) continue;
     } catch (const Error&) {
       continue;  // reported when the run is surveyed
     }

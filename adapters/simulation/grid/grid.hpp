@@ -73,8 +73,9 @@ struct Grid {
   std::vector<float> positions;  // points x 3
   Cells cells;
   std::vector<Array> point_arrays, cell_arrays;
-  std::optional<double> time;     // in the file's unit
-  bool is_triangle_soup = false;  // no two triangles share points; equal coordinates mean the same node
+  std::optional<double> time;             // in the file's unit
+  bool is_triangle_soup = false;          // no two triangles share points; equal coordinates mean the same node
+  std::vector<std::uint32_t> piece_ends;  // where the points of each piece end, when the mesh is in pieces
 
   [[nodiscard]] std::size_t points() const noexcept { return positions.size() / 3; }
 };
@@ -86,6 +87,9 @@ using ParseGrid = Grid(std::string_view bytes, const std::string& name);
 
 /// Reads one file. Throws Error{file_not_found | bad_input | unsupported_input}.
 using ReadGrid = Grid (*)(const std::filesystem::path& file);
+
+/// The other files that a file names as parts of itself. Throws like ReadGrid.
+using ListParts = std::vector<std::filesystem::path> (*)(const std::filesystem::path& file);
 
 /// The array of this name, ignoring case; nullptr when there is none.
 [[nodiscard]] const Array* find_array(const std::vector<Array>& arrays, const std::string& name);

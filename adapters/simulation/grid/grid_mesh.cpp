@@ -174,6 +174,8 @@ const Array* source_array(const std::vector<Array>& arrays, const std::string& n
 }
 }  // namespace
 
+const Array* node_ids_of(const Grid& grid) { return find_any(grid.point_arrays, node_id_names); }
+
 SourcedMesh mesh_of(const Grid& grid, const std::string& file) {
   const auto node_ids = ids_of(grid.point_arrays, node_id_names, grid.points(), file);
   const auto element_ids = ids_of(grid.cell_arrays, element_id_names, grid.cells.size(), file);
@@ -195,7 +197,7 @@ SourcedMesh mesh_of(const Grid& grid, const std::string& file) {
     sourced.mesh.touching = solids.touching.size();
   }
   number_nodes(sourced, grid, node_ids, file);
-  sourced.mesh.has_solver_ids = find_any(grid.point_arrays, node_id_names) != nullptr;
+  sourced.mesh.has_solver_ids = node_ids_of(grid) != nullptr;
   return sourced;
 }
 

@@ -22,6 +22,9 @@ struct SourcedMesh {
 /// or a kind of cell is unknown.
 [[nodiscard]] SourcedMesh mesh_of(const Grid& grid, const std::string& file);
 
+/// The array of node ids; nullptr when there is none.
+[[nodiscard]] const Array* node_ids_of(const Grid& grid);
+
 /// A field of the run and the arrays it is read from.
 struct FieldSource {
   bake::SimulationField field;

@@ -1,39 +1,16 @@
 #include "adapters/simulation/grid/grid_reader.hpp"
 
 #include "adapters/files/text_line.hpp"
+#include "adapters/simulation/grid/joined_points.hpp"
 #include "adapters/simulation/open.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
-#include <unordered_map>
 
 namespace lbea::io::grid {
 namespace {
 constexpr std::string_view displacement = "displacement";
-
-struct CornerHash {
-  std::size_t operator()(const std::array<std::uint32_t, 3>& key) const noexcept {
-    std::size_t hash = 0;
-    for (const std::uint32_t word : key) hash = (hash ^ word) * 0x9e3779b97f4a7c15ull;
-    return hash;
-  }
-};
-
-/// Adding 0 makes -0 and 0 equal.
-std::array<std::uint32_t, 3> key_of(std::span<const float> p) {
-  return {std::bit_cast<std::uint32_t>(p[0] + 0.0f), std::bit_cast<std::uint32_t>(p[1] + 0.0f),
-          std::bit_cast<std::uint32_t>(p[2] + 0.0f)};
-}
-
-std::vector<std::uint32_t> first_with_same_coordinates(const Grid& grid) {
-  std::unordered_map<std::array<std::uint32_t, 3>, std::uint32_t, CornerHash> first;
-  std::vector<std::uint32_t> welded(grid.points());
-  for (std::uint32_t p = 0; p < welded.size(); ++p)
-    welded[p] = first.emplace(key_of(std::span(grid.positions).subspan(3 * std::size_t{p}, 3)), p).first->second;
-  return welded;
-}
 
 /// The time in "displacement_t0.005".
 std::optional<double> displacement_time(const Array& array) {
@@ -86,15 +63,20 @@ bool holds_run(const Grid& grid) {
                              [](const Array& array) { return displacement_time(array).has_value(); });
 }
 
-GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time) : read_(read_grid) {
-  for (const GridState& state : states) files_.push_back(state.file);
+GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time, ListParts list_parts)
+    : read_(read_grid) {
+  for (const GridState& state : states) {
+    files_.push_back(state.file);
+    if (list_parts == nullptr) continue;
+    for (const auto& part : list_parts(state.file))
+      if (std::ranges::find(parts_, part) == parts_.end()) parts_.push_back(part);
+  }
   grid_ = read_(files_.front());
   const std::string name = files_.front().string();
   check_grid(grid_, name);
-  if (grid_.is_triangle_soup) {
-    welded_ = first_with_same_coordinates(grid_);
-    for (std::uint32_t& point : grid_.cells.points) point = welded_[point];
-  }
+  joined_ = joined_points(grid_);
+  require_joined(grid_, joined_, name, name);
+  join(grid_);
   cells_ = grid_.cells;
   points_ = grid_.points();
   ids_ = all_ids(grid_);
@@ -145,12 +127,7 @@ void GridReader::check_same_mesh(const Grid& grid, const std::string& file) cons
         file + ": its mesh (" + counts(grid.cells, grid.points()) + ") is not that of " + files_.front().string() +
             " (" + counts(cells_, points_) +
             ", the same numbers in the same order); files of one run share their mesh, keep others in another folder"};
-  for (std::uint32_t p = 0; p < welded_.size(); ++p)
-    if (key_of(std::span(grid.positions).subspan(3 * std::size_t{p}, 3)) !=
-        key_of(std::span(grid.positions).subspan(3 * std::size_t{welded_[p]}, 3)))
-      throw Error{Status::bad_input, file + ", triangle " + std::to_string(p / 3) +
-                                         ": a corner has separated from the corners that it coincides with in " +
-                                         files_.front().string() + "; the triangles are not those of the same mesh"};
+  require_joined(grid, joined_, file, files_.front().string());
 }
 
 void GridReader::check_same_arrays(const Grid& grid, const std::string& file) const {
@@ -168,13 +145,17 @@ void GridReader::check_same_arrays(const Grid& grid, const std::string& file) co
                                        files_.front().string() + " has; export all states with the same arrays"};
 }
 
+void GridReader::join(Grid& grid) const {
+  if (joined_.empty() || grid.points() != joined_.size()) return;  // another mesh, which check_same_mesh refuses
+  for (std::uint32_t& point : grid.cells.points) point = joined_[point];
+}
+
 void GridReader::load(std::size_t file) {
   if (loaded_ == file) return;
   Grid grid = read_(files_[file]);
   const std::string name = files_[file].string();
   check_grid(grid, name);
-  if (!welded_.empty() && grid.points() == welded_.size())
-    for (std::uint32_t& point : grid.cells.points) point = welded_[point];
+  join(grid);
   check_same_mesh(grid, name);
   if (file != 0) check_same_arrays(grid, name);
   grid_ = std::move(grid);

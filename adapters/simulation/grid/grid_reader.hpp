@@ -19,8 +19,8 @@ inline constexpr std::string_view displacement_array = "displacement_t";
 class GridReader final : public bake::SimulationReader {
  public:
   /// Reads the first file completely and, where `states` has no time, the time of each other file with `read_time`.
-  /// Without any times, a gap in the numbers of the files is refused.
-  GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time);
+  /// Without any times, a gap in the numbers of the files is refused. `list_parts`: of formats whose files name others.
+  GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time, ListParts list_parts = nullptr);
 
   [[nodiscard]] const bake::SimulationMesh& mesh() const noexcept override { return sourced_.mesh; }
   [[nodiscard]] const std::vector<bake::SimulationField>& fields() const noexcept override { return fields_; }
@@ -28,6 +28,7 @@ class GridReader final : public bake::SimulationReader {
   [[nodiscard]] double time_s(std::uint32_t state) const override { return place(state).time; }
   void read(std::uint32_t state, bake::SimulationState& into) override;
   [[nodiscard]] std::vector<std::filesystem::path> files() const override { return files_; }
+  [[nodiscard]] std::vector<std::filesystem::path> named_files() const override { return parts_; }
   /// Of the states read so far: points that never move beside an array that looks like their displacements.
   [[nodiscard]] std::string remark() const override;
 
@@ -40,16 +41,17 @@ class GridReader final : public bake::SimulationReader {
   [[nodiscard]] const Place& place(std::uint32_t state) const;
   void find_displacements(const Grid& grid);
   void find_times(const std::vector<GridState>& states, const Grid& first, ReadGrid read_time);
+  void join(Grid& grid) const;
   void load(std::size_t file);
   void check_same_mesh(const Grid& grid, const std::string& file) const;
   void check_same_arrays(const Grid& grid, const std::string& file) const;
   void copy_positions(const Place& place, std::vector<float>& into) const;
 
-  std::vector<std::filesystem::path> files_;
+  std::vector<std::filesystem::path> files_, parts_;
   ReadGrid read_;
   Cells cells_;                        // of the first file
   std::size_t points_ = 0;             // of the first file
-  std::vector<std::uint32_t> welded_;  // of a triangle soup: point -> the first point with its coordinates
+  std::vector<std::uint32_t> joined_;  // of a soup or of pieces: point -> the first point that is the same node
   std::vector<double> ids_;            // of nodes and cells in the first file, if it has any
   SourcedMesh sourced_;
   std::vector<FieldSource> sources_;

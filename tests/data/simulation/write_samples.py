@@ -73,3 +73,19 @@ for mode in ("Ascii", "Binary", "Appended"):
             ending = "vtp" if polygonal else "vtu"
             writer.SetFileName(str(folder / f"{mode}_{compressor}_{variant}.{ending}".lower()))
             writer.Write()
+
+# The same grids in two pieces each, which repeat the cells and nodes along their border: parts/.
+parts = folder.parent / "parts"
+parts.mkdir(exist_ok=True)
+for data, piece_filter, writer, ending in (
+        (grid, vtk.vtkExtractUnstructuredGridPiece(), vtk.vtkXMLPUnstructuredGridWriter(), "pvtu"),
+        (polygons, vtk.vtkExtractPolyDataPiece(), vtk.vtkXMLPPolyDataWriter(), "pvtp")):
+    piece_filter.SetInputData(data)
+    writer.SetInputConnection(piece_filter.GetOutputPort())
+    writer.SetNumberOfPieces(2)
+    writer.SetStartPiece(0)
+    writer.SetEndPiece(1)
+    writer.SetGhostLevel(1)
+    writer.SetDataModeToAscii()
+    writer.SetFileName(str(parts / f"sample.{ending}"))
+    writer.Write()

@@ -1,0 +1,176 @@
+// Parallel VTK files (.pvtu, .pvtp): XML that names the files of the pieces of one mesh.
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/simulation/vtk/vtk.hpp"
+
+#include <pugixml.hpp>
+
+#include <algorithm>
+#include <fstream>
+
+namespace lbea::io::grid {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr std::size_t most_pieces = 100'000;
+constexpr std::size_t start_bytes = 4096;  // have the type of the file
+
+[[noreturn]] void refuse(const std::string& file, const std::string& what, Status status = Status::bad_input) {
+  throw Error{status, file + what};
+}
+
+pugi::xml_document loaded(std::string_view bytes, const std::string& name) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result result = document.load_buffer(bytes.data(), bytes.size());
+  if (!result)
+    refuse(name, ", byte " + std::to_string(result.offset) + ": " + result.description() +
+                     " (XML); the file is damaged or cut short, export it again");
+  return document;
+}
+
+pugi::xml_node data_of(const pugi::xml_document& document, const std::string& name) {
+  const pugi::xml_node file = document.child("VTKFile");
+  const std::string type = file.attribute("type").value();
+  const pugi::xml_node data = file.child(type.c_str());
+  if (!data || (type != "PUnstructuredGrid" && type != "PPolyData"))
+    refuse(name, " holds neither a PUnstructuredGrid nor PPolyData; export the mesh as .pvtu or .pvtp",
+           Status::unsupported_input);
+  return data;
+}
+
+std::vector<fs::path> sources(const pugi::xml_node& data, const std::string& name) {
+  std::vector<fs::path> files;
+  for (const pugi::xml_node piece : data.children("Piece")) {
+    const std::string number = std::to_string(files.size());
+    const fs::path source = piece.attribute("Source").value();
+    if (source.empty()) refuse(name, ": piece " + number + " names no file; export it again");
+    if (files.size() == most_pieces) refuse(name, " names more than " + std::to_string(most_pieces) + " pieces");
+    files.push_back(fs::path(name).parent_path() / source);
+    std::error_code error;
+    if (!fs::is_regular_file(files.back(), error))
+      refuse(name, ": piece " + number + ", " + source.string() + ", is not a file that can be read; copy it along",
+             Status::file_not_found);
+  }
+  if (files.empty()) refuse(name, " names no pieces; export it again");
+  return files;
+}
+
+/// The flags by which pieces mark what they repeat of their neighbors: VTK's since version 7, and the earlier ones.
+bool is_ghost_array(const Array& array) { return array.name == "vtkGhostType" || array.name == "vtkGhostLevels"; }
+
+/// Bits of vtkGhostType: 1 repeats a cell of another piece, 32 is hidden.
+bool is_ghost(const Array& flags, std::size_t cell) {
+  const double flag = flags.values[cell];
+  if (flags.name == "vtkGhostLevels") return flag > 0;
+  return flag > 0 && flag < 256 && (static_cast<int>(flag) & (1 | 32)) != 0;
+}
+
+/// Adds the cells that are not ghosts; returns which they are.
+std::vector<std::size_t> add_cells(const Grid& piece, Grid& whole) {
+  const auto flags = std::ranges::find_if(piece.cell_arrays, is_ghost_array);
+  const auto first_point = static_cast<std::uint32_t>(whole.points());
+  std::vector<std::size_t> kept;
+  std::vector<std::uint32_t> corners;
+  for (std::size_t c = 0; c < piece.cells.size(); ++c) {
+    if (flags != piece.cell_arrays.end() && is_ghost(*flags, c)) continue;
+    corners.assign(piece.cells[c].begin(), piece.cells[c].end());
+    for (std::uint32_t& corner : corners) corner += first_point;
+    whole.cells.add(piece.cells.kinds[c], corners);
+    kept.push_back(c);
+  }
+  return kept;
+}
+
+/// Appends the rows `kept` of an array.
+void append(const Array& from, const std::vector<std::size_t>& kept, Array& into) {
+  for (const std::size_t row : kept) {
+    const auto at = from.values.begin() + static_cast<std::ptrdiff_t>(row * from.components);
+    into.values.insert(into.values.end(), at, at + static_cast<std::ptrdiff_t>(from.components));
+  }
+}
+
+/// Pieces without rows may lack arrays; all others must have the same ones.
+void add_arrays(const std::vector<Array>& piece, const std::vector<std::size_t>& kept, std::size_t rows_before,
+                const std::string& file, std::vector<Array>& whole) {
+  if (kept.empty()) return;
+  for (const Array& array : piece) {
+    if (is_ghost_array(array)) continue;
+    auto into = std::ranges::find(whole, array.name, &Array::name);
+    if (into == whole.end() && rows_before == 0) into = whole.insert(whole.end(), {array.name, array.components, {}});
+    if (into == whole.end() || into->components != array.components)
+      refuse(file, ": its array \"" + array.name + "\" is not that of the earlier pieces; export it again");
+    append(array, kept, *into);
+  }
+  for (const Array& array : whole)
+    if (array.values.size() != (rows_before + kept.size()) * array.components)
+      refuse(file, ": has no array \"" + array.name + "\", but earlier pieces have; export it again");
+}
+
+void add_piece(const Grid& piece, const std::string& file, Grid& whole) {
+  if (whole.points() + piece.points() > 0xffffffffu) refuse(file, ": the pieces have too many points");
+  const std::size_t cells_before = whole.cells.size();
+  std::vector<std::size_t> points(piece.points());
+  for (std::size_t p = 0; p < points.size(); ++p) points[p] = p;
+  const std::vector<std::size_t> cells = add_cells(piece, whole);
+  add_arrays(piece.point_arrays, points, whole.points(), file, whole.point_arrays);
+  add_arrays(piece.cell_arrays, cells, cells_before, file, whole.cell_arrays);
+  whole.positions.insert(whole.positions.end(), piece.positions.begin(), piece.positions.end());
+  whole.piece_ends.push_back(static_cast<std::uint32_t>(whole.points()));
+  if (!whole.time) whole.time = piece.time;
+}
+
+bool is_parallel_file(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;  // opening a fifo would wait for its writer
+  std::string start(start_bytes, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(start.data(), static_cast<std::streamsize>(start.size()));
+  return is_vtk_parallel(start);
+}
+
+std::optional<double> own_time(const pugi::xml_node& data) {
+  const pugi::xml_node array = data.child("FieldData").find_child_by_attribute("DataArray", "Name", "TimeValue");
+  const bool is_text = std::string_view(array.attribute("format").value()) == "ascii";
+  return is_text ? std::optional(array.text().as_double()) : std::nullopt;  // the pieces have it, too
+}
+}  // namespace
+
+bool is_vtk_parallel(std::string_view start) noexcept {
+  return is_vtk_xml(start) && (start.find("\"PUnstructuredGrid\"") != std::string_view::npos ||
+                               start.find("\"PPolyData\"") != std::string_view::npos);
+}
+
+std::vector<fs::path> list_vtk_pieces(const fs::path& file) {
+  if (!is_parallel_file(file)) return {};
+  const auto bytes = read_file(file);
+  return sources(data_of(loaded(as_text(bytes), file.string()), file.string()), file.string());
+}
+
+Grid parse_vtk_parallel(std::string_view bytes, const std::string& name) {
+  const pugi::xml_document document = loaded(bytes, name);
+  const pugi::xml_node data = data_of(document, name);
+  Grid whole;
+  whole.time = own_time(data);
+  for (const fs::path& file : sources(data, name)) {
+    const auto content = read_file(file);
+    const Grid piece = parse_vtk_xml(as_text(content), file.string());
+    check_grid(piece, file.string());
+    add_piece(piece, file.string(), whole);
+  }
+  return whole;
+}
+
+Grid read_vtk_parallel_time(const fs::path& file) {
+  const auto bytes = read_file(file);
+  const pugi::xml_document document = loaded(as_text(bytes), file.string());
+  const pugi::xml_node data = data_of(document, file.string());
+  Grid grid;
+  grid.time = own_time(data);
+  return grid.time ? grid : read_vtk_xml_time(sources(data, file.string()).front());
+}
+
+Grid read_vtk_member(const fs::path& file) {
+  const bool is_parallel = is_parallel_file(file);
+  const auto bytes = read_file(file);
+  return is_parallel ? parse_vtk_parallel(as_text(bytes), file.string()) : parse_vtk_xml(as_text(bytes), file.string());
+}
+}  // namespace lbea::io::grid
