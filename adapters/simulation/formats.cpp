@@ -10,6 +10,7 @@
 #include "adapters/files/text_line.hpp"
 #include "adapters/simulation/d3plot/words.hpp"
 #include "adapters/simulation/grid/grid_reader.hpp"
+#include "adapters/simulation/keyword/keyword.hpp"
 #include "adapters/simulation/vtk/vtk.hpp"
 
 #include <algorithm>
@@ -17,9 +18,9 @@
 
 namespace lbea::io {
 namespace grid {
-IsFormat is_keyword, is_ply, is_obj;
+IsFormat is_ply, is_obj;
 bool is_stl(const std::filesystem::path& file, std::string_view start);
-ParseGrid parse_keyword, parse_ply, parse_stl, parse_obj;
+ParseGrid parse_ply, parse_stl, parse_obj;
 }  // namespace grid
 
 namespace {
@@ -95,8 +96,9 @@ constexpr std::array formats{
                      open_series<grid::parse_vtk_parallel, grid::read_vtk_parallel_time, grid::list_vtk_pieces>},
     SimulationFormat{xml_name, ".vtu, .vtp: a state per numbered file, or per point array displacement_t<time>",
                      by_start<grid::is_vtk_xml>, open_series<grid::parse_vtk_xml, grid::read_vtk_xml_time>},
-    SimulationFormat{"LS-DYNA keyword", "*NODE, *ELEMENT_SHELL, *ELEMENT_SOLID: one state, or one per numbered file",
-                     by_start<grid::is_keyword>, open_series<grid::parse_keyword>},
+    SimulationFormat{
+        "LS-DYNA keyword", "*NODE, *ELEMENT_SHELL, _SOLID, _TSHELL, *INCLUDE: one state, or one per numbered file",
+        by_start<keyword::is_keyword>, open_series<keyword::parse_keyword, nullptr, keyword::list_keyword_includes>},
     SimulationFormat{"PLY", "vertices and faces: a state per numbered file", by_start<grid::is_ply>,
                      open_series<grid::parse_ply>},
     SimulationFormat{"STL", "triangles, text or binary, joined where coordinates are equal: a state per numbered file",

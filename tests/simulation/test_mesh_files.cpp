@@ -77,9 +77,7 @@ TEST_CASE("what a keyword file lacks is said with the line") {
   check_error(refused("*NODE\n1,a,0,0\n"), Status::bad_input, {"line 2", "number"});
   check_error(refused("*NODE\n1,0,0,0\n1,0,0,0\n"), Status::bad_input, {"line 3", "node 1 is defined twice"});
   check_error(refused("*ELEMENT_SHELL_COMPOSITE\n"), Status::unsupported_input, {"line 1", "COMPOSITE"});
-  check_error(refused("*KEYWORD\n*INCLUDE\nmesh.k\n"), Status::unsupported_input, {"other files (*INCLUDE)"});
-  check_error(refused("*NODE\n1,0,0,0\n*ELEMENT_TSHELL\n1,1,1,1,1,1,1,1,1,1\n"), Status::unsupported_input,
-              {"thick shells (*ELEMENT_TSHELL)"});
+  check_error(refused("*KEYWORD\n*PART\n"), Status::unsupported_input, {"no *ELEMENT_SHELL, *ELEMENT_SOLID or"});
 }
 
 TEST_CASE("a node's blank coordinates at the end of a card were refused instead of read as 0") {
