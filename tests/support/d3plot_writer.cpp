@@ -66,14 +66,16 @@ std::size_t point_words(const D3plot& d) {
 std::size_t shell_words(const D3plot& d) {
   return d.layers * point_words(d) + (d.has_forces ? 8u : 0u) + (d.has_extra ? 4u : 0u) + (d.has_strain ? 12u : 0u);
 }
+std::size_t thick_shells(const D3plot& d) { return d.thick_shells + d.thick_shell_nodes.size(); }
+std::size_t thick_shell_words(const D3plot& d) { return d.thick_shell_nodes.empty() ? 7 : d.layers * point_words(d); }
 std::size_t numbering_words(const D3plot& d) {
   if (!d.has_numbering) return 0;
-  return (d.has_part_ids ? 16u : 10u) + d.nodes.size() + d.solids.size() + d.beams + d.shells.size() + d.thick_shells +
+  return (d.has_part_ids ? 16u : 10u) + d.nodes.size() + d.solids.size() + d.beams + d.shells.size() + thick_shells(d) +
          3 * d.parts;
 }
 
 void write_control(Words& words, const D3plot& d) {
-  constexpr std::size_t beam_words = 6, thick_shell_words = 7;
+  constexpr std::size_t beam_words = 6;
   const auto flag = [](bool is_set) { return is_set ? 1000 : 0; };
   const int maxint = static_cast<int>(d.layers);
   const auto n = [](std::size_t size) { return static_cast<std::int64_t>(size); };
@@ -98,8 +100,8 @@ void write_control(Words& words, const D3plot& d) {
                                                    : d.deletion == D3plot::Deletion::nodes  ? -maxint
                                                                                             : maxint},
                                               {39, n(numbering_words(d))},
-                                              {40, n(d.thick_shells)},
-                                              {42, n(thick_shell_words)},
+                                              {40, n(thick_shells(d))},
+                                              {42, n(thick_shell_words(d))},
                                               {43, flag(d.has_stress)},
                                               {44, flag(d.has_plastic_strain)},
                                               {45, flag(d.has_forces)},
@@ -123,14 +125,14 @@ void write_numbering(Words& words, const D3plot& d) {
   if (!d.has_numbering) return;
   words.integer(d.has_part_ids ? -1 : 1);
   for (int pointer = 0; pointer < 4; ++pointer) words.integer(pointer);
-  for (const std::size_t count : {d.nodes.size(), d.solids.size(), d.beams, d.shells.size(), d.thick_shells})
+  for (const std::size_t count : {d.nodes.size(), d.solids.size(), d.beams, d.shells.size(), thick_shells(d)})
     words.integer(static_cast<std::int64_t>(count));
   if (d.has_part_ids) write_ids(words, {}, 6);
   write_ids(words, d.node_ids, d.nodes.size());
   write_ids(words, d.solid_ids, d.solids.size());
   write_ids(words, {}, d.beams);
   write_ids(words, d.shell_ids, d.shells.size());
-  write_ids(words, {}, d.thick_shells);
+  write_ids(words, d.thick_shell_ids, thick_shells(d));
   for (int list = 0; list < 3; ++list) write_ids(words, d.part_ids, d.parts);
 }
 
@@ -154,6 +156,10 @@ void write_geometry(Words& words, const D3plot& d) {
   for (std::size_t s = 0; s < d.solids.size(); ++s) {
     for (const std::uint32_t node : d.solids[s]) words.integer(node + 1);
     words.integer(d.solid_parts[s]);
+  }
+  for (const auto& thick_shell : d.thick_shell_nodes) {
+    for (const std::uint32_t node : thick_shell) words.integer(node + 1);
+    words.integer(1);
   }
   for (std::size_t i = 0; i < 9 * d.thick_shells + 6 * d.beams; ++i) words.integer(1);
   for (std::size_t s = 0; s < d.shells.size(); ++s) {
@@ -215,12 +221,15 @@ void write_state(Words& words, const D3plot& d, const D3plotState& state) {
   words.noise(d.solids.size() * d.solid_thermal);
   for (const auto& solid : state.solids)
     for (const D3plotPoint& point : solid) write_point(words, d, point);
-  words.noise(7 * d.thick_shells + 6 * d.beams);
+  for (const auto& thick_shell : state.thick_shells)
+    for (const D3plotPoint& layer : thick_shell) write_point(words, d, layer);
+  words.noise(thick_shell_words(d) * d.thick_shells + 6 * d.beams);
   for (std::size_t s = 0; s < d.shells.size(); ++s)
     if (!is_rigid(d, s) || d.file_type == 5) write_shell(words, d, state.shells[s]);
   if (d.deletion == D3plot::Deletion::nodes) words.reals(state.node_flags);
   if (d.deletion == D3plot::Deletion::elements) {
     words.reals(state.solid_flags);
+    words.reals(state.thick_shell_flags);
     words.noise(d.thick_shells);
     words.reals(state.shell_flags);
     words.noise(d.beams);

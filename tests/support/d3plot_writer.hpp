@@ -27,10 +27,11 @@ struct D3plotShellResult {
 struct D3plotState {
   double time = 0;
   std::vector<std::array<double, 3>> positions;
-  std::vector<D3plotShellResult> shells;         // one per shell; those of rigid shells are not written
-  std::vector<std::vector<D3plotPoint>> solids;  // one per solid
-  std::vector<double> node_flags;                // deletion words, 0 = deleted
-  std::vector<double> shell_flags, solid_flags;
+  std::vector<D3plotShellResult> shells;               // one per shell; those of rigid shells are not written
+  std::vector<std::vector<D3plotPoint>> solids;        // one per solid
+  std::vector<std::vector<D3plotPoint>> thick_shells;  // layers, one per entry of D3plot::thick_shell_nodes
+  std::vector<double> node_flags;                      // deletion words, 0 = deleted
+  std::vector<double> shell_flags, solid_flags, thick_shell_flags;
 };
 
 /// A database. Data that the reader skips (beams, thick shells, velocities, ...) are filled with noise.
@@ -44,7 +45,9 @@ struct D3plot {
   std::vector<std::array<std::uint32_t, 8>> solids;  // node indices from 0
   std::vector<std::array<std::uint32_t, 4>> shells;
   std::vector<int> solid_parts, shell_parts;  // from 1
-  std::size_t beams = 0, thick_shells = 0;
+  std::size_t beams = 0, thick_shells = 0;    // without area; not with thick_shell_nodes
+  std::vector<std::array<std::uint32_t, 8>> thick_shell_nodes;
+  std::vector<int> thick_shell_ids;
   std::size_t parts = 1;
 
   bool has_numbering = true, has_part_ids = true, has_titles = true;

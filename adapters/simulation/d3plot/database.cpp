@@ -193,10 +193,10 @@ Database open_database(const std::filesystem::path& first_file) {
   database.family = find_family(first_file);
   database.header = read_header(file);
   database.word_bytes = file.word_bytes();
-  if (database.header.shells == 0 && database.header.solids == 0)
-    file.refuse(Status::unsupported_input, 31,
-                "the model has neither shells nor solids, so no surface (beams and thick shells are not read); give a "
-                "run with a surface");
+  if (database.header.shells == 0 && database.header.solids == 0 && database.header.thick_shells == 0)
+    file.refuse(
+        Status::unsupported_input, 31,
+        "the model has neither shells nor solids, so no surface (beams are not read); give a run with a surface");
   refuse_gaps(database.family);
   database.geometry = read_geometry(file, database.header);
   database.layout = lay_out_state(file, database.header, database.geometry);

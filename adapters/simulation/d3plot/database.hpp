@@ -60,7 +60,7 @@ struct Elements {
 struct Geometry {
   std::vector<float> positions;         // nodes x 3
   std::vector<std::uint32_t> node_ids;  // nodes
-  Elements<8> solids;
+  Elements<8> solids;                   // then the thick shells, which have the same corners
   Elements<4> shells;
   std::vector<std::uint8_t> shell_is_rigid;  // shells; a rigid shell has no row in the states of a d3plot file
   std::uint64_t rigid_shells = 0;
@@ -90,9 +90,9 @@ struct Block {
 struct StateLayout {
   std::uint64_t words = 0;  // of one state
   std::uint64_t positions = 0;
-  Block solids, shells;
-  RowFields solid, shell;
-  // first words of the deletion flags: one per node or one per element
+  Block solids, thick_shells, shells;
+  RowFields solid, thick_shell, shell;
+  // first words of the deletion flags: one per node or one per element; those of thick shells follow those of solids
   std::uint64_t node_flags = 0, solid_flags = 0, shell_flags = 0;
 };
 
@@ -101,7 +101,7 @@ struct StateLayout {
 
 enum class Field { plastic_strain, von_mises, thickness, internal_energy, effective_strain };
 
-/// The fields that solids or shells store, in the order of Field.
+/// The fields that solids, thick shells or shells store, in the order of Field.
 [[nodiscard]] std::vector<Field> stored_fields(const StateLayout& layout);
 [[nodiscard]] bake::SimulationField describe(Field field);
 

@@ -52,8 +52,12 @@ constexpr std::int64_t rigid_material = 20;
 void read_numbering(const WordFile& file, std::uint64_t word, const Header& header, Geometry& geometry) {
   geometry.node_ids = count_from_one(header.nodes);
   geometry.solids.ids = count_from_one(header.solids);
+  std::vector<std::uint32_t> thick_shell_ids = count_from_one(header.thick_shells);
   geometry.shells.ids = count_from_one(header.shells);
-  if (header.numbering_words == 0) return;
+  const auto append_thick_shells = [&] {
+    geometry.solids.ids.insert(geometry.solids.ids.end(), thick_shell_ids.begin(), thick_shell_ids.end());
+  };
+  if (header.numbering_words == 0) return append_thick_shells();
 
   file.require(word, header.numbering_words, "the numbering block");
   const auto header_words = file.integers(word, short_header, "the numbering block");
@@ -71,7 +75,10 @@ void read_numbering(const WordFile& file, std::uint64_t word, const Header& head
   if (lists.solids > 0) geometry.solids.ids = read_ids(file, at, lists.solids, "solid ids");
   at += lists.solids + lists.beams;
   if (lists.shells > 0) geometry.shells.ids = read_ids(file, at, lists.shells, "shell ids");
-  at += lists.shells + lists.thick_shells;
+  at += lists.shells;
+  if (lists.thick_shells > 0) thick_shell_ids = read_ids(file, at, lists.thick_shells, "thick shell ids");
+  at += lists.thick_shells;
+  append_thick_shells();
   if (has_part_ids) geometry.part_ids = read_ids(file, at, header.parts, "part ids");
 }
 
@@ -125,6 +132,11 @@ Elements<Corners> read_elements(const WordFile& file, Cursor& cursor, std::uint6
     elements.parts[e] = checked(e * (Corners + 1) + Corners, std::numeric_limits<std::uint32_t>::max(), "part");
   }
   return elements;
+}
+
+void append(Elements<8>& elements, const Elements<8>& more) {
+  elements.nodes.insert(elements.nodes.end(), more.nodes.begin(), more.nodes.end());
+  elements.parts.insert(elements.parts.end(), more.parts.begin(), more.parts.end());
 }
 
 void mark_rigid_shells(const WordFile& file, const Header& header, const std::vector<std::int64_t>& material_types,
@@ -195,7 +207,7 @@ Geometry read_geometry(const WordFile& file, const Header& header) {
   file.reals(cursor.word(), geometry.positions, "the node positions");
   cursor.skip(header.nodes * 3);
   geometry.solids = read_elements<8>(file, cursor, header.solids, header.nodes, "solids");
-  cursor.skip(times(header.thick_shells, 9));
+  append(geometry.solids, read_elements<8>(file, cursor, header.thick_shells, header.nodes, "thick shells"));
   cursor.skip(times(header.beams, 6));
   geometry.shells = read_elements<4>(file, cursor, header.shells, header.nodes, "shells");
   mark_rigid_shells(file, header, material_types, geometry);

@@ -53,9 +53,8 @@ class Reader final : public bake::SimulationReader {
     const SolidFaces solids = solid_faces(geometry.solids.nodes);
     add_elements(solids.outer, geometry.solids.ids, geometry.solids.parts);
     if (mesh_.elements.empty())
-      throw Error{Status::bad_input,
-                  database_.family.front().string() +
-                      ", byte 0: every shell and solid is degenerate, there is no surface; check the model"};
+      throw Error{Status::bad_input, database_.family.front().string() +
+                                         ", byte 0: every element is degenerate, there is no surface; check the model"};
     if (database_.header.deletion == Deletion::elements) {
       add_elements(solids.touching, geometry.solids.ids, geometry.solids.parts);
       mesh_.touching = solids.touching.size();
@@ -123,13 +122,16 @@ class Reader final : public bake::SimulationReader {
         for (std::size_t e = first; e < last; ++e) into[e] = scratch_[source_[e]] != 0 ? 1 : 0;
       };
       copy(layout.shell_flags, header.shells, 0, shell_elements_);
-      copy(layout.solid_flags, header.solids, shell_elements_, into.size());
+      copy(layout.solid_flags, header.solids + header.thick_shells, shell_elements_, into.size());
     }
   }
 
   void read_fields(const StatePlace& place, bake::SimulationState& into) {
     const auto shells = read_rows(place, database_.layout.shells, database_.layout.shell);
-    const auto solids = read_rows(place, database_.layout.solids, database_.layout.solid);
+    auto solids = read_rows(place, database_.layout.solids, database_.layout.solid);
+    const auto thick_shells = read_rows(place, database_.layout.thick_shells, database_.layout.thick_shell);
+    for (std::size_t f = 0; f < solids.size(); ++f)
+      solids[f].insert(solids[f].end(), thick_shells[f].begin(), thick_shells[f].end());
     into.fields.resize(stored_.size());
     for (std::size_t f = 0; f < stored_.size(); ++f) {
       into.fields[f].assign(mesh_.elements.size(), 0.0f);
@@ -161,7 +163,7 @@ class Reader final : public bake::SimulationReader {
   std::vector<Field> stored_;
   std::vector<bake::SimulationField> fields_;
   std::size_t shell_elements_ = 0;          // the first elements of the mesh are shells, the others faces of solids
-  std::vector<std::uint32_t> source_;       // element -> shell or solid of the database
+  std::vector<std::uint32_t> source_;       // element -> shell, or solid or thick shell, of the database
   std::vector<std::uint32_t> node_source_;  // node -> node of the database
   std::vector<std::uint32_t> shell_row_;    // shell -> its row in a state, or no_row
   std::vector<float> scratch_;

@@ -54,6 +54,25 @@ RowFields shell_fields(const WordFile& file, const Header& header) {
   return row;
 }
 
+// Layers of stress, plastic strain, history; then strain of both surfaces. A row that is too short for its layers, as
+// in databases without thick shells, has no fields.
+RowFields thick_shell_fields(const Header& header) {
+  const std::uint64_t stress = header.has_shell_stress ? 6 : 0, plastic = header.has_shell_plastic_strain ? 1 : 0;
+  RowFields row;
+  row.points = header.shell_points;
+  row.point_words = stress + plastic + header.shell_history;
+  const std::uint64_t layers = times(row.points, row.point_words);
+  if (layers == 0 || layers > header.thick_shell_words) return {};
+  if (stress > 0) row.stress = 0;
+  if (plastic > 0) row.plastic_strain = stress;
+  if (header.has_strain && layers + 12 <= header.thick_shell_words) {
+    row.strain = layers;
+    row.strains = 2;
+    row.strain_stride = 6;
+  }
+  return row;
+}
+
 /// Allocates the blocks of a state one after the other.
 class Blocks {
  public:
@@ -117,13 +136,15 @@ StateLayout lay_out_state(const WordFile& file, const Header& header, const Geom
   StateLayout layout;
   layout.solid = solid_fields(header);
   layout.shell = shell_fields(file, header);
+  layout.thick_shell = thick_shell_fields(header);
   Blocks blocks;
   blocks.next(1, 1);  // time
   blocks.next(1, header.globals);
   layout.positions = blocks.next(header.nodes, header.node_words);
   blocks.next(header.solids, header.solid_thermal_words);
   layout.solids = {blocks.next(header.solids, header.solid_words), header.solids, header.solid_words};
-  blocks.next(header.thick_shells, header.thick_shell_words);
+  layout.thick_shells = {blocks.next(header.thick_shells, header.thick_shell_words), header.thick_shells,
+                         header.thick_shell_words};
   blocks.next(header.beams, header.beam_words);
   layout.shells = {blocks.next(shell_rows, header.shell_words), shell_rows, header.shell_words};
   if (header.deletion == Deletion::nodes) layout.node_flags = blocks.next(header.nodes, 1);
@@ -142,6 +163,7 @@ std::vector<Field> stored_fields(const StateLayout& layout) {
   std::vector<Field> stored;
   for (const FieldName& known : field_names)
     if ((layout.solids.rows > 0 && start_of(known.field, layout.solid)) ||
+        (layout.thick_shells.rows > 0 && start_of(known.field, layout.thick_shell)) ||
         (layout.shells.rows > 0 && start_of(known.field, layout.shell)))
       stored.push_back(known.field);
   return stored;
