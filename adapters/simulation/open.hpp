@@ -21,15 +21,15 @@ std::unique_ptr<bake::SimulationReader> open_simulation(const std::filesystem::p
 /// Opens an LS-DYNA d3plot family by its first file (`d3plot`; `d3plot01`, `d3plot02`, ... `d3plot100` beside it
 /// are found and read in numeric order; a missing one is refused).
 ///
-/// Mesh: the shells, then the faces owned by exactly one solid or thick shell; only nodes that these use. Ids are the solver's when
-/// the file has them (NARBS), else counted from 1. Beams are not part of the surface. With deletion
-/// words per element, the faces by which two solids touch are appended.
+/// Mesh: the shells, then the faces owned by exactly one solid or thick shell; only nodes that these use. Ids are the
+/// solver's when the file has them (NARBS), else counted from 1. Beams are not part of the surface. With deletion words
+/// per element, the faces by which two solids touch are appended.
 ///
 /// Fields, as far as they are stored: `plastic_strain` and `von_mises` (the maximum over the through-thickness layers
-/// of a shell or thick shell, over the integration points of a solid), `thickness`, `internal_energy` (per volume, as LS-DYNA writes
-/// it for shells), `effective_strain` (the larger of the two surfaces of a shell). 0 where a kind of element has no
-/// such value. An element is eroded when its own deletion word is 0 or, with deletion words per node, one of its nodes'
-/// is.
+/// of a shell or thick shell, over the integration points of a solid), `thickness`, `internal_energy` (per volume, as
+/// LS-DYNA writes it for shells), `effective_strain` (the larger of the two surfaces of a shell). 0 where a kind of
+/// element has no such value. An element is eroded when its own deletion word is 0 or, with deletion words per node,
+/// one of its nodes' is.
 ///
 /// A last state that the file cuts short (an interrupted run) is dropped; a cut anywhere else, decreasing times, and
 /// geometry that its file is too short for are refused. A database may have 0 states.
