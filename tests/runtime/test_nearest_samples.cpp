@@ -130,26 +130,6 @@ TEST_CASE("ties between samples go to the lower index") {
   for (std::uint32_t i = 0; i < 3; ++i) CHECK(best.ranked()[i].sample == i);
 }
 
-TEST_CASE("eq. 1 is the mean distance of corresponding positions") {
-  // Two samples of three nodes; two vertices; the second sample lies 2 mm off everywhere.
-  const std::vector<float> node_positions{0, 0, 0, 10, 0, 0, 20, 0, 0, 0, 2, 0, 10, 2, 0, 20, 2, 0};
-  const std::vector<std::uint32_t> correspondence{0, 2, 0, 1};
-  ModelView model;
-  model.info.nodes = 3;
-  model.info.samples = 2;
-  model.node_positions = node_positions;
-  ReferenceView reference;
-  reference.correspondence = correspondence;
-  Positions e(2);
-  e.set(0, {0, 0, 0});
-  e.set(1, {20, 0, 0});
-  BestSamples best(2);
-  search_vtp(model, reference, e, best);
-  CHECK(best.ranked()[0].sample == 0);
-  CHECK(best.ranked()[0].distance == 0);
-  CHECK(best.ranked()[1].distance == doctest::Approx((2 + std::hypot(10.0, 2.0)) / 2));
-}
-
 TEST_CASE("the bound is the worst of a full list, and infinite before that") {
   BestSamples best(2);
   CHECK(std::isinf(best.bound()));

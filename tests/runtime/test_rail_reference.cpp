@@ -93,3 +93,21 @@ TEST_CASE("coefficients, LBEA and VtP matches of the rail's frames agree with th
   CHECK(static_cast<double>(same_lbea) >= 0.99 * static_cast<double>(frames));
   CHECK(static_cast<double>(same_vtp) >= 0.99 * static_cast<double>(frames));
 }
+
+TEST_CASE("the best five by eq. 1 are the first five of all samples ranked, to the bit, in the rail's frames") {
+  const Rail rail;
+  const Model model = rail.baked();
+  Matcher five(model, {.method = Method::vtp, .T_reference_sensor = rail.pose}),
+      all(model, {.max_matches = model.samples(), .method = Method::vtp, .T_reference_sensor = rail.pose});
+  for (const json& expected : rail.expected["frames"]) {
+    const PointCloud cloud = read_point_cloud(rail.folder / "frames" / expected["frame"].get<std::string>());
+    const auto best = five.match({.points = cloud.points}).matches,
+               ranked = all.match({.points = cloud.points}).matches;
+    REQUIRE(ranked.size() == model.samples());
+    REQUIRE(best.size() == 5);
+    for (std::size_t k = 0; k < best.size(); ++k) {
+      CHECK(best[k].sample == ranked[k].sample);
+      CHECK(best[k].distance == ranked[k].distance);
+    }
+  }
+}

@@ -22,7 +22,10 @@ class KernelsPipeline : public Pipeline {
         corresponding_(view_.info.vertices),
         coefficients_(view_.info.modes),
         best_(std::min(config.max_matches, view_.info.samples)),
-        surface_(view_.info.vertices) {}
+        surface_(view_.info.vertices) {
+    if (config.method != Method::vtp) return;
+    for (const ReferenceView& reference : view_.references) position_searches_.emplace_back(view_, reference, code);
+  }
 
   [[nodiscard]] std::string name() const override { return name_; }
 
@@ -69,7 +72,7 @@ class KernelsPipeline : public Pipeline {
   }
 
   void search(const ReferenceView& reference) {
-    if (config_.method == Method::vtp) return search_vtp(view_, reference, corresponding_, best_);
+    if (config_.method == Method::vtp) return position_searches_[reference_].search(corresponding_, best_);
     const std::size_t stride = coefficients_.planes[0].size();
     const float* const e[3] = {coefficients_.planes[0].data(), coefficients_.planes[1].data(),
                                coefficients_.planes[2].data()};
@@ -93,6 +96,7 @@ class KernelsPipeline : public Pipeline {
   CloudIndex index_;
   Positions corresponding_, coefficients_;
   BestSamples best_;
+  std::vector<PositionSearch> position_searches_;  // Method::vtp: per reference
   std::vector<std::array<float, 3>> surface_;
   std::uint32_t reference_ = 0;
   std::uint32_t cut_ = 0;

@@ -4,7 +4,7 @@
 #include "runtime/src/depth/test_history.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
-#include "runtime/src/match/sample_search.hpp"
+#include "runtime/src/match/position_search.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
@@ -62,7 +62,8 @@ struct Matcher::State {
   Positions coefficients;   // e_j, eq. 3
   std::vector<float> public_coefficients;
   BestSamples best;
-  std::vector<SampleTree> trees;  // per reference; empty when the model has few samples
+  std::vector<PositionSearch> position_searches;  // Method::vtp: per reference
+  std::vector<SampleTree> trees;                  // per reference; empty when the model has few samples
   std::optional<SurfaceFitter> fitter;
   HistoryState* history = nullptr;  // of the frame's test; null: none
   PoseFilter* pose = nullptr;       // of the history; null: not estimated

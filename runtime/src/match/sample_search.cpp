@@ -71,27 +71,6 @@ void search_lbea(const ReferenceView& reference, const Positions& coefficients, 
   }
 }
 
-void search_vtp(const ModelView& model, const ReferenceView& reference, const Positions& corresponding,
-                BestSamples& best) noexcept {
-  const std::size_t n = corresponding.count, nodes = model.info.nodes;
-  constexpr std::size_t block = 64;
-  best.clear();
-  for (std::size_t s = 0; s < model.info.samples; ++s) {
-    const float* node_positions = model.node_positions.data() + 3 * nodes * s;
-    const std::uint32_t* node = reference.correspondence.data() + n * s;
-    const float bound = best.bound() * static_cast<float>(n);
-    float total = 0;
-    for (std::size_t begin = 0; begin < n && total <= bound; begin += block)
-      for (std::size_t i = begin; i < std::min(begin + block, n); ++i) {
-        const float* sample = node_positions + std::size_t{3} * node[i];
-        const auto [x, y, z] = corresponding[i];
-        const float dx = x - sample[0], dy = y - sample[1], dz = z - sample[2];
-        total += std::sqrt(dx * dx + dy * dy + dz * dz);
-      }
-    best.offer(static_cast<std::uint32_t>(s), total / static_cast<float>(n));
-  }
-}
-
 struct SampleTree::Search {
   const float* e[3];
   BestSamples& best;

@@ -1,4 +1,4 @@
-// Method steps 4 and 5: coefficients in the eigenbasis, and the exact search of the ensemble by eq. 1 or eq. 3.
+// Method step 5: coefficients in the eigenbasis, and the exact search of the ensemble by eq. 3.
 #pragma once
 
 #include "runtime/src/kernels/kernels.hpp"
@@ -35,10 +35,6 @@ class BestSamples {
 
 /// Eq. 3: sum over modes j of |e_j - s_j|.
 void search_lbea(const ReferenceView& reference, const Positions& coefficients, BestSamples& best) noexcept;
-
-/// Eq. 1 over n: mean over vertices i of |e_i - s_i|.
-void search_vtp(const ModelView& model, const ReferenceView& reference, const Positions& corresponding,
-                BestSamples& best) noexcept;
 
 /// Whether a SampleTree finds the best `wanted` samples faster than search_lbea().
 [[nodiscard]] constexpr bool is_worth_a_tree(std::size_t samples, std::size_t wanted) noexcept {
