@@ -246,6 +246,82 @@ TEST_CASE("any number of frames before the impact counts as one in the probabili
   CHECK(probabilities_after(1, 0)[0] > probabilities_after(1, 0)[1]);
 }
 
+namespace {
+
+/// The hidden Markov model with all samples in each sum, as the tracker's header describes it.
+class PlainTracker {
+ public:
+  explicit PlainTracker(const Model& model) : model_(model), p_(model.samples(), 1.0 / model.samples()) {}
+
+  void update(const std::vector<Match>& candidates, bool is_first) {
+    if (!is_first) predict();
+    const double best = candidates.front().distance;
+    const auto likelihood = [&](double r) {
+      return std::max(std::exp(-config_.sharpness * (r * r - best * best) / (best * best + noise * noise)), 1e-9);
+    };
+    std::vector<double> weights(p_.size(), likelihood(candidates.back().distance));
+    for (const Match& c : candidates) weights[model_.sample_index(c.sample)] = likelihood(c.distance);
+    double all = 0;
+    for (std::size_t s = 0; s < p_.size(); ++s) all += p_[s] *= weights[s];
+    for (double& p : p_) p /= all;
+  }
+  [[nodiscard]] double of_simulation(std::uint32_t simulation) const {
+    double sum = 0;
+    for (std::uint32_t s = 0; s < p_.size(); ++s) sum += model_.sample(s).simulation == simulation ? p_[s] : 0;
+    return sum;
+  }
+  [[nodiscard]] std::uint32_t likeliest() const {
+    return static_cast<std::uint32_t>(std::ranges::max_element(p_) - p_.begin());
+  }
+
+ private:
+  static constexpr double noise = 0.5;  // mm, the default
+  void predict() {
+    double reached = 0, newcomers = 0;
+    for (std::uint32_t s = 0; s < p_.size(); ++s) reached += p_[s] * model_.sample(s).time_step;
+    for (std::uint32_t s = 0; s < p_.size(); ++s) newcomers += model_.sample(s).time_step + 1 >= reached ? 1 : 0;
+    const double stay = 1 - double{config_.change}, more = config_.persistence;
+    double carried = 0;
+    for (std::uint32_t s = 0; s < p_.size(); ++s) {
+      const bool is_last = s + 1 == p_.size() || model_.sample(s + 1).simulation != model_.sample(s).simulation;
+      carried = more * carried + (1 - more) * p_[s];
+      p_[s] = stay * carried + (is_last ? stay * more * carried : 0) +
+              (model_.sample(s).time_step + 1 >= reached ? double{config_.change} / newcomers : 0);
+      if (is_last) carried = 0;
+    }
+  }
+
+  const Model& model_;
+  TrackerConfig config_;
+  std::vector<double> p_;
+};
+
+}  // namespace
+
+// Simulations without a candidate share their probabilities; some become candidates late, one never.
+TEST_CASE("the probabilities are those of a hidden Markov model over all samples") {
+  const AlignedBytes bytes = seen_plates_model(6, 8);
+  const Model model = Model::view(bytes.span());
+  Tracker tracker(model);
+  for (int test = 0; test < 2; ++test, tracker.reset()) {
+    PlainTracker plain(model);
+    for (std::uint32_t frame = 0; frame < 14; ++frame) {
+      std::vector<Match> candidates;
+      for (std::uint32_t k = 0; k < 3; ++k)
+        candidates.push_back(
+            {{(frame / 3 + k * k) % 5, std::min(1 + frame / 2 + k % 2, 7u)}, 1 + 0.2f * static_cast<float>(k)});
+      MatchResult result;
+      result.fit.candidates = candidates;
+      tracker.update(result);
+      plain.update(candidates, frame == 0);
+      const TestState& state = tracker.state();
+      for (std::uint32_t i = 0; i < model.simulations(); ++i)
+        CHECK(double{state.simulation_probabilities[i]} == doctest::Approx(plain.of_simulation(i)).epsilon(1e-5));
+      CHECK(state.sample == model.sample(plain.likeliest()));
+    }
+  }
+}
+
 TEST_CASE("the path looks back: a later frame decides between candidates with nearly the same rank") {
   const AlignedBytes bytes = bent_plates_model();
   const Model model = Model::view(bytes.span());

@@ -38,7 +38,8 @@ struct TestState {
   Verdict verdict = Verdict::unknown;  // for the whole test so far; unknown during the first frames
 };
 
-/// One per test, for frames in their order. update() does not allocate, lock or throw; its cost is linear in samples().
+/// One per test, for frames in their order. update() does not allocate, lock or throw; its cost is linear in the number
+/// of simulations, and of samples of those that had a candidate.
 class LBEA_API Tracker {
  public:
   /// Throws Error{bad_config} with the offending value.

@@ -1,5 +1,7 @@
 #include "runtime/src/track/tracker.hpp"
 
+#include "runtime/src/track/sample_probabilities.hpp"
+
 namespace lbea {
 namespace {
 
@@ -26,27 +28,28 @@ struct Tracker::State {
         config(completed(c, model)),
         mesh_noise(DepthMetric{}.in(model.length_unit()).mesh_noise),
         misfit_limit(views.test_misfit_limit()),
-        probability(model.samples()),
+        probabilities(model),
         likelihood(model.samples()),
         at_rest(model.samples()),
-        first(model.simulations() + 1),
         usable(model.samples()),
         simulations(model.simulations()),
         branches(model.branches()) {
-    for (std::uint32_t s = 0; s < model.samples(); ++s) ++first[model.sample(s).simulation + 1];
-    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-    reset();
+    publish();
   }
 
   void reset() noexcept;
   std::span<const Match> keep_usable(std::span<const Match> candidates, std::span<const float> distances) noexcept;
   [[nodiscard]] bool is_initial(Sample sample) const noexcept {
-    return model.sample_index(sample) == first[sample.simulation];
+    return model.sample_index(sample) == probabilities.first(sample.simulation);
   }
   [[nodiscard]] bool is_at_rest(Sample best) noexcept;
+  [[nodiscard]] static std::span<double> of(const ProbabilityBlock& block, std::vector<double>& per_sample) noexcept {
+    return std::span(per_sample).subspan(block.first, block.values.size());
+  }
   void predict() noexcept;
   void weigh(std::span<const Match> evidence) noexcept;
   void weigh_at_rest(std::span<const Match> evidence) noexcept;
+  void separate(std::span<const Match> evidence) noexcept;
   void publish() noexcept;
   void choose(const SurfaceFit& fit) noexcept;
   void judge(const SurfaceFit& fit) noexcept;
@@ -66,21 +69,24 @@ struct Tracker::State {
   SensorViews views;
   TrackerConfig config;
   float mesh_noise;
-  float misfit_limit;                           // 0: no depth images, so no verdict
-  Misfits initial, deformed;                    // of frames that match an initial state, and of the others
-  std::vector<double> probability, likelihood;  // per sample
-  std::vector<double> at_rest;                  // per sample: sum of logarithms over the frames before the impact
+  float misfit_limit;         // 0: no depth images, so no verdict
+  Misfits initial, deformed;  // of frames that match an initial state, and of the others
+  SampleProbabilities probabilities;
+  // Per sample, of simulations with their own probabilities; the latter: sum of logarithms over the frames before the
+  // impact.
+  std::vector<double> likelihood, at_rest;
   double frames_at_rest = 0;
-  int later_frames = 0;              // since the last one at rest
-  std::vector<std::uint32_t> first;  // per simulation: its first sample
-  std::vector<Match> usable;         // of a frame
+  int later_frames = 0;       // since the last one at rest
+  std::vector<Match> usable;  // of a frame
   std::vector<float> simulations, branches;
   TestState state;
 };
 
 void Tracker::State::reset() noexcept {
-  std::ranges::fill(probability, 1.0 / static_cast<double>(probability.size()));
-  std::ranges::fill(at_rest, 0.0);
+  probabilities.for_each([&](const ProbabilityBlock& block) {
+    if (!block.is_shared) std::ranges::fill(of(block, at_rest), 0.0);
+  });
+  probabilities.reset();
   frames_at_rest = later_frames = 0;
   state = {};
   initial = deformed = {};
@@ -90,33 +96,50 @@ void Tracker::State::reset() noexcept {
 // Within a simulation, probability moves forward by a geometrically distributed number of time steps. A share of it
 // changes to any simulation, at most one time step before the mean time step reached.
 void Tracker::State::predict() noexcept {
-  const double stay = 1 - double{config.change};
+  const double stay = 1 - double{config.change}, persistence = double{config.persistence};
+  const auto step = [&](const ProbabilityBlock& block, std::size_t i) {
+    return model.sample(block.first + static_cast<std::uint32_t>(i)).time_step;
+  };
   double reached = 0;  // mean time step
-  for (std::uint32_t s = 0; s < model.samples(); ++s) reached += probability[s] * model.sample(s).time_step;
+  probabilities.for_each([&](const ProbabilityBlock& block) {
+    for (std::size_t i = 0; i < block.values.size(); ++i)
+      reached += block.simulations * block.values[i] * step(block, i);
+  });
   double newcomers = 0;
-  for (std::uint32_t s = 0; s < model.samples(); ++s) newcomers += model.sample(s).time_step + 1 >= reached ? 1 : 0;
-  for (std::size_t simulation = 0; simulation + 1 < first.size(); ++simulation) {
+  probabilities.for_each([&](const ProbabilityBlock& block) {
+    for (std::size_t i = 0; i < block.values.size(); ++i)
+      newcomers += step(block, i) + 1 >= reached ? block.simulations : 0;
+  });
+  const double change = double{config.change} / std::max(newcomers, 1.0);
+  probabilities.for_each([&](const ProbabilityBlock& block) {
     double carried = 0;
-    for (std::uint32_t s = first[simulation]; s < first[simulation + 1]; ++s) {
-      carried = double{config.persistence} * carried + (1 - double{config.persistence}) * probability[s];
-      const bool newcomer = model.sample(s).time_step + 1 >= reached;
-      probability[s] = stay * carried + (newcomer ? double{config.change} / std::max(newcomers, 1.0) : 0);
+    for (std::size_t i = 0; i < block.values.size(); ++i) {
+      carried = persistence * carried + (1 - persistence) * block.values[i];
+      block.values[i] = stay * carried + (step(block, i) + 1 >= reached ? change : 0);
     }
-    if (first[simulation] < first[simulation + 1])
-      probability[first[simulation + 1] - 1] +=
-          stay * double{config.persistence} * carried;  // no state follows the last one
-  }
+    if (!block.values.empty()) block.values.back() += stay * persistence * carried;  // no state follows the last one
+  });
+}
+
+void Tracker::State::separate(std::span<const Match> evidence) noexcept {
+  for (const Match& candidate : evidence) probabilities.separate(candidate.sample.simulation);
 }
 
 // A sample that is no candidate is as likely as the worst candidate: it may rank just below it.
 void Tracker::State::weigh(std::span<const Match> evidence) noexcept {
   const Likelihood likelihood_of(evidence.front().distance, config);
-  std::ranges::fill(likelihood, likelihood_of(evidence.back().distance));
+  const double of_others = likelihood_of(evidence.back().distance);
+  separate(evidence);
+  probabilities.for_each([&](const ProbabilityBlock& block) {
+    if (!block.is_shared) std::ranges::fill(of(block, likelihood), of_others);
+  });
   for (const Match& candidate : evidence)
     likelihood[model.sample_index(candidate.sample)] = likelihood_of(candidate.distance);
-  double all = 0;
-  for (std::size_t s = 0; s < probability.size(); ++s) all += probability[s] *= likelihood[s];
-  for (double& p : probability) p /= all;
+  probabilities.for_each([&](const ProbabilityBlock& block) {
+    for (std::size_t i = 0; i < block.values.size(); ++i)
+      block.values[i] *= block.is_shared ? of_others : likelihood[block.first + i];
+  });
+  probabilities.normalize();
 }
 
 /// Whether a frame precedes the impact: its best sample is an initial state, and at most two of the frames since the
@@ -136,24 +159,26 @@ bool Tracker::State::is_at_rest(Sample best) noexcept {
 void Tracker::State::weigh_at_rest(std::span<const Match> evidence) noexcept {
   const Likelihood likelihood_of(evidence.front().distance, config);
   const double of_others = likelihood_of(evidence.back().distance);
+  separate(evidence);
   for (const Match& candidate : evidence)
     at_rest[model.sample_index(candidate.sample)] += std::log(likelihood_of(candidate.distance) / of_others);
   ++frames_at_rest;
-  double all = 0;
-  for (std::size_t s = 0; s < probability.size(); ++s)
-    all += probability[s] = at_rest[s] == 0 ? 1 : std::exp(at_rest[s] / frames_at_rest);
-  for (double& p : probability) p /= all;
+  probabilities.for_each([&](const ProbabilityBlock& block) {
+    for (std::size_t i = 0; i < block.values.size(); ++i) {
+      const double logarithms = block.is_shared ? 0 : at_rest[block.first + i];
+      block.values[i] = logarithms == 0 ? 1 : std::exp(logarithms / frames_at_rest);
+    }
+  });
+  probabilities.normalize();
 }
 
 void Tracker::State::publish() noexcept {
-  std::ranges::fill(simulations, 0.0f);
+  probabilities.add_up(simulations);
   std::ranges::fill(branches, 0.0f);
-  for (std::uint32_t s = 0; s < model.samples(); ++s)
-    simulations[model.sample(s).simulation] += static_cast<float>(probability[s]);
   for (std::uint32_t i = 0; i < model.simulations(); ++i) branches[model.branch_of(i)] += simulations[i];
-  const auto likeliest = static_cast<std::uint32_t>(std::ranges::max_element(probability) - probability.begin());
-  state.sample = model.sample(likeliest);
-  state.sample_probability = static_cast<float>(probability[likeliest]);
+  const auto [sample, probability] = probabilities.likeliest();
+  state.sample = model.sample(sample);
+  state.sample_probability = static_cast<float>(probability);
   state.simulation = static_cast<std::uint32_t>(std::ranges::max_element(simulations) - simulations.begin());
   state.simulation_probabilities = simulations;
   state.branch_probabilities = branches;
