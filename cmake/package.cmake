@@ -43,6 +43,10 @@ if(LBEA_BUILD_TOOLS)
     "Bakes an ensemble of simulations into one model; matches, sends and records"
     "frames over ZeroMQ; evaluates and shows the results.")
 endif()
+if(LBEA_BUILD_TOOLS AND LBEA_HDF5 MATCHES "[.]a$" AND EXISTS /usr/share/doc/libhdf5-dev/copyright)
+  install(FILES /usr/share/doc/libhdf5-dev/copyright RENAME copyright.hdf5
+          DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/lbea-tools COMPONENT tools)
+endif()
 if(TARGET lbea-bake-mpi)
   lbea_package(mpi lbea-bake-mpi science "bakes ensembles of crash simulations, MPI driver"
     "Bakes an ensemble of simulations into one model as one MPI job. Batch queues"

@@ -28,6 +28,7 @@ command -v npm >/dev/null && command -v node >/dev/null || monitor+=(nodejs npm)
 build=(
   "${monitor[@]}" "${picture[@]}" git
   libbenchmark-dev                                 # benchmark of single loops
+  libhdf5-dev                                      # VTKHDF files; without it they are refused
   pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
   libopenmpi-dev openmpi-bin                       # bake on clusters: the optional MPI driver
   help2man doxygen file                            # manual pages, reference, Debian packages

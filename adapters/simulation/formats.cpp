@@ -12,6 +12,7 @@
 #include "adapters/simulation/grid/grid_reader.hpp"
 #include "adapters/simulation/keyword/keyword.hpp"
 #include "adapters/simulation/vtk/vtk.hpp"
+#include "adapters/simulation/vtkhdf/vtkhdf.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -73,19 +74,27 @@ std::vector<fs::path> members_of(const fs::path& file, Given given) {
 template <grid::ParseGrid* parse, grid::ReadGrid read_time = nullptr, grid::ListParts list_parts = nullptr>
 Reader open_series(const fs::path& file, Given given) {
   std::vector<grid::GridState> states;
-  for (const fs::path& member : members_of<parse>(file, given)) states.push_back({member, std::nullopt});
-  return std::make_unique<grid::GridReader>(std::move(states), read_grid<parse>, read_time, list_parts);
+  for (const fs::path& member : members_of<parse>(file, given)) states.push_back({member});
+  return std::make_unique<grid::GridReader>(
+      std::move(states), [](const auto& state) { return read_grid<parse>(state.file); }, read_time, list_parts);
 }
 
 Reader open_family(const fs::path& file, Given) { return open_d3plot(file); }
 
 Reader open_collection(const fs::path& file, Given) {
-  return std::make_unique<grid::GridReader>(grid::read_vtk_collection(file), grid::read_vtk_member, nullptr,
-                                            grid::list_vtk_pieces);
+  return std::make_unique<grid::GridReader>(
+      grid::read_vtk_collection(file), [](const auto& state) { return grid::read_vtk_member(state.file); }, nullptr,
+      grid::list_vtk_pieces);
+}
+
+Reader open_vtkhdf(const fs::path& file, Given) {
+  return std::make_unique<grid::GridReader>(vtkhdf::list_states(file), vtkhdf::read_state, nullptr);
 }
 
 constexpr std::array formats{
     SimulationFormat{"LS-DYNA d3plot", "family d3plot, d3plot01, ...: all its states", is_d3plot, open_family},
+    SimulationFormat{"VTKHDF", ".vtkhdf, .hdf with an unstructured grid or polygons: all its steps",
+                     by_start<vtkhdf::is_vtkhdf>, open_vtkhdf},
     SimulationFormat{"VTK legacy",
                      ".vtk with an unstructured grid or polygons, text or binary: a state per numbered file",
                      by_start<grid::is_vtk_legacy>, open_series<grid::parse_vtk_legacy, grid::read_vtk_legacy_time>},

@@ -6,6 +6,7 @@
 #include "adapters/simulation/grid/grid.hpp"
 #include "adapters/simulation/open.hpp"
 #include "adapters/simulation/vtk/vtk.hpp"
+#include "tests/simulation/sample_grid.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
@@ -21,36 +22,6 @@ namespace fs = std::filesystem;
 
 fs::path encodings() { return data() / "simulation" / "encodings"; }
 
-/// Alone in a folder: files in one folder whose names end in digits would be a series.
-void check_sample(const fs::path& file) {
-  const auto run = open_simulation(file);
-  const SimulationMesh& mesh = run->mesh();
-  REQUIRE(mesh.nodes() == 12);
-  REQUIRE(mesh.elements.size() == 6);
-  for (std::uint32_t node = 0; node < 12; ++node) {  // by id, which falls from 100 on in the file
-    const std::uint32_t point = 11 - node;
-    CHECK(mesh.node_ids[node] == 100 - point);
-    CHECK(mesh.positions[3 * node] == static_cast<float>(point % 4));
-    CHECK(mesh.positions[3 * node + 1] == static_cast<float>(point / 4));
-    CHECK(mesh.positions[3 * node + 2] == doctest::Approx(0.1 * point));
-  }
-  REQUIRE(run->states() == 1);
-  SimulationState state;
-  run->read(0, state);
-  CHECK(state.time_s == 2.5);
-  REQUIRE(run->fields().size() == 1);
-  CHECK(run->fields()[0].name == "plastic_strain");
-  for (std::uint32_t e = 0; e < 6; ++e) {
-    const std::uint32_t first = e / 3 * 4 + e % 3;  // point of the first corner
-    CHECK(mesh.element_ids[e] == 7 + e);
-    CHECK(mesh.element_parts[e] == 1 + e / 3);
-    CHECK(mesh.elements[e][0] == 11 - first);
-    CHECK((mesh.elements[e][2] == mesh.elements[e][3]) == (e % 3 == 2));
-    CHECK(state.fields[0][e] == 0.125f * static_cast<float>(e));
-    CHECK(state.alive[e] == 1);
-  }
-}
-
 }  // namespace
 
 TEST_CASE("every encoding that VTK writes is the same run") {
@@ -61,7 +32,7 @@ TEST_CASE("every encoding that VTK writes is the same run") {
     files.insert(data() / "simulation" / "parts" / in_pieces);
   for (const fs::path& file : files) {
     CAPTURE(file.filename().string());
-    check_sample(file);
+    check_sample_grid(file);
   }
 }
 

@@ -48,12 +48,12 @@ std::string counts(const Cells& cells, std::size_t points) {
 }
 
 void require_finite(const std::vector<float>& positions, const std::vector<std::uint32_t>& node_ids,
-                    const std::filesystem::path& file) {
+                    const std::string& file) {
   const auto bad = std::find_if(positions.begin(), positions.end(), [](float value) { return !std::isfinite(value); });
   if (bad == positions.end()) return;
   const auto node = static_cast<std::size_t>(bad - positions.begin()) / 3;
   throw Error{Status::bad_input,
-              file.string() + ": node " + std::to_string(node_ids[node]) +
+              file + ": node " + std::to_string(node_ids[node]) +
                   " has a position that is not a number; the run has diverged or the file is damaged"};
 }
 }  // namespace
@@ -63,16 +63,16 @@ bool holds_run(const Grid& grid) {
                              [](const Array& array) { return displacement_time(array).has_value(); });
 }
 
-GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time, ListParts list_parts)
-    : read_(read_grid) {
-  for (const GridState& state : states) {
-    files_.push_back(state.file);
+GridReader::GridReader(std::vector<GridState> states, ReadState read_state, ReadGrid read_time, ListParts list_parts)
+    : given_(std::move(states)), read_(std::move(read_state)) {
+  for (const GridState& state : given_) {
+    if (files_.empty() || files_.back() != state.file) files_.push_back(state.file);
     if (list_parts == nullptr) continue;
     for (const auto& part : list_parts(state.file))
       if (std::ranges::find(parts_, part) == parts_.end()) parts_.push_back(part);
   }
-  grid_ = read_(files_.front());
-  const std::string name = files_.front().string();
+  grid_ = read_(given_.front());
+  const std::string name = given_.front().name();
   check_grid(grid_, name);
   joined_ = joined_points(grid_);
   require_joined(grid_, joined_, name, name);
@@ -82,10 +82,10 @@ GridReader::GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGr
   ids_ = all_ids(grid_);
   has_flags_ = has_alive_flags(grid_);
   unused_vector_ = displacement_vector(grid_);
-  if (files_.size() == 1) find_displacements(grid_);
+  if (given_.size() == 1) find_displacements(grid_);
   sourced_ = mesh_of(grid_, name);
-  require_finite(sourced_.mesh.positions, sourced_.mesh.node_ids, files_.front());
-  if (states_.empty()) find_times(states, grid_, read_time);
+  require_finite(sourced_.mesh.positions, sourced_.mesh.node_ids, name);
+  if (states_.empty()) find_times(given_, grid_, read_time);
   sources_ = fields_of(grid_, states_.front().suffix);
   for (const FieldSource& source : sources_) fields_.push_back(source.field);
 }
@@ -103,12 +103,12 @@ void GridReader::find_times(const std::vector<GridState>& states, const Grid& fi
     auto time = states[i].time;
     if (!time) time = i == 0 ? first.time : read_time == nullptr ? std::nullopt : read_time(states[i].file).time;
     if (!time && i > 0 && first.time)
-      throw Error{Status::bad_input, states[i].file.string() + ": has no time, but " + files_.front().string() +
+      throw Error{Status::bad_input, states[i].name() + ": has no time, but " + files_.front().string() +
                                          " has; they are not states of one run"};
     states_.push_back({i, time.value_or(static_cast<double>(i)), {}});
     if (!std::isfinite(states_[i].time) || (i > 0 && states_[i].time < states_[i - 1].time))
       throw Error{Status::bad_input,
-                  states[i].file.string() + ": its time " + std::to_string(states_[i].time) +
+                  states[i].name() + ": its time " + std::to_string(states_[i].time) +
                       " is earlier than that of the previous file; number the files in the order of time"};
   }
 }
@@ -150,16 +150,16 @@ void GridReader::join(Grid& grid) const {
   for (std::uint32_t& point : grid.cells.points) point = joined_[point];
 }
 
-void GridReader::load(std::size_t file) {
-  if (loaded_ == file) return;
-  Grid grid = read_(files_[file]);
-  const std::string name = files_[file].string();
+void GridReader::load(std::size_t given) {
+  if (loaded_ == given) return;
+  Grid grid = read_(given_[given]);
+  const std::string name = given_[given].name();
   check_grid(grid, name);
   join(grid);
   check_same_mesh(grid, name);
-  if (file != 0) check_same_arrays(grid, name);
+  if (given != 0) check_same_arrays(grid, name);
   grid_ = std::move(grid);
-  loaded_ = file;
+  loaded_ = given;
 }
 
 void GridReader::copy_positions(const Place& place, std::vector<float>& into) const {
@@ -182,12 +182,12 @@ std::string GridReader::remark() const {
 
 void GridReader::read(std::uint32_t state, bake::SimulationState& into) {
   const Place& at = place(state);
-  load(at.file);
+  load(at.given);
   into.time_s = at.time;
   copy_positions(at, into.positions);
-  require_finite(into.positions, sourced_.mesh.node_ids, files_[at.file]);
-  into.alive = alive_elements(grid_, sourced_, files_[at.file].string());
-  has_read_later_ = has_read_later_ || at.file > 0;
+  require_finite(into.positions, sourced_.mesh.node_ids, given_[at.given].name());
+  into.alive = alive_elements(grid_, sourced_, given_[at.given].name());
+  has_read_later_ = has_read_later_ || at.given > 0;
   has_moved_ = has_moved_ || into.positions != sourced_.mesh.positions;
   into.fields.resize(sources_.size());
   for (std::size_t f = 0; f < sources_.size(); ++f)

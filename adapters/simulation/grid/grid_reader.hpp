@@ -3,11 +3,17 @@
 
 #include "adapters/simulation/grid/grid_mesh.hpp"
 
+#include <functional>
+
 namespace lbea::io::grid {
 struct GridState {
   std::filesystem::path file;
-  std::optional<double> time;  // default: the file's own time, else the number of the state
+  std::optional<double> time = std::nullopt;         // default: the file's own time, else the number of the state
+  std::optional<std::uint32_t> step = std::nullopt;  // in a file with several states
+
+  [[nodiscard]] std::string name() const { return file.string() + (step ? ", step " + std::to_string(*step) : ""); }
 };
+using ReadState = std::function<Grid(const GridState& state)>;
 
 inline constexpr std::string_view displacement_array = "displacement_t";
 
@@ -18,9 +24,9 @@ inline constexpr std::string_view displacement_array = "displacement_t";
 /// displacement_t<time> is a run with a state per array; the fields of a state are in arrays with the same ending.
 class GridReader final : public bake::SimulationReader {
  public:
-  /// Reads the first file completely and, where `states` has no time, the time of each other file with `read_time`.
+  /// Reads the first state completely and, where `states` has no time, the time of each other file with `read_time`.
   /// Without any times, a gap in the numbers of the files is refused. `list_parts`: of formats whose files name others.
-  GridReader(std::vector<GridState> states, ReadGrid read_grid, ReadGrid read_time, ListParts list_parts = nullptr);
+  GridReader(std::vector<GridState> states, ReadState read_state, ReadGrid read_time, ListParts list_parts = nullptr);
 
   [[nodiscard]] const bake::SimulationMesh& mesh() const noexcept override { return sourced_.mesh; }
   [[nodiscard]] const std::vector<bake::SimulationField>& fields() const noexcept override { return fields_; }
@@ -34,7 +40,7 @@ class GridReader final : public bake::SimulationReader {
 
  private:
   struct Place {
-    std::size_t file = 0;
+    std::size_t given = 0;
     double time = 0;
     std::string suffix;  // of this state's arrays, in a file with all states
   };
@@ -42,13 +48,14 @@ class GridReader final : public bake::SimulationReader {
   void find_displacements(const Grid& grid);
   void find_times(const std::vector<GridState>& states, const Grid& first, ReadGrid read_time);
   void join(Grid& grid) const;
-  void load(std::size_t file);
+  void load(std::size_t given);
   void check_same_mesh(const Grid& grid, const std::string& file) const;
   void check_same_arrays(const Grid& grid, const std::string& file) const;
   void copy_positions(const Place& place, std::vector<float>& into) const;
 
-  std::vector<std::filesystem::path> files_, parts_;
-  ReadGrid read_;
+  std::vector<GridState> given_;
+  std::vector<std::filesystem::path> files_, parts_;  // each once
+  ReadState read_;
   Cells cells_;                        // of the first file
   std::size_t points_ = 0;             // of the first file
   std::vector<std::uint32_t> joined_;  // of a soup or of pieces: point -> the first point that is the same node

@@ -210,7 +210,7 @@ std::vector<GridState> read_vtk_collection(const std::filesystem::path& file) {
                                                    " is not a number; write one with a decimal point, without a unit");
     if (entry.attribute("file").empty() || *entry.attribute("file").value() == '\0')
       refuse(Status::bad_input, ": the entry at time " + word + " names no file; export it again");
-    states.push_back({file.parent_path() / entry.attribute("file").value(), time});
+    states.push_back({file.parent_path() / entry.attribute("file").value(), time, std::nullopt});
   }
   if (states.empty()) refuse(Status::bad_input, " names no file; export it again");
   std::stable_sort(states.begin(), states.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
