@@ -19,9 +19,10 @@
 
 namespace lbea::io {
 namespace grid {
-IsFormat is_ply, is_obj;
+IsFormat is_radioss_animation, is_ply, is_obj;
 bool is_stl(const std::filesystem::path& file, std::string_view start);
-ParseGrid parse_ply, parse_stl, parse_obj;
+ParseGrid parse_radioss_animation, parse_ply, parse_stl, parse_obj;
+Grid read_radioss_time(const std::filesystem::path& file);
 }  // namespace grid
 
 namespace {
@@ -93,6 +94,9 @@ Reader open_vtkhdf(const fs::path& file, Given) {
 
 constexpr std::array formats{
     SimulationFormat{"LS-DYNA d3plot", "family d3plot, d3plot01, ...: all its states", is_d3plot, open_family},
+    SimulationFormat{"OpenRadioss animation", "R004A001, ...: a state per numbered file",
+                     by_start<grid::is_radioss_animation>,
+                     open_series<grid::parse_radioss_animation, grid::read_radioss_time>},
     SimulationFormat{"VTKHDF", ".vtkhdf, .hdf with an unstructured grid or polygons: all its steps",
                      by_start<vtkhdf::is_vtkhdf>, open_vtkhdf},
     SimulationFormat{"VTK legacy",
