@@ -186,7 +186,7 @@ std::string list_simulation_formats() {
   std::string list = "Simulations, recognized by content; give a run's first file or a folder with one run:\n";
   for (const SimulationFormat& format : formats) {
     std::string name(format.name);
-    name.resize(std::max<std::size_t>(name.size() + 1, 21), ' ');
+    name.resize(std::max<std::size_t>(name.size() + 1, 22), ' ');
     list += "  " + name + format.text + "\n";
   }
   return list;

@@ -134,6 +134,16 @@ TEST_CASE("a d3part file stores the results of rigid shells, a d3plot file does 
   round_trip(d);
 }
 
+TEST_CASE("rigid shells alone have positions and ids, and no results") {
+  D3plot d = sample_d3plot(2);
+  d.ndim = 5;
+  d.material_types.assign(d.material_types.size(), 20);
+  d.solids.clear();
+  d.solid_parts.clear();
+  fill_states(d, 2);
+  CHECK(round_trip(d).empty());
+}
+
 TEST_CASE("shells alone and solids alone") {
   D3plot shells = sample_d3plot(2);
   shells.solids.clear();

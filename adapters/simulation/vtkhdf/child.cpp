@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <new>
 #include <optional>
 
 #include <fcntl.h>
@@ -22,7 +23,7 @@ namespace lbea::io::child {
 namespace {
 constexpr std::uint64_t least_seconds = 2,
                         bytes_per_second = 1'000'000;  // of processor time; far slower than any disk
-constexpr std::byte has_result{'r'}, has_error{'e'};
+constexpr std::byte has_result{'r'}, has_error{'e'}, has_no_memory{'m'};
 
 /// Memory that both processes see.
 class SharedMemory {
@@ -81,7 +82,10 @@ void work_in_child(const std::function<Bytes()>& work, const SharedMemory& memor
   Bytes result;
   try {
     result = work();
-  } catch (const Error& thrown) { error = thrown; } catch (...) {  // memory is used up, or overwritten
+  } catch (const Error& thrown) { error = thrown; } catch (const std::bad_alloc&) {
+    static_cast<void>(memory.write(std::array{has_no_memory}, 0));
+    return;
+  } catch (...) {  // memory is overwritten
     return;
   }
   if (error) {
@@ -113,6 +117,7 @@ Bytes run(const std::filesystem::path& file, const std::function<Bytes()>& work)
   wait_for(child);
   Bytes result = memory.read();
   const std::byte mark = result.empty() ? std::byte{} : result.front();
+  if (mark == has_no_memory) throw std::bad_alloc();
   if (mark != has_result && (mark != has_error || result.size() < 2))
     throw Error{Status::bad_input, file.string() + ": libhdf5 fails to read it; it is damaged, export it again (HDF5)"};
   result.erase(result.begin());

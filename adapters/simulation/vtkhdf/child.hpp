@@ -13,8 +13,8 @@
 namespace lbea::io::child {
 using Bytes = std::vector<std::byte>;
 
-/// What `work`, which reads `file`, returns in a child process. Rethrows its Error; throws Error{bad_input} when it
-/// crashes, prints nothing, or takes much longer than the size of the file explains.
+/// What `work`, which reads `file`, returns in a child process. Rethrows its Error or std::bad_alloc; throws
+/// Error{bad_input} when it crashes, or takes much longer than the size of the file explains. It prints nothing.
 [[nodiscard]] Bytes run(const std::filesystem::path& file, const std::function<Bytes()>& work);
 
 /// Lists of plain values, one after the other, with their lengths.
