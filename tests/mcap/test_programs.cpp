@@ -79,6 +79,30 @@ TEST_CASE("every replay gives the recorded results to the bit on any number of t
   }
 }
 
+TEST_CASE("any number of matchers gives, to the bit, the results of one") {
+  const std::string pose = (test::data() / "rail-demo/sensor.json").string();
+  for (const std::vector<std::string>& method : std::vector<std::vector<std::string>>{
+           {"lbea"}, {"vtp"}, {"fit"}, {"fit", "--fixed-pose"}, {"fit", "--frames-alone"}})
+    for (const std::string matchers : {"1", "2", "3"}) {
+      CAPTURE(method.front());
+      CAPTURE(method.back());
+      CAPTURE(matchers);
+      Bench bench;
+      std::vector<std::string> options{"--pose", pose, "--matchers", matchers, "--method"};
+      options.insert(options.end(), method.begin(), method.end());
+      record(bench, "run.mcap", 30, options);
+      CHECK(contains(text_of(bench.file("serve.out")), "\"matched\":30,"));
+      CHECK((contains(text_of(bench.file("serve.err")), "one after the other")) ==
+            (method.front() == "fit" && method.back() != "--frames-alone" && matchers != "1"));
+      const test::Outcome against = bench.replay("run.mcap --model " LBEA_MODEL " --against --threads 1 --json");
+      CAPTURE(against.err);
+      CHECK(against.exit_code == 0);
+      const Json tally = Json::parse(against.out);
+      CHECK(tally["same"] == 30);
+      CHECK(tally["different"] == 0);
+    }
+}
+
 TEST_CASE("a replay with another model is reported") {
   Bench bench;
   record(bench, "run.mcap", 10);

@@ -11,12 +11,14 @@ namespace lbea::test {
 
 using namespace lbea::tool;
 
-/// Waits for `delay`; its match is the simulation whose number is the first point's x.
+/// Waits for `delay`, or for the first point's y in us; its match is the simulation whose number is the first point's
+/// x.
 class FakeEngine final : public MatchEngine {
  public:
   explicit FakeEngine(std::chrono::microseconds delay = {}) : delay_(delay) {}
-  MatchResult match(const Frame& frame) noexcept override {
-    if (delay_.load().count() > 0) std::this_thread::sleep_for(delay_.load());
+  MatchResult match(const Frame& frame, std::uint32_t matcher) noexcept override {
+    const auto own = std::chrono::microseconds(frame.points.empty() ? 0 : static_cast<int>(frame.points[0].y));
+    if (const auto delay = std::max(delay_.load(), own); delay.count() > 0) std::this_thread::sleep_for(delay);
     MatchResult result;
     result.frame_id = frame.id;
     result.stamp_ns = frame.stamp_ns;
@@ -27,8 +29,8 @@ class FakeEngine final : public MatchEngine {
     }
     result.coverage = 0.5f;
     if (frame.points.size() == 1) result.status = Status::low_coverage;
-    match_ = {{static_cast<std::uint32_t>(frame.points[0].x), 3}, 1.5f};
-    result.matches = {&match_, 1};
+    matches_[matcher] = {{static_cast<std::uint32_t>(frame.points[0].x), 3}, 1.5f};
+    result.matches = {&matches_[matcher], 1};
     result.elapsed_ns = {1, 2, 3, 4, 5};
     return result;
   }
@@ -40,7 +42,7 @@ class FakeEngine final : public MatchEngine {
 
  private:
   std::atomic<std::chrono::microseconds> delay_;
-  Match match_;
+  std::array<Match, 8> matches_{};  // of as many matchers
 };
 
 }  // namespace lbea::test

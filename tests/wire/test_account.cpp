@@ -93,6 +93,7 @@ PipelineConfig config(std::mt19937& random) {
   config.limits.least_message_bytes = 0;
   config.limits.queued_messages = 1 + random() % 64;
   config.queue_slots = 1 + random() % 16;
+  config.matchers = static_cast<std::uint32_t>(1 + random() % 3);
   config.state_interval = 20ms;
   return config;
 }
@@ -160,7 +161,7 @@ TEST_CASE(
       std::mt19937 moods(round + 1000);
       for (std::uint64_t captured = 0; !done;) {
         const Counters now = pipeline.counters();
-        CHECK(now.on_the_way() <= chosen.queue_slots + 2u);
+        CHECK(now.on_the_way() <= chosen.queue_slots + chosen.matchers + 1u);
         CHECK(now.captured() >= captured);
         captured = now.captured();
         if (moods() % 100 == 0) engine.set_delay(std::chrono::microseconds(moods() % 3 == 0 ? moods() % 2000 : 0));

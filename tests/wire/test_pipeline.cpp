@@ -45,8 +45,8 @@ class Bench {
     REQUIRE(eventually([&] { return subscriber.receive(10ms).has_value(); }));
   }
 
-  void send(std::uint64_t id, std::size_t points, std::uint64_t session = 1) {
-    const std::vector<Point> cloud(points, Point{4, 0, 0});
+  void send(std::uint64_t id, std::size_t points, std::uint64_t session = 1, const Point& first = {4, 0, 0}) {
+    const std::vector<Point> cloud(points, first);
     send_bytes(encoder.frame({id, 77, cloud}, session));
   }
   void send_bytes(std::span<const std::byte> bytes) { REQUIRE(sender.send(bytes, 30s)); }
@@ -164,6 +164,119 @@ TEST_CASE("every frame gets a result, in order, with names, times and counters")
     CHECK(counters.missed == 0);
     CHECK(is_complete(counters));
   }
+}
+
+// Each frame takes another time, so that later ones are often matched before earlier ones.
+TEST_CASE("several matchers: every frame has its own result, in order, with the counters of one matcher") {
+  for (const std::uint32_t matchers : {1u, 2u, 3u, 8u}) {
+    CAPTURE(matchers);
+    PipelineConfig config = Bench::small();
+    config.matchers = matchers;
+    config.queue_slots = 400;
+    Bench bench({}, config);
+    std::mt19937 random(matchers);
+    constexpr std::uint64_t frames = 300;
+    for (std::uint64_t id = 0; id < frames; ++id)
+      bench.send(id, id % 50 == 7 ? 0 : 5, 1, {static_cast<float>(id), static_cast<float>(random() % 4 * 500), 0});
+    bench.send_bytes(bench.encoder.end_of_stream(1, frames));
+    const Counters counters = bench.finish();
+    CHECK(is_complete(counters));
+    check_published_as_counted(bench, counters);
+    REQUIRE(bench.results.size() == frames + 1);
+    for (std::uint64_t id = 0; id < frames; ++id) {
+      const WireResult& result = bench.results[id];
+      CHECK(result.frame_id == id);
+      CHECK(result.status == (id % 50 == 7 ? WireStatus::empty_frame : WireStatus::ok));
+      if (id % 50 != 7) CHECK(result.matches.at(0).sample == Sample{static_cast<std::uint32_t>(id), 3});
+      const Counters& then = result.counters;
+      CHECK(then.of(WireStatus::ok) + then.of(WireStatus::empty_frame) >= id + 1);
+    }
+    CHECK(bench.results.back().status == WireStatus::end_of_stream);
+  }
+}
+
+namespace {
+
+/// Frames depend on earlier ones; notes the order of calls.
+class OrderedEngine final : public MatchEngine {
+ public:
+  MatchResult match(const Frame& frame, std::uint32_t) noexcept override {
+    calls.push_back("match " + std::to_string(frame.id));
+    MatchResult result;
+    result.frame_id = frame.id;
+    return result;
+  }
+  [[nodiscard]] bool matches_frames_alone() const noexcept override { return false; }
+  const TestState* track(const MatchResult& result) noexcept override {
+    calls.push_back("track " + std::to_string(result.frame_id));
+    return nullptr;
+  }
+  void begin_test() noexcept override { calls.emplace_back("begin"); }
+  [[nodiscard]] std::string_view simulation_name(std::uint32_t) const noexcept override { return "run"; }
+  [[nodiscard]] double time_s(Sample) const noexcept override { return 0; }
+
+  std::vector<std::string> calls;  // no thread may add one while another does
+};
+
+}  // namespace
+
+TEST_CASE("frames that depend on earlier ones are matched one after the other by any number of matchers") {
+  PipelineConfig config = Bench::small();
+  config.matchers = 3;
+  PipelineQueues queues(config);
+  OrderedEngine engine;
+  FrameMatcher matcher(config, engine, queues);
+  std::vector<std::thread> threads;
+  for (std::uint32_t i = 0; i < config.matchers; ++i) threads.emplace_back(&FrameMatcher::run, &matcher, i);
+  std::vector<std::string> expected;
+  std::size_t published = 0;
+  for (std::uint64_t id = 0; id < 2'000; ++id) {
+    FrameSlot& slot = queues.frames.wait_and_claim();
+    slot.header.id = id;
+    slot.header.session = id / 100;
+    slot.header.end_of_stream = id % 100 == 50;
+    slot.header.points = 1;
+    if (id % 100 == 0 || id % 100 == 51) expected.emplace_back("begin");
+    if (!slot.header.end_of_stream)
+      expected.insert(expected.end(), {"match " + std::to_string(id), "track " + std::to_string(id)});
+    queues.frames.publish();
+    for (; queues.outcomes.front() != nullptr; queues.outcomes.release())
+      CHECK(queues.outcomes.front()->result.frame_id == published++);
+  }
+  queues.frames.close();
+  for (; published < 2'000; queues.outcomes.release()) {
+    REQUIRE(eventually([&] { return queues.outcomes.front() != nullptr; }));
+    CHECK(queues.outcomes.front()->result.frame_id == published++);
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(engine.calls == expected);
+  CHECK(matcher.current_frame() == 1'999);
+}
+
+// Otherwise the watchdog of lbea-serve would not notice a hanging matcher beside an idle one.
+TEST_CASE("rounds do not rise while a frame is being matched, whatever the other matchers do") {
+  PipelineConfig config = Bench::small();
+  config.matchers = 2;
+  PipelineQueues queues(config);
+  FakeEngine engine(1s);
+  FrameMatcher matcher(config, engine, queues);
+  std::vector<std::thread> threads;
+  for (std::uint32_t i = 0; i < config.matchers; ++i) threads.emplace_back(&FrameMatcher::run, &matcher, i);
+  REQUIRE(eventually([&] { return matcher.rounds() > 2; }));  // idle
+  FrameSlot& slot = queues.frames.wait_and_claim();
+  slot.header.id = 17;
+  slot.header.points = 1;
+  queues.frames.publish();
+  REQUIRE(eventually([&] { return matcher.current_frame() == 17; }));
+  const std::uint64_t rounds = matcher.rounds();
+  while (queues.outcomes.front() == nullptr) {
+    const std::uint64_t now = matcher.rounds();
+    if (queues.outcomes.front() == nullptr) CHECK(now == rounds);
+    std::this_thread::sleep_for(5ms);
+  }
+  REQUIRE(eventually([&] { return matcher.rounds() > rounds + 1; }));
+  queues.frames.close();
+  for (std::thread& thread : threads) thread.join();
 }
 
 TEST_CASE("with a slow matcher, frames beyond the queue are dropped, counted and published") {
@@ -295,6 +408,7 @@ TEST_CASE("with random stalls of the matcher the tally is exact") {
   for (int round = 0; round < 3; ++round) {
     PipelineConfig config = Bench::small();
     config.queue_slots = 1 + random() % 4;
+    config.matchers = 1 + static_cast<std::uint32_t>(round);
     Bench bench({}, config);
     std::uint64_t sent = 0;
     for (; sent < 300; ++sent) {

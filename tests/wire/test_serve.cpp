@@ -141,7 +141,7 @@ TEST_CASE("a sample sent as a frame is found, by either method") {
 TEST_CASE("SIGTERM with frames in flight: every received frame is accounted for and published") {
   for (int round = 0; round < 3; ++round) {
     Bench bench;
-    const auto server = bench.serve({"--queue", "4"});
+    const auto server = bench.serve({"--queue", "4", "--matchers", std::to_string(1 + round)});
     WireContext context;
     ResultSource results(context, bench.results());
     Camera camera(context, bench.frames());
@@ -154,10 +154,17 @@ TEST_CASE("SIGTERM with frames in flight: every received frame is accounted for 
       }
     });
     std::map<Fate, std::uint64_t> heard;
+    std::uint64_t next_matched = 0;
     const auto hear = [&](std::chrono::milliseconds timeout) {
       const auto message = results.receive(timeout);
       WireResult result;
-      if (message && decode_result(*message, result) == WireStatus::ok) ++heard[fate_of(result.status)];
+      if (message && decode_result(*message, result) == WireStatus::ok) {
+        ++heard[fate_of(result.status)];
+        if (fate_of(result.status) == Fate::matched) {
+          CHECK(result.frame_id >= next_matched);
+          next_matched = result.frame_id + 1;
+        }
+      }
       return message.has_value();
     };
     for (int i = 0; i < 100 + 40 * round; ++i) hear(30s);

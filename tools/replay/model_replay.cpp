@@ -33,8 +33,11 @@ struct ReplayedFrame {
   bool is_wanted = true;
 };
 
-/// With fit, a frame is matched with what the earlier ones of its test have shown: one after the other.
-bool has_history(const RunSettings& settings) { return settings.matcher.method == Method::fit; }
+/// With fit, a frame is matched with what the earlier ones of its test have shown, one after the other, unless
+/// the run did not.
+bool has_history(const RunSettings& settings) {
+  return settings.matcher.method == Method::fit && settings.frames_alone == 0;
+}
 
 /// Matches recorded frames. The same recording and model give the same results to the last bit on any number of
 /// threads.
@@ -51,7 +54,8 @@ class MatchReplay {
         begin_(threads),
         end_(threads) {
     if (has_history(settings))
-      history_.emplace(history_for(model, config_, views, {settings.estimates_pose != 0, settings.knows_impact != 0}));
+      history_.emplace(
+          history_for(model, config_, views, {true, settings.estimates_pose != 0, settings.knows_impact != 0}));
     reserve(outcome_, config_.max_matches);
     workers_.reserve(slots_.size() - 1);
     try {

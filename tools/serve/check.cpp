@@ -139,7 +139,8 @@ int check(ServeOptions options) {
   const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;
   const std::uint64_t model_bytes = model ? model->hot_bytes(options.matcher.method) : 0;
   preflight.add(check_memory(queue_bytes(options) + model_bytes + ring_bytes));
-  for (Finding& finding : check_privileges(options.privileges, model ? &*model : nullptr, options.matcher.method))
+  for (Finding& finding : check_privileges(options.privileges, options.pipeline.matchers, model ? &*model : nullptr,
+                                           options.matcher.method))
     preflight.add(std::move(finding));
   for (Finding& finding : check_clock()) preflight.add(std::move(finding));
   preflight.add(check_descriptors());

@@ -21,6 +21,13 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
       ->check(existing_file());
   tool.add_flag("--fixed-pose{false}", options.estimates_pose,
                 "with fit: do not estimate the pose error of each test from its frames");
+  tool.add_flag("--frames-alone", options.frames_alone,
+                "with fit: match each frame without what the earlier ones of its test have shown (pose error, shapes, "
+                "time of the impact)");
+  tool.add_option("--matchers", options.pipeline.matchers,
+                  "matching threads: frames are matched side by side, results are the same and in the same order; with "
+                  "fit only if --frames-alone, otherwise one after the other")
+      ->check(in_range(1u, 64u));
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
   tool.add_option_function(
       "--trigger-ns", set_trigger,
@@ -40,8 +47,9 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
 void add_operation_options(Tool& tool, ServeOptions& options) {
   tool.add_option("--metrics", options.metrics_address,
                   "address on this machine for Prometheus metrics, e.g. 127.0.0.1:9464");
-  tool.add_option("--pin", options.privileges.pin, "processor for the matching thread");
-  tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching thread")
+  tool.add_option("--pin", options.privileges.pin,
+                  "processor for the matching thread; with --matchers, for the first one, the others follow");
+  tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching threads")
       ->check(in_range(1, 99));
   tool.add_flag("--lock-memory", options.privileges.lock_memory, "lock all memory in RAM");
   tool.add_flag("--check", options.check,
@@ -101,6 +109,10 @@ std::vector<Finding> check_options(const ServeOptions& options, const Model& mod
     findings.push_back({"method", Finding::Level::warning,
                         std::string(name_of(options.matcher.method)) +
                             ", because the model has no depth images for this pose: no verdict; see --method fit"});
+  if (options.pipeline.matchers > 1 && options.matcher.method == Method::fit && !options.frames_alone)
+    findings.push_back({"matchers", Finding::Level::warning,
+                        "fit matches the frames of a test one after the other, with what the earlier ones have shown; "
+                        "side by side with --frames-alone"});
   if (model.reference_mode() == ReferenceMode::over_time && !options.recording.trigger_ns)
     findings.push_back({"trigger-ns", Finding::Level::warning,
                         "missing: the model was baked over time, so its reference mesh depends on the time since the "
@@ -115,7 +127,8 @@ std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
 }
 
 std::uint64_t queue_bytes(const ServeOptions& options) noexcept {
-  return std::uint64_t{options.pipeline.queue_slots} * options.matcher.max_points * sizeof(Point);
+  return (std::uint64_t{options.pipeline.queue_slots} + options.pipeline.matchers - 1) * options.matcher.max_points *
+         sizeof(Point);
 }
 
 }  // namespace lbea::tool

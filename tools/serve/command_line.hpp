@@ -16,6 +16,7 @@ struct ServeOptions {
   std::optional<Method> method;  // none: choose_method() chooses it
   MatcherConfig matcher;
   bool estimates_pose = true;  // with fit, the pose error of each test
+  bool frames_alone = false;   // with fit, without what the earlier frames have shown
   PipelineConfig pipeline;
   RecordingOptions recording;
   ServerAccessOptions access;
@@ -33,7 +34,7 @@ void choose_method(ServeOptions& options, const Model& model);
 [[nodiscard]] std::vector<Finding> check_options(const ServeOptions& options, const Model& model);
 /// The index of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
-/// Memory of the queue in bytes: one slot of max_points per waiting frame, allocated at the start.
+/// Memory of the queue in bytes: one slot of max_points per waiting frame and further matcher, allocated at the start.
 [[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
 /// --check: tests everything that does not need frames and prints the findings. Returns the exit code.
 int check(ServeOptions options);

@@ -128,9 +128,9 @@ WriteProbe probe_writing(int descriptor, std::uint64_t bytes) {
 
 }  // namespace
 
-std::vector<Finding> request_for_thread(const PrivilegeRequest& request) {
+std::vector<Finding> request_for_thread(const PrivilegeRequest& request, std::uint32_t matcher) {
   std::vector<Finding> answers;
-  if (request.pin) answers.push_back(pin(*request.pin));
+  if (request.pin) answers.push_back(pin(*request.pin + matcher));
   if (request.realtime) answers.push_back(become_realtime(*request.realtime));
   return answers;
 }
@@ -172,9 +172,13 @@ Finding check_memory(std::uint64_t needed) {
   return {"memory", needed > available / 2 ? Level::warning : Level::ok, text};
 }
 
-std::vector<Finding> check_privileges(const PrivilegeRequest& request, const Model* model, Method method) {
+std::vector<Finding> check_privileges(const PrivilegeRequest& request, std::uint32_t matchers, const Model* model,
+                                      Method method) {
   std::vector<Finding> findings;
-  std::thread([&] { findings = request_for_thread(request); }).join();
+  for (std::uint32_t i = 0; i < matchers; ++i)
+    std::thread([&] {
+      for (Finding& finding : request_for_thread(request, i)) findings.push_back(std::move(finding));
+    }).join();
   for (Finding& finding : request_for_process(request, model, method)) findings.push_back(std::move(finding));
   if (findings.empty())
     findings.push_back({"privileges", Level::ok, "none requested (--pin, --realtime, --lock-memory)"});

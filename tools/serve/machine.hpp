@@ -9,7 +9,7 @@ namespace lbea::tool {
 
 /// Optional: the program also runs without them.
 struct PrivilegeRequest {
-  std::optional<unsigned> pin;  // processor for the matching thread
+  std::optional<unsigned> pin;  // processor for the matching thread; for several: of the first, others follow
   std::optional<int> realtime;  // its SCHED_FIFO priority, 1 to 99
   bool lock_memory = false;  // present and future memory of the process, except parts of the model that no frame needs
 };
@@ -22,8 +22,8 @@ struct Finding {
   std::string text;
 };
 
-/// For the calling thread, which becomes the matching thread.
-[[nodiscard]] std::vector<Finding> request_for_thread(const PrivilegeRequest& request);
+/// For the calling thread, which becomes a matching thread, by its number.
+[[nodiscard]] std::vector<Finding> request_for_thread(const PrivilegeRequest& request, std::uint32_t matcher);
 /// For the process, after it has opened its model (if any) and before it allocates much.
 [[nodiscard]] std::vector<Finding> request_for_process(const PrivilegeRequest& request, const Model* model,
                                                        Method method);
@@ -35,8 +35,9 @@ void raise_descriptor_limit() noexcept;
 [[nodiscard]] std::vector<Finding> check_clock();
 /// Whether `needed` bytes of memory are free.
 [[nodiscard]] Finding check_memory(std::uint64_t needed);
-/// Makes each request in a temporary thread or in this process.
-[[nodiscard]] std::vector<Finding> check_privileges(const PrivilegeRequest& request, const Model* model, Method method);
+/// Makes each request in temporary threads or in this process.
+[[nodiscard]] std::vector<Finding> check_privileges(const PrivilegeRequest& request, std::uint32_t matchers,
+                                                    const Model* model, Method method);
 /// Writes a temporary file of `bytes` bytes in `folder`: rate, longest stall, and free space.
 [[nodiscard]] Finding check_disk(const std::filesystem::path& folder, std::uint64_t bytes);
 

@@ -47,6 +47,7 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
   settings.matcher = options.matcher;
   settings.estimates_pose = options.estimates_pose ? 1 : 0;
   settings.knows_impact = options.recording.trigger_ns ? 1 : 0;
+  settings.frames_alone = options.frames_alone ? 1 : 0;
   settings.sensor_json = options.sensor_json;
   settings.start_ns = wire::wall_clock_ns();
   return settings;
@@ -191,11 +192,12 @@ std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
 int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
   ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file),
-                     {options.estimates_pose, options.recording.trigger_ns.has_value()});
+                     {!options.frames_alone, options.estimates_pose, options.recording.trigger_ns.has_value()},
+                     options.pipeline.matchers);
   wire::WireContext context;
   const ServiceNotify service;
   PipelineConfig config = pipeline_config(options, model);
-  config.on_matching_thread = [&] { report(request_for_thread(options.privileges)); };
+  config.on_matching_thread = [&](std::uint32_t matcher) { report(request_for_thread(options.privileges, matcher)); };
   const wire::ServerAccess listeners = options.access.load_for_listeners();
   wire::FrameSource frames(context, options.frames_endpoint, config.limits, options.access.load());
   wire::ResultSink results(context, options.results_endpoint, wire::results_held, listeners);

@@ -2,49 +2,73 @@
 
 namespace lbea::tool {
 
-void FrameMatcher::run() noexcept {
-  if (on_start_) on_start_();
-  while (true) {
-    ++rounds_;
-    const bool is_closed = queues_.frames.closed();
-    if (FrameSlot* slot = queues_.frames.front()) {
-      match(*slot);
-    } else if (is_closed) {
-      break;
-    } else {
-      queues_.matcher_bell.wait_for(max_idle);
-    }
-  }
-  queues_.outcomes.close();
+void FrameMatcher::run(std::uint32_t matcher) noexcept {
+  if (on_start_) on_start_(matcher);
+  for (Work work; take(work);) match(work, matcher);
 }
 
-void FrameMatcher::match(FrameSlot& slot) noexcept {
+bool FrameMatcher::take(Work& work) noexcept {
+  const std::lock_guard lock(taking_);
+  work.turn = taken_;
+  while (true) {
+    const bool is_closed = queues_.frames.closed();
+    work.slot = queues_.frames.at(work.turn);
+    if (work.slot != nullptr || is_closed) break;
+    if (turns_.ended() == work.turn) ++rounds_;  // otherwise a thread that hangs would not be noticed
+    queues_.matcher_bell.wait_for(max_idle);
+  }
+  if (work.slot == nullptr) return false;
+  ids_[work.turn % ids_.size()] = work.slot->header.id;
+  taken_ = work.turn + 1;
+  work.queue_ns = since_ns(work.slot->queued);
+  return true;
+}
+
+std::uint64_t FrameMatcher::current_frame() const noexcept {
+  const std::uint64_t taken = taken_, ended = turns_.ended(), oldest = ended < taken || ended == 0 ? ended : ended - 1;
+  return ids_[oldest % ids_.size()];
+}
+
+void FrameMatcher::match(const Work& work, std::uint32_t matcher) noexcept {
+  const FrameSlot& slot = *work.slot;
+  const Frame frame{slot.header.id, slot.header.stamp_ns,
+                    std::span<const Point>(slot.points).first(slot.header.points)};
+  const bool is_frame = !slot.header.end_of_stream, is_alone = engine_.matches_frames_alone();
+  MatchResult match;
+  if (is_frame && is_alone) match = engine_.match(frame, matcher);
+  turns_.wait_for(work.turn);
+  begin_test_of(slot);
+  if (is_frame && !is_alone) match = engine_.match(frame, matcher);
   Outcome& outcome = queues_.outcomes.wait_and_claim();
-  current_frame_.store(slot.header.id, std::memory_order_relaxed);
-  fill(outcome, slot);
+  fill(outcome, work);
+  if (is_frame) fill_outcome(outcome, match, engine_.track(match));
   queues_.frames.release();
   queues_.account.counters.count(outcome.result.status);
   queues_.outcomes.publish();
+  ++rounds_;
+  turns_.end_turn();
 }
 
-void FrameMatcher::fill(Outcome& outcome, FrameSlot& slot) noexcept {
+/// All but what the engine finds.
+void FrameMatcher::fill(Outcome& outcome, const Work& work) noexcept {
   clear(outcome);
   wire::WireResult& result = outcome.result;
-  result.session = slot.header.session;
-  result.frame_id = slot.header.id;
-  result.stamp_ns = slot.header.stamp_ns;
-  result.receive_ns = slot.receive_ns;
-  result.elapsed_ns.decode = slot.decode_ns;
-  result.elapsed_ns.queue = since_ns(slot.queued);
+  result.session = work.slot->header.session;
+  result.frame_id = work.slot->header.id;
+  result.stamp_ns = work.slot->header.stamp_ns;
+  result.receive_ns = work.slot->receive_ns;
+  result.elapsed_ns.decode = work.slot->decode_ns;
+  result.elapsed_ns.queue = work.queue_ns;
   result.status = wire::WireStatus::end_of_stream;
+}
+
+/// An end of stream ends the test of its session.
+void FrameMatcher::begin_test_of(const FrameSlot& slot) noexcept {
   if (slot.header.end_of_stream) {
     if (session_ == slot.header.session) session_.reset();
-    return;
+  } else if (slot.header.session != std::exchange(session_, slot.header.session)) {
+    engine_.begin_test();
   }
-  if (slot.header.session != std::exchange(session_, slot.header.session)) engine_.begin_test();
-  const MatchResult match = engine_.match(
-      {slot.header.id, slot.header.stamp_ns, std::span<const Point>(slot.points).first(slot.header.points)});
-  fill_outcome(outcome, match, engine_.track(match));
 }
 
 }  // namespace lbea::tool

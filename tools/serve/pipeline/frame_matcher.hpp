@@ -1,30 +1,60 @@
-// The matching thread: turns each queued frame into an outcome.
+// The matching threads: turn queued frames into outcomes, in their order.
 #pragma once
 
 #include "tools/serve/pipeline/pipeline_queues.hpp"
 
 namespace lbea::tool {
 
+/// Lets threads that work side by side go on one after the other, by their numbers.
+class Turns {
+ public:
+  void wait_for(std::uint64_t turn) const noexcept {
+    for (std::uint64_t ended = ended_; ended != turn; ended = ended_) ended_.wait(ended);
+  }
+  void end_turn() noexcept {
+    ++ended_;
+    ended_.notify_all();
+  }
+  [[nodiscard]] std::uint64_t ended() const noexcept { return ended_; }
+
+ private:
+  std::atomic<std::uint64_t> ended_{0};
+};
+
+/// Each thread takes the oldest frame that no other has taken, matches it beside theirs unless its result depends on
+/// the frames before it, and then waits for its turn: outcomes, counters and tests are those of a single thread.
 class FrameMatcher {
  public:
   FrameMatcher(const PipelineConfig& config, MatchEngine& engine, PipelineQueues& queues)
-      : on_start_(config.on_matching_thread), engine_(engine), queues_(queues) {}
-  /// Runs until the queue of frames is closed and empty.
-  void run() noexcept;
+      : on_start_(config.on_matching_thread), engine_(engine), queues_(queues), ids_(config.matchers) {}
+  /// One thread per matcher: runs until the queue of frames is closed and empty.
+  void run(std::uint32_t matcher) noexcept;
   // Any thread:
-  /// The id of the frame that is being matched, or was matched last.
-  [[nodiscard]] std::uint64_t current_frame() const noexcept { return current_frame_.load(std::memory_order_relaxed); }
+  /// The id of the oldest frame that is being matched, or of the one that was matched last.
+  [[nodiscard]] std::uint64_t current_frame() const noexcept;
+  /// Rises while no frame is being matched, and with each outcome.
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
 
  private:
-  void match(FrameSlot& slot) noexcept;
-  void fill(Outcome& outcome, FrameSlot& slot) noexcept;
+  struct Work {
+    FrameSlot* slot = nullptr;
+    std::uint64_t turn = 0;
+    std::uint32_t queue_ns = 0;
+  };
+  /// Waits for a frame. False when there will be none.
+  [[nodiscard]] bool take(Work& work) noexcept;
+  void match(const Work& work, std::uint32_t matcher) noexcept;
+  void fill(Outcome& outcome, const Work& work) noexcept;
+  void begin_test_of(const FrameSlot& slot) noexcept;
 
-  std::function<void()> on_start_;  // may be empty
+  std::function<void(std::uint32_t)> on_start_;  // may be empty
   MatchEngine& engine_;
   PipelineQueues& queues_;
-  std::optional<std::uint64_t> session_;  // of the test; none before its first frame
-  std::atomic<std::uint64_t> current_frame_{0};
+  std::mutex taking_;
+  std::atomic<std::uint64_t> taken_{0};
+  Turns turns_;
+  std::vector<std::atomic<std::uint64_t>> ids_;  // of the frames being matched, by their turns
+  std::optional<std::uint64_t> session_;         // of the test; none before its first frame
   std::atomic<std::uint64_t> rounds_{0};
 };
 

@@ -24,7 +24,7 @@ Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource
   if (config_.one_sender) receiver_.allow_one_sender();
   try {
     publishing_ = std::thread(&ResultPublisher::run, &publisher_);
-    matching_ = std::thread(&FrameMatcher::run, &matcher_);
+    for (std::uint32_t i = 0; i < config_.matchers; ++i) matching_.emplace_back(&FrameMatcher::run, &matcher_, i);
     receiving_ = std::thread(&FrameReceiver::run, &receiver_);
   } catch (...) {  // the destructor does not run
     stop();
@@ -39,7 +39,8 @@ void Pipeline::stop() {
   receiver_.stop();
   if (receiving_.joinable()) receiving_.join();
   queues_.frames.close();
-  if (matching_.joinable()) matching_.join();
+  for (std::thread& thread : matching_)
+    if (thread.joinable()) thread.join();
   queues_.outcomes.close();
   if (publishing_.joinable()) publishing_.join();
 }

@@ -1,5 +1,5 @@
-// Frames in, results out: a receiving, a matching and a publishing thread with bounded queues between them.
-// Every capture ends in exactly one status: matched, rejected or dropped (by reason), and in one result.
+// Frames in, results out: a receiving, one or several matching and a publishing thread with bounded queues between
+// them. Every capture ends in exactly one status: matched, rejected or dropped (by reason), and in one result.
 #pragma once
 
 #include "tools/serve/pipeline/frame_matcher.hpp"
@@ -11,6 +11,7 @@ namespace lbea::tool {
 
 class Pipeline {
  public:
+  /// The engine needs as many matchers as `config`.
   Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource frames, wire::ResultSink results);
   ~Pipeline();
   /// Stops receiving, takes in what has already arrived, matches all of it and publishes the last results.
@@ -28,10 +29,10 @@ class Pipeline {
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return publisher_.total_times(); }
   /// The constant part of the state.
   [[nodiscard]] const wire::WireState& description() const noexcept { return config_.description; }
-  /// Loop counts of receiver, matcher and publisher: each rises at least every 100 ms unless its thread hangs.
+  /// Loop counts of receiver, matchers and publisher: each rises at least every 100 ms unless its thread hangs.
   using Rounds = std::array<std::uint64_t, 3>;
   [[nodiscard]] Rounds rounds() const noexcept { return {receiver_.rounds(), matcher_.rounds(), publisher_.rounds()}; }
-  /// The id of the frame that is being matched, or was matched last.
+  /// The id of the oldest frame that is being matched, or of the one that was matched last.
   [[nodiscard]] std::uint64_t current_frame() const noexcept { return matcher_.current_frame(); }
 
  private:
@@ -41,7 +42,8 @@ class Pipeline {
   FrameReceiver receiver_;
   FrameMatcher matcher_;
   ResultPublisher publisher_;
-  std::thread receiving_, matching_, publishing_;
+  std::thread receiving_, publishing_;
+  std::vector<std::thread> matching_;
 };
 
 }  // namespace lbea::tool

@@ -1,5 +1,5 @@
-// What the receiving, the matching and the publishing thread share: the configuration, the bounded queues between them,
-// and the account of the run. And the intake, which fills the queues.
+// What the receiving, the matching and the publishing threads share: the configuration, the bounded queues between
+// them, and the account of the run. And the intake, which fills the queues.
 #pragma once
 
 #include "tools/shared/intake/channel.hpp"
@@ -20,6 +20,7 @@ struct ExpectedImpact {
 struct PipelineConfig {
   wire::WireLimits limits;
   std::uint32_t queue_slots = 16;  // frames that may wait for the matcher; 1.5 MB each at 131,072 points
+  std::uint32_t matchers = 1;      // matching threads; each has a frame beside the queue, but for one
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
   std::chrono::milliseconds sender_timeout = IdTracker::default_sender_timeout;
@@ -27,8 +28,9 @@ struct PipelineConfig {
   double unidentified_results_per_second = 1000;  // results for messages without a readable id
   std::optional<ExpectedImpact> impact{};         // if it was given: stamps far from it are logged
   wire::WireState description;                    // the constant part: version, method, model
-  std::function<void()> on_matching_thread;       // called there once before the first frame; may be empty
-  RunObserver* observer = nullptr;                // optional; must outlive the pipeline
+  /// Called once on each matching thread, with its number, before the first frame; may be empty.
+  std::function<void(std::uint32_t)> on_matching_thread;
+  RunObserver* observer = nullptr;  // optional; must outlive the pipeline
 };
 
 struct FrameSlot {
@@ -42,7 +44,9 @@ struct FrameSlot {
 struct PipelineQueues {
   /// Allocates all slots.
   explicit PipelineQueues(const PipelineConfig& config)
-      : frames(config.queue_slots, &matcher_bell), outcomes(64, &publisher_bell), rejections(4096, &publisher_bell) {
+      : frames(config.queue_slots + config.matchers - 1, &matcher_bell),
+        outcomes(64, &publisher_bell),
+        rejections(4096, &publisher_bell) {
     for (FrameSlot& slot : frames.slots()) slot.points.resize(config.limits.max_points);
     for (Outcome& outcome : outcomes.slots()) reserve(outcome, config.max_matches);
   }
@@ -52,8 +56,8 @@ struct PipelineQueues {
   }
 
   Doorbell matcher_bell, publisher_bell;
-  Channel<FrameSlot> frames;             // receiver to matcher
-  Channel<Outcome> outcomes;             // matcher to publisher
+  Channel<FrameSlot> frames;             // receiver to matchers
+  Channel<Outcome> outcomes;             // matchers to publisher
   Channel<wire::WireResult> rejections;  // receiver to publisher: rejected and dropped frames
   SharedAccount account;
   std::atomic<bool> state_requested{false};  // publish a state before its regular time

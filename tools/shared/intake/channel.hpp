@@ -37,7 +37,8 @@ class Doorbell {
 };
 
 /// A queue from exactly one producer thread to exactly one consumer thread. Slots keep their place and are filled and
-/// read in place, so that the memory they hold (a cloud's points) is allocated once.
+/// read in place, so that the memory they hold (a cloud's points) is allocated once. Several threads may take the part
+/// of one, each after the other has finished.
 template <class T>
 class Channel {
  public:
@@ -87,12 +88,13 @@ class Channel {
   }
   [[nodiscard]] bool closed() const noexcept { return closed_; }
 
-  /// Consumer: the oldest published slot, or null when there is none. It stays valid until release().
-  [[nodiscard]] T* front() noexcept {
-    const std::size_t next = released_.load(std::memory_order_relaxed);
-    if (next == published_.load(std::memory_order_acquire)) return nullptr;
-    return &slots_[next % slots_.size()];
+  /// Consumer: the slot that was published after `before` others, or null when it is none yet. It stays valid until it
+  /// is released.
+  [[nodiscard]] T* at(std::size_t before) noexcept {
+    return before < published_.load(std::memory_order_acquire) ? &slots_[before % slots_.size()] : nullptr;
   }
+  /// Consumer: the oldest published slot, or null when there is none. It stays valid until release().
+  [[nodiscard]] T* front() noexcept { return at(released_.load(std::memory_order_relaxed)); }
   void release() noexcept { released_.fetch_add(1, std::memory_order_release); }
 
  private:

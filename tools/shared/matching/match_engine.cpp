@@ -79,7 +79,7 @@ TestHistory history_for(const Model& model, const MatcherConfig& config, const S
 }
 
 double ModelEngine::time_s(Sample sample) const noexcept {
-  const Model& model = matcher_.model();
+  const Model& model = matchers_.front().model();
   const std::uint32_t index = model.sample_index(sample);
   return index < model.samples() ? model.sample_time_s(index) : 0;
 }

@@ -14,7 +14,12 @@ namespace lbea::tool {
 class MatchEngine {
  public:
   virtual ~MatchEngine() = default;
-  virtual MatchResult match(const Frame& frame) noexcept = 0;
+  /// `matcher`: which of the engine's matchers; threads with different ones may call it side by side. The spans of the
+  /// result are valid until the next call with the same.
+  virtual MatchResult match(const Frame& frame, std::uint32_t matcher) noexcept = 0;
+  /// Whether no result depends on the frames before it, so that these may be matched at the same time.
+  [[nodiscard]] virtual bool matches_frames_alone() const noexcept { return true; }
+  // One thread at a time, with the frames in their order:
   /// The state of the test including this frame; null without a tracker.
   virtual const TestState* track(const MatchResult&) noexcept { return nullptr; }
   /// The next frame is the first of another session.
@@ -24,6 +29,7 @@ class MatchEngine {
 };
 
 struct HistorySettings {
+  bool is_kept = true;          // with fit: frames are matched with what the earlier ones have shown
   bool estimates_pose = false;  // the pose error of each test
   bool knows_impact = false;    // at MatcherConfig::trigger_ns; else its stamp is estimated
 };
@@ -31,19 +37,20 @@ struct HistorySettings {
 [[nodiscard]] TestHistory history_for(const Model& model, const MatcherConfig& config, const SensorViews& views,
                                       const HistorySettings& settings);
 
-/// The engine of a baked model. Method::fit has a tracker and a history.
+/// The engine of a baked model. Method::fit has a tracker and, if it is kept, a history.
 class ModelEngine final : public MatchEngine {
  public:
   ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {},
-              const HistorySettings& settings = {})
-      : matcher_(model, config, views) {
+              const HistorySettings& settings = {}, std::uint32_t matchers = 1) {
+    for (std::uint32_t i = 0; i < matchers; ++i) matchers_.emplace_back(model, config, views);
     if (config.method != Method::fit) return;
-    history_.emplace(history_for(model, config, views, settings));
+    if (settings.is_kept) history_.emplace(history_for(model, config, views, settings));
     tracker_.emplace(model, TrackerConfig{}, std::move(views));
   }
-  MatchResult match(const Frame& frame) noexcept override {
-    return history_ ? matcher_.match(frame, *history_) : matcher_.match(frame);
+  MatchResult match(const Frame& frame, std::uint32_t matcher) noexcept override {
+    return history_ ? matchers_[matcher].match(frame, *history_) : matchers_[matcher].match(frame);
   }
+  [[nodiscard]] bool matches_frames_alone() const noexcept override { return !history_; }
   const TestState* track(const MatchResult& result) noexcept override {
     return tracker_ ? &tracker_->update(result) : nullptr;
   }
@@ -52,12 +59,12 @@ class ModelEngine final : public MatchEngine {
     if (history_) history_->reset();
   }
   [[nodiscard]] std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
-    return matcher_.model().simulation_name(simulation);
+    return matchers_.front().model().simulation_name(simulation);
   }
   [[nodiscard]] double time_s(Sample sample) const noexcept override;
 
  private:
-  Matcher matcher_;
+  std::vector<Matcher> matchers_;
   std::optional<Tracker> tracker_;
   std::optional<TestHistory> history_;
 };

@@ -65,6 +65,7 @@ void for_each_setting(Settings& settings, const Visit& visit) {
   visit("T_reference_sensor", matcher.T_reference_sensor);
   visit("estimates_pose", settings.estimates_pose);
   visit("knows_impact", settings.knows_impact);
+  visit("frames_alone", settings.frames_alone);
   visit("sensor_json", settings.sensor_json);
   visit("start_ns", settings.start_ns);
   visit("record_window", settings.record_window);

@@ -28,6 +28,7 @@ struct RunSettings {
   MatcherConfig matcher;
   std::uint32_t estimates_pose = 0;  // 1: with fit, the pose error of each test was estimated
   std::uint32_t knows_impact = 0;    // 1: --trigger-ns was given
+  std::uint32_t frames_alone = 0;    // 1: with fit, frames were matched without what the earlier ones have shown
   std::string sensor_json;           // the text of the rig's description; may be empty
   std::int64_t start_ns = 0;
   std::string record_window{};  // BEFORE:AFTER in seconds; empty: everything was recorded
