@@ -54,19 +54,21 @@ class StereoDepthRenderer final : public DepthRenderer {
   void render(std::span<const float> positions, std::span<std::uint16_t> image) const override {
     std::unique_ptr<Workspace> workspace = take_workspace();
     workspace->mesh.place({positions});
-    workspace->mesh.render(SensingNoise{}.min_cos_incidence, workspace->rays);
+    add_up(workspace->mesh.measured(SensingNoise{}.min_cos_incidence), workspace->cells);
     std::ranges::fill(image, empty_cell);
-    for (std::uint32_t row = 0; row < camera_.rows; ++row)
-      for (std::uint32_t column = 0; column < camera_.columns; ++column)
-        image[std::size_t{row} * camera_.columns + column] = cell(workspace->rays, column + column_, row + row_);
+    for (std::size_t cell = 0; cell < workspace->cells.size(); ++cell) image[cell] = depth_of(workspace->cells[cell]);
     const std::lock_guard lock(mutex_);
     unused_.push_back(std::move(workspace));
   }
 
  private:
+  struct Cell {
+    double sum = 0;  // depths
+    std::uint32_t count = 0;
+  };
   struct Workspace {
     sensing::PlacedMesh mesh;
-    SensorImage rays;
+    std::vector<Cell> cells;
   };
 
   /// One that no other thread uses.
@@ -76,6 +78,13 @@ class StereoDepthRenderer final : public DepthRenderer {
     std::unique_ptr<Workspace> workspace = std::move(unused_.back());
     unused_.pop_back();
     return workspace;
+  }
+
+  /// Of `rays` rays in a row or column; before the first cell they count from 2^32 down.
+  [[nodiscard]] std::vector<std::uint32_t> cells_of(std::uint32_t rays, std::uint32_t first) const {
+    std::vector<std::uint32_t> cells(rays);
+    for (std::uint32_t ray = 0; ray < rays; ++ray) cells[ray] = ray / rays_ - first;
+    return cells;
   }
 
   void crop_to(const Extent& extent, const StereoSensor& sensor) {
@@ -88,8 +97,8 @@ class StereoDepthRenderer final : public DepthRenderer {
     if (!(left < right && top < bottom))
       throw Error(Status::bad_config,
                   "the sensor does not see the ensemble; check T_reference_sensor, focal length and image size");
-    column_ = static_cast<std::uint32_t>(left);
-    row_ = static_cast<std::uint32_t>(top);
+    columns_ = cells_of(rig_.sensor.width_px, static_cast<std::uint32_t>(left));
+    rows_ = cells_of(rig_.sensor.height_px, static_cast<std::uint32_t>(top));
     constexpr double most_steps = 65'000, least_step = 1e-9;  // the latter: a share of the depth, for flat components
     const double step = std::max((extent.high[2] - extent.low[2]) / most_steps, least_step * extent.high[2]);
     camera_.T_reference_sensor = sensor.T_reference_sensor;
@@ -102,20 +111,23 @@ class StereoDepthRenderer final : public DepthRenderer {
     camera_.rows = static_cast<std::uint32_t>(bottom - top);
   }
 
+  void add_up(const sensing::MeasuredPixels& measured, std::vector<Cell>& cells) const {
+    cells.assign(camera_.cells(), {});
+    for (std::size_t i = 0; i < measured.pixels.size(); ++i) {
+      const std::uint32_t column = columns_[measured.pixels[i].column], row = rows_[measured.pixels[i].row];
+      if (measured.seen[i] == 0 || column >= camera_.columns || row >= camera_.rows) continue;
+      Cell& cell = cells[std::size_t{row} * camera_.columns + column];
+      cell.sum += double{static_cast<float>(measured.points[i].z)};
+      ++cell.count;
+    }
+  }
+
   // The mean depth of what both cameras see; a cell of which they see less than a quarter is empty, as in a frame.
-  [[nodiscard]] std::uint16_t cell(const SensorImage& rays, std::uint32_t column, std::uint32_t row) const {
-    double sum = 0;
-    std::uint32_t count = 0;
-    for (std::uint32_t y = row * rays_; y < (row + 1) * rays_; ++y)
-      for (std::uint32_t x = column * rays_; x < (column + 1) * rays_; ++x) {
-        const std::size_t ray = std::size_t{y} * rays.width_px + x;
-        if (rays.measured[ray] == 0) continue;
-        sum += double{rays.depth[ray]};
-        ++count;
-      }
-    if (4 * count < rays_ * rays_ || count == 0) return empty_cell;
-    const double steps = (sum / count - double{camera_.depth_origin}) / double{camera_.depth_step};
-    return depth_with_share(std::clamp(std::round(steps), 1.0, 65'535.0), static_cast<double>(count) / (rays_ * rays_));
+  [[nodiscard]] std::uint16_t depth_of(const Cell& cell) const {
+    if (4 * cell.count < rays_ * rays_ || cell.count == 0) return empty_cell;
+    const double steps = (cell.sum / cell.count - double{camera_.depth_origin}) / double{camera_.depth_step};
+    return depth_with_share(std::clamp(std::round(steps), 1.0, 65'535.0),
+                            static_cast<double>(cell.count) / (rays_ * rays_));
   }
 
   std::uint32_t rays_;
@@ -123,7 +135,7 @@ class StereoDepthRenderer final : public DepthRenderer {
   sensing::Rig rig_;
   mutable std::mutex mutex_;
   mutable std::vector<std::unique_ptr<Workspace>> unused_;  // between images
-  std::uint32_t column_ = 0, row_ = 0;                      // of the first cell
+  std::vector<std::uint32_t> columns_, rows_;               // of the cells, per column and row of the rays
   DepthCamera camera_;
 };
 

@@ -18,13 +18,6 @@ bool is_rotation(const Pose& pose) {
 
 double norm(const Vec3& a) { return std::sqrt(dot(a, a)); }
 
-Vec3 Pose::operator()(const Vec3& from) const {
-  const auto& r = rotation;
-  return {r[0] * from.x + r[1] * from.y + r[2] * from.z + translation.x,
-          r[3] * from.x + r[4] * from.y + r[5] * from.z + translation.y,
-          r[6] * from.x + r[7] * from.y + r[8] * from.z + translation.z};
-}
-
 Pose Pose::inverse() const {
   const auto& r = rotation;
   Pose result{{r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]}, {}};

@@ -19,7 +19,12 @@ struct Pose {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major
   Vec3 translation;
 
-  [[nodiscard]] Vec3 operator()(const Vec3& from) const;
+  [[nodiscard]] Vec3 operator()(const Vec3& from) const {
+    const auto& r = rotation;
+    return {r[0] * from.x + r[1] * from.y + r[2] * from.z + translation.x,
+            r[3] * from.x + r[4] * from.y + r[5] * from.z + translation.y,
+            r[6] * from.x + r[7] * from.y + r[8] * from.z + translation.z};
+  }
   [[nodiscard]] Pose inverse() const;
 };
 [[nodiscard]] Pose operator*(const Pose& T_c_b, const Pose& T_b_a);
@@ -47,8 +52,9 @@ class PinholeImage {
   [[nodiscard]] double column_of(const Vec3& point) const { return focal_ * point.x / point.z + 0.5 * width_; }
   [[nodiscard]] double row_of(const Vec3& point) const { return focal_ * point.y / point.z + 0.5 * height_; }
   /// Whether a point in camera coordinates lies in front of the camera and inside its image.
-  [[nodiscard]] bool sees(const Vec3& point) const {
-    const double column = column_of(point), row = row_of(point);
+  [[nodiscard]] bool sees(const Vec3& point) const { return sees(point, column_of(point), row_of(point)); }
+  /// The same when its column and row are known.
+  [[nodiscard]] bool sees(const Vec3& point, double column, double row) const {
     return point.z > 0 && column >= 0 && column < width_ && row >= 0 && row < height_;
   }
 

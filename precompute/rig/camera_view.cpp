@@ -1,87 +1,40 @@
 #include "precompute/rig/camera_view.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
+#include <limits>
 
 namespace lbea::bake {
 namespace {
 
-constexpr double rounding = 1e-6;      // px
-constexpr double least_share = 1e-10;  // of a sum in its summands: below it, rounding matters
-constexpr std::uint32_t no_pixel = 0xffff'ffff;
+constexpr double rounding = 1e-6;        // px
+constexpr double depth_rounding = 1e-9;  // relative
 
-struct Linear {
-  double factor, constant;
-
-  double operator()(double x) const { return factor * x + constant; }
-};
-
-/// A triangle as functions of a ray's direction (x, y, 1).
-class Projection {
- public:
-  /// Degenerate when the eye lies in the triangle's plane, up to rounding.
-  Projection(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
-    const Vec3 normal = cross(b - a, c - a);
-    const double volume = dot(normal, a);
-    const double summands = std::abs(normal.x * a.x) + std::abs(normal.y * a.y) + std::abs(normal.z * a.z);
-    is_degenerate_ = !(std::abs(volume) > least_share * summands) || !std::isfinite(volume);
-    const double sign = volume > 0 ? 1 : -1;
-    edges_ = {scaled(ab, sign), scaled(bc, sign), scaled(ca, sign)};
-    inverse_depth_ = scaled(normal, 1 / volume);
-  }
-  [[nodiscard]] bool is_degenerate() const { return is_degenerate_; }
-
-  /// The same functions in one row of pixels, of x alone.
-  struct Row {
-    Linear e, f, g;  // edges
-    Linear inverse_depth;
-
-    /// 1 / z of the triangle; 0 beside it.
-    [[nodiscard]] double operator()(double x) const {
-      const double ex = e(x), fx = f(x), gx = g(x), here = inverse_depth(x);
-      const double least_of_two = ex < fx ? ex : fx, least = least_of_two < gx ? least_of_two : gx;
-      return least >= 0 ? here : 0.0;
-    }
-  };
-  [[nodiscard]] Row row(double y) const {
-    const auto in_row = [y](const Vec3& v) { return Linear{v.x, v.y * y + v.z}; };
-    return {in_row(edges_[0]), in_row(edges_[1]), in_row(edges_[2]), in_row(inverse_depth_)};
-  }
-
- private:
-  static Vec3 scaled(const Vec3& v, double factor) { return {factor * v.x, factor * v.y, factor * v.z}; }
-
-  bool is_degenerate_ = false;
-  std::array<Vec3, 3> edges_;  // none negative: inside
-  Vec3 inverse_depth_;
-};
-
-/// Replaces the inverse depths and triangles of pixels of a row where the triangle is nearer.
-void draw(const Projection::Row& triangle, std::uint64_t number, const double* x, std::size_t count,
-          double* __restrict inverse_depth, std::uint64_t* __restrict numbers) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const double here = triangle(x[i]), before = inverse_depth[i];
-    const std::uint64_t number_before = numbers[i];
-    inverse_depth[i] = here > before ? here : before;
-    numbers[i] = here > before ? number : number_before;
+/// Replaces the inverse depths and triangles of the pixels of a row where the triangle is nearer, pair by pair.
+void draw(const TriangleProjection::Row& triangle, std::uint64_t number, const double* x, std::size_t count,
+          double* inverse_depth, std::uint64_t* numbers) {
+  const PairMask number_pair = PairMask{} + static_cast<std::int64_t>(number);
+  for (std::size_t i = 0; i < count; i += 2) {
+    const Pair at = load_pair(x + i), here = triangle.inverse_depth(at), before = load_pair(inverse_depth + i);
+    const PairMask is_nearer = triangle.contains(at) & (here > before);
+    store_pair(inverse_depth + i, choose(is_nearer, here, before));
+    store_mask(numbers + i, choose(is_nearer, number_pair, load_mask(numbers + i)));
   }
 }
 
-/// Replaces the inverse depths of points where the triangle is nearer.
-void cover(const Projection& triangle, std::size_t count, const double* x, const double* y,
-           double* __restrict inverse_depth) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const double here = triangle.row(y[i])(x[i]), before = inverse_depth[i];
-    inverse_depth[i] = here > before ? here : before;
-  }
+/// The pixels whose squares, widened by `margin` px, meet the box from low to high; margin 0: whose centres lie in it.
+PixelBox pixels_between(Pair low, Pair high, double margin, const PinholeImage& plane) {
+  const Pair most{static_cast<double>(plane.width()), static_cast<double>(plane.height())};
+  const auto inside = [&](Pair at) { return lesser(greater(at, Pair{}), most); };
+  const Pair begin = inside(low + (0.5 - margin - rounding)), end = inside(high + (0.5 + margin + rounding));
+  const auto pixel = [](double at) { return static_cast<std::uint32_t>(at); };  // truncated: none is negative
+  return {{pixel(begin[0]), pixel(end[0])}, {pixel(begin[1]), pixel(end[1])}};
 }
 
 }  // namespace
 
-CameraView::CameraView(const PinholeImage& plane) : plane_(plane), directions_(plane.width()) {
-  for (std::uint32_t column = 0; column < plane.width(); ++column) directions_[column] = plane.direction(column, 0).x;
+CameraView::CameraView(const PinholeImage& plane) : plane_(plane), directions_(plane.width() + 1) {
+  for (std::uint32_t column = 0; column <= plane.width(); ++column) directions_[column] = plane.direction(column, 0).x;
+  views_.stride = plane.width() + 1;
 }
 
 void CameraView::place(std::span<const Vec3> nodes, std::span<const Triangle> triangles) {
@@ -89,85 +42,79 @@ void CameraView::place(std::span<const Vec3> nodes, std::span<const Triangle> tr
   triangles_ = triangles;
   projected_.resize(nodes.size());
   std::ranges::transform(nodes, projected_.begin(), [&](const Vec3& node) {
-    return ImagePoint{plane_.column_of(node), plane_.row_of(node)};
+    return Projected{{plane_.column_of(node), plane_.row_of(node)}, 1 / node.z};
   });
 }
 
-/// margin: 1/2 for pixels whose squares touch the triangle, 0 for pixels whose centres may lie in it.
-CameraView::Box CameraView::pixels_around(const Triangle& triangle, double margin) const {
-  const auto& [a, b, c] = triangle;
-  const double nearest = std::min(nodes_[a].z, std::min(nodes_[b].z, nodes_[c].z));
-  const double farthest = std::max(nodes_[a].z, std::max(nodes_[b].z, nodes_[c].z));
-  if (!(farthest > 0)) return {{0, 0}, {0, 0}};
-  if (!(nearest > 0)) return {{0, plane_.width()}, {0, plane_.height()}};  // across the plane of the eye
-  const auto range = [margin](double i, double j, double k, std::uint32_t count) {
-    const double low = std::min(i, std::min(j, k)), high = std::max(i, std::max(j, k));
-    const double most = count;  // truncated below, as no number is negative
-    return Range{static_cast<std::uint32_t>(std::clamp(low + 0.5 - margin - rounding, 0.0, most)),
-                 static_cast<std::uint32_t>(std::clamp(high + 0.5 + margin + rounding, 0.0, most))};
-  };
-  const ImagePoint &p = projected_[a], &q = projected_[b], &r = projected_[c];
-  return {range(p.column, q.column, r.column, plane_.width()), range(p.row, q.row, r.row, plane_.height())};
+/// Of a triangle that extends behind the eye. Its image is bounded on the sides that it does not cross the eye's plane
+/// towards.
+PixelBox CameraView::pixels_across_eye(const Triangle& triangle, double margin) const {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Pair low = Pair{} + infinity, high = -low;
+  for (const std::uint32_t i : triangle) {
+    if (!(nodes_[i].z > 0)) continue;
+    low = lesser(low, projected_[i].at);
+    high = greater(high, projected_[i].at);
+    for (const std::uint32_t j : triangle) {
+      const Vec3 &front = nodes_[i], &behind = nodes_[j];
+      if (behind.z > 0) continue;
+      // where the edge crosses the plane, times a positive number
+      const Pair crossing = Pair{front.x, front.y} * -behind.z + Pair{behind.x, behind.y} * front.z;
+      const Pair error = depth_rounding * norm(front) * norm(behind) + Pair{};
+      low = crossing < error ? -infinity + Pair{} : low;
+      high = crossing > -error ? infinity + Pair{} : high;
+    }
+  }
+  return pixels_between(low, high, margin, plane_);
 }
 
-template <class Draw>
-void CameraView::for_each_row(double margin, const Draw& draw) const {
-  for (std::uint64_t t = 0; t < triangles_.size(); ++t) {
-    const auto [columns, rows] = pixels_around(triangles_[t], margin);
-    if (columns.is_empty() || rows.is_empty()) continue;
-    const auto& [a, b, c] = triangles_[t];
-    const Projection triangle(nodes_[a], nodes_[b], nodes_[c]);
-    if (triangle.is_degenerate()) continue;
-    for (std::uint32_t row = rows.begin; row < rows.end; ++row) draw(t, triangle, row, columns);
-  }
+PixelBox CameraView::pixels_around(const Triangle& triangle, double margin) const {
+  const auto& [a, b, c] = triangle;
+  const double nearest = std::min({nodes_[a].z, nodes_[b].z, nodes_[c].z});
+  if (!(nearest > 0)) return pixels_across_eye(triangle, margin);
+  const Pair p = projected_[a].at, q = projected_[b].at, r = projected_[c].at;
+  return pixels_between(lesser(p, lesser(q, r)), greater(p, greater(q, r)), margin, plane_);
 }
 
 const PixelViews& CameraView::nearest() {
-  views_.inverse_depth.assign(plane_.pixels(), 0.0);
-  views_.triangle.assign(plane_.pixels(), no_triangle);
-  for_each_row(0, [&](std::uint64_t number, const Projection& triangle, std::uint32_t row, const Range& columns) {
-    const std::size_t first = std::size_t{row} * plane_.width() + columns.begin;
-    draw(triangle.row(plane_.direction(0, row).y), number, &directions_[columns.begin], columns.end - columns.begin,
-         &views_.inverse_depth[first], &views_.triangle[first]);
-  });
+  views_.inverse_depth.assign(views_.stride * plane_.height() + 1, 0.0);
+  views_.triangle.assign(views_.inverse_depth.size(), no_triangle);
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const PixelBox box = pixels_around(triangles_[t], 0);
+    if (box.is_empty()) continue;
+    const TriangleProjection triangle = projection(triangles_[t]);
+    if (triangle.is_degenerate()) continue;
+    for (std::uint32_t row = box.rows.begin; row < box.rows.end; ++row) {
+      const std::size_t first = row * views_.stride + box.columns.begin;
+      draw({triangle, plane_.direction(0, row).y}, t, &directions_[box.columns.begin],
+           box.columns.end - box.columns.begin, &views_.inverse_depth[first], &views_.triangle[first]);
+    }
+  }
   return views_;
 }
 
-void CameraView::sort(std::span<const Vec3> points) {
-  auto& [pixel, begin, next, place, x, y, nearest] = points_;
-  pixel.resize(points.size());
-  place.resize(points.size());
-  begin.assign(plane_.pixels() + 1, 0);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    pixel[i] = plane_.sees(points[i]) ? static_cast<std::uint32_t>(plane_.row_of(points[i])) * plane_.width() +
-                                            static_cast<std::uint32_t>(plane_.column_of(points[i]))
-                                      : no_pixel;
-    if (pixel[i] != no_pixel) ++begin[pixel[i] + 1];
+void CameraView::seen(std::span<const Vec3> points, double tolerance, std::vector<std::uint8_t>& result) {
+  points_.place(plane_, points, tolerance);
+  for (const Triangle& corners : triangles_) {
+    const PixelBox box = pixels_around(corners, 0.5);
+    if (box.is_empty() || !points_.can_hide(box, greatest_inverse_depth(corners))) continue;
+    const TriangleProjection triangle = projection(corners);
+    if (!triangle.is_degenerate()) points_.cover(triangle, box);
   }
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  x.resize(begin.back());
-  y.resize(begin.back());
-  nearest.assign(begin.back(), 0.0);
-  next = begin;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (pixel[i] == no_pixel) continue;
-    const Vec3& p = points[i];
-    place[i] = next[pixel[i]]++;
-    x[place[i]] = p.x / p.z;
-    y[place[i]] = p.y / p.z;
-  }
+  points_.seen(result);
 }
 
-void CameraView::seen(std::span<const Vec3> points, double tolerance, std::vector<std::uint8_t>& result) {
-  sort(points);
-  for_each_row(0.5, [&](std::uint64_t, const Projection& triangle, std::uint32_t row, const Range& columns) {
-    const std::size_t first = std::size_t{row} * plane_.width();
-    const std::uint32_t begin = points_.begin[first + columns.begin], end = points_.begin[first + columns.end];
-    cover(triangle, end - begin, points_.x.data() + begin, points_.y.data() + begin, points_.nearest.data() + begin);
-  });
-  result.resize(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    result[i] = points_.pixel[i] != no_pixel && points_.nearest[points_.place[i]] * points[i].z * (1 - tolerance) <= 1;
+TriangleProjection CameraView::projection(const Triangle& triangle) const {
+  return {nodes_[triangle[0]], nodes_[triangle[1]], nodes_[triangle[2]]};
+}
+
+double CameraView::greatest_inverse_depth(const Triangle& triangle) const {
+  double greatest = 0;
+  for (const std::uint32_t node : triangle) {
+    if (!(nodes_[node].z > 0)) return std::numeric_limits<double>::infinity();
+    greatest = std::max(greatest, projected_[node].inverse_depth);
+  }
+  return greatest * (1 + depth_rounding);
 }
 
 }  // namespace lbea::bake

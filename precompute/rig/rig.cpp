@@ -49,14 +49,6 @@ void Rig::add(std::uint32_t element, const std::array<std::uint32_t, 4>& quad) {
   triangle_element.push_back(element);
 }
 
-bool Rig::faces_both(const Vec3& point, const Vec3& normal, double min_cos_incidence) const {
-  const Vec3 from_right = point - right_eye;
-  const double left = dot(normal, point), right = dot(normal, from_right);
-  const double least = min_cos_incidence * min_cos_incidence * dot(normal, normal);
-  return left * right > 0 && left * left >= least * dot(point, point) &&
-         right * right >= least * dot(from_right, from_right);
-}
-
 void PlacedMesh::place(const SurfaceState& state) {
   check_size(rig_, state);
   nodes_.clear();
@@ -98,20 +90,27 @@ std::span<const std::uint8_t> PlacedMesh::seen_from_right(std::span<const Vec3> 
   return seen_right_;
 }
 
-void PlacedMesh::see_from_left(double min_cos_incidence, SensorImage& image) {
+template <class Visit>
+void PlacedMesh::see_from_left(double min_cos_incidence, const Visit& visit) {
   const PixelViews& views = left_.nearest();
   pixels_.clear();
   points_.clear();
-  for (std::size_t pixel = 0; pixel < views.triangle.size(); ++pixel) {
-    const std::uint64_t triangle = views.triangle[pixel];
-    if (triangle == no_triangle) continue;
-    const double depth = 1 / views.inverse_depth[pixel];
-    image.depth[pixel] = static_cast<float>(depth);
-    image.element[pixel] = element_[triangle];
-    const Vec3 point = rig_.plane.at_depth(pixel, depth);
-    if (!rig_.faces_both(point, normal(triangles_[triangle]), min_cos_incidence)) continue;
-    pixels_.push_back(pixel);
-    points_.push_back(point);
+  for (std::uint32_t row = 0; row < rig_.plane.height(); ++row) {
+    const double y = rig_.plane.direction(0, row).y;
+    const std::size_t first = row * views.stride;
+    std::uint64_t last = no_triangle;
+    Vec3 across;  // normal of the last triangle
+    for (std::uint32_t column = 0; column < rig_.plane.width(); ++column) {
+      const std::uint64_t triangle = views.triangle[first + column];
+      if (triangle == no_triangle) continue;
+      if (triangle != last) across = normal(triangles_[triangle]), last = triangle;
+      const double depth = 1 / views.inverse_depth[first + column];
+      visit(Pixel{column, row}, triangle, depth);
+      const Vec3 point{depth * left_.directions()[column], depth * y, depth};
+      if (!rig_.faces_both(point, across, min_cos_incidence)) continue;
+      pixels_.push_back({column, row});
+      points_.push_back(point);
+    }
   }
 }
 
@@ -121,8 +120,17 @@ void PlacedMesh::render(double min_cos_incidence, SensorImage& image) {
   image.depth.assign(rig_.plane.pixels(), std::numeric_limits<float>::quiet_NaN());
   image.element.assign(rig_.plane.pixels(), no_element);
   image.measured.assign(rig_.plane.pixels(), 0);
-  see_from_left(min_cos_incidence, image);
+  const auto place = [&](const Pixel& pixel) { return std::size_t{pixel.row} * image.width_px + pixel.column; };
+  see_from_left(min_cos_incidence, [&](const Pixel& pixel, std::uint64_t triangle, double depth) {
+    image.depth[place(pixel)] = static_cast<float>(depth);
+    image.element[place(pixel)] = element_[triangle];
+  });
   const auto seen = seen_from_right(points_);
-  for (std::size_t i = 0; i < pixels_.size(); ++i) image.measured[pixels_[i]] = seen[i];
+  for (std::size_t i = 0; i < pixels_.size(); ++i) image.measured[place(pixels_[i])] = seen[i];
+}
+
+MeasuredPixels PlacedMesh::measured(double min_cos_incidence) {
+  see_from_left(min_cos_incidence, [](const Pixel&, std::uint64_t, double) {});
+  return {pixels_, points_, seen_from_right(points_)};
 }
 }  // namespace lbea::bake::sensing

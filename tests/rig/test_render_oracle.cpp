@@ -55,14 +55,19 @@ struct Oracle {
   }
 };
 
-Scene random_quads(std::uint64_t seed, std::size_t quads) {
+struct Depths {
+  double low, high;
+};
+constexpr Depths in_front{900, 1500};
+
+Scene random_quads(std::uint64_t seed, std::size_t quads, Depths depths = in_front) {
   Scene scene;
   std::uint64_t draw = 0;
   const auto number = [&](double from, double to) {
     return static_cast<float>(from + (to - from) * CounterRandom(seed, draw++).uniform(Draw::outlier));
   };
   for (std::size_t i = 0; i < quads; ++i) {
-    const float x = number(-500, 500), y = number(-300, 300), z = number(900, 1500);
+    const float x = number(-500, 500), y = number(-300, 300), z = number(depths.low, depths.high);
     std::array<std::array<float, 3>, 4> corners{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}};
     for (auto& corner : corners)
       corner = {x + 60 * corner[0] + number(-20, 20), y + 60 * corner[1] + number(-20, 20), z + number(-300, 300)};
@@ -110,4 +115,26 @@ TEST_CASE("depth, sides and occlusion agree with brute force wherever no edge is
   CHECK(hidden > 500);
   CHECK(other_side > 10);
   CHECK(nothing > 500);
+}
+
+TEST_CASE("what extends behind the eye is seen as brute force sees it") {
+  std::size_t seen = 0, behind = 0;
+  for (const std::uint64_t seed : {4u, 5u, 6u, 7u}) {
+    const Scene scene = random_quads(seed, 60, {-250, 450});
+    for (std::size_t i = 2; i < scene.positions.size(); i += 3) behind += scene.positions[i] <= 0 ? 1u : 0u;
+    const Oracle oracle(scene);
+    const auto image = look_at(scene).image({scene.positions}, 0);
+    for (std::size_t pixel = 0; pixel < image.pixels(); ++pixel) {
+      const Vector d{(static_cast<double>(pixel % 120) + 0.5 - 60) / 100,
+                     (static_cast<double>(pixel / 120) + 0.5 - 40) / 100, 1};
+      const auto wide = oracle.first({}, d, 1e-3), narrow = oracle.first({}, d, -1e-3);
+      if (wide.distance != narrow.distance) continue;
+      REQUIRE(std::isnan(image.depth[pixel]) == std::isinf(wide.distance));
+      if (std::isinf(wide.distance)) continue;
+      CHECK(image.depth[pixel] == doctest::Approx(wide.distance).epsilon(1e-5));
+      ++seen;
+    }
+  }
+  CHECK(seen > 5000);
+  CHECK(behind > 100);
 }
