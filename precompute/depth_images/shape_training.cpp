@@ -1,5 +1,6 @@
 #include "precompute/depth_images/shape_training.hpp"
 
+#include "precompute/dense/symmetric_inverse.hpp"
 #include "precompute/depth_images/branches.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
@@ -172,7 +173,7 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned t
     for (std::size_t i = next(); i < regressions.size(); i = next()) {
       MatrixXd regularized = matrix;
       regularized.diagonal().array() += regularizations[i];
-      regressions[i] = regress(samples, std::move(regularized), kernels);
+      regressions[i] = regress(samples, regularized, kernels);
     }
   });
   const auto error = [&](const Regression& regression) {
@@ -189,30 +190,28 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned t
 
 /// matrix: K + regularization I. With A its inverse, weights w = A Y and the images g of a simulation, the regression
 /// without these predicts k'w - (A k)_g' A_gg^-1 w_g: block-wise inversion.
-ShapeTraining::Regression ShapeTraining::regress(std::span<const std::size_t> samples, MatrixXd matrix,
+ShapeTraining::Regression ShapeTraining::regress(std::span<const std::size_t> samples, const MatrixXd& matrix,
                                                  const MatrixXd& kernels) const {
-  const Eigen::LLT<Eigen::Ref<MatrixXd>> factored(matrix);
-  const MatrixXd inverse = factored.solve(MatrixXd::Identity(images_.rows(), images_.rows()));
-  const MatrixXd weights = factored.solve(trained_shapes()), solved = inverse * kernels;
-  MatrixXd predicted = kernels.transpose() * weights, change;
-  std::vector<Index> own;  // images of the frame's simulation; frames of a simulation follow each other
-  for (std::size_t f = 0; f < samples.size(); ++f) {
-    const std::uint32_t simulation = samples_[samples[f]].simulation;
-    if (f == 0 || simulation != samples_[samples[f - 1]].simulation) {
-      own = images_of(simulation);
-      if (!own.empty()) change = MatrixXd(inverse(own, own)).llt().solve(MatrixXd(weights(own, Eigen::all)));
-    }
-    const auto column = static_cast<Index>(f);
-    if (!own.empty()) predicted.row(column) -= solved(own, column).transpose() * change;
+  const MatrixXd inverse = inverse_of_symmetric(matrix), weights = inverse * trained_shapes();
+  MatrixXd predicted = kernels.transpose() * weights;
+  const auto simulation = [&](std::size_t frame) { return samples_[samples[frame]].simulation; };
+  for (std::size_t f = 0, end = 0; f < samples.size(); f = end) {
+    while (end < samples.size() && simulation(end) == simulation(f)) ++end;
+    const auto [first, count] = images_of(simulation(f));
+    if (count == 0) continue;
+    const auto frames = static_cast<Index>(f), number = static_cast<Index>(end - f);
+    const MatrixXd solved = inverse.middleCols(first, count).transpose() * kernels.middleCols(frames, number);
+    predicted.middleRows(frames, number) -=
+        solved.transpose() * inverse.block(first, first, count, count).llt().solve(weights.middleRows(first, count));
   }
   return {weights, predicted};
 }
 
-std::vector<Index> ShapeTraining::images_of(std::uint32_t simulation) const {
-  std::vector<Index> images;
-  for (std::size_t i = 0; i < trained_.size(); ++i)
-    if (samples_[trained_[i]].simulation == simulation) images.push_back(static_cast<Index>(i));
-  return images;
+/// Its first training image, and their number.
+std::pair<Index, Index> ShapeTraining::images_of(std::uint32_t simulation) const {
+  const auto found = std::ranges::equal_range(trained_, simulation, {},
+                                              [this](std::size_t sample) { return samples_[sample].simulation; });
+  return {found.begin() - trained_.begin(), std::ssize(found)};
 }
 
 TrainedShapes ShapeTraining::train() const {

@@ -53,9 +53,9 @@ class ShapeTraining {
     Eigen::MatrixXd weights;   // t x shape_scores
     Eigen::MatrixXd left_out;  // frames x shape_scores: predictions without the frame's simulation
   };
-  [[nodiscard]] Regression regress(std::span<const std::size_t> samples, Eigen::MatrixXd matrix,
+  [[nodiscard]] Regression regress(std::span<const std::size_t> samples, const Eigen::MatrixXd& matrix,
                                    const Eigen::MatrixXd& kernels) const;
-  [[nodiscard]] std::vector<Eigen::Index> images_of(std::uint32_t simulation) const;
+  [[nodiscard]] std::pair<Eigen::Index, Eigen::Index> images_of(std::uint32_t simulation) const;
   [[nodiscard]] Eigen::MatrixXd trained_shapes() const;
 
   std::vector<Sample> samples_;
