@@ -1,6 +1,7 @@
 #include "precompute/depth_images/learned_fit.hpp"
 
 #include "precompute/depth_images/learned_bounds.hpp"
+#include "precompute/depth_images/sample_cache.hpp"
 #include "precompute/parallel.hpp"
 
 #include <algorithm>
@@ -220,7 +221,8 @@ struct RenderedImages {
 
 }  // namespace
 
-LearnedFit learn_fit(const SampleSource& source, unsigned threads) {
+LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
+  const SampleSource source = with_cache(samples);
   LearnedFit learned{.metric = DepthMetric{}.in(source.length_unit),
                      .expected = std::vector<float>(source.samples.size(), 0.0f),
                      .bounds = std::vector<SpreadBound>(source.read_field ? 1 + source.fields : 0),

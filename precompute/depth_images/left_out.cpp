@@ -4,6 +4,7 @@
 #include "precompute/rig/counter_random.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <mutex>
 
 namespace lbea::bake {
@@ -53,16 +54,92 @@ void visit_filled(const DepthCamera& camera, std::span<const float> observed, co
     }
 }
 
-/// Offers the samples from `first` on, whose images these are, to all frames of other simulations.
-void offer(const SampleSource& source, const LeftOutFrames& frames, const CellPrices& prices, std::size_t first,
-           std::span<const std::uint16_t> images, std::span<BestSamples> best) {
-  const std::size_t stride = padded_cells(source.camera);
-  for (std::size_t frame = 0; frame < frames.size(); ++frame)
-    for (std::size_t i = 0; i < images.size() / stride; ++i)
-      if (source.samples[first + i].simulation != source.samples[frames.sample(frame)].simulation)
-        best[frame].offer(static_cast<std::uint32_t>(first + i),
-                          mean_square(kernels(), frames.observed(frame), &images[i * stride], prices));
+/// A bit per cell.
+using Cells = std::vector<std::uint64_t>;
+
+template <class IsSet>
+Cells cells_where(std::size_t count, const IsSet& is_set) {
+  Cells cells((count + 63) / 64);
+  for (std::size_t c = 0; c < count; ++c) cells[c / 64] |= std::uint64_t{is_set(c)} << c % 64;
+  return cells;
 }
+
+std::size_t number_of(const Cells& cells) {
+  std::size_t sum = 0;
+  for (const std::uint64_t bits : cells) sum += static_cast<std::size_t>(std::popcount(bits));
+  return sum;
+}
+
+/// What cells a sample's image fills.
+struct FilledCells {
+  Cells cells;
+  std::size_t number;
+
+  explicit FilledCells(std::span<const std::uint16_t> image)
+      : cells(cells_where(image.size(), [&](std::size_t c) { return image[c] != empty_cell; })),
+        number(number_of(cells)) {}
+};
+
+/// What cells a frame fills, and which ones nothing hides.
+struct FrameCells {
+  Cells filled, observed;
+  std::size_t number_filled, number_observed;
+
+  explicit FrameCells(std::span<const float> image)
+      : filled(cells_where(image.size(), [&](std::size_t c) { return image[c] >= 0; })),
+        observed(cells_where(image.size(), [&](std::size_t c) { return image[c] > not_observed; })),
+        number_filled(number_of(filled)),
+        number_observed(number_of(observed)) {}
+
+  /// The share of the cells filled by either that only one of them fills, at least.
+  [[nodiscard]] double least_one_sided(const FilledCells& sample) const {
+    std::size_t one_sided = 0;
+    for (std::size_t i = 0; i < filled.size(); ++i)
+      one_sided += static_cast<std::size_t>(std::popcount((filled[i] ^ sample.cells[i]) & observed[i]));
+    const std::size_t most_filled = (number_filled + std::min(sample.number, number_observed) + one_sided) / 2;
+    return static_cast<double>(one_sided) / static_cast<double>(std::max<std::size_t>(most_filled, 1));
+  }
+};
+
+/// Compares the images of a few samples with all frames, by each metric.
+class BlockComparison {
+ public:
+  BlockComparison(const SampleSource& source, const LeftOutFrames& frames, std::span<const DepthMetric> metrics)
+      : source_(source), frames_(frames), stride_(padded_cells(source.camera)) {
+    for (const DepthMetric& metric : metrics) prices_.push_back(prices_of(metric, source.camera));
+    for (std::size_t frame = 0; frame < frames.size(); ++frame) cells_.emplace_back(frames.observed(frame));
+  }
+
+  /// Offers the samples from `first` on, whose images these are, to all frames of other simulations.
+  void offer(std::size_t first, std::span<const std::uint16_t> images, std::span<BestSamples> best) const {
+    std::vector<FilledCells> filled;
+    for (std::size_t i = 0; i < images.size(); i += stride_) filled.emplace_back(images.subspan(i, stride_));
+    for (std::size_t frame = 0; frame < frames_.size(); ++frame)
+      for (std::size_t i = 0; i < filled.size(); ++i)
+        if (source_.samples[first + i].simulation != source_.samples[frames_.sample(frame)].simulation)
+          offer(first + i, &images[i * stride_], cells_[frame].least_one_sided(filled[i]), frame, best);
+  }
+
+ private:
+  /// Does not compare images whose outlines alone differ too much.
+  void offer(std::size_t sample, const std::uint16_t* image, double one_sided, std::size_t frame,
+             std::span<BestSamples> best) const {
+    constexpr double rounding = 1e-3;  // of a sum of squares
+    for (std::size_t m = 0; m < prices_.size(); ++m) {
+      BestSamples& of_frame = best[m * frames_.size() + frame];
+      const double least = (1 - rounding) * one_sided * double{prices_[m].one_sided} * double{prices_[m].one_sided};
+      if (least <= double{of_frame.bound()})
+        of_frame.offer(static_cast<std::uint32_t>(sample),
+                       mean_square(kernels(), frames_.observed(frame), image, prices_[m]));
+    }
+  }
+
+  const SampleSource& source_;
+  const LeftOutFrames& frames_;
+  std::size_t stride_;
+  std::vector<CellPrices> prices_;  // per metric
+  std::vector<FrameCells> cells_;   // per frame
+};
 
 }  // namespace
 
@@ -121,6 +198,7 @@ LeftOutFrames::LeftOutFrames(const SampleSource& source, std::vector<std::size_t
 std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOutFrames& frames,
                                         std::span<const DepthMetric> metrics, std::uint32_t most, unsigned threads) {
   const std::size_t stride = padded_cells(source.camera), samples = source.samples.size();
+  const BlockComparison comparison(source, frames, metrics);
   const std::vector<BestSamples> none(frames.size() * metrics.size(), BestSamples(most));
   std::vector<BestSamples> best = none;
   std::mutex mutex;
@@ -130,9 +208,7 @@ std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOu
     for (std::size_t b = next(); b * block < samples; b = next()) {
       images.resize(std::min(block, samples - b * block) * stride);
       source.read_images(b * block, images);
-      for (std::size_t m = 0; m < metrics.size(); ++m)
-        offer(source, frames, prices_of(metrics[m], source.camera), b * block, images,
-              std::span(mine).subspan(m * frames.size(), frames.size()));
+      comparison.offer(b * block, images, mine);
     }
     const std::lock_guard lock(mutex);
     for (std::size_t i = 0; i < best.size(); ++i)

@@ -1,6 +1,5 @@
 #include "precompute/depth_images/left_out_fitter.hpp"
 
-#include "precompute/depth_images/branches.hpp"
 #include "runtime/src/track/inference.hpp"
 #include "runtime/src/track/tracker.hpp"
 
@@ -8,12 +7,6 @@
 #include <cmath>
 
 namespace lbea::bake {
-namespace {
-
-constexpr std::size_t most_nodes = 128;  // at which shapes are compared
-
-}  // namespace
-
 LeftOutFrame::LeftOutFrame(const LeftOutFrames& frames, std::size_t i, const BestSamples& best, bool hidden)
     : observed(frames.observed(i)), sample(frames.sample(i)), is_hidden(hidden) {
   for (const RankedSample& one : best.ranked()) proposed.push_back(one.sample);
@@ -24,7 +17,6 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
     : source_(source),
       regression_(regression),
       stride_(padded_cells(source.camera)),
-      row_(3 * source.nodes),
       ids_(most),
       depths_(ids_.size() * stride_),
       shapes_(regression.shapes.empty() ? 0 : ids_.size() * ShapeRegression::shape_scores),
@@ -32,7 +24,7 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
       observed_(stride_),
       image_(stride_),
       points_(source.camera.cells()),
-      truth_(nodes_of(0)),
+      truth_(source.nodes_of(0)),
       positions_(ids_.size() * truth_.size()),
       view_(view_of()),
       fitter_(view_,
@@ -47,7 +39,7 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
 
 FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* prior) {
   const SurfaceFit fit = match(frame, prior);
-  truth_ = nodes_of(frame.sample);
+  truth_ = source_.nodes_of(frame.sample);
   FrameErrors errors{.simulation = source_.samples[frame.sample].simulation, .sample = frame.sample};
   const TrackerConfig config = completed({}, source_.length_unit);
   for (const auto& [proposed, weight] : plausible_samples(fit.candidates, config))
@@ -75,7 +67,7 @@ SurfaceFit LeftOutFitter::match(const LeftOutFrame& frame, const PoseBelief* pri
   std::vector<RankedSample> proposed;
   for (std::uint32_t k = 0; k < frame.proposed.size(); ++k) {
     source_.read_images(frame.proposed[k], std::span(depths_).subspan(k * stride_, stride_));
-    std::ranges::copy(nodes_of(frame.proposed[k]), &positions_[k * truth_.size()]);
+    std::ranges::copy(source_.nodes_of(frame.proposed[k]), &positions_[k * truth_.size()]);
     if (!shapes_.empty())
       std::ranges::copy(regression_.shape(frame.proposed[k]), &shapes_[k * ShapeRegression::shape_scores]);
     proposed.push_back({k, 0});
@@ -107,11 +99,6 @@ ModelView LeftOutFitter::view_of() {
   view.samples = ids_;
   view.node_positions = positions_;
   return view;
-}
-
-std::vector<float> LeftOutFitter::nodes_of(std::size_t sample) {
-  source_.read_positions(sample, row_);
-  return thinned_nodes(row_, most_nodes);
 }
 
 double LeftOutFitter::distance(std::span<const float> shape) const {

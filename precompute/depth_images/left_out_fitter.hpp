@@ -37,7 +37,8 @@ struct LeftOutFrame {
 /// Matches frames by their proposed samples alone, in a model that has only these.
 class LeftOutFitter {
  public:
-  /// most: proposed samples per frame. regression: of the source's samples. pose_variance: of DepthImages.
+  /// source: with nodes_of. most: proposed samples per frame. regression: of the source's samples. pose_variance: of
+  /// DepthImages.
   LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
                 const ShapeRegression& regression = {}, double pose_variance = 0);
   LeftOutFitter(const LeftOutFitter&) = delete;
@@ -53,7 +54,6 @@ class LeftOutFitter {
   SurfaceFit match(const LeftOutFrame& frame, const PoseBelief* prior);
   [[nodiscard]] ShapeRegression regression_of_proposed() const;
   [[nodiscard]] ModelView view_of();
-  [[nodiscard]] std::vector<float> nodes_of(std::size_t sample);
   [[nodiscard]] std::span<const float> shape(std::size_t candidate) const {
     return std::span(positions_).subspan(candidate * truth_.size(), truth_.size());
   }
@@ -62,7 +62,6 @@ class LeftOutFitter {
   const SampleSource& source_;
   ShapeRegression regression_;
   std::size_t stride_;
-  std::vector<float> row_;
   std::vector<std::array<std::uint32_t, 2>> ids_;
   std::vector<std::uint16_t> depths_;
   std::vector<float> shapes_, expected_, observed_;

@@ -1,0 +1,80 @@
+#include "precompute/depth_images/sample_cache.hpp"
+
+#include "precompute/depth_images/branches.hpp"
+
+#include <algorithm>
+#include <array>
+#include <mutex>
+
+namespace lbea::bake {
+namespace {
+
+constexpr std::size_t most_bytes = std::size_t{64} << 20;
+constexpr std::size_t most_nodes = 128;  // at which shapes are compared
+
+/// One place per sample or, of many samples, for every k-th: the last one read is kept.
+class Cache {
+ public:
+  explicit Cache(const SampleSource& source)
+      : source_(source),
+        cells_(padded_cells(source.camera)),
+        coordinates_(thinned_nodes(std::vector<float>(3 * source.nodes), most_nodes).size()),
+        samples_(std::clamp<std::size_t>(most_bytes / (cells_ * sizeof(std::uint16_t) + coordinates_ * sizeof(float)),
+                                         1, std::max<std::size_t>(source.samples.size(), 1)),
+                 none),
+        images_(samples_.size() * cells_),
+        nodes_(samples_.size() * coordinates_) {}
+
+  void read_image(std::size_t sample, std::span<std::uint16_t> image) {
+    const std::lock_guard lock(mutex_of(sample));
+    std::ranges::copy(std::span(images_).subspan(place_of(sample) * cells_, cells_), image.begin());
+  }
+  [[nodiscard]] std::vector<float> nodes(std::size_t sample) {
+    const std::lock_guard lock(mutex_of(sample));
+    const auto from = nodes_.begin() + static_cast<std::ptrdiff_t>(place_of(sample) * coordinates_);
+    return {from, from + static_cast<std::ptrdiff_t>(coordinates_)};
+  }
+
+ private:
+  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+
+  std::mutex& mutex_of(std::size_t sample) { return mutexes_[sample % samples_.size() % mutexes_.size()]; }
+
+  /// Reads the sample unless it is there. The caller holds its mutex.
+  std::size_t place_of(std::size_t sample) {
+    const std::size_t place = sample % samples_.size();
+    if (samples_[place] == sample) return place;
+    samples_[place] = none;
+    source_.read_images(sample, std::span(images_).subspan(place * cells_, cells_));
+    std::vector<float> positions(3 * source_.nodes);
+    source_.read_positions(sample, positions);
+    std::ranges::copy(thinned_nodes(positions, most_nodes),
+                      nodes_.begin() + static_cast<std::ptrdiff_t>(place * coordinates_));
+    samples_[place] = sample;
+    return place;
+  }
+
+  const SampleSource& source_;
+  std::size_t cells_, coordinates_;
+  std::vector<std::size_t> samples_;  // per place
+  std::vector<std::uint16_t> images_;
+  std::vector<float> nodes_;
+  std::array<std::mutex, 64> mutexes_;
+};
+
+}  // namespace
+
+SampleSource with_cache(const SampleSource& source) {
+  const auto cache = std::make_shared<Cache>(source);
+  SampleSource cached = source;
+  cached.read_images = [&source, cache](std::size_t first, std::span<std::uint16_t> images) {
+    if (images.size() == padded_cells(source.camera))
+      cache->read_image(first, images);
+    else
+      source.read_images(first, images);
+  };
+  cached.nodes_of = [cache](std::size_t sample) { return cache->nodes(sample); };
+  return cached;
+}
+
+}  // namespace lbea::bake
