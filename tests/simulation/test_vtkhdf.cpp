@@ -68,6 +68,7 @@ TEST_CASE("what is wrong with VTKHDF files is said") {
   refused("version", {"version 3"}, Status::unsupported_input);
   refused("missing", {"no dataset \"VTKHDF/Types\""});
   refused("short", {"\"VTKHDF/Points\" has 3 rows, but 4 from row 0"});
+  refused("flat", {"\"VTKHDF/Points\" has not three columns"});
   refused("negative", {"\"VTKHDF/NumberOfCells\" has a negative"});
   refused("decreasing", {"\"VTKHDF/Offsets\" decreases"});
   refused("beyond", {"part 0, cell 0: names point 3"});

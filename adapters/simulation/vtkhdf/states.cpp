@@ -80,7 +80,7 @@ Start start_of(const hdf5::File& file, std::uint32_t step, std::size_t topologie
 /// A mesh that does not change is stored once, for the parts of all steps.
 std::uint64_t parts_before(const hdf5::File& file, const Topology& topology, std::uint64_t cell, std::uint64_t part) {
   const auto counts = file.read_counts(topology.group + "NumberOfCells", 0, part);
-  if (std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}) == cell && cell > 0) return part;
+  if (std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}) == cell) return part;
   std::uint64_t parts = 0, sum = 0;
   while (sum < cell && parts < counts.size()) sum += counts[parts++];
   return parts;
@@ -167,6 +167,7 @@ Grid state_in_file(const grid::GridState& state) {
   const std::uint32_t step = state.step.value_or(0);
   const Start start = start_of(file, step, topologies.size());
   const auto points = file.read_counts(root + "/NumberOfPoints", start.part, start.parts);
+  if (file.shape(root + "/Points").columns != 3) file.fail("\"" + root + "/Points\" has not three columns");
   std::vector<TopologyReader> readers;
   for (std::size_t t = 0; t < topologies.size(); ++t) readers.emplace_back(file, topologies[t], start, t);
   const std::uint64_t cells_of_step = std::accumulate(start.cells.begin(), start.cells.end(), std::uint64_t{0});
