@@ -8,9 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <chrono>
 
 using namespace lbea;
 using namespace lbea::test;
+using namespace std::chrono_literals;
 
 namespace {
 
@@ -128,6 +130,42 @@ TEST_CASE("runs that share a file are refused") {
     CHECK_MESSAGE(contains(outcome.err, "the runs 'run' and 'shape2.obj' both read "), outcome.err);
     CHECK_FALSE(std::filesystem::exists(folder / "m.lbea"));
   }
+}
+
+TEST_CASE("runs may include the same file, whose changes after the plan are noticed") {
+  const TemporaryFolder folder;
+  std::string shells = "*ELEMENT_SHELL\n";
+  for (int cell = 0; cell < 25; ++cell) {
+    const int corner = 1 + cell % 5 + 6 * (cell / 5);
+    shells += std::to_string(cell + 1) + ",1";
+    for (const int node : {corner, corner + 1, corner + 7, corner + 6}) shells += "," + std::to_string(node);
+    shells += "\n";
+  }
+  put(folder / "shells.k", shells);
+  for (const int depth : {1, 2, 3}) {
+    std::string nodes = "*KEYWORD\n*INCLUDE\nshells.k\n*NODE\n";
+    for (int node = 0; node < 36; ++node) {
+      const int x = node % 6, y = node / 6;
+      nodes += std::to_string(node + 1) + "," + std::to_string(10 * x) + "," + std::to_string(10 * y) + "," +
+               std::to_string(-depth * x * (5 - x) * y * (5 - y)) + "\n";
+    }
+    put(folder / ("depth_" + std::string(static_cast<std::size_t>(depth), 'i') + ".k"), nodes);
+  }
+  put(folder / "e.toml", "runs = ['depth_*.k']\nfields = []\nmodes = 10\n");
+  const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
+  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+  const Model model = Model::open(folder / "m.lbea");
+  CHECK(model.samples() == 3);
+  const auto inputs = nlohmann::json::parse(model.provenance())["inputs"];
+  for (const auto& run : inputs) {
+    REQUIRE(run["files"].size() == 2);
+    CHECK(run["files"][1]["name"] == "shells.k");
+  }
+  REQUIRE(lbea_bake(folder, "plan e.toml --work work -o steps.lbea").exit_code == 0);
+  std::filesystem::last_write_time(folder / "shells.k", std::filesystem::file_time_type::clock::now() + 1h);
+  CHECK(lbea_bake(folder, "shard --work work --index 0 --of 1").exit_code == 3);  // runs have failed
+  const Outcome status = lbea_bake(folder, "status --work work");
+  CHECK_MESSAGE(contains(status.out, "depth_i.k changed since the bake was planned"), status.out);
 }
 
 TEST_CASE("two copies of one run, which halve each other's probability, are named, without control characters") {
