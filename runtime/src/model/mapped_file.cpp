@@ -57,6 +57,7 @@ void MappedFile::hold(std::span<const std::byte> part) const {
   auto offset = static_cast<off_t>(pages.data() - bytes_.data());
   if (::mmap(pages.data(), pages.size(), PROT_READ | PROT_WRITE, flags, -1, 0) == MAP_FAILED)
     throw Error(Status::bad_config, file_.string() + ": no memory for a copy of the model: " + std::strerror(errno));
+  ::madvise(whole.data(), whole.size(), MADV_HUGEPAGE);  // searches read samples in any order; if refused, only slower
   while (!pages.empty() && offset < static_cast<off_t>(bytes_.size())) {
     const ssize_t read = ::pread(descriptor_.value(), pages.data(), pages.size(), offset);
     if (read < 0 && errno == EINTR) continue;
