@@ -89,6 +89,21 @@ TEST_CASE("*INCLUDE_TRANSFORM shifts ids, scales and moves nodes; nested ones ad
   check_near(position(mesh, 1103), {1 - 2.5, 4, 5});
 }
 
+TEST_CASE("rotations have any axis and point, blank factors are 1, other includes that add no mesh are skipped") {
+  const TemporaryFolder folder;
+  put(folder / "square.k", square);
+  const auto moved = [&](const std::string& options) {
+    const auto run =
+        open_simulation(put(folder / "main.k", "*INCLUDE_STAMPED_PART\nresult.dyn\n*DEFINE_TRANSFORMATION\n7\n" +
+                                                   options + "\n*INCLUDE_TRANSFORM\nsquare.k\n,,\n,,\n,,\n7\n"));
+    return position(run->mesh(), 3);  // (1, 1, 0)
+  };
+  check_near(moved("ROTATE,0,0,2,0,0,0,90"), {-1, 1, 0});
+  check_near(moved("ROTATE,0,1,0,0,1,0,90"), {0, 1, -1});
+  check_near(moved("ROTATE,1,0,0,0,0,1,180"), {1, -1, 2});
+  check_near(moved("SCALE,,,4\n\nTRANSL,0,0,1\nSCALE,,3,4"), {1, 3, 4});
+}
+
 TEST_CASE("what is wrong with included files is said with file and line") {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& text, const std::vector<std::string>& words,

@@ -136,6 +136,28 @@ TEST_CASE("pieces may be empty, and give their time; cells of their neighbors ar
   CHECK(run->time_s(0) == 3.5);
 }
 
+TEST_CASE("numbered parallel files have times of their own, or their pieces'; points with id 0 are not joined") {
+  const TemporaryFolder folder;
+  const std::string id = data("NODE_ID", "1 2 0");
+  for (const std::string number : {"1", "2"}) {
+    put(folder / ("p" + number + ".vtp"), piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2", id));
+    put(folder / ("q" + number + ".vtp"), piece(3, "0 0 0 1 0 0 5 5 5", 1, "0 1 2", id));
+    std::string text = naming({"p" + number + ".vtp", "q" + number + ".vtp"});
+    text.insert(text.find("<Piece"), "<FieldData>" + data("TimeValue", "0." + number) + "</FieldData>");
+    put(folder / ("run" + number + ".pvtp"), text);
+  }
+  check_error(refusal(folder / "run1.pvtp"), Status::bad_input, {"node id 0 belongs to two points"});
+  for (const char* name : {"p1", "q1", "p2", "q2"})
+    put(folder / (std::string(name) + ".vtp"),
+        std::regex_replace(text_of(folder / (std::string(name) + ".vtp")), std::regex("1 2 0<"),
+                           *name == 'p' ? "1 2 3<" : "1 2 4<"));
+  const auto run = open_simulation(folder / "run1.pvtp");
+  REQUIRE(run->states() == 2);
+  CHECK(run->time_s(0) == 0.1);
+  CHECK(run->time_s(1) == 0.2);
+  CHECK(run->mesh().nodes() == 4);
+}
+
 TEST_CASE("what is wrong with parallel files is said") {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& text, const std::vector<std::string>& words,
