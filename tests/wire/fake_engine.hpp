@@ -19,6 +19,7 @@ class FakeEngine final : public MatchEngine {
   MatchResult match(const Frame& frame, std::uint32_t matcher) noexcept override {
     const auto own = std::chrono::microseconds(frame.points.empty() ? 0 : static_cast<int>(frame.points[0].y));
     if (const auto delay = std::max(delay_.load(), own); delay.count() > 0) std::this_thread::sleep_for(delay);
+    ++matched;
     MatchResult result;
     result.frame_id = frame.id;
     result.stamp_ns = frame.stamp_ns;
@@ -39,6 +40,8 @@ class FakeEngine final : public MatchEngine {
   }
   double time_s(Sample sample) const noexcept override { return 0.001 * sample.time_step; }
   void set_delay(std::chrono::microseconds delay) { delay_ = delay; }
+
+  std::atomic<std::uint32_t> matched{0};  // frames
 
  private:
   std::atomic<std::chrono::microseconds> delay_;

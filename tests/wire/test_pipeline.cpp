@@ -253,6 +253,32 @@ TEST_CASE("frames that depend on earlier ones are matched one after the other by
   CHECK(matcher.current_frame() == 1'999);
 }
 
+TEST_CASE("a matcher goes on while another one needs long for an earlier frame") {
+  PipelineConfig config = Bench::small();
+  config.matchers = 2;
+  PipelineQueues queues(config);
+  FakeEngine engine;
+  FrameMatcher matcher(config, engine, queues);
+  std::vector<std::thread> threads;
+  for (std::uint32_t i = 0; i < config.matchers; ++i) threads.emplace_back(&FrameMatcher::run, &matcher, i);
+  for (std::uint64_t id = 0; id < 11; ++id) {
+    FrameSlot& slot = queues.frames.wait_and_claim();
+    slot.header.id = id;
+    slot.header.points = 2;
+    slot.points[0] = {4, id == 0 ? 500'000.0f : 0.0f, 0};  // us
+    queues.frames.publish();
+  }
+  REQUIRE(eventually([&] { return engine.matched == 10; }));
+  CHECK(queues.outcomes.front() == nullptr);
+  CHECK(matcher.current_frame() == 0);
+  for (std::uint64_t id = 0; id < 11; ++id, queues.outcomes.release()) {
+    REQUIRE(eventually([&] { return queues.outcomes.front() != nullptr; }));
+    CHECK(queues.outcomes.front()->result.frame_id == id);
+  }
+  queues.frames.close();
+  for (std::thread& thread : threads) thread.join();
+}
+
 // Otherwise the watchdog of lbea-serve would not notice a hanging matcher beside an idle one.
 TEST_CASE("rounds do not rise while a frame is being matched, whatever the other matchers do") {
   PipelineConfig config = Bench::small();

@@ -170,7 +170,10 @@ class MatchReplay {
     if (!history_) begin_test_of(slot);
     outcome_.result.status = slot.status;
     outcome_.result.points.received = slot.header.points;
-    if (slot.status == wire::WireStatus::ok) fill_outcome(outcome_, slot.match, engine_.track(slot.match));
+    if (slot.status == wire::WireStatus::ok) {
+      fill_outcome(outcome_, slot.match);
+      fill_test(outcome_, engine_.track(slot.match));
+    }
     wire::WireResult result;
     compose(outcome_, engine_, result);
     complete_verdict(result);

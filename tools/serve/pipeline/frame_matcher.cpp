@@ -18,7 +18,7 @@ bool FrameMatcher::take(Work& work) noexcept {
     queues_.matcher_bell.wait_for(max_idle);
   }
   if (work.slot == nullptr) return false;
-  ids_[work.turn % ids_.size()] = work.slot->header.id;
+  in_work(work.turn).id = work.slot->header.id;
   taken_ = work.turn + 1;
   work.queue_ns = since_ns(work.slot->queued);
   return true;
@@ -26,24 +26,37 @@ bool FrameMatcher::take(Work& work) noexcept {
 
 std::uint64_t FrameMatcher::current_frame() const noexcept {
   const std::uint64_t taken = taken_, ended = turns_.ended(), oldest = ended < taken || ended == 0 ? ended : ended - 1;
-  return ids_[oldest % ids_.size()];
+  return in_work_[oldest % in_work_.size()].id;
 }
 
 void FrameMatcher::match(const Work& work, std::uint32_t matcher) noexcept {
   const FrameSlot& slot = *work.slot;
-  const Frame frame{slot.header.id, slot.header.stamp_ns,
-                    std::span<const Point>(slot.points).first(slot.header.points)};
-  const bool is_frame = !slot.header.end_of_stream, is_alone = engine_.matches_frames_alone();
-  MatchResult match;
-  if (is_frame && is_alone) match = engine_.match(frame, matcher);
-  turns_.wait_for(work.turn);
-  begin_test_of(slot);
-  if (is_frame && !is_alone) match = engine_.match(frame, matcher);
-  Outcome& outcome = queues_.outcomes.wait_and_claim();
+  if (!engine_.matches_frames_alone()) {
+    turns_.wait_for(work.turn);
+    begin_test_of(slot);
+  }
+  Outcome& outcome = queues_.outcomes.wait_and_claim_at(work.turn);
   fill(outcome, work);
-  if (is_frame) fill_outcome(outcome, match, engine_.track(match));
-  queues_.frames.release();
+  if (!slot.header.end_of_stream)
+    fill_outcome(outcome, engine_.match({slot.header.id, slot.header.stamp_ns,
+                                         std::span<const Point>(slot.points).first(slot.header.points)},
+                                        matcher));
+  finish_matched(work.turn);
+}
+
+void FrameMatcher::finish_matched(std::uint64_t turn) noexcept {
+  const std::lock_guard lock(finishing_);
+  in_work(turn).is_matched = true;
+  while (std::exchange(in_work(turns_.ended()).is_matched, false)) finish_oldest();
+}
+
+void FrameMatcher::finish_oldest() noexcept {
+  const FrameSlot& slot = *queues_.frames.front();
+  Outcome& outcome = queues_.outcomes.wait_and_claim();  // filled when it was matched
+  if (engine_.matches_frames_alone()) begin_test_of(slot);
+  if (!slot.header.end_of_stream) fill_test(outcome, engine_.track(match_of(outcome)));
   queues_.account.counters.count(outcome.result.status);
+  queues_.frames.release();
   queues_.outcomes.publish();
   ++rounds_;
   turns_.end_turn();

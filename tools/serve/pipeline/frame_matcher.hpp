@@ -11,6 +11,7 @@ class Turns {
   void wait_for(std::uint64_t turn) const noexcept {
     for (std::uint64_t ended = ended_; ended != turn; ended = ended_) ended_.wait(ended);
   }
+  /// Only by the thread whose turn it is.
   void end_turn() noexcept {
     ++ended_;
     ended_.notify_all();
@@ -21,12 +22,13 @@ class Turns {
   std::atomic<std::uint64_t> ended_{0};
 };
 
-/// Each thread takes the oldest frame that no other has taken, matches it beside theirs unless its result depends on
-/// the frames before it, and then waits for its turn: outcomes, counters and tests are those of a single thread.
+/// Each thread takes the oldest frame that no other has taken, and matches it beside theirs unless its result depends
+/// on the frames before it. The thread with the oldest frame finishes it and those after it that are matched already:
+/// outcomes, counters and tests are those of a single thread, and no thread waits for a slower one.
 class FrameMatcher {
  public:
   FrameMatcher(const PipelineConfig& config, MatchEngine& engine, PipelineQueues& queues)
-      : on_start_(config.on_matching_thread), engine_(engine), queues_(queues), ids_(config.matchers) {}
+      : on_start_(config.on_matching_thread), engine_(engine), queues_(queues), in_work_(queues.frames.capacity()) {}
   /// One thread per matcher: runs until the queue of frames is closed and empty.
   void run(std::uint32_t matcher) noexcept;
   // Any thread:
@@ -43,18 +45,25 @@ class FrameMatcher {
   };
   /// Waits for a frame. False when there will be none.
   [[nodiscard]] bool take(Work& work) noexcept;
+  struct InWork {  // a frame that is taken and not finished
+    std::atomic<std::uint64_t> id{0};
+    bool is_matched = false;  // guarded by finishing_
+  };
+  [[nodiscard]] InWork& in_work(std::uint64_t turn) noexcept { return in_work_[turn % in_work_.size()]; }
   void match(const Work& work, std::uint32_t matcher) noexcept;
+  void finish_matched(std::uint64_t turn) noexcept;
+  void finish_oldest() noexcept;
   void fill(Outcome& outcome, const Work& work) noexcept;
   void begin_test_of(const FrameSlot& slot) noexcept;
 
   std::function<void(std::uint32_t)> on_start_;  // may be empty
   MatchEngine& engine_;
   PipelineQueues& queues_;
-  std::mutex taking_;
+  std::mutex taking_, finishing_;
   std::atomic<std::uint64_t> taken_{0};
   Turns turns_;
-  std::vector<std::atomic<std::uint64_t>> ids_;  // of the frames being matched, by their turns
-  std::optional<std::uint64_t> session_;         // of the test; none before its first frame
+  std::vector<InWork> in_work_;           // by turns
+  std::optional<std::uint64_t> session_;  // of the test; none before its first frame
   std::atomic<std::uint64_t> rounds_{0};
 };
 

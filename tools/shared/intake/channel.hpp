@@ -57,16 +57,15 @@ class Channel {
   [[nodiscard]] std::vector<T>& slots() noexcept { return slots_; }
 
   /// Producer: the next free slot to fill, or null when all are taken. The consumer sees it after publish().
-  [[nodiscard]] T* claim() noexcept {
-    const std::size_t next = published_.load(std::memory_order_relaxed);
-    if (next - released_.load(std::memory_order_acquire) == slots_.size()) return nullptr;
-    return &slots_[next % slots_.size()];
-  }
+  [[nodiscard]] T* claim() noexcept { return claim_at(published_.load(std::memory_order_relaxed)); }
   /// Producer: the same, waiting for a free slot.
-  [[nodiscard]] T& wait_and_claim() noexcept {
+  [[nodiscard]] T& wait_and_claim() noexcept { return wait_and_claim_at(published_.load(std::memory_order_relaxed)); }
+  /// Producer: the slot that will be published after `before` others, waiting until it is free. Several threads may
+  /// fill different slots at the same time; they are published one after the other.
+  [[nodiscard]] T& wait_and_claim_at(std::size_t before) noexcept {
     constexpr std::chrono::microseconds poll_interval{100};
-    T* slot = claim();
-    for (; slot == nullptr; slot = claim()) std::this_thread::sleep_for(poll_interval);
+    T* slot = claim_at(before);
+    for (; slot == nullptr; slot = claim_at(before)) std::this_thread::sleep_for(poll_interval);
     return *slot;
   }
   void publish() noexcept {
@@ -98,6 +97,10 @@ class Channel {
   void release() noexcept { released_.fetch_add(1, std::memory_order_release); }
 
  private:
+  [[nodiscard]] T* claim_at(std::size_t before) noexcept {
+    if (before - released_.load(std::memory_order_acquire) >= slots_.size()) return nullptr;
+    return &slots_[before % slots_.size()];
+  }
   void ring() noexcept {
     if (bell_ != nullptr) bell_->ring();
   }

@@ -118,7 +118,7 @@ void clear(Outcome& outcome) noexcept {
   result = std::move(fresh);
 }
 
-void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* test) noexcept {
+void fill_outcome(Outcome& outcome, const MatchResult& match) noexcept {
   wire::WireResult& result = outcome.result;
   result.status = to_wire(match.status);
   result.reference = match.reference;
@@ -129,7 +129,22 @@ void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* t
   result.verdict = to_wire(match.verdict);
   outcome.matches.assign(match.matches.begin(), match.matches.end());
   fill(result.fit, match.fit);
-  if (test != nullptr) fill(result.test, *test);
+}
+
+MatchResult match_of(const Outcome& outcome) noexcept {
+  MatchResult match;
+  match.frame_id = outcome.result.frame_id;
+  match.stamp_ns = outcome.result.stamp_ns;
+  match.status = outcome.result.status == wire::WireStatus::ok             ? Status::ok
+                 : outcome.result.status == wire::WireStatus::low_coverage ? Status::low_coverage
+                                                                           : Status::empty_frame;
+  match.matches = outcome.matches;
+  match.fit = outcome.result.fit.view();
+  return match;
+}
+
+void fill_test(Outcome& outcome, const TestState* test) noexcept {
+  if (test != nullptr) fill(outcome.result.test, *test);
 }
 
 void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {

@@ -72,7 +72,7 @@ class ModelEngine final : public MatchEngine {
 /// The model as the state message describes it.
 [[nodiscard]] wire::ModelSummary summarize(const Model& model, const std::string& file);
 
-/// A result without the matches' names. reserve() allocates; clear() and fill_outcome() do not.
+/// A result without the matches' names. reserve() allocates; the others do not.
 struct Outcome {
   wire::WireResult result;     // without matches
   std::vector<Match> matches;  // compose() adds their names
@@ -81,8 +81,12 @@ struct Outcome {
 void reserve(Outcome& outcome, std::uint32_t max_matches);
 /// Resets all values and keeps the memory.
 void clear(Outcome& outcome) noexcept;
-/// Copies what the matcher found in one frame; `test` may be null.
-void fill_outcome(Outcome& outcome, const MatchResult& match, const TestState* test) noexcept;
+/// Copies what the matcher found in one frame.
+void fill_outcome(Outcome& outcome, const MatchResult& match) noexcept;
+/// What the outcome holds of a match, as evidence for MatchEngine::track().
+[[nodiscard]] MatchResult match_of(const Outcome& outcome) noexcept;
+/// Copies the state of the test including the frame; null: none.
+void fill_test(Outcome& outcome, const TestState* test) noexcept;
 /// The complete result.
 void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into);
 /// Sets the verdict by the status when the matcher gave none.
