@@ -1,10 +1,10 @@
 #include "precompute/basis/eigenbasis.hpp"
 
 #include "precompute/bake_options.hpp"
+#include "precompute/basis/lanczos.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <Spectra/SymEigsShiftSolver.h>
 #include <Eigen/SparseCholesky>
 
 #include <algorithm>
@@ -20,12 +20,8 @@ constexpr Index dense_below = 300;        // vertices; below, the dense solver i
 constexpr double same_eigenvalue = 1e-6;  // relative: closer ones form a cluster, within which the order is arbitrary
 constexpr double same_magnitude = 1e-9;   // relative
 constexpr double tolerance = 1e-12;       // Krylov residual, relative
-constexpr Index max_restarts = 1000;
 
-struct Pairs {
-  Eigen::VectorXd values;   // ascending
-  Eigen::MatrixXd vectors;  // orthonormal columns
-};
+using Pairs = Eigenpairs;  // ascending
 
 // The symmetric form A q = lambda q has A = M^-1/2 L M^-1/2 and q = M^1/2 psi.
 Eigen::SparseMatrix<double> shifted(const Eigen::SparseMatrix<double>& a, double shift) {
@@ -34,38 +30,34 @@ Eigen::SparseMatrix<double> shifted(const Eigen::SparseMatrix<double>& a, double
   return a - shift * identity;
 }
 
-/// (A - sigma I)^-1 restricted to the complement of the columns of `found`; the operator type Spectra expects.
+/// (A - sigma I)^-1 restricted to the complement of the columns of `found`.
 class ShiftInvert {
  public:
-  using Scalar = double;
-
-  /// A is copied by reference and must outlive this. sigma < 0 makes A - sigma I positive definite.
+  /// A is kept by reference and must outlive this. sigma < 0 makes A - sigma I positive definite.
   ShiftInvert(const Eigen::SparseMatrix<double>& a, double sigma);
 
-  [[nodiscard]] Eigen::Index rows() const { return a_.rows(); }
-  [[nodiscard]] Eigen::Index cols() const { return a_.cols(); }
-  void set_shift(const double&) {}  // Spectra's hook: the shift is fixed here
-  void perform_op(const double* x_in, double* y_out) const;
+  void operator()(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
 
   /// Excludes these eigenvectors (orthonormal columns) from the operator.
   void deflate(Eigen::MatrixXd found) { found_ = std::move(found); }
 
  private:
-  const Eigen::SparseMatrix<double>& a_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
   Eigen::MatrixXd found_;
 };
 
 ShiftInvert::ShiftInvert(const Eigen::SparseMatrix<double>& a, double sigma)
-    : a_(a), factor_(shifted(a, sigma)), found_(a.rows(), 0) {
+    : factor_(shifted(a, sigma)), found_(a.rows(), 0) {
   if (factor_.info() != Eigen::Success)
     throw Error(Status::bad_input,
                 "the Laplacian of the region cannot be factorised; are its elements badly distorted?");
 }
 
-void ShiftInvert::perform_op(const double* x_in, double* y_out) const {
-  const Eigen::Map<const Eigen::VectorXd> x(x_in, rows());
-  Eigen::Map<Eigen::VectorXd> y(y_out, rows());
+void ShiftInvert::operator()(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  if (found_.cols() == 0) {
+    y = factor_.solve(x);
+    return;
+  }
   y = factor_.solve(x - found_ * (found_.transpose() * x));
   y -= found_ * (found_.transpose() * y).eval();
 }
@@ -97,15 +89,14 @@ Pairs rayleigh_ritz(const Sparse& a, const Eigen::MatrixXd& vectors, Index count
   return {ritz.eigenvalues().head(kept), q * ritz.eigenvectors().leftCols(kept)};
 }
 
-Eigen::MatrixXd krylov_vectors(ShiftInvert& op, double sigma, Index count, Index space) {
-  Spectra::SymEigsShiftSolver<ShiftInvert> solver(
-      op, count, std::clamp(std::max(2 * count + 1, count + 20), count + 1, space), sigma);
-  const Eigen::VectorXd start = start_vector(op.rows());
-  solver.init(start.data());
-  solver.compute(Spectra::SortRule::LargestMagn, max_restarts, tolerance, Spectra::SortRule::SmallestAlge);
-  if (solver.info() != Spectra::CompInfo::Successful)
+// The `count` smallest of A - sigma I, from the largest of its inverse.
+Pairs krylov_pairs(const ShiftInvert& op, Index n, double sigma, Index count, Index space) {
+  Pairs pairs = largest_eigenpairs(std::cref(op), start_vector(n), count,
+                                   std::clamp(std::max(2 * count + 1, count + 20), count + 1, space), tolerance);
+  if (pairs.values.size() == 0)
     throw Error(Status::bad_input, "the eigenvalues of the region did not converge; ask for fewer modes");
-  return solver.eigenvectors();
+  pairs.values = sigma + pairs.values.array().inverse();
+  return pairs;
 }
 
 // How many eigenvalues below the cluster of the last one found were not found.
@@ -126,15 +117,16 @@ Pairs dense_pairs(const Sparse& a, Index p) {
 
 // One Krylov space holds one vector of each eigenspace; several components and symmetric shapes have larger
 // eigenspaces. Each round adds missing vectors from the orthogonal complement, at least one of each such space.
-Pairs krylov_pairs(const Sparse& a, Index p, double spacing) {
+Pairs all_pairs(const Sparse& a, Index p, double spacing) {
   const double sigma = -spacing;
   ShiftInvert op(a, sigma);
-  Pairs pairs = rayleigh_ritz(a, krylov_vectors(op, sigma, p, a.rows()), p);
+  Pairs pairs = krylov_pairs(op, a.rows(), sigma, p, a.rows());
   for (Index round = 0; round < p; ++round) {
     const Index lacking = missing(a, pairs.values, spacing);
     if (lacking <= 0) return pairs;
     op.deflate(pairs.vectors);
-    const Eigen::MatrixXd more = krylov_vectors(op, sigma, std::min(lacking, a.rows() - p - 1), a.rows() - p);
+    const Eigen::MatrixXd more =
+        krylov_pairs(op, a.rows(), sigma, std::min(lacking, a.rows() - p - 1), a.rows() - p).vectors;
     Eigen::MatrixXd both(a.rows(), p + more.cols());
     both << pairs.vectors, more;
     pairs = rayleigh_ritz(a, both, p);
@@ -155,7 +147,7 @@ Pairs polished(const Sparse& a, double sigma, const Pairs& pairs) {
   Eigen::VectorXd next(a.rows());
   for (Index j = 0; j < pairs.values.size(); ++j) {
     const Eigen::VectorXd mode = pairs.vectors.col(j);
-    inverse.perform_op(mode.data(), next.data());
+    inverse(mode, next);
     result.values[j] = std::max(sigma + 1 / mode.dot(next), j > 0 ? result.values[j - 1] : sigma);
     result.vectors.col(j) = next.normalized();
   }
@@ -194,7 +186,7 @@ Eigenbasis eigenbasis(const MeshLaplacian& laplacian, std::uint32_t p) {
   const Sparse a = symmetric_form(laplacian);
   const double spacing = weyl_spacing(laplacian.mass);
   const bool dense = n <= dense_below || 2 * Index{p} >= n;
-  Pairs pairs = dense ? dense_pairs(a, p) : krylov_pairs(a, p, spacing);
+  Pairs pairs = dense ? dense_pairs(a, p) : all_pairs(a, p, spacing);
 
   double residual = residual_of(a, pairs, spacing);
   if (residual > largest_usual_residual) {
