@@ -10,7 +10,7 @@ purpose=${1:-test}
 demo=(
   build-essential cmake ninja-build pkg-config
   libxxhash-dev                                    # runtime: checksums, header-only
-  libeigen3-dev libnanoflann-dev                     # bake: matrices, k-d tree
+  libeigen3-dev libnanoflann-dev                   # bake: matrices, k-d tree
   cppzmq-dev libzmq3-dev libsodium-dev             # ZeroMQ; its source is patched and built (third_party/zmq)
   libflatbuffers-dev flatbuffers-compiler          # messages
   libisal-dev liblz4-dev libzstd-dev zlib1g-dev    # recordings: checksums, compressed chunks
