@@ -48,13 +48,19 @@ double squared_distance(const Vec& p, const Vec& low, const Vec& high) {
   return sum;
 }
 
+bool is_facing(const Vec& normal, const Facing& facing) {
+  return facing.normals.empty() || std::ranges::any_of(facing.normals, [&](const Vec& wanted) {
+           return std::abs(dot(normal, wanted)) >= facing.least_cosine;
+         });
+}
+
 constexpr std::uint32_t leaf_size = 4;
 }  // namespace
 
 SurfaceTree::SurfaceTree(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
                          std::span<const std::uint8_t> kept) {
   const auto add = [&](std::size_t element, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    Triangle triangle{{}, {a, b, c}, static_cast<std::uint32_t>(element)};
+    Triangle triangle{{}, {}, {a, b, c}, static_cast<std::uint32_t>(element)};
     for (std::size_t k = 0; k < 3; ++k) {
       if (triangle.nodes[k] >= positions.size() / 3)
         throw Error(Status::bad_input, "element " + std::to_string(element) + " names node " +
@@ -66,7 +72,9 @@ SurfaceTree::SurfaceTree(std::span<const float> positions, std::span<const std::
     const Vec normal =
         cross(minus(triangle.corners[1], triangle.corners[0]), minus(triangle.corners[2], triangle.corners[0]));
     const double area = dot(normal, normal);
-    if (area > 0 && std::isfinite(area)) triangles_.push_back(triangle);
+    if (!(area > 0 && std::isfinite(area))) return;
+    for (std::size_t i = 0; i < 3; ++i) triangle.normal[i] = normal[i] / std::sqrt(area);
+    triangles_.push_back(triangle);
   };
   for (std::size_t e = 0; e < elements.size(); ++e) {
     if (!kept.empty() && kept[e] == 0) continue;
@@ -100,7 +108,7 @@ void SurfaceTree::build(std::uint32_t first, std::uint32_t count) {
   build(first + count / 2, count - count / 2);
 }
 
-SurfacePlace SurfaceTree::nearest(const std::array<double, 3>& point, double reach) const {
+SurfacePlace SurfaceTree::nearest(const std::array<double, 3>& point, double reach, const Facing& facing) const {
   SurfacePlace best;
   double least = reach * reach;
   std::array<std::uint32_t, 128> open{};  // halving keeps the depth below 32
@@ -125,9 +133,9 @@ SurfacePlace SurfaceTree::nearest(const std::array<double, 3>& point, double rea
         for (std::size_t i = 0; i < 3; ++i) place[i] += shares[k] * triangle.corners[k][i];
       const Vec to = minus(point, place);
       const double squared = dot(to, to);
-      if (squared > least || (best.found() && squared >= least)) continue;
+      if (squared > least || (best.found() && squared >= least) || !is_facing(triangle.normal, facing)) continue;
       least = squared;
-      best = {triangle.element, triangle.nodes, shares, place, std::sqrt(squared)};
+      best = {triangle.element, triangle.nodes, shares, place, triangle.normal, std::sqrt(squared)};
     }
   }
   return best;

@@ -13,9 +13,16 @@ struct SurfacePlace {
   std::array<std::uint32_t, 3> nodes{};                               // the triangle's corners
   std::array<double, 3> shares{};  // barycentric: position = sum of shares times corners
   std::array<double, 3> position{};
+  std::array<double, 3> normal{};  // of the triangle, length 1
   double distance = std::numeric_limits<double>::infinity();
 
   [[nodiscard]] bool found() const noexcept { return element != std::numeric_limits<std::uint32_t>::max(); }
+};
+
+/// Selects triangles whose normal, in either direction, is within an angle of one of these. No normals: all triangles.
+struct Facing {
+  std::span<const std::array<double, 3>> normals{};
+  double least_cosine = 0;
 };
 
 class SurfaceTree {
@@ -28,12 +35,14 @@ class SurfaceTree {
 
   /// Exact; ties to the triangle that comes first in the tree.
   [[nodiscard]] SurfacePlace nearest(const std::array<double, 3>& point,
-                                     double reach = std::numeric_limits<double>::infinity()) const;
+                                     double reach = std::numeric_limits<double>::infinity(),
+                                     const Facing& facing = {}) const;
   [[nodiscard]] std::size_t triangles() const noexcept { return triangles_.size(); }
 
  private:
   struct Triangle {
     std::array<std::array<double, 3>, 3> corners;
+    std::array<double, 3> normal;
     std::array<std::uint32_t, 3> nodes;
     std::uint32_t element;
   };

@@ -297,3 +297,18 @@ TEST_CASE("the nearest place on a surface is the brute-force one") {
   const std::vector<std::uint8_t> none(elements.size(), 0);
   CHECK(SurfaceTree(positions, elements, none).triangles() == 0);
 }
+
+TEST_CASE("the nearest place among the triangles that face a way, in either direction") {
+  // A floor at z = 0 and a wall at x = 4, whose normal is -x.
+  const std::vector<float> positions{0, 0, 0, 4, 0, 0, 4, 4, 0, 0, 4, 0, 4, 0, 4, 4, 4, 4};
+  const std::vector<std::array<std::uint32_t, 4>> elements{{0, 1, 2, 3}, {1, 4, 5, 2}};
+  const SurfaceTree tree(positions, elements);
+  const std::vector<std::array<double, 3>> up{{0, 0, 1}}, right{{1, 0, 0}}, along{{0, 1, 0}};
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  CHECK(tree.nearest({3, 2, 2}).element == 1);
+  CHECK(tree.nearest({3, 2, 2}, infinity, {up, 0.5}).element == 0);
+  CHECK(tree.nearest({3, 2, 2}, infinity, {up, 0.5}).distance == doctest::Approx(2));
+  CHECK(tree.nearest({1, 2, 0.5}, infinity, {right, 0.5}).distance == doctest::Approx(3));
+  CHECK(std::abs(tree.nearest({1, 2, 0.5}).normal[2]) == doctest::Approx(1));
+  CHECK_FALSE(tree.nearest({3, 2, 2}, infinity, {along, 0.5}).found());
+}
