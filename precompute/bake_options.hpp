@@ -63,6 +63,12 @@ struct RunLeftOut {
   std::string name, reason;
 };
 
+/// A run with another mesh, and how it was mapped.
+struct MappedRunReport {
+  std::string name;
+  MappingReport mapping;
+};
+
 /// A field stored in 16 bits, and its largest rounding error.
 struct RoundedField {
   std::string name, unit;
@@ -86,8 +92,9 @@ struct BakeSummary {
   double interval_s = 0;           // between two samples of a run, the median; 0: one sample per run
   std::vector<SimulationField> stored_fields;
   MeshLosses losses;
-  std::vector<std::string> warnings;  // what a user should check: a sentence each
-  std::vector<RunLeftOut> left_out;   // in the ensemble's order
+  std::vector<MappedRunReport> mapped;  // in the ensemble's order
+  std::vector<std::string> warnings;    // what a user should check: a sentence each
+  std::vector<RunLeftOut> left_out;     // in the ensemble's order
   std::vector<RoundedField> rounded_fields;
   struct Seconds {
     double reading = 0, bases = 0, samples = 0, writing = 0;  // of the stages that this process did; writing: the merge

@@ -33,6 +33,20 @@ struct RegionDescription {
   std::filesystem::path sensor;         // sensor description: nodes visible to it at impact
 };
 
+/// How runs that do not have the reference run's numbers are mapped onto its mesh, see precompute/mapping.
+struct MappingSettings {
+  bool enabled = true;  // false: all runs are compared by their numbers
+  /// Nodes farther from the run's surface are left out. Runs whose other nodes are a third of it off in the mean are
+  /// refused. Not set: 3 mm.
+  std::optional<double> distance;
+  double share = 0.8;   // runs on which fewer of the reference run's elements are found are refused
+  bool by_part = true;  // only places in the same part; without effect where a mesh has one part
+  std::vector<std::array<std::uint32_t, 2>> parts;  // part id in such a run, part id in the reference run
+
+  [[nodiscard]] double distance_in(const std::string& unit) const { return distance.value_or(3 * units_per_mm(unit)); }
+  [[nodiscard]] double mean_distance_in(const std::string& unit) const { return distance_in(unit) / 3; }
+};
+
 struct EnsembleDescription {
   std::vector<std::filesystem::path> runs;  // resolved, in the order of the model's simulations
   std::filesystem::path reference_run;      // empty: the first of runs
@@ -49,8 +63,9 @@ struct EnsembleDescription {
   std::optional<double> envelope_margin;  // frame points farther from every sample are discarded; not set: 25 mm
   bool correspondence = true;             // store each sample's corresponding nodes, which VtP matching needs
   std::optional<bool> landmarks;          // store the landmark positions separately; not set: for large models only
-  std::filesystem::path depth_sensor;     // sensor description: pose of the depth images, which method `fit` needs
-  std::filesystem::path output;           // empty: the caller decides
+  MappingSettings mapping;
+  std::filesystem::path depth_sensor;  // sensor description: pose of the depth images, which method `fit` needs
+  std::filesystem::path output;        // empty: the caller decides
 
   [[nodiscard]] double margin() const {
     constexpr double default_mm = 25;

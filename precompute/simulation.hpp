@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,17 @@ struct SimulationState {
   std::vector<std::vector<float>> fields;  // [field][element], in the order of SimulationReader::fields()
 };
 
+/// How the mesh of a run was mapped onto the reference run's. Lengths in the length unit, undeformed.
+struct MappingReport {
+  std::uint32_t run_elements = 0;                   // of the run's surface
+  std::uint32_t elements = 0, mapped_elements = 0;  // of the reference run's surface
+  double mean = 0, largest = 0;                     // distance of the mapped nodes from the run's surface
+  std::uint32_t worst_element = 0;                  // id of the reference run's element at the largest distance
+  double shift = 0;                                 // largest smooth difference of the shapes, allowed for before
+  bool tells_parts = true;                          // false: parts were not compared
+  std::uint64_t key = 0;                            // hash of the mapping
+};
+
 /// Reads one run with bounded memory: the mesh and one state.
 /// Errors are lbea::Error with a sentence that names file, byte and what to do.
 class SimulationReader {
@@ -69,6 +81,8 @@ class SimulationReader {
   [[nodiscard]] virtual std::vector<std::filesystem::path> named_files() const { return {}; }
   /// What a user should know of the files although they can be read, as a sentence; mostly empty.
   [[nodiscard]] virtual std::string remark() const { return {}; }
+  /// Set when mesh and states are not the run's own but mapped onto the reference run's.
+  [[nodiscard]] virtual std::optional<MappingReport> mapping() const { return {}; }
 };
 
 /// All files that a run is read from: hashed into the model's provenance, and watched for changes.

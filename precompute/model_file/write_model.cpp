@@ -154,6 +154,8 @@ void add_facts(const BakePlan& plan, BakeSummary& summary) {
   if (!intervals.empty()) summary.interval_s = intervals[intervals.size() / 2];
   summary.stored_fields = survey.fields;
   summary.losses = survey.losses;
+  for (std::size_t run = 0; run < survey.runs.size(); ++run)
+    if (survey.runs[run].mapping) summary.mapped.push_back({plan.ensemble.runs[run].name, *survey.runs[run].mapping});
   summary.warnings = survey.warnings;
   constexpr std::size_t few = 5;
   const std::size_t runs = survey.runs.size();  // without those that were left out

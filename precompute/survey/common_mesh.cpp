@@ -3,6 +3,7 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <unordered_map>
 
@@ -15,18 +16,6 @@ using NodeIndex = std::unordered_map<std::uint32_t, std::uint32_t>;  // id -> in
 // Sorted: the faces of one solid share its id and differ in their nodes.
 using ElementKey = std::array<std::uint32_t, 5>;
 using ElementIndex = std::map<ElementKey, std::uint32_t>;
-
-void check_sizes(const SimulationMesh& mesh, const std::string& run) {
-  const bool consistent = mesh.element_ids.size() == mesh.elements.size() &&
-                          mesh.element_parts.size() == mesh.elements.size() && mesh.node_ids.size() < nowhere &&
-                          mesh.elements.size() < nowhere;
-  if (!consistent) throw Error(Status::bad_input, "run " + run + ": its mesh is not complete or too large");
-  for (const Quad& element : mesh.elements)
-    for (const std::uint32_t node : element)
-      if (node >= mesh.node_ids.size())
-        throw Error(Status::bad_input, "run " + run + ": an element names node index " + std::to_string(node) +
-                                           ", but there are " + std::to_string(mesh.node_ids.size()) + " nodes");
-}
 
 NodeIndex index_nodes(const std::vector<std::uint32_t>& ids, const std::string& run) {
   NodeIndex index;
@@ -51,11 +40,47 @@ ElementIndex index_elements(const SimulationMesh& mesh) {
 bool same_numbering(const SimulationMesh& a, const SimulationMesh& b) {
   return a.node_ids == b.node_ids && a.element_ids == b.element_ids && a.elements == b.elements;
 }
+
+double edge_length(const SimulationMesh& mesh, std::uint32_t element) {
+  const float* a = &mesh.positions[3 * std::size_t{mesh.elements[element][0]}];
+  const float* b = &mesh.positions[3 * std::size_t{mesh.elements[element][1]}];
+  return std::hypot(double{a[0]} - double{b[0]}, double{a[1]} - double{b[1]}, double{a[2]} - double{b[2]});
+}
 }  // namespace
+
+void check_mesh(const SimulationMesh& mesh, const std::string& run) {
+  const bool consistent = mesh.element_ids.size() == mesh.elements.size() &&
+                          mesh.element_parts.size() == mesh.elements.size() &&
+                          mesh.positions.size() == 3 * mesh.nodes() && mesh.touching <= mesh.elements.size() &&
+                          mesh.node_ids.size() < nowhere && mesh.elements.size() < nowhere;
+  if (!consistent) throw Error(Status::bad_input, "run " + run + ": its mesh is not complete or too large");
+  for (const Quad& element : mesh.elements)
+    for (const std::uint32_t node : element)
+      if (node >= mesh.node_ids.size())
+        throw Error(Status::bad_input, "run " + run + ": an element names node index " + std::to_string(node) +
+                                           ", but there are " + std::to_string(mesh.node_ids.size()) + " nodes");
+}
+
+bool has_numbers_of(const SimulationMesh& reference, const SimulationMesh& mesh) {
+  if (same_numbering(mesh, reference)) return true;
+  constexpr double least_share = 0.9, most_change = 0.1;
+  const ElementIndex index = index_elements(mesh);
+  std::size_t shared = 0;
+  double length = 0, change = 0;
+  for (std::uint32_t e = 0; e < reference.elements.size(); ++e) {
+    const auto found = index.find(key_of(reference.node_ids, reference.elements[e], reference.element_ids[e]));
+    if (found == index.end()) continue;
+    ++shared;
+    length += edge_length(reference, e);
+    change += std::abs(edge_length(mesh, found->second) - edge_length(reference, e));
+  }
+  const auto smaller = static_cast<double>(std::min(reference.elements.size(), mesh.elements.size()));
+  return static_cast<double>(shared) >= least_share * smaller && change <= most_change * length;
+}
 
 std::vector<Presence> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
                                       std::span<const std::uint8_t> alive, const std::string& run) {
-  check_sizes(mesh, run);
+  check_mesh(mesh, run);
   if (alive.size() != mesh.elements.size())
     throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(alive.size()) +
                                        " elements, but there are " + std::to_string(mesh.elements.size()));
@@ -76,7 +101,7 @@ std::vector<Presence> common_elements(const SimulationMesh& reference, const Sim
 
 CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string& run)
     : reference_(std::move(reference)), presence_(reference_.elements.size(), Presence::alive) {
-  check_sizes(reference_, run);
+  check_mesh(reference_, run);
   (void)index_nodes(reference_.node_ids, run);
 }
 

@@ -31,6 +31,14 @@ struct MeshMapping {
   std::vector<std::uint32_t> elements;  // E
 };
 
+/// Throws Error{bad_input} naming `run` when sizes or node indices of its mesh are inconsistent.
+void check_mesh(const SimulationMesh& mesh, const std::string& run);
+
+/// Whether two checked meshes have the same numbers: at least nine tenths of the smaller one's elements have the same
+/// element id and node ids in the other and, in the mean within a tenth, edges of the same length. Their places do not
+/// count.
+[[nodiscard]] bool has_numbers_of(const SimulationMesh& reference, const SimulationMesh& mesh);
+
 /// Which elements of `reference` a run has and keeps. alive: the run's elements, 0 when eroded in any used state.
 /// Throws Error{bad_input} naming `run` when its mesh is inconsistent.
 [[nodiscard]] std::vector<Presence> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,

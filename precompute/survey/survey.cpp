@@ -193,6 +193,7 @@ RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const En
   history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
   history.files = run.files.empty() ? hashed_files(reader) : run.files;
   history.remark = reader.remark();
+  history.mapping = reader.mapping();
   history.misfit = misfit(reference.mesh(), reader.mesh(), run.name, description.length_unit);
   history.has_values = movement.has_values;
   return history;
@@ -214,6 +215,7 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
   survey.times_s = step_times(std::move(history.times), history.steps, time_factor_, run);
   survey.steps = std::move(history.steps);
   survey.files = std::move(history.files);
+  survey.mapping = history.mapping;
   if (history.extents.size() != extents_.size() || history.common.size() != mesh_.reference().elements.size())
     throw Error(Status::bad_input, "run " + run + " was surveyed with another reference; delete the survey");
   mesh_.keep(history.common, run);

@@ -17,6 +17,7 @@ struct RunSurvey {
   std::vector<double> times_s;        // per step
   std::vector<std::uint32_t> fields;  // per chosen field: its index in the run's fields
   std::vector<InputFile> files;
+  std::optional<MappingReport> mapping = {};  // of a run with another mesh
 };
 
 struct Survey {
@@ -49,10 +50,11 @@ struct RunHistory {
   std::vector<double> times;            // per step, in the run's unit
   std::vector<SimulationField> fields;  // all of the run
   std::vector<InputFile> files;
-  std::string remark;                    // of the reader
-  std::string misfit;                    // see misfit() in run_checks.hpp
-  std::vector<std::uint8_t> has_values;  // per field: some value in those steps is a number
-  std::vector<Presence> common;          // per element, in all its steps
+  std::string remark;                         // of the reader
+  std::string misfit;                         // see misfit() in run_checks.hpp
+  std::optional<MappingReport> mapping = {};  // of a run with another mesh
+  std::vector<std::uint8_t> has_values;       // per field: some value in those steps is a number
+  std::vector<Presence> common;               // per element, in all its steps
   std::vector<Extent> extents;  // per node: box of its positions in those steps; min > max when the run lacks it
 };
 

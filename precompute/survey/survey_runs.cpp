@@ -1,5 +1,6 @@
 #include "precompute/survey/survey.hpp"
 
+#include "precompute/mapping/mapped_run.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/survey/envelope.hpp"
 #include "precompute/work/bake_plan.hpp"
@@ -108,6 +109,12 @@ RunHistory history_of(const WorkFolder& work, const EnsembleRun& run, const Plan
   return read_survey(work, planned);
 }
 
+/// All runs open with nodes and elements of the reference run.
+Ensemble with_one_mesh(Ensemble ensemble, const EnsembleDescription& description) {
+  map_runs(ensemble, description, std::vector<bool>(ensemble.runs.size(), true));
+  return ensemble;
+}
+
 void require_reference(const BakePlan& plan) {
   const std::string& failure = plan.runs[plan.ensemble.reference_run].failure;
   if (!failure.empty())
@@ -138,8 +145,9 @@ void survey_some(const WorkFolder& work, const Ensemble& ensemble, const Ensembl
                  const std::vector<std::size_t>& runs, const BakeOptions& options) {
   check(ensemble, description);
   work.create();
-  const auto reference = ensemble.runs[ensemble.reference_run].open();
-  (void)read_runs(work, ensemble, description, *reference, runs, options);
+  const Ensemble mapped = with_one_mesh(ensemble, description);
+  const auto reference = mapped.runs[mapped.reference_run].open();
+  (void)read_runs(work, mapped, description, *reference, runs, options);
 }
 
 BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
@@ -149,11 +157,11 @@ BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const Ens
   const auto begin = std::chrono::steady_clock::now();
   BakePlan plan;
   plan.description = description;
-  plan.ensemble = ensemble;
+  plan.ensemble = with_one_mesh(ensemble, description);
   const auto reference = ensemble.runs[ensemble.reference_run].open();
   std::vector<std::size_t> all(ensemble.runs.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  plan.runs = read_runs(work, ensemble, description, *reference, all, options);
+  plan.runs = read_runs(work, plan.ensemble, description, *reference, all, options);
   collect(work, plan, *reference, options);
   check_rounded(ensemble, plan.survey);
   (void)EnvelopeBuilder(plan.survey.min, plan.survey.max, description.margin());  // throws if the margin is bad

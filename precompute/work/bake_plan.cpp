@@ -1,20 +1,25 @@
 #include "precompute/work/bake_plan.hpp"
 
+#include "precompute/mapping/mapped_run.hpp"
 #include "precompute/work/archive.hpp"
 
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
 constexpr std::uint32_t work_version = 4;
-constexpr WorkName plan_name{WorkKind::plan, 3};  // the number: to be raised with every change of the content of a plan
+constexpr WorkName plan_name{WorkKind::plan, 4};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
 static void members(auto& a, SimulationField& f) { a(f.name, f.unit, f.source); }
 static void members(auto& a, InputFile& f) { a(f.name, f.size, f.hash); }
-static void members(auto& a, RunSurvey& s) { a(s.steps, s.times_s, s.fields, s.files); }
+static void members(auto& a, MappingReport& m) {
+  a(m.run_elements, m.elements, m.mapped_elements, m.mean, m.largest, m.worst_element, m.shift, m.tells_parts, m.key);
+}
+static void members(auto& a, MappingSettings& m) { a(m.enabled, m.distance, m.share, m.by_part, m.parts); }
+static void members(auto& a, RunSurvey& s) { a(s.steps, s.times_s, s.fields, s.files, s.mapping); }
 static void members(auto& a, RunHistory& h) {
-  a(h.steps, h.times, h.fields, h.files, h.remark, h.misfit, h.has_values, h.common, h.extents);
+  a(h.steps, h.times, h.fields, h.files, h.remark, h.misfit, h.mapping, h.has_values, h.common, h.extents);
 }
 static void members(auto& a, CommonMesh& m) { a(m.node_ids, m.elements, m.element_ids, m.element_parts); }
 static void members(auto& a, MeshLosses& l) {
@@ -28,7 +33,8 @@ static void members(auto& a, Box& b) { a(b.min, b.max); }
 static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
-    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.depth_sensor, d.output);
+    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.mapping, d.depth_sensor,
+    d.output);
 }
 static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source, r.files); }
 static void members(auto& a, Ensemble& e) {
@@ -78,6 +84,9 @@ BakePlan read_plan(const WorkFolder& work, const RunOpener& opener) {
     throw Error(Status::bad_input, work.path().string() + " holds no plan of a bake; make one with lbea-bake plan");
   auto plan = read_value<BakePlan>(work, plan_name);
   for (EnsembleRun& run : plan.ensemble.runs) run.open = [source = run.source, opener] { return opener(source); };
+  std::vector<bool> is_mapped;
+  for (const RunSurvey& survey : plan.survey.runs) is_mapped.push_back(survey.mapping.has_value());
+  map_runs(plan.ensemble, plan.description, is_mapped);
   return plan;
 }
 
@@ -106,7 +115,8 @@ void write_survey(const WorkFolder& work, const PlannedRun& run, const RunHistor
 }
 
 std::uint64_t survey_key(const SimulationMesh& reference, const EnsembleDescription& description) {
-  return key_of(work_version, reference, description.steps, description.length_unit);  // remarks name lengths
+  return key_of(work_version, reference, description.steps, description.mapping,
+                description.length_unit);  // remarks name lengths
 }
 
 std::uint64_t survey_key(std::uint64_t common_key, const std::string& name,
@@ -146,6 +156,7 @@ void set_keys(BakePlan& plan) {
     const std::string name =
         survey.files.empty() ? plan.ensemble.runs[run].name : "";  // runs without files differ only in name
     plan.runs[run].record = key_of(common, name, survey.files, survey.steps);
+    if (survey.mapping) plan.runs[run].record = key_of(plan.runs[run].record, survey.mapping->key);
     plan.runs[run].grid_and_images = key_of(plan.runs[run].record, place);
   }
 }
