@@ -102,6 +102,27 @@ void read_region(TomlTable& table, bake::RegionDescription& into) {
   region->refuse_unknown_keys();
 }
 
+/// mapping.parts = {101 = 1}, or "ignore".
+void read_mapped_parts(TomlTable& mapping, bake::MappingSettings& into) {
+  if (!mapping.is_text("parts")) return mapping.read("parts", into.parts);
+  std::string word;
+  mapping.read("parts", word);
+  if (word != "ignore") mapping.fail("parts", "needs a table like {101 = 1}, or \"ignore\"");
+  into.by_part = false;
+}
+
+void read_mapping(TomlTable& table, bake::MappingSettings& into) {
+  const auto mapping = table.table("mapping");
+  if (!mapping) return;
+  mapping->read("enabled", into.enabled);
+  if (mapping->has("distance")) mapping->read("distance", into.distance.emplace());
+  mapping->read("share", into.share);
+  read_mapped_parts(*mapping, into);
+  mapping->refuse_unknown_keys();
+  if (into.distance.value_or(1) <= 0) mapping->fail("distance", "must be positive");
+  if (!(into.share > 0 && into.share <= 1)) mapping->fail("share", "must lie above 0 and not above 1");
+}
+
 void read_fields(TomlTable& table, std::vector<std::string>& into) {
   if (!table.has("fields") || table.is_list("fields")) {
     table.read("fields", into);
@@ -142,6 +163,7 @@ bake::EnsembleDescription read_description(TomlTable table) {
   read_steps(table, description);
   read_basis(table, description);
   read_region(table, description.region);
+  read_mapping(table, description.mapping);
   read_fields(table, description.fields);
   table.read("compact_fields", description.compact_fields);
   table.read_path("parameters", description.parameters);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -133,6 +134,23 @@ void TomlTable::read(const char* key, std::array<double, 3>& into) {
   node_->read_list(key, values, "three finite numbers");
   if (values.size() != 3) fail(key, "needs three finite numbers");
   std::copy(values.begin(), values.end(), into.begin());
+}
+
+void TomlTable::read(const char* key, std::vector<std::array<std::uint32_t, 2>>& into) {
+  const toml::node* node = node_->find(key);
+  if (node == nullptr) return;
+  const std::string expected = "needs a table of whole numbers from 0 to 4294967295, like {101 = 1, 102 = 2}";
+  if (!node->is_table()) fail(key, expected + ", not " + type_of(*node));
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+  for (const auto& [name, value] : *node->as_table()) {
+    std::uint32_t number = 0;
+    const std::string_view digits = name.str();
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    const auto second = as<std::uint32_t>(value);
+    if (error != std::errc{} || end != digits.data() + digits.size() || !second) fail(key, expected);
+    pairs.push_back({number, *second});
+  }
+  into = std::move(pairs);
 }
 
 void TomlTable::read_path(const char* key, std::filesystem::path& into) {

@@ -26,7 +26,8 @@ class TomlTable {
   void read(const char* key, std::vector<std::string>& into);
   void read(const char* key, std::vector<std::uint32_t>& into);
   void read(const char* key, std::array<double, 3>& into);
-  void read_path(const char* key, std::filesystem::path& into);  // resolved against the file's folder
+  void read(const char* key, std::vector<std::array<std::uint32_t, 2>>& into);  // {101 = 1, 102 = 2}
+  void read_path(const char* key, std::filesystem::path& into);                 // resolved against the file's folder
 
   /// For keys whose value may have several types.
   [[nodiscard]] bool has(const char* key);

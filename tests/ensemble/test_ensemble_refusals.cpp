@@ -56,6 +56,14 @@ TEST_CASE("values of another type are refused with key and line") {
   check_refused("region = {box = {min = [0, 0], max = [1, 1, 1]}}", {"region.box.min", "three"});
   check_refused("region = {box = {min = [0, 0, 0]}}", {"min and max"});
   check_refused("region = {box = {max = [0, 0, 0]}}", {"min and max"});
+  check_refused("mapping = {parts = {a = 1}}", {"mapping.parts", "{101 = 1, 102 = 2}"});
+  check_refused("mapping = {parts = {-1 = 1}}", {"mapping.parts"});
+  check_refused("mapping = {parts = {1 = 4294967296}}", {"mapping.parts"});
+  check_refused("mapping = {parts = [1]}", {"mapping.parts", "array"});
+  check_refused("mapping = {parts = \"none\"}", {"mapping.parts", "ignore"});
+  check_refused("mapping = {distance = 0}", {"mapping.distance", "positive"});
+  check_refused("mapping = {share = 1.5}", {"mapping.share", "above 1"});
+  check_refused("mapping = {distnace = 1}", {"did you mean \"distance\"?"});
   check_refused("landmarks = 1", {"\"landmarks\"", "true or false"});
   check_refused("region = {box = {min = [0, 0, 2], max = [1, 1, 1]}}", {"above max"});
   check_refused("region = {sensor = \"\"}", {"region.sensor", "empty"});

@@ -122,6 +122,23 @@ TEST_CASE("the shorter ways to say it") {
         std::vector{ensemble.run("b"), ensemble.run("a"), ensemble.run("c")});
 }
 
+TEST_CASE("how runs with other meshes are mapped") {
+  const EnsembleFile ensemble;
+  const auto read = [&](const std::string& keys) { return ensemble.read("runs = [\"runs/*\"]\n" + keys).mapping; };
+  const MappingSettings standard = read("");
+  CHECK(standard.enabled);
+  CHECK(standard.distance_in("cm") == doctest::Approx(0.3));
+  CHECK(standard.mean_distance_in("mm") == doctest::Approx(1));
+  CHECK(standard.by_part);
+  const MappingSettings all =
+      read("mapping = {enabled = false, distance = 2, share = 0.9, parts = {101 = 1, 4294967295 = 2}}");
+  CHECK_FALSE(all.enabled);
+  CHECK(all.distance_in("cm") == 2);
+  CHECK(all.share == 0.9);
+  CHECK(all.parts == std::vector<std::array<std::uint32_t, 2>>{{101, 1}, {4'294'967'295, 2}});
+  CHECK_FALSE(read("mapping.parts = \"ignore\"").by_part);
+}
+
 TEST_CASE("the demo ensemble in the repository") {
   const auto folder = data() / "rail-demo";
   const EnsembleDescription demo = read_ensemble_toml(folder / "ensemble.toml");
