@@ -1,6 +1,7 @@
 #include "tools/bake/steps.hpp"
 
 #include "tools/shared/ensemble/ensemble_input.hpp"
+#include "tools/shared/ensemble/model_mesh.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -22,19 +23,6 @@ Model opened(const std::filesystem::path& file) {
   const std::lock_guard lock(mutex);
   const auto found = models.find(file);
   return found != models.end() ? found->second : models.emplace(file, Model::open(file)).first->second;
-}
-
-bake::SimulationMesh mesh_of(const Model& model) {
-  bake::SimulationMesh mesh;
-  const auto positions = model.node_positions(0);
-  const auto corners = model.element_nodes();
-  mesh.positions.assign(positions.begin(), positions.end());
-  mesh.node_ids.assign(model.node_ids().begin(), model.node_ids().end());
-  mesh.element_ids.assign(model.element_ids().begin(), model.element_ids().end());
-  mesh.element_parts.assign(model.element_parts().begin(), model.element_parts().end());
-  for (std::size_t e = 0; e < model.elements(); ++e)
-    mesh.elements.push_back({corners[4 * e], corners[4 * e + 1], corners[4 * e + 2], corners[4 * e + 3]});
-  return mesh;
 }
 
 // The time whose product with the factor is exactly `seconds`; division alone may differ in the last bit.

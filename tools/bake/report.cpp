@@ -29,6 +29,38 @@ void print_left_out(const std::string& run, const std::string& reason) {
   std::printf("left out       %s: %s\n", printable(run).c_str(), printable(reason).c_str());
 }
 
+/// The runs with the largest distances.
+void print_mapped(const bake::BakeSummary& summary) {
+  constexpr std::size_t most = 5;
+  std::vector<bake::MappedRunReport> runs = summary.mapped;
+  std::ranges::stable_sort(runs, std::ranges::greater{}, [](const auto& run) { return run.mapping.largest; });
+  const char* unit = summary.length_unit.c_str();
+  for (std::size_t i = 0; i < std::min(most, runs.size()); ++i) {
+    const bake::MappingReport& m = runs[i].mapping;
+    std::printf(
+        "mapped         %s: %u of %u elements onto %u of another mesh; nodes %.2g %s off in the mean, %.2g %s at "
+        "element %u%s\n",
+        printable(runs[i].name).c_str(), m.mapped_elements, m.elements, m.run_elements, m.mean, unit, m.largest, unit,
+        m.worst_element, m.tells_parts ? "" : "; parts not compared");
+  }
+  if (runs.size() > most) std::printf("mapped         %zu more runs, nearer\n", runs.size() - most);
+}
+
+Json mapped_runs(const bake::BakeSummary& summary) {
+  Json mapped = Json::array();
+  for (const bake::MappedRunReport& run : summary.mapped)
+    mapped.push_back({{"run", run.name},
+                      {"run_elements", run.mapping.run_elements},
+                      {"elements", run.mapping.elements},
+                      {"mapped_elements", run.mapping.mapped_elements},
+                      {"mean_distance", run.mapping.mean},
+                      {"largest_distance", run.mapping.largest},
+                      {"worst_element", run.mapping.worst_element},
+                      {"largest_shift", run.mapping.shift},
+                      {"parts_compared", run.mapping.tells_parts}});
+  return mapped;
+}
+
 void print_facts(const bake::BakeSummary& summary) {
   std::printf("size           %.4g x %.4g x %.4g %s, all samples\n", static_cast<double>(summary.size[0]),
               static_cast<double>(summary.size[1]), static_cast<double>(summary.size[2]), summary.length_unit.c_str());
@@ -41,6 +73,7 @@ void print_facts(const bake::BakeSummary& summary) {
     std::printf("left out       %u of %u elements and %u of %u nodes: %u eroded in %zu runs (%s), %u not in all runs\n",
                 losses.eroded + losses.missing, losses.elements, losses.nodes_left_out, losses.nodes, losses.eroded,
                 losses.runs.size(), printable(joined(losses.runs, 3)).c_str(), losses.missing);
+  print_mapped(summary);
   if (losses.exposed > 0) std::printf("added          %u faces that erosion exposes\n", losses.exposed);
   for (const std::string& warning : summary.warnings) std::printf("warning        %s\n", printable(warning).c_str());
 }
@@ -64,6 +97,7 @@ Json facts(const bake::BakeSummary& summary) {
             {"nodes_left_out", losses.nodes_left_out},
             {"exposed", losses.exposed},
             {"eroding_runs", losses.runs}}},
+          {"mapped", mapped_runs(summary)},
           {"warnings", summary.warnings}};
 }
 
