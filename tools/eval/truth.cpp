@@ -1,6 +1,6 @@
 #include "tools/eval/truth.hpp"
 
-#include "precompute/registration/surface_tree.hpp"
+#include "tools/shared/ensemble/model_mesh.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -87,33 +87,20 @@ class TruthTable {
   std::vector<std::string> header_, cells_;
 };
 
-std::vector<std::uint32_t> find_nodes(const bake::SimulationMesh& mesh, const Model& model) {
-  const auto index = index_of(mesh.node_ids);
-  std::vector<std::uint32_t> nodes;
-  for (const std::uint32_t id : model.node_ids()) {
-    const auto found = index.find(id);
-    if (found == index.end())
-      throw Error(Status::bad_input, "the run of the experiment has no node " + std::to_string(id) +
-                                         ", which the model has; EE needs the same mesh");
-    nodes.push_back(found->second);
-  }
-  return nodes;
-}
-
 }  // namespace
 
-TrueMesh::TrueMesh(const bake::SimulationMesh& mesh, const Model& model) {
-  if (!find_by_number(mesh, model)) find_by_place(mesh, model);
+TrueMesh::TrueMesh(const bake::SimulationMesh& mesh, const Model& model, const bake::MappingSettings& mapping) {
+  if (!find_by_number(mesh, model)) find_by_place(mesh, model, mapping);
 }
 
 bool TrueMesh::find_by_number(const bake::SimulationMesh& mesh, const Model& model) {
   const auto nodes = index_of(mesh.node_ids), elements = index_of(mesh.element_ids);
-  std::vector<Carrier> carriers;
+  std::vector<bake::CarriedNode> carriers;
   std::vector<float> positions;
   for (std::size_t i = 0; i < model.node_ids().size(); ++i) {
     const auto found = nodes.find(model.node_ids()[i]);
     if (found == nodes.end()) return false;
-    carriers.push_back({{found->second, found->second, found->second}});
+    carriers.push_back({{found->second, found->second, found->second}, {1, 0, 0}});
     positions.insert(positions.end(), &mesh.positions[3 * std::size_t{found->second}],
                      &mesh.positions[3 * std::size_t{found->second}] + 3);
   }
@@ -129,32 +116,25 @@ bool TrueMesh::find_by_number(const bake::SimulationMesh& mesh, const Model& mod
   return true;
 }
 
-void TrueMesh::find_by_place(const bake::SimulationMesh& mesh, const Model& model) {
+void TrueMesh::find_by_place(const bake::SimulationMesh& mesh, const Model& model,
+                             const bake::MappingSettings& mapping) {
   const bake::SurfaceTree tree(mesh.positions, mesh.elements);
   if (tree.triangles() == 0)
     throw Error(Status::bad_input, "the run of the experiment has no surface to project the nodes of the model onto");
-  const auto undeformed = model.node_positions(0);
-  for (std::size_t i = 0; i < model.nodes(); ++i) {
-    const float* p = &undeformed[3 * i];
-    const bake::SurfacePlace place = tree.nearest({double{p[0]}, double{p[1]}, double{p[2]}});
-    carriers_.push_back({place.nodes,
-                         {static_cast<float>(place.shares[0]), static_cast<float>(place.shares[1]),
-                          static_cast<float>(place.shares[2])}});
+  const bake::SimulationMesh own = mesh_of(model);
+  for (std::size_t i = 0; bake::SurfacePlace place : bake::places_of_nodes(own, mesh, mapping)) {
+    const float* p = &own.positions[3 * i++];
+    if (!place.found()) place = tree.nearest({double{p[0]}, double{p[1]}, double{p[2]}});
+    carriers_.push_back({place.nodes, place.shares, place.element});
   }
 }
 
 void TrueMesh::positions(std::span<const float> run, std::vector<float>& into) const {
-  into.assign(3 * carriers_.size(), 0.0f);
-  for (std::size_t i = 0; i < carriers_.size(); ++i)
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (carriers_[i].shares[k] == 0) continue;
-      const float* p = &run[3 * std::size_t{carriers_[i].nodes[k]}];
-      for (std::size_t axis = 0; axis < 3; ++axis) into[3 * i + axis] += carriers_[i].shares[k] * p[axis];
-    }
+  bake::carry(carriers_, run, into);
 }
 
 Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<bake::SimulationReader> run, const Model& model)
-    : run_(std::move(run)), node_of_(find_nodes(run_->mesh(), model)) {
+    : run_(std::move(run)), mesh_(run_->mesh(), model) {
   for (TruthTable table(table_file); table.next();) {
     Row row{table.number<std::uint64_t>("frame"), table_file.parent_path() / table.text("file"),
             table.number<std::int64_t>("stamp_ns"), table.number<double>("state"), table.number<double>("time_s")};
@@ -183,9 +163,7 @@ const std::vector<float>& Truth::positions(const Row& row) {
 
 void Truth::read_state(std::uint32_t state, std::vector<float>& into) {
   run_->read(state, state_);
-  into.resize(3 * node_of_.size());
-  for (std::size_t i = 0; i < node_of_.size(); ++i)
-    std::copy_n(state_.positions.data() + std::size_t{3} * node_of_[i], 3, into.data() + 3 * i);
+  mesh_.positions(state_.positions, into);
 }
 
 double experiment_error(std::span<const float> truth, std::span<const float> sample) {

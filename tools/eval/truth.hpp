@@ -1,7 +1,7 @@
 // The true mesh of an experiment on the nodes of the model, and the error of a match (eq. 4).
 #pragma once
 
-#include "precompute/simulation.hpp"
+#include "precompute/mapping/surface_mapping.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -11,9 +11,10 @@ namespace lbea::tool {
 class TrueMesh {
  public:
   /// mesh: of the run, undeformed. It counts as the mesh of the model when it has the same node and element numbers and
-  /// edges of similar lengths, wherever it is. Otherwise every node of the model follows the nearest point on the
-  /// undeformed surface of the run. Throws Error{bad_input} when the run has no surface.
-  TrueMesh(const bake::SimulationMesh& mesh, const Model& model);
+  /// edges of similar lengths, wherever it is. Otherwise every node of the model follows its place on the undeformed
+  /// surface of the run, as runs with other meshes are mapped by a bake; nodes that have none follow the nearest point.
+  /// Throws Error{bad_input} when the run has no surface.
+  TrueMesh(const bake::SimulationMesh& mesh, const Model& model, const bake::MappingSettings& mapping = {});
 
   [[nodiscard]] bool same_mesh() const noexcept { return elements_.size() > 0; }
   /// run: nodes of the run x 3. into: set to model nodes x 3.
@@ -23,13 +24,9 @@ class TrueMesh {
 
  private:
   bool find_by_number(const bake::SimulationMesh& mesh, const Model& model);
-  void find_by_place(const bake::SimulationMesh& mesh, const Model& model);
+  void find_by_place(const bake::SimulationMesh& mesh, const Model& model, const bake::MappingSettings& mapping);
 
-  struct Carrier {
-    std::array<std::uint32_t, 3> nodes{};
-    std::array<float, 3> shares{1, 0, 0};
-  };
-  std::vector<Carrier> carriers_;  // model nodes
+  std::vector<bake::CarriedNode> carriers_;  // model nodes
   std::vector<std::uint32_t> elements_;
 };
 
@@ -60,7 +57,7 @@ class Truth {
 
   std::vector<Row> rows_;
   std::unique_ptr<bake::SimulationReader> run_;
-  std::vector<std::uint32_t> node_of_;  // model node -> node of the run
+  TrueMesh mesh_;
   bake::SimulationState state_;
   std::vector<float> positions_, next_;
 };
