@@ -9,13 +9,13 @@
 namespace lbea::bake {
 namespace {
 
-/// The range of a box in the image, in cells, and in depth.
+/// The range of a box in the image, in cells of `rays` pixels, and in depth.
 struct Extent {
   double low[3], high[3];  // column, row, depth
 };
 
 Extent extent_of(const std::array<float, 3>& low, const std::array<float, 3>& high, const StereoSensor& sensor,
-                 double cell_px) {
+                 std::uint32_t rays) {
   const Pose T_sensor_reference = to_pose(sensor.T_reference_sensor, "T_reference_sensor").inverse();
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Extent extent{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
@@ -28,8 +28,8 @@ Extent extent_of(const std::array<float, 3>& low, const std::array<float, 3>& hi
       throw Error(Status::bad_config,
                   "a part of the ensemble lies behind the sensor; check T_reference_sensor, whose third column looks "
                   "along the optical axis");
-    const double place[3] = {(sensor.focal_px * p.x / p.z + sensor.width_px / 2.0) / cell_px,
-                             (sensor.focal_px * p.y / p.z + sensor.height_px / 2.0) / cell_px, p.z};
+    const double place[3] = {(sensor.focal_px * p.x / p.z + sensor.width_px / 2.0) / rays,
+                             (sensor.focal_px * p.y / p.z + sensor.height_px / 2.0) / rays, p.z};
     for (std::size_t i = 0; i < 3; ++i) {
       extent.low[i] = std::min(extent.low[i], place[i]);
       extent.high[i] = std::max(extent.high[i], place[i]);
@@ -43,10 +43,8 @@ class StereoDepthRenderer final : public DepthRenderer {
   StereoDepthRenderer(const StereoSensor& sensor, std::size_t nodes,
                       std::span<const std::array<std::uint32_t, 4>> elements, const std::array<float, 3>& low,
                       const std::array<float, 3>& high, const DepthImageResolution& resolution)
-      : rays_(resolution.rays_per_cell),
-        cell_px_(std::max(1.0, std::round(sensor.width_px / static_cast<double>(resolution.columns)))),
-        rig_(scaled(sensor, rays_ / cell_px_), nodes, elements) {
-    crop_to(extent_of(low, high, sensor, cell_px_), sensor);
+      : rays_(resolution.rays_per_cell), rig_(scaled(sensor, rays_ / cell_size(sensor, resolution)), nodes, elements) {
+    crop_to(extent_of(low, high, rig_.sensor, rays_));
   }
 
   [[nodiscard]] const DepthCamera& camera() const noexcept override { return camera_; }
@@ -62,6 +60,10 @@ class StereoDepthRenderer final : public DepthRenderer {
   }
 
  private:
+  /// Pixels.
+  [[nodiscard]] static double cell_size(const StereoSensor& sensor, const DepthImageResolution& resolution) {
+    return std::max(1.0, std::round(sensor.width_px / static_cast<double>(resolution.columns)));
+  }
   struct Cell {
     double sum = 0;  // depths
     std::uint32_t count = 0;
@@ -87,7 +89,8 @@ class StereoDepthRenderer final : public DepthRenderer {
     return cells;
   }
 
-  void crop_to(const Extent& extent, const StereoSensor& sensor) {
+  /// The image of the rays has a whole number of them, so that its middle is not exactly the sensor's.
+  void crop_to(const Extent& extent) {
     const auto columns = static_cast<double>(rig_.sensor.width_px / rays_),
                rows = static_cast<double>(rig_.sensor.height_px / rays_);
     const double left = std::clamp(std::floor(extent.low[0]), 0.0, columns),
@@ -101,10 +104,10 @@ class StereoDepthRenderer final : public DepthRenderer {
     rows_ = cells_of(rig_.sensor.height_px, static_cast<std::uint32_t>(top));
     constexpr double most_steps = 65'000, least_step = 1e-9;  // the latter: a share of the depth, for flat components
     const double step = std::max((extent.high[2] - extent.low[2]) / most_steps, least_step * extent.high[2]);
-    camera_.T_reference_sensor = sensor.T_reference_sensor;
-    camera_.focal = static_cast<float>(sensor.focal_px / cell_px_);
-    camera_.center_column = static_cast<float>(sensor.width_px / 2.0 / cell_px_ - left);
-    camera_.center_row = static_cast<float>(sensor.height_px / 2.0 / cell_px_ - top);
+    camera_.T_reference_sensor = rig_.sensor.T_reference_sensor;
+    camera_.focal = rig_.sensor.focal_px / static_cast<float>(rays_);
+    camera_.center_column = static_cast<float>(rig_.sensor.width_px / 2.0 / rays_ - left);
+    camera_.center_row = static_cast<float>(rig_.sensor.height_px / 2.0 / rays_ - top);
     camera_.depth_origin = static_cast<float>(extent.low[2] - 16 * step);
     camera_.depth_step = static_cast<float>(step);
     camera_.columns = static_cast<std::uint32_t>(right - left);
@@ -131,7 +134,6 @@ class StereoDepthRenderer final : public DepthRenderer {
   }
 
   std::uint32_t rays_;
-  double cell_px_;
   sensing::Rig rig_;
   mutable std::mutex mutex_;
   mutable std::vector<std::unique_ptr<Workspace>> unused_;  // between images

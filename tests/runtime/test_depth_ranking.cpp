@@ -173,6 +173,33 @@ TEST_CASE("images rendered from the model are those that the bake rendered, on a
   CHECK(rendered.test_misfit_limit() == baked.test_misfit_limit());
 }
 
+// The image of the rays has a whole number of them; its middle, not the sensor's, is the principal point.
+TEST_CASE("a plate in front of the camera is in the middle of its depth image, whatever the size of the sensor's") {
+  StereoSensor rig = rig_above();
+  rig.width_px = 440;  // cells of 6 pixels with 4 rays: 293 1/3 rays
+  rig.height_px = 220;
+  std::vector<float> positions = bent(0);  // turned, so that its edges meet the cells at all places
+  for (std::size_t i = 0; i < positions.size(); i += 3) {
+    const float x = positions[i] - 95, y = positions[i + 1] - 45;
+    positions[i] = 95 + 0.98f * x - 0.2f * y;
+    positions[i + 1] = 45 + 0.2f * x + 0.98f * y;
+  }
+  const SimulationMesh mesh = plate_mesh();
+  const auto renderer = make_depth_renderer(rig, mesh.nodes(), mesh.elements, {-20, -30, -10}, {210, 120, 10});
+  const DepthCamera& camera = renderer->camera();
+  std::vector<std::uint16_t> image(padded_cells(camera));
+  renderer->render(positions, image);
+  double shares = 0, columns = 0, rows = 0;
+  for (std::size_t cell = 0; cell < camera.cells(); ++cell) {
+    const double share = image[cell] == empty_cell ? 0 : double{share_of(image[cell])};
+    shares += share;
+    columns += share * (static_cast<double>(cell % camera.columns) + 0.5);
+    rows += share * (static_cast<double>(cell / camera.columns) + 0.5);
+  }
+  CHECK(std::abs(columns / shares - double{camera.center_column}) < 0.01);
+  CHECK(std::abs(rows / shares - double{camera.center_row}) < 0.01);
+}
+
 TEST_CASE("a flat plate's depth image is the distance of its plane, and empty beside it") {
   const AlignedBytes bytes = seen_plates_model(2, 3);
   const Model model = Model::view(bytes.span());
