@@ -19,6 +19,9 @@ Vec rotated(const RigidTransform& T, const Vec& v) noexcept {
 // difference of shape, the same along the whole component.
 constexpr float edge_weight = 3;
 
+// Of the 25 cells of a window: the surface around is known.
+constexpr float nearly_all = 20;
+
 }  // namespace
 
 PoseDerivatives::PoseDerivatives(const DepthCamera& camera, const PoseCenter& center, float one_sided)
@@ -38,13 +41,12 @@ void PoseDerivatives::build(const PoseProblem& problem) noexcept {
   edges_.clear();
   sum_windows(problem);
   const bool has_silhouette = problem.has_silhouette && is_dense(problem.observed);
-  constexpr float nearly_all = 20;  // of 25
+  constexpr float all = 25;
   for (std::uint32_t row = 0; row < camera_.rows; ++row)
     for (std::uint32_t column = 0; column < camera_.columns; ++column) {
       const Window& window = windows_[padded(row, column)];
-      if (window.filled >= nearly_all)
-        add_depth(problem.observed, row, column);
-      else if (has_silhouette && window.filled > 0 && window.hidden == 0)
+      if (window.filled >= nearly_all) add_depth(problem.observed, row, column);
+      if (has_silhouette && window.filled > 0 && window.filled < all && window.hidden == 0)
         add_edge(problem.points, row, column);
     }
 }
@@ -68,6 +70,7 @@ bool PoseDerivatives::is_dense(std::span<const float> observed) const noexcept {
 void PoseDerivatives::Window::operator+=(const Window& other) noexcept {
   filled += other.filled;
   depths += other.depths;
+  inside += other.inside;
   points += other.points;
   hidden += other.hidden;
 }
@@ -82,13 +85,26 @@ void PoseDerivatives::sum_windows(const PoseProblem& problem) noexcept {
     sum_cells();
   };
   set([&](std::size_t cell, std::size_t) {
-    return problem.observed[cell] >= 0 ? Window{1, problem.observed[cell], problem.points[cell]} : Window{};
+    if (problem.observed[cell] < 0) return Window{};
+    const float inside = is_inside(problem.observed, cell) ? 1 : 0;
+    return Window{1, problem.observed[cell], inside, inside * problem.points[cell]};
   });
+  Window whole;
+  for (const Window& cell : cells_) whole += cell;
+  points_when_full_ = whole.inside > 0 ? whole.points / whole.inside : 0;
   set([&](std::size_t cell, std::size_t at) {
     Window window = cells_[at];
     window.hidden = windows_[at].filled == 0 && problem.in_all[cell] != 0 ? 1.0f : 0.0f;
     return window;
   });
+}
+
+/// Whether the component fills the cell: its neighbors show it, too.
+bool PoseDerivatives::is_inside(std::span<const float> observed, std::size_t cell) const noexcept {
+  const std::size_t row = cell / camera_.columns, column = cell % camera_.columns;
+  if (row == 0 || column == 0 || row + 1 == camera_.rows || column + 1 == camera_.columns) return false;
+  return std::min({observed[cell - 1], observed[cell + 1], observed[cell - camera_.columns],
+                   observed[cell + camera_.columns]}) >= 0;
 }
 
 void PoseDerivatives::sum_cells() noexcept {
@@ -126,7 +142,9 @@ void PoseDerivatives::add_depth(std::span<const float> observed, std::uint32_t r
   for (std::size_t i = 0; i < 6; ++i) of_depths_[i * (of_depths_.size() / 6) + cell] = values[i];
 }
 
-/// The share of filled cells in the window moves with the image (optical flow).
+/// The share of filled cells in the window moves with the image (optical flow). All windows that the edge crosses
+/// count: the change of the one cell that it moves through is spread over them. The component fills less than the cells
+/// at its edge: only those inside tell how many points a full cell has.
 void PoseDerivatives::add_edge(std::span<const float> points, std::uint32_t row, std::uint32_t column) noexcept {
   const std::size_t cell = std::size_t{row} * camera_.columns + column, at = padded(row, column);
   const Window& window = windows_[at];
@@ -136,9 +154,10 @@ void PoseDerivatives::add_edge(std::span<const float> points, std::uint32_t row,
   const float u = scale * (windows_[at + 1].filled - windows_[at - 1].filled);
   const float v = scale * (windows_[at + stride_].filled - windows_[at - stride_].filled);
   const auto through = ray(row, column);
-  const float share = window.points > 0 ? std::min(points[cell] * window.filled / window.points, 1.0f) : 0;
-  edges_.push_back(
-      {static_cast<std::uint32_t>(cell), share, derivative(through, z, {u, v, -through[0] * u - through[1] * v})});
+  const float full = window.points > 0 ? window.points / window.inside : points_when_full_;
+  const float share = full > 0 ? std::min(points[cell] / full, 1.0f) : 0;
+  edges_.push_back({static_cast<std::uint32_t>(cell), window.filled >= nearly_all, share,
+                    derivative(through, z, {u, v, -through[0] * u - through[1] * v})});
 }
 
 /// by_shift: by a shift along the camera's axes, length per length.
@@ -215,7 +234,7 @@ void PoseFit::add_up(const PoseProblem& problem) noexcept {
   }
 }
 
-/// The shares of the cells at the silhouette replace the costs of cells that only one image fills.
+/// The shares of the cells at the silhouette replace their costs, but for differences of depth that count already.
 void PoseFit::add_edges(const PoseProblem& problem, std::size_t candidate) noexcept {
   const auto edges = derivatives_.edges();
   const float scale = edge_weight * squared_step_ / problem.cells;
@@ -224,7 +243,9 @@ void PoseFit::add_edges(const PoseProblem& problem, std::size_t candidate) noexc
   const auto replaced = std::span(replaced_).subspan(candidate * edge_stride_, edge_stride_);
   const auto image = problem.images.of_sample(problem.candidates[candidate].sample);
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    replaced[e] = problem.residuals[candidate * problem.observed.size() + edges[e].cell];
+    const bool compares_depths =
+        edges[e].has_depth && image[edges[e].cell] != empty_cell && problem.observed[edges[e].cell] >= 0;
+    replaced[e] = compares_depths ? 0 : problem.residuals[candidate * problem.observed.size() + edges[e].cell];
     residuals[e] = one_sided_ * (share_of(image[edges[e].cell]) - edges[e].share);
     for (std::size_t m = 0; m < 6; ++m) sums[m] += edges[e].derivative[m] * residuals[e];
   }

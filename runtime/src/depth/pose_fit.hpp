@@ -34,6 +34,7 @@ class PoseDerivatives {
   /// A cell near the silhouette. Its cost is in proportion to the share of it that only one image fills.
   struct EdgeCell {
     std::uint32_t cell;
+    bool has_depth;                   // of_depths() counts, too
     float share;                      // that the frame fills
     std::array<float, 6> derivative;  // of the cost, depth steps per length
   };
@@ -41,10 +42,11 @@ class PoseDerivatives {
 
  private:
   struct Window {
-    float filled = 0, depths = 0, points = 0, hidden = 0;
+    float filled = 0, depths = 0, inside = 0, points = 0, hidden = 0;  // cells, their depths; cells and points inside
     void operator+=(const Window& other) noexcept;
   };
   [[nodiscard]] bool is_dense(std::span<const float> observed) const noexcept;
+  [[nodiscard]] bool is_inside(std::span<const float> observed, std::size_t cell) const noexcept;
   void sum_windows(const PoseProblem& problem) noexcept;
   void sum_cells() noexcept;
   void add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept;
@@ -65,6 +67,7 @@ class PoseDerivatives {
   std::size_t stride_;
   std::vector<Window> cells_, in_row_, windows_;  // per padded cell: its own, summed along the row, over the window
   std::vector<EdgeCell> edges_;
+  float points_when_full_ = 0;  // of a cell: where no cell inside is near
 };
 
 /// Minimizes the mean square of sum_i w_i R_i - J motion over the weights w and the motion, with a prior of the motion:
