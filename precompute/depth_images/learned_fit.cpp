@@ -292,6 +292,7 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
                                                                      learned.error_per_spread,
                                                                      learned.hidden_error_per_spread,
                                                                      static_cast<float>(learned.pose.variance),
+                                                                     learned.pose.spreads,
                                                                      static_cast<float>(learned.pose.drift_evidence),
                                                                      learned.time_variation,
                                                                      learned.shapes.view(),

@@ -13,6 +13,7 @@ namespace lbea::bake {
 namespace {
 
 constexpr std::size_t most_runs = 24, most_states = 12;  // that are left out, and of each
+constexpr std::uint32_t no_run = std::numeric_limits<std::uint32_t>::max();
 
 /// Part i of `count` parts, from the first to the last of `all`.
 std::size_t spread(std::size_t i, std::size_t count, std::size_t all) {
@@ -43,6 +44,7 @@ class LeftOutRuns {
         threads_(threads),
         frames_(source, whole_runs(source.samples), 0),
         best_(best_of_others(source, frames_, std::span(&metric_, 1), FitSettings{}.candidates, threads)),
+        duration_(std::max(std::ranges::max(source.samples, {}, &Sample::time_step).time_step, 1u)),
         calibration_(
             calibration_variances(LeftOutFitter(source, metric, 1).center(), units_per_mm(source.length_unit))) {
     for (std::size_t i = 0; i < 6; ++i) prior_.information[7 * i] = 1 / calibration_[i];
@@ -59,35 +61,62 @@ class LeftOutRuns {
     return motions;
   }
 
-  /// What 90 % of the runs do not reach; 0 unless three quarters of them reach it when they drift.
+  /// Of frames whose poses are right, without those of one run. Few frames count little against the unit matrix.
+  [[nodiscard]] PoseSpreads spreads(std::span<const ApparentMotion> motions, std::uint32_t left_out = no_run) const {
+    constexpr double frames_of_unit_matrix = 6;
+    constexpr std::size_t last = PoseSpreads::times - 1;
+    PoseSpreads learned;
+    std::array<double, PoseSpreads::times> frames{};
+    frames.fill(frames_of_unit_matrix);
+    for (PoseMatrix& sum : learned.at_times)
+      for (double& entry : sum) entry *= frames_of_unit_matrix;
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      if (source_.samples[frames_.sample(i)].simulation == left_out) continue;
+      const auto measured = PoseMeasurement::between(prior_, motions[i].posterior, calibration_);
+      const PoseMotion moved = PoseFactor(measured.covariance).forward(measured.motion);
+      const double place = static_cast<double>(last) * source_.samples[frames_.sample(i)].time_step / duration_;
+      for (std::size_t time = 0; time <= last; ++time) {
+        const double weight = std::max(1 - std::abs(place - static_cast<double>(time)), 0.0);
+        frames[time] += weight;
+        for (std::size_t k = 0; k < 36; ++k) learned.at_times[time][k] += weight * moved[k / 6] * moved[k % 6];
+      }
+    }
+    for (std::size_t time = 0; time <= last; ++time)
+      for (double& entry : learned.at_times[time]) entry /= frames[time];
+    return learned;
+  }
+
+  /// What 95 % of the runs do not reach; 0 unless three quarters of them reach it when they drift.
   [[nodiscard]] double drift_evidence(std::span<const ApparentMotion> motions) const {
     constexpr double least = 6;  // a likelihood ratio of 400
     const auto right = drift_evidence(motions, 0), drifting = drift_evidence(motions, usual_drift_rate);
-    const double enough = std::max(least, right[right.size() * 9 / 10]);
-    return drifting[drifting.size() / 4] > enough ? enough : 0;
+    const double enough = std::max(least, right[right.size() * 19 / 20]);
+    return drifting[drifting.size() / 4] > 2 * enough ? enough : 0;
   }
 
  private:
   /// The most of each run, in ascending order, after it was moved at this rate.
   [[nodiscard]] std::vector<double> drift_evidence(std::span<const ApparentMotion> motions, double rate) const {
     const DriftTest calibrated(calibration_, std::numeric_limits<double>::infinity());
-    const double duration = std::max(std::ranges::max(source_.samples, {}, &Sample::time_step).time_step, 1u);
     std::vector<double> most;
     DriftTest test = calibrated;
+    PoseSpreads of_others;
     for (std::size_t i = 0; i < motions.size(); ++i) {
       const Sample sample = source_.samples[frames_.sample(i)];
       const Sample before = i > 0 ? source_.samples[frames_.sample(i - 1)] : sample;
       if (i == 0 || sample.simulation != before.simulation) {
         test = calibrated;
+        of_others = spreads(motions, sample.simulation);
         most.push_back(0);
       } else {
-        test.advance((sample.time_step - before.time_step) / duration);
+        test.advance((sample.time_step - before.time_step) / duration_);
       }
       auto measured = PoseMeasurement::between(prior_, motions[i].posterior, calibration_);
       for (std::size_t k = 0; k < 6; ++k) {
         const double sign = splitmix(6 * sample.simulation + k) % 2 == 0 ? 1 : -1;
-        measured.motion[k] += sign * rate * std::sqrt(calibration_[k]) * sample.time_step / duration;
+        measured.motion[k] += sign * rate * std::sqrt(calibration_[k]) * sample.time_step / duration_;
       }
+      measured.covariance = measured.covariance_with(of_others.at(sample.time_step / duration_));
       test.update(measured);
       most.back() = std::max(most.back(), test.evidence());
     }
@@ -100,17 +129,20 @@ class LeftOutRuns {
   unsigned threads_;
   LeftOutFrames frames_;
   std::vector<BestSamples> best_;
+  double duration_;  // time steps
   PoseMotion calibration_;
   PoseBelief prior_;
 };
 
 /// Whether the frames seem to be moved much farther than the estimates are wrong: then a pose error cannot be told from
-/// a difference of shape.
+/// a difference of shape. Frames that another run shows exactly tell nothing.
 bool is_ambiguous(std::span<const ApparentMotion> motions) {
   constexpr double most = 4;  // times the error; the frames of a test together are less wrong than each
   const auto median = [&](const auto& value_of) {
     std::vector<double> values;
-    for (const ApparentMotion& motion : motions) values.push_back(value_of(motion));
+    for (const ApparentMotion& motion : motions)
+      if (motion.estimate_error > 0) values.push_back(value_of(motion));
+    if (values.empty()) return 0.0;
     const auto middle = values.begin() + std::ssize(values) / 2;
     std::ranges::nth_element(values, middle);
     return *middle;
@@ -128,7 +160,9 @@ LearnedPose learn_pose(const SampleSource& source, const DepthMetric& metric, un
   LearnedPose learned;
   for (const ApparentMotion& motion : motions)
     learned.variance += motion.variance / static_cast<double>(motions.size());
-  learned.drift_evidence = runs.drift_evidence(runs.motions(learned.variance));
+  const std::vector<ApparentMotion> scaled = runs.motions(learned.variance);
+  learned.spreads = runs.spreads(scaled);
+  learned.drift_evidence = runs.drift_evidence(scaled);
   return learned;
 }
 

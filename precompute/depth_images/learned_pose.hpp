@@ -8,6 +8,7 @@ namespace lbea::bake {
 /// As in DepthImages; variance 0: poses are not estimated.
 struct LearnedPose {
   double variance = 0, drift_evidence = 0;
+  PoseSpreads spreads{};
 };
 
 /// Left-out runs, whose poses are right, are matched with the other runs over their whole duration.

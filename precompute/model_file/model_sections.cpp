@@ -157,6 +157,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::time_numbers, 0, ElementType::f64, {1}});
   plan.push_back({SectionId::spread_bounds, 0, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
   plan.push_back({SectionId::expected_residuals, 0, ElementType::f32, {s}});
+  plan.push_back({SectionId::pose_spreads, 0, ElementType::f64, {PoseSpreads::times, 6, 6}});
 }
 
 }  // namespace
@@ -208,6 +209,8 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   writer.write<float>(SectionId::regression_weights, 0, 0, shapes.weights);
   writer.write<float>(SectionId::regression_shapes, 0, 0, shapes.shapes);
   writer.write<double>(SectionId::pose_numbers, 0, 0, std::array{learned.pose.variance, learned.pose.drift_evidence});
+  for (std::size_t i = 0; i < PoseSpreads::times; ++i)
+    writer.write<double>(SectionId::pose_spreads, 0, 36 * i, learned.pose.spreads.at_times[i]);
   writer.write<double>(
       SectionId::hidden_numbers, 0, 0,
       std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});

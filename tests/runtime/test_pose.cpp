@@ -1,5 +1,6 @@
 // The pose error of a test: what is estimated from its frames is what they were moved by.
 #include "runtime/src/depth/pose_filter.hpp"
+#include "runtime/src/depth/surface_fit.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
 #include <lbea/test_history.hpp>
@@ -33,6 +34,24 @@ PoseMeasurement measured_at(const PoseMotion& motion, double variance) {
   return measured;
 }
 
+/// The motion that a frame lacks whose depth image is this, by a model of plates.
+PoseMotion lacking(const Model& model, std::span<const std::uint16_t> image) {
+  DepthImages images = *SensorViews::baked_into(model).data();
+  images.pose_variance = 1;
+  SurfaceFitter fitter(model.view(), SensorViews(std::make_shared<const DepthImages>(images)), 1);
+  std::vector<float> observed, points;
+  for (const std::uint16_t cell : image)
+    observed.push_back(cell == empty_cell ? nothing_seen : static_cast<float>(cell));
+  for (const std::uint16_t cell : image) points.push_back(40 * share_of(cell));  // any number in a full cell
+  std::vector<RankedSample> all;
+  for (std::uint32_t s = 0; s < model.samples(); ++s) all.push_back({s, 0});
+  PoseBelief prior;
+  const PoseMotion calibration = calibration_variances(PoseCenter::of(model.view()), 1);
+  for (std::size_t i = 0; i < 6; ++i) prior.information[7 * i] = 1 / calibration[i];
+  fitter.fit({.observed = observed, .prior = &prior, .points = points}, all);
+  return fitter.pose().mean;
+}
+
 Point moved(const RigidTransform& T, const Point& p) {
   return {T[0] * p.x + T[1] * p.y + T[2] * p.z + T[3], T[4] * p.x + T[5] * p.y + T[6] * p.z + T[7],
           T[8] * p.x + T[9] * p.y + T[10] * p.z + T[11]};
@@ -49,6 +68,34 @@ TEST_CASE("a motion turns about the middle and shifts it") {
   CHECK(middle.z == doctest::Approx(3));
   CHECK(beside.x == doctest::Approx(96));
   CHECK(beside.y == doctest::Approx(57));
+}
+
+// Cells that the component fills in part made it look larger than it is.
+TEST_CASE("a frame that looks like a sample has not moved") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  const SensorViews views = SensorViews::baked_into(model);
+  for (const std::uint32_t sample : {0u, 3u, 21u}) {
+    CAPTURE(sample);
+    CHECK(length_of(lacking(model, views.data()->of_sample(sample))) < 0.02);
+  }
+}
+
+TEST_CASE("a frame is as wrong as frames of other runs at its time") {
+  PoseSpreads spreads;
+  for (std::size_t i = 0; i < 36; ++i) spreads.at_times.back()[i] = i % 7 == 0 ? 9 : 4;
+  const PoseMatrix later = spreads.at(0.75 + 0.25 * 0.75);  // halfway between the last two times
+  CHECK(later[0] == 5);
+  CHECK(later[1] == 2);
+  CHECK(spreads.at(-1) == unit_pose_matrix);
+  CHECK(spreads.at(7) == spreads.at_times.back());
+  PoseMeasurement measured = measured_at({}, 4);
+  CHECK(measured.covariance_with(unit_pose_matrix)[0] == doctest::Approx(4));
+  const PoseMatrix widened = measured.covariance_with(spreads.at_times.back());
+  CHECK(widened[0] == doctest::Approx(36));
+  CHECK(widened[35] == doctest::Approx(36));
+  CHECK(widened[1] == doctest::Approx(16));
+  CHECK(widened[6] == doctest::Approx(16));
 }
 
 TEST_CASE("frames that agree make the pose certain; a frame that says less than they do changes it little") {

@@ -98,6 +98,17 @@ void read_bounds(const SectionReader& sections, std::uint64_t fields, DepthImage
   }
 }
 
+/// Positive definite, as far as readers depend on it: entries are no larger than the diagonal ones permit.
+bool is_spread(const PoseMatrix& matrix) noexcept {
+  for (std::size_t i = 0; i < 36; ++i) {
+    const double rows = matrix[7 * (i / 6)], columns = matrix[7 * (i % 6)];
+    if (!format::is_measured(matrix[i]) || !(rows >= 1 / format::largest_measure) ||
+        !(matrix[i] * matrix[i] <= rows * columns * (1 + 1e-9)))
+      return false;
+  }
+  return true;
+}
+
 RigidTransform inverse(const RigidTransform& T) noexcept {
   RigidTransform inverted;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -149,6 +160,11 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sectio
             SectionId::pose_numbers, "a value is negative or not finite");
     images->pose_variance = static_cast<float>(numbers[0]);
     images->drift_evidence = static_cast<float>(numbers[1]);
+  }
+  if (sections.find(SectionId::pose_spreads) != nullptr) {
+    const auto spreads = sections.required<PoseMatrix>(SectionId::pose_spreads, {PoseSpreads::times, 6, 6});
+    require(std::ranges::all_of(spreads, is_spread), SectionId::pose_spreads, "a matrix is not positive definite");
+    std::ranges::copy(spreads, images->pose_spreads.at_times.begin());
   }
   if (sections.find(SectionId::time_numbers) != nullptr) {
     const auto numbers = sections.required<double>(SectionId::time_numbers, {1, 1, 1});

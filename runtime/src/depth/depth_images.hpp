@@ -2,6 +2,7 @@
 // the frame, and the ranking of the samples by the comparison of the two.
 #pragma once
 
+#include "runtime/src/depth/pose.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/sample_search.hpp"
 #include "runtime/src/model/model_format.hpp"
@@ -112,6 +113,7 @@ struct DepthImages {
   // How much a run that is not in the ensemble looks like a moved one: see PoseFit. 0: not known, the pose is not
   // estimated
   float pose_variance = 0;
+  PoseSpreads pose_spreads{};
   float drift_evidence = 0;  // above that of such runs: see DriftTest. 0: drifts are not estimated
   // How much later or earlier than a frame the samples like it are, as a share of the time since the impact, root mean
   // square over runs that are not in the ensemble. 0: not known
@@ -126,7 +128,7 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 66 and 0x8001 to 0x800A. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 66 and 0x8001 to 0x800B. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);

@@ -78,6 +78,15 @@ PoseMotion PoseFactor::backward(PoseMotion b) const noexcept {
   return b;
 }
 
+PoseMatrix PoseSpreads::at(double time) const noexcept {
+  const double place = time > 0 ? std::min(time, 1.0) * (times - 1) : 0;
+  const auto before = std::min(static_cast<std::size_t>(place), times - 2);
+  const double later = place - static_cast<double>(before);
+  PoseMatrix spread;
+  for (std::size_t i = 0; i < 36; ++i) spread[i] = (1 - later) * at_times[before][i] + later * at_times[before + 1][i];
+  return spread;
+}
+
 PoseMatrix PoseFactor::inverse() const noexcept {
   PoseMatrix inverted;
   for (std::size_t i = 0; i < 6; ++i) {

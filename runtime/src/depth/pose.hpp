@@ -18,6 +18,11 @@ using PoseMotion = std::array<double, 6>;
 }
 /// Symmetric, row by row.
 using PoseMatrix = std::array<double, 36>;
+inline constexpr PoseMatrix unit_pose_matrix = [] {
+  PoseMatrix matrix{};
+  for (std::size_t i = 0; i < 6; ++i) matrix[7 * i] = 1;
+  return matrix;
+}();
 
 /// Of the component: its middle, and the root mean square distance of its nodes from it.
 struct PoseCenter {
@@ -48,6 +53,18 @@ class PoseFactor {
 
  private:
   PoseMatrix lower_{};
+};
+
+/// How far runs that are not in the ensemble seem to be moved, in units of what one of their frames says: second
+/// moments of L^-1 motion, L L' the frame's covariance, at equal intervals from the impact to the end of a simulation.
+struct PoseSpreads {
+  static constexpr std::size_t times = 9;
+  std::array<PoseMatrix, times> at_times;
+
+  /// Not known: frames are as certain as they say.
+  constexpr PoseSpreads() noexcept { at_times.fill(unit_pose_matrix); }
+  /// Linear between them. time: in durations of a simulation.
+  [[nodiscard]] PoseMatrix at(double time) const noexcept;
 };
 
 /// A normal distribution of the motion.

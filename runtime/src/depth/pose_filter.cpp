@@ -34,6 +34,17 @@ PoseMeasurement PoseMeasurement::between(const PoseBelief& prior, const PoseBeli
   return measured;
 }
 
+PoseMatrix PoseMeasurement::covariance_with(const PoseMatrix& spread) const noexcept {
+  const PoseFactor frame(covariance), learned(spread);
+  PoseMatrix factor{}, product{};  // both lower triangular
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j <= i; ++j)
+      for (std::size_t k = j; k <= i; ++k) factor[6 * i + j] += frame(i, k) * learned(k, j);
+  for (std::size_t i = 0; i < 36; ++i)
+    for (std::size_t k = 0; k < 6; ++k) product[i] += factor[i / 6 * 6 + k] * factor[i % 6 * 6 + k];
+  return product;
+}
+
 PoseTrajectory::PoseTrajectory(const PoseMotion& calibration) noexcept : calibration_(calibration) {
   for (std::size_t i = 0; i < 6; ++i) {
     at(i, i) = calibration[i];
@@ -149,11 +160,12 @@ PoseMotion calibration_variances(const PoseCenter& center, double length_per_mm)
   return variances;
 }
 
-PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s,
-                       double drift_evidence) noexcept
+PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, double drift_evidence,
+                       const PoseSpreads& spreads) noexcept
     : center_(center),
       tolerance_(0.25 * length_per_mm),
       duration_s_(duration_s),
+      spreads_(spreads),
       calibration_(calibration_variances(center, length_per_mm)),
       calibrated_(calibration_, drift_evidence > 0 ? drift_evidence : std::numeric_limits<double>::infinity()),
       test_(calibrated_) {}
@@ -192,13 +204,14 @@ void PoseFilter::write(FitNumbers& numbers) const noexcept {
   numbers.pose_shift_sd = static_cast<float>(deviation(3));
 }
 
-bool PoseFilter::move(const PoseBelief& posterior, bool is_explained) noexcept {
+bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double time_s) noexcept {
   if (is_lost_ && is_explained) test_ = calibrated_;
   if (is_frozen_) return false;
   constexpr std::uint32_t most_unexplained = 5;  // frames in a row, each of which takes many passes
   if (!is_explained && unexplained_ >= most_unexplained) return go_back();
   PoseMeasurement measured = PoseMeasurement::between(prior(), posterior, calibration_);
   for (std::size_t i = 0; i < 6; ++i) measured.motion[i] += moved_[i];
+  measured.covariance = measured.covariance_with(spreads_.at(duration_s_ > 0 ? time_s / duration_s_ : 0));
   DriftTest updated = test_;
   updated.update(measured);
   const PoseMotion motion = updated.likelier().motion();

@@ -19,6 +19,8 @@ struct PoseMeasurement {
   /// What a posterior adds to its prior. calibration: variance per component, the bound of unmeasured directions.
   static PoseMeasurement between(const PoseBelief& prior, const PoseBelief& posterior,
                                  const PoseMotion& calibration) noexcept;
+  /// Its covariance where frames are as wrong as this: see PoseSpreads.
+  [[nodiscard]] PoseMatrix covariance_with(const PoseMatrix& spread) const noexcept;
 };
 
 /// A Kalman filter of the motion, its rate, and the error of the measurements. Times are in durations of a simulation.
@@ -71,8 +73,9 @@ class DriftTest {
 /// cloud is moved step by step to the most likely pose (iterated Kalman update).
 class PoseFilter {
  public:
-  /// duration_s: of a simulation. drift_evidence: of DepthImages.
-  PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, double drift_evidence) noexcept;
+  /// duration_s: of a simulation. drift_evidence, spreads: of DepthImages.
+  PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, double drift_evidence,
+             const PoseSpreads& spreads = {}) noexcept;
   /// Another test begins.
   void reset() noexcept;
   /// The cloud of the next frame is moved by what the frames before say, even if a frame was refused half-way.
@@ -84,8 +87,8 @@ class PoseFilter {
   void write(FitNumbers& numbers) const noexcept;
   /// posterior: of the motion that the cloud still lacks. Moves it by the mean. Returns whether that is so far that
   /// the frame should be matched again; at most `most_passes` times per frame, and once to go back. is_explained: a
-  /// simulation fits the frame; others do not change the pose.
-  bool move(const PoseBelief& posterior, bool is_explained = true) noexcept;
+  /// simulation fits the frame; others do not change the pose. time_s: that the frame shows, since the impact.
+  bool move(const PoseBelief& posterior, bool is_explained = true, double time_s = 0) noexcept;
   /// The frame has no points at this pose. Goes back to that of the frames before or, if it is that one, to none, which
   /// is kept if the frame is matched there. False when there is no other pose.
   bool retreat() noexcept;
@@ -97,6 +100,7 @@ class PoseFilter {
 
   PoseCenter center_;
   double tolerance_, duration_s_;
+  PoseSpreads spreads_;
   PoseMotion calibration_;  // variances
   DriftTest calibrated_;    // without any frame
   DriftTest test_;          // by the frames before, at the time of the frame

@@ -5,7 +5,8 @@ namespace lbea {
 HistoryState::HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images)
     : estimates_pose(images != nullptr && images->pose_variance > 0),
       pose(PoseCenter::of(model), length_per_mm, EnsembleTimes::of(model).duration_s,
-           images != nullptr ? double{images->drift_evidence} : 0),
+           images != nullptr ? double{images->drift_evidence} : 0,
+           images != nullptr ? images->pose_spreads : PoseSpreads()),
       shapes(EnsembleTimes::of(model).duration_s),
       impact_s(EnsembleTimes::of(model).impact_s),
       clock(EnsembleTimes::of(model), images != nullptr ? double{images->time_variation} : 0) {}

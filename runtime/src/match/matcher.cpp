@@ -85,7 +85,7 @@ void Matcher::State::fit(MatchResult& result) noexcept {
 
 bool Matcher::State::move_pose(MatchResult& result) noexcept {
   if (pose == nullptr) return false;
-  const bool is_farther = pose->move(fitter->pose(), fitter->is_explained());
+  const bool is_farther = pose->move(fitter->pose(), fitter->is_explained(), fitter->time().mean_s - history->impact_s);
   pose->write(result.fit);
   return is_farther;
 }

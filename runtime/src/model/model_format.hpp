@@ -89,6 +89,7 @@ enum class SectionId : std::uint32_t {
   time_numbers = 0x8008,        // the same
   spread_bounds = 0x8009,       // the same
   expected_residuals = 0x800A,  // the same
+  pose_spreads = 0x800B,        // the same
 };
 
 /// Cold: match() by lbea and fit does not read the section.
