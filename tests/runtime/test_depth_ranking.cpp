@@ -26,6 +26,50 @@ TEST_CASE("an empty cell counts against the samples that fill it only within two
     }
 }
 
+TEST_CASE("cells that something hid are excluded with their surroundings until a frame shows them") {
+  DepthCamera camera;
+  camera.columns = 16;
+  camera.rows = 12;
+  const auto cell = [&](std::size_t row, std::size_t column) { return row * camera.columns + column; };
+  // The component fills all rows of columns 2 to 13; the first frame lacks it from column 8 on.
+  std::vector<std::uint16_t> image(padded_cells(camera), empty_cell);
+  std::vector<float> frame(padded_cells(camera), nothing_seen);
+  for (std::size_t row = 0; row < camera.rows; ++row)
+    for (std::size_t column = 2; column < 14; ++column) {
+      image[cell(row, column)] = 100;
+      if (column < 8) frame[cell(row, column)] = 100;
+    }
+  HiddenParts parts(camera);
+  HiddenCells hidden(camera);
+  CHECK_FALSE(hidden.is_confirmed_by(frame));
+  parts.set_frame(frame);
+  CHECK(parts.find(image) == 6 * camera.rows);
+  hidden.add(parts);
+  REQUIRE(hidden.is_confirmed_by(frame));
+  std::vector<float> next = frame;
+  hidden.exclude_from(next);
+  for (std::size_t row = 0; row < camera.rows; ++row)
+    for (std::size_t column = 0; column < camera.columns; ++column)
+      CHECK(next[cell(row, column)] == (column >= 2 && column < 8 ? 100 : column < 2 ? nothing_seen : not_observed));
+  // Only these cells and their surroundings may be hidden in the next frame: not columns 2 to 5, which it lacks as
+  // well.
+  std::fill_n(next.begin(), next.size(), nothing_seen);
+  for (std::size_t row = 0; row < camera.rows; ++row) next[cell(row, 7)] = 100;
+  hidden.exclude_from(next);
+  parts.set_frame(next);
+  CHECK(parts.find(image) == 11 * camera.rows);
+  parts.set_frame_with_known_parts(next);
+  CHECK(parts.find(image) == 7 * camera.rows);
+  // A frame that shows a third of them: what hid them has moved.
+  for (std::size_t row = 0; row < 4; ++row)
+    for (std::size_t column = 8; column < 14; ++column) frame[cell(row, column)] = 100;
+  CHECK_FALSE(hidden.is_confirmed_by(frame));
+  hidden.remove_shown(frame);
+  CHECK(hidden.is_confirmed_by(frame));
+  hidden.reset();
+  CHECK_FALSE(hidden.is_confirmed_by(frame));
+}
+
 // A surface at a depth of 1000 steps, seen by cells that are 10 steps wide; an edge in front of it, 300 steps nearer.
 TEST_CASE("edges that are one cell elsewhere leave no residual, two cells elsewhere they do; slopes leave all of it") {
   DepthCamera camera;

@@ -207,6 +207,59 @@ TEST_CASE("a known impact is kept; without a learned variation there is no clock
   CHECK(none.of_samples(2 * millisecond).variance == 0);
 }
 
+TEST_CASE("a test that begins undeformed has not lasted longer than since shortly before its first frame") {
+  TestClock clock = clock_of_10_ms();
+  CHECK(clock.latest(0).mean_s == 0);
+  CHECK(clock.latest(0).variance == doctest::Approx(1e-6));  // a tenth of 10 ms
+  clock.begin(5 * millisecond, true);
+  clock.begin(6 * millisecond, false);  // only the first frame counts
+  CHECK(clock.latest(8 * millisecond).mean_s == doctest::Approx(3e-3));
+  CHECK(clock.latest(5 * millisecond).variance == 0);  // without stamps
+  clock.add(8 * millisecond, {1e-3, 0});
+  CHECK(clock.latest(9 * millisecond).variance == 0);
+  for (int frame = 0; frame < 5; ++frame) clock.add(1'000 * millisecond, {1e-3, 0});  // contradict it: it starts again
+  REQUIRE(clock.since_impact(1'000 * millisecond + 1).variance == 0);
+  CHECK(clock.latest(9 * millisecond).variance == 0);
+  clock.reset();
+  CHECK(clock.latest(0).variance > 0);
+  clock.begin(0, false);
+  CHECK(clock.latest(millisecond).variance == 0);
+  clock.set_impact(0);
+  clock.reset();
+  CHECK(clock.latest(millisecond).variance == 0);
+}
+
+TEST_CASE("only samples later than the latest cost") {
+  const TwoSimulations two;
+  ExpectationCosts costs(two.view, two.images);
+  const FrameExpectation expected{0, nullptr, {}, {2e-3, 1e-6}};
+  costs.assess(all_samples(), &expected);
+  for (std::uint32_t state = 0; state < 5; ++state)
+    CHECK(costs[state] == doctest::Approx(state < 3 ? 0.0 : 0.5 * (state - 2.0) * (state - 2.0)));
+}
+
+// The free end moves first and is never seen: what the frames show looks undeformed for long. The sample that leaves
+// the least of it hidden, the most bent one, was taken for the frame.
+TEST_CASE("what hides the part that moves is not taken for a deformation") {
+  const AlignedBytes bytes = seen_plates_model(6, 16);
+  const Model model = Model::view(bytes.span());
+  Matcher alone(model, fit_config()), matcher(model, fit_config());
+  TestHistory history(model);
+  double error_alone = 0, error = 0;  // radians
+  for (std::uint32_t step = 0; step < 8; ++step) {
+    std::vector<Point> points = seen(bent(0.75 * step / 15), {.sigma = 0.5f}, step + 1);
+    std::erase_if(points, [](const Point& p) { return p.x > -55; });
+    const Frame frame{step, step * millisecond, points};
+    const auto off = [&](const MatchResult& result) {
+      const auto [simulation, time_step] = result.matches[0].sample;
+      return std::abs((0.5 + 0.1 * simulation) * time_step - 0.75 * step) / 15;
+    };
+    error_alone += off(alone.match(frame));
+    error += off(matcher.match(frame, history));
+  }
+  CHECK(error < error_alone / 2);
+}
+
 // Next to the edge about which the plates bend, all angles look alike up to the noise.
 TEST_CASE("what a frame hides is known from an earlier one") {
   const AlignedBytes bytes = seen_plates_model(6, 16);

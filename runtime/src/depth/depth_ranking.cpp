@@ -27,15 +27,25 @@ HiddenParts::HiddenParts(const DepthCamera& camera)
       rows_(camera.rows),
       stride_(camera.columns + margin),
       empty_((camera.rows + 2 * margin) * stride_ + margin),
+      allowed_(empty_.size()),
       differing_(empty_.size()),
       pairs_(empty_.size()),
       along_row_(empty_.size()),
       parts_(empty_.size()) {}
 
 void HiddenParts::set_frame(std::span<const float> observed) noexcept {
+  are_known_ = false;
   for (std::size_t row = 0; row < rows_; ++row)
     for (std::size_t column = 0; column < columns_; ++column)
       empty_[at(row, column)] = observed[row * columns_ + column] < 0 ? 1 : 0;
+}
+
+void HiddenParts::set_frame_with_known_parts(std::span<const float> observed) noexcept {
+  set_frame(observed);
+  are_known_ = true;
+  for (std::size_t row = 0; row < rows_; ++row)
+    for (std::size_t column = 0; column < columns_; ++column)
+      allowed_[at(row, column)] = observed[row * columns_ + column] == not_observed ? 1 : 0;
 }
 
 /// Opening by squares: what squares of `width` cells inside the differing cells cover.
@@ -55,6 +65,7 @@ std::size_t HiddenParts::find(std::span<const std::uint16_t> image) noexcept {
   combine_five(along_row_, down, pairs_, parts_, both);
   combine_five(parts_, -1, pairs_, along_row_, either);
   combine_five(along_row_, -down, pairs_, parts_, either);
+  if (are_known_) std::ranges::transform(parts_, allowed_, parts_.begin(), both);
   std::size_t count = 0;
   for (std::size_t row = 0; row < rows_; ++row) {
     const std::uint8_t* part = &parts_[at(row, 0)];
@@ -63,6 +74,47 @@ std::size_t HiddenParts::find(std::span<const std::uint16_t> image) noexcept {
     count += in_row;
   }
   return count;
+}
+
+HiddenCells::HiddenCells(const DepthCamera& camera)
+    : columns_(camera.columns), rows_(camera.rows), is_hidden_(camera.cells()) {}
+
+void HiddenCells::reset() noexcept {
+  std::ranges::fill(is_hidden_, std::uint8_t{0});
+  count_ = 0;
+}
+
+bool HiddenCells::is_confirmed_by(std::span<const float> frame) const noexcept {
+  constexpr std::size_t least_per_shown = 4;
+  std::size_t shown = 0;
+  for (std::size_t c = 0; c < is_hidden_.size(); ++c) shown += frame[c] >= 0 ? is_hidden_[c] : 0u;
+  return count_ > least_per_shown * shown;
+}
+
+void HiddenCells::remove_shown(std::span<const float> frame) noexcept {
+  count_ = 0;
+  for (std::size_t c = 0; c < is_hidden_.size(); ++c) {
+    if (frame[c] >= 0) is_hidden_[c] = 0;
+    count_ += is_hidden_[c];
+  }
+}
+
+void HiddenCells::add(const HiddenParts& parts) noexcept {
+  parts.visit([this](std::size_t cell) {
+    if (is_hidden_[cell] == 0) ++count_;
+    is_hidden_[cell] = 1;
+  });
+}
+
+void HiddenCells::exclude_from(std::span<float> frame) const noexcept {
+  constexpr std::size_t reach = Surroundings::reach;
+  for (std::size_t row = 0; row < rows_; ++row)
+    for (std::size_t column = 0; column < columns_; ++column) {
+      if (is_hidden_[row * columns_ + column] == 0) continue;
+      for (std::size_t r = std::max(row, reach) - reach; r <= std::min(row + reach, rows_ - 1); ++r)
+        for (std::size_t c = std::max(column, reach) - reach; c <= std::min(column + reach, columns_ - 1); ++c)
+          if (float& cell = frame[r * columns_ + c]; cell == nothing_seen) cell = not_observed;
+    }
 }
 
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric,
@@ -76,6 +128,7 @@ DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, co
       best_(capacity),
       chosen_(capacity),
       common_(padded_cells(camera)),
+      any_(padded_cells(camera)),
       promising_(most_promising),
       whole_(padded_cells(camera)),
       parts_(camera) {}
@@ -96,10 +149,14 @@ float DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_
 }
 
 float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
-                                std::span<const RankedSample> proposed, const ExpectationCosts* costs) noexcept {
+                                std::span<const RankedSample> proposed, const ExpectationCosts* costs,
+                                bool knows_parts) noexcept {
   const std::size_t stride = observed.size();
   std::ranges::transform(observed, whole_.begin(), [](float depth) { return depth < 0 ? nothing_seen : depth; });
-  parts_.set_frame(whole_);
+  if (knows_parts)
+    parts_.set_frame_with_known_parts(observed);
+  else
+    parts_.set_frame(observed);
   compare(observed, depths, proposed);
   choose(promising_, costs);
   compared_count_ = 0;
@@ -137,6 +194,18 @@ float DepthRanking::price_hidden(std::span<const float> observed, std::span<cons
     ++count;
   });
   return count;
+}
+
+const HiddenParts& DepthRanking::hidden_parts(std::span<const float> frame,
+                                              std::span<const std::uint16_t> depths) noexcept {
+  std::ranges::fill(any_, empty_cell);
+  for (const RankedSample& best : ranked()) {
+    const std::uint16_t* image = &depths[best.sample * any_.size()];
+    for (std::size_t c = 0; c < any_.size(); ++c) any_[c] = static_cast<std::uint16_t>(any_[c] | image[c]);
+  }
+  parts_.set_frame(frame);
+  parts_.find(any_);
+  return parts_;
 }
 
 void DepthRanking::compare(std::span<const float> observed, std::span<const std::uint16_t> depths,

@@ -16,6 +16,8 @@ class HiddenParts {
   explicit HiddenParts(const DepthCamera& camera);
   /// observed: padded_cells() values of the frame that samples are compared with. Does not allocate.
   void set_frame(std::span<const float> observed) noexcept;
+  /// The same; only cells that are not_observed may be hidden.
+  void set_frame_with_known_parts(std::span<const float> observed) noexcept;
   /// image: of a sample. Returns the number of cells that may be hidden. Does not allocate.
   std::size_t find(std::span<const std::uint16_t> image) noexcept;
   /// Calls visit(cell) for the last ones found.
@@ -33,8 +35,29 @@ class HiddenParts {
   }
 
   std::size_t columns_, rows_, stride_;
+  bool are_known_ = false;
   // Per cell 1 or 0. Margins of zeros before and after all rows and columns; those beside a row and the next are one
-  std::vector<std::uint8_t> empty_, differing_, pairs_, along_row_, parts_;
+  std::vector<std::uint8_t> empty_, allowed_, differing_, pairs_, along_row_, parts_;
+};
+
+/// Where something hid the component in the earlier frames of a test. What hides a part usually stays there: a part
+/// that was in view is not hidden in the next frame, and a sample must not explain its absence so.
+class HiddenCells {
+ public:
+  /// Allocates all memory.
+  explicit HiddenCells(const DepthCamera& camera);
+  void reset() noexcept;
+  /// Whether there are any, and the frame shows few of them: what hides them has not moved. Does not allocate.
+  [[nodiscard]] bool is_confirmed_by(std::span<const float> frame) const noexcept;
+  /// frame: padded_cells() values; what it shows is no longer hidden. Does not allocate.
+  void remove_shown(std::span<const float> frame) noexcept;
+  void add(const HiddenParts& parts) noexcept;
+  /// Empty cells of a frame within `Surroundings::reach` of the hidden ones become not_observed. Does not allocate.
+  void exclude_from(std::span<float> frame) const noexcept;
+
+ private:
+  std::size_t columns_, rows_, count_ = 0;
+  std::vector<std::uint8_t> is_hidden_;  // per cell
 };
 
 /// Ranks samples by how well their depth images explain that of a frame.
@@ -57,11 +80,16 @@ class DepthRanking {
   /// The same where something hides a part, of a frame limited to its surroundings: each sample is compared with the
   /// whole frame as if what it fills and the frame does not, in HiddenParts, cost little and were not among the cells
   /// of the mean. Returns by how much the best sample's distance exceeds the mean square of what the frame shows.
+  /// knows_parts: only cells that are not_observed may be hidden; the frame is not limited to its surroundings.
   float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
-                    std::span<const RankedSample> proposed, const ExpectationCosts* costs = nullptr) noexcept;
+                    std::span<const RankedSample> proposed, const ExpectationCosts* costs = nullptr,
+                    bool knows_parts = false) noexcept;
   /// Sets the residuals of a sample in its hidden parts, after rank_hidden(). Returns the number of these cells.
   float price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,
                      std::span<float> residuals) noexcept;
+  /// What something may hide of a frame that shows any of the best samples.
+  [[nodiscard]] const HiddenParts& hidden_parts(std::span<const float> frame,
+                                                std::span<const std::uint16_t> depths) noexcept;
 
   /// Best first. distance: mean square over the cells that either image fills, in squared depth steps, and the price of
   /// the sample's cost.
@@ -95,6 +123,7 @@ class DepthRanking {
   float price_per_cost_ = 0;
   std::vector<RankedSample> chosen_;
   std::vector<std::uint16_t> common_;  // per cell: 0 where the image of any of the best is empty
+  std::vector<std::uint16_t> any_;     // per cell: 0 where the images of all of them are
   BestSamples promising_;              // by what the frame shows
   std::vector<float> whole_;           // the frame, empty cells as evidence wherever they are
   HiddenParts parts_;

@@ -43,6 +43,10 @@ void ExpectationCosts::assess(std::span<const RankedSample> samples, const Frame
       const double difference = model_.sample_times[one.sample] - time.mean_s;
       cost += difference * difference / (2 * time.variance);
     }
+    if (const TimeBelief& latest = expected->latest; latest.variance > 0) {
+      const double later = std::max(model_.sample_times[one.sample] - latest.mean_s, 0.0);
+      cost += later * later / (2 * latest.variance);
+    }
     costs_[one.sample] =
         static_cast<float>(cost < most ? cost : most);  // also if the model has values that are not finite
   }

@@ -38,7 +38,9 @@ class ShapeHistory {
 struct FrameExpectation {
   std::int64_t stamp_ns = 0;
   const EarlierShape* earlier = nullptr;
-  TimeBelief time{};  // of similar samples, in theirs
+  TimeBelief time{};      // of similar samples, in theirs
+  TimeBelief latest{};    // see TestClock
+  bool is_first = false;  // of the test: `latest` holds only if the frame may show the undeformed component
 };
 
 /// How unlikely samples are by what is known before: negative logarithms of probabilities, up to a constant.

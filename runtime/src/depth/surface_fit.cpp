@@ -36,9 +36,11 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       frame_(views_.data()->camera),
       surroundings_(views_.data()->camera),
       limited_(padded_cells(views_.data()->camera)),
+      known_(limited_.size()),
       thinned_(*views_.data()),
       proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
       costs_(model, *views_.data()),
+      impact_s_(EnsembleTimes::of(model).impact_s),
       best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), views_.data()->metric,
             std::min(std::max(settings.proposals, max_matches), model.info.samples), settings.sharpness),
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
@@ -82,37 +84,74 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   frame_.build(index);  // the depth image of the frame
   std::ranges::copy(frame_.cells(), limited_.begin());
   surroundings_.limit(limited_);
-  const FrameImage limited{limited_, true, {}, prior.pose, frame_.points()};
-  costs_.assess(proposed, prior.expectation);
-  if (thinned_.empty()) return fit(limited, proposed);
-  const float whole = choose_candidates(frame_.cells(), proposed);
-  const float noise = square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step);
-  const bool is_hidden = whole > settings_.hidden * (least_limited_residual() + noise);
-  // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
-  if (is_hidden) {
-    costs_.assess(proposed_.ranked(), prior.expectation);
-    return fit(limited, proposed_.ranked());
+  FrameImage image{limited_, true, {}, prior.pose, frame_.points()};
+  is_hidden_ = true;
+  if (thinned_.empty()) {
+    costs_.assess(proposed, prior.expectation);
+    return fit(image, proposed);
   }
-  return fit_candidates({frame_.cells(), false, predictor_.predict(frame_.cells()), prior.pose, frame_.points()},
-                        proposed);
+  const float limited = least_residual(limited_);
+  may_be_undeformed_ = is_explained_undeformed(limited);
+  FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
+  if (expectation.is_first && !may_be_undeformed_) expectation.latest = {};
+  const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
+  costs_.assess(proposed, expected);
+  if (prior.hidden != nullptr && prior.hidden->is_confirmed_by(frame_.cells()) &&
+      is_explained_with(*prior.hidden, limited)) {
+    image.observed = known_;
+    image.knows_hidden = true;
+  } else {
+    const float whole = choose_candidates(frame_.cells(), proposed);
+    is_hidden_ = whole > most_explained(limited);
+    if (!is_hidden_)
+      return fit_candidates({frame_.cells(), false, predictor_.predict(frame_.cells()), prior.pose, frame_.points()},
+                            proposed);
+  }
+  // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
+  costs_.assess(proposed_.ranked(), expected);
+  return fit(image, proposed_.ranked());
 }
 
-/// The least one, squared, in depth steps, without the cells far from what the frame shows. Leaves the samples that are
-/// best then in proposed_.
-float SurfaceFitter::least_limited_residual() noexcept {
-  constexpr std::size_t most = 8;  // thinned images are nearly as good as whole ones
+/// Squared residual up to which a sample explains what `limited` is left of without the cells that may be hidden.
+float SurfaceFitter::most_explained(float limited) const noexcept {
+  return settings_.hidden * (limited + square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step));
+}
+
+/// Whether an undeformed sample, of those in proposed_, explains what the frame shows.
+bool SurfaceFitter::is_explained_undeformed(float limited) const noexcept {
+  if (model_.sample_times.empty()) return false;
+  return std::ranges::any_of(proposed_.ranked(), [&](const RankedSample& one) {
+    return model_.sample_times[one.sample] <= impact_s_ &&
+           mean_square(code_, limited_, views_.data()->of_sample(one.sample).data(), best_.prices()) <=
+               most_explained(limited);
+  });
+}
+
+/// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_, and proposed_ if
+/// so.
+bool SurfaceFitter::is_explained_with(const HiddenCells& hidden, float limited) noexcept {
+  std::ranges::copy(frame_.cells(), known_.begin());
+  hidden.exclude_from(known_);
+  if (least_residual(known_) <= most_explained(limited)) return true;
   thinned_.propose(limited_, proposed_);
+  return false;
+}
+
+/// The least one, squared, in depth steps. Leaves the samples that are best then in proposed_.
+float SurfaceFitter::least_residual(std::span<const float> observed) noexcept {
+  constexpr std::size_t most = 8;  // thinned images are nearly as good as whole ones
+  thinned_.propose(observed, proposed_);
   float least = std::numeric_limits<float>::infinity();
   for (const RankedSample& sample : proposed_.ranked().first(std::min(most, proposed_.ranked().size()))) {
     const auto image = views_.data()->of_sample(sample.sample);
-    least = std::min(least, mean_square(code_, limited_, image.data(), best_.prices()));
+    least = std::min(least, mean_square(code_, observed, image.data(), best_.prices()));
   }
   return least;
 }
 
 SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
   if (image.is_hidden)
-    choose_hidden_candidates(image.observed, proposed);
+    choose_hidden_candidates(image, proposed);
   else
     choose_candidates(image.observed, proposed);
   return fit_candidates(image, proposed);
@@ -144,9 +183,8 @@ float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<cons
 
 /// Hidden parts and the edges of what hides them distinguish samples but are no residual of what the frame shows: what
 /// they cost the best sample is subtracted from all.
-void SurfaceFitter::choose_hidden_candidates(std::span<const float> observed,
-                                             std::span<const RankedSample> proposed) noexcept {
-  set_candidates(best_.rank_hidden(observed, views_.data()->depths, proposed, &costs_));
+void SurfaceFitter::choose_hidden_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
+  set_candidates(best_.rank_hidden(image.observed, views_.data()->depths, proposed, &costs_, image.knows_hidden));
 }
 
 /// not_residual: part of the best ones' mean squares.
@@ -405,6 +443,11 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
   verdict_ = result.misfit > images.misfit_limit ? Verdict::no_simulation_fits
              : several                           ? Verdict::ambiguous
                                                  : Verdict::matched;
+}
+
+void SurfaceFitter::update(HiddenCells& hidden) noexcept {
+  hidden.remove_shown(frame_.cells());
+  if (is_hidden_) hidden.add(best_.hidden_parts(frame_.cells(), views_.data()->depths));
 }
 
 void SurfaceFitter::copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {

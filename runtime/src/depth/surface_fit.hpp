@@ -20,12 +20,14 @@ struct FrameImage {
   // To estimate the pose:
   const PoseBelief* prior = nullptr;
   std::span<const float> points{};  // cells() numbers of points
+  bool knows_hidden = false;        // only cells that are not_observed may be hidden
 };
 
 /// What the earlier frames of the test say about a frame.
 struct FramePrior {
   const PoseBelief* pose = nullptr;               // null: the pose is known
   const FrameExpectation* expectation = nullptr;  // null: nothing
+  const HiddenCells* hidden = nullptr;            // null: none
 };
 
 class SurfaceFitter {
@@ -61,13 +63,17 @@ class SurfaceFitter {
   /// What the last frame shows and, in hidden parts, the combination of the candidates. Only after frames of which
   /// something hides a part.
   [[nodiscard]] std::span<const float> completed() const noexcept { return completed_.cells(); }
+  /// Whether an undeformed sample explains what the last frame shows.
+  [[nodiscard]] bool may_be_undeformed() const noexcept { return may_be_undeformed_; }
+  /// Adds what something may hide of the last frame. Removes what the frame shows.
+  void update(HiddenCells& hidden) noexcept;
   /// Whether the bake has learned how certain poses are.
   [[nodiscard]] bool estimates_pose() const noexcept { return views_.data()->pose_variance > 0; }
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
 
  private:
   float choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
-  void choose_hidden_candidates(std::span<const float> observed, std::span<const RankedSample> proposed) noexcept;
+  void choose_hidden_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   void set_candidates(float not_residual) noexcept;
   SurfaceFit fit_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   void compare_candidates(const FrameImage& image) noexcept;
@@ -81,7 +87,10 @@ class SurfaceFitter {
   [[nodiscard]] std::span<const float> predict_hidden(const FrameImage& image) noexcept;
   void use_neighbors(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   void move_toward(const FrameImage& image) noexcept;
-  [[nodiscard]] float least_limited_residual() noexcept;
+  [[nodiscard]] float least_residual(std::span<const float> observed) noexcept;
+  [[nodiscard]] float most_explained(float limited) const noexcept;
+  [[nodiscard]] bool is_explained_undeformed(float limited) const noexcept;
+  [[nodiscard]] bool is_explained_with(const HiddenCells& hidden, float limited) noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   /// The history does not decide whether a simulation fits.
@@ -112,9 +121,12 @@ class SurfaceFitter {
   FrameDepthImage frame_;
   Surroundings surroundings_;
   std::vector<float> limited_;  // the frame's cells without the evidence of what it does not show
+  std::vector<float> known_;    // the frame's cells without those that something hid in earlier frames
+  bool is_hidden_ = false, may_be_undeformed_ = false;  // the last frame
   ThinnedImages thinned_;
   BestSamples proposed_;
   ExpectationCosts costs_;
+  double impact_s_;      // in the time of the samples
   DepthRanking best_;    // by residual
   BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
   std::vector<RankedSample> matched_;

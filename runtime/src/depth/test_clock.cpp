@@ -24,7 +24,7 @@ EnsembleTimes EnsembleTimes::of(const ModelView& model) noexcept {
 
 void TestClock::set_impact(std::int64_t stamp_ns) noexcept {
   constexpr double deviation_s = 1e-6;
-  is_known_ = is_started_ = true;
+  is_known_ = is_started_ = has_started_ = true;
   first_ns_ = stamp_ns;
   impact_ = 0;
   P_ = {square(deviation_s), 0, 0};
@@ -41,7 +41,7 @@ void TestClock::add(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
 
 // simulation time = (1 + share) (stamp - impact) + noise, solved for the impact.
 void TestClock::start(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
-  is_started_ = true;
+  is_started_ = has_started_ = true;
   first_ns_ = stamp_ns;
   last_ = 0;
   contradictions_ = 0;
@@ -62,7 +62,7 @@ void TestClock::update(double since_first, const TimeBelief& time) noexcept {
   const std::array<double, 2> PH{P_[0] * by_impact + P_[1] * by_share, P_[1] * by_impact + P_[2] * by_share};
   const double variance = by_impact * PH[0] + by_share * PH[1] + variance_at(time.mean_s) + time.variance;
   if (!(square(innovation) <= square(most_deviations) * variance)) {
-    if (++contradictions_ >= most_contradictions) reset();
+    if (++contradictions_ >= most_contradictions) restart();
     return;
   }
   contradictions_ = 0;
@@ -90,6 +90,21 @@ TimeBelief TestClock::of_samples(std::int64_t stamp_ns) const noexcept {
   TimeBelief time = since_impact(stamp_ns);
   if (time.variance > 0) time.variance += variance_at(time.mean_s);
   return time;
+}
+
+void TestClock::begin(std::int64_t stamp_ns, bool may_be_undeformed) noexcept {
+  if (has_begun_) return;
+  has_begun_ = true;
+  begins_undeformed_ = may_be_undeformed;
+  begin_ns_ = stamp_ns;
+}
+
+TimeBelief TestClock::latest(std::int64_t stamp_ns) const noexcept {
+  constexpr double deviation = 0.1;  // durations
+  if (!(variation_ > 0) || has_started_) return {};
+  const double passed = has_begun_ ? seconds_between(begin_ns_, stamp_ns) : 0;
+  if (has_begun_ && !(begins_undeformed_ && passed > 0)) return {};  // frames without stamps have no clock
+  return {passed, square(deviation * times_.duration_s)};
 }
 
 }  // namespace lbea

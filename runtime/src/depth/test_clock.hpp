@@ -38,8 +38,9 @@ class TestClock {
   TestClock(const EnsembleTimes& times, double variation) noexcept : times_(times), variation_(variation) {}
   /// Forgets the frames, not a known impact.
   void reset() noexcept {
-    is_started_ = is_known_;
-    contradictions_ = 0;
+    restart();
+    has_started_ = is_known_;
+    has_begun_ = false;
   }
   /// The impact's stamp is known; frames do not change it.
   void set_impact(std::int64_t stamp_ns) noexcept;
@@ -50,9 +51,20 @@ class TestClock {
   [[nodiscard]] TimeBelief since_impact(std::int64_t stamp_ns) const noexcept;
   /// The same, of the samples that are similar to a frame at a stamp.
   [[nodiscard]] TimeBelief of_samples(std::int64_t stamp_ns) const noexcept;
+  /// The first frame of a test, and whether it may show the undeformed component; later ones change nothing.
+  void begin(std::int64_t stamp_ns, bool may_be_undeformed) noexcept;
+  [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
+  /// Samples like a frame at a stamp are no later than the mean, but for the variance: the impact is not long before a
+  /// first frame that shows no deformation. What hides the part that deforms first must not be taken for a
+  /// deformation. Not known once frames show one.
+  [[nodiscard]] TimeBelief latest(std::int64_t stamp_ns) const noexcept;
 
  private:
   void start(std::int64_t stamp_ns, const TimeBelief& time) noexcept;
+  void restart() noexcept {
+    is_started_ = is_known_;
+    contradictions_ = 0;
+  }
   void update(double since_first, const TimeBelief& time) noexcept;
   /// Of a time that a frame shows, but for the share and the frame's own uncertainty.
   [[nodiscard]] double variance_at(double time_s) const noexcept;
@@ -61,6 +73,9 @@ class TestClock {
   EnsembleTimes times_;
   double variation_;
   bool is_known_ = false, is_started_ = false;
+  bool has_started_ = false;  // in this test, even if contradicted since
+  bool has_begun_ = false, begins_undeformed_ = false;
+  std::int64_t begin_ns_ = 0;         // stamp of the test's first frame
   std::int64_t first_ns_ = 0;         // stamp of the first frame that shows a deformation
   double last_ = 0;                   // since then: the last frame that counted
   double impact_ = 0, share_ = 0;     // the impact, since first_ns_; relative error of simulation times

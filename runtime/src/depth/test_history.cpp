@@ -8,12 +8,14 @@ HistoryState::HistoryState(const ModelView& model, double length_per_mm, const D
            images != nullptr ? double{images->drift_evidence} : 0,
            images != nullptr ? images->pose_spreads : PoseSpreads()),
       shapes(EnsembleTimes::of(model).duration_s),
+      hidden(images != nullptr ? images->camera : DepthCamera{}),
       impact_s(EnsembleTimes::of(model).impact_s),
       clock(EnsembleTimes::of(model), images != nullptr ? double{images->time_variation} : 0) {}
 
 void HistoryState::reset() noexcept {
   pose.reset();
   shapes.reset();
+  hidden.reset();
   clock.reset();
 }
 
@@ -23,12 +25,16 @@ void HistoryState::begin_frame(std::int64_t stamp) noexcept {
 }
 
 FrameExpectation HistoryState::expectation() const noexcept {
-  FrameExpectation expectation{stamp_ns, shapes.before(stamp_ns), clock.of_samples(stamp_ns)};
+  FrameExpectation expectation{stamp_ns, shapes.before(stamp_ns), clock.of_samples(stamp_ns), clock.latest(stamp_ns),
+                               !clock.has_begun()};
   expectation.time.mean_s += impact_s;
+  expectation.latest.mean_s += impact_s;
   return expectation;
 }
 
-void HistoryState::add(const SurfaceFitter& fitter, MatchResult& result) noexcept {
+void HistoryState::add(SurfaceFitter& fitter, MatchResult& result) noexcept {
+  clock.begin(stamp_ns, fitter.may_be_undeformed());
+  if (fitter.is_explained()) fitter.update(hidden);
   if (result.status == Status::ok && fitter.is_explained()) {
     constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
     const float error = std::isfinite(fitter.error_90()) ? fitter.error_90() / deviations : result.fit.spread;

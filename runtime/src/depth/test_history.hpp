@@ -16,11 +16,12 @@ struct LBEA_HIDDEN HistoryState {
   /// Of the frame.
   [[nodiscard]] FrameExpectation expectation() const noexcept;
   /// The frame was fitted: if enough of it is covered and a simulation explains it, it is evidence for later ones.
-  void add(const SurfaceFitter& fitter, MatchResult& result) noexcept;
+  void add(SurfaceFitter& fitter, MatchResult& result) noexcept;
 
   bool estimates_pose;
   PoseFilter pose;
   ShapeHistory shapes;
+  HiddenCells hidden;
   double impact_s;  // in the time of the samples
   TestClock clock;
   std::int64_t stamp_ns = 0;  // of the frame
