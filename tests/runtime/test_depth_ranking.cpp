@@ -220,8 +220,8 @@ TEST_CASE("images rendered from the model are those that the bake rendered, on a
 // The image of the rays has a whole number of them; its middle, not the sensor's, is the principal point.
 TEST_CASE("a plate in front of the camera is in the middle of its depth image, whatever the size of the sensor's") {
   StereoSensor rig = rig_above();
-  rig.width_px = 440;  // cells of 6 pixels with 4 rays: 293 1/3 rays
-  rig.height_px = 220;
+  rig.width_px = 442;  // cells of 5 pixels with 4 rays: 353.6 rays
+  rig.height_px = 222;
   std::vector<float> positions = bent(0);  // turned, so that its edges meet the cells at all places
   for (std::size_t i = 0; i < positions.size(); i += 3) {
     const float x = positions[i] - 95, y = positions[i + 1] - 45;
