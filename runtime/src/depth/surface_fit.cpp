@@ -91,8 +91,8 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
     return fit(image, proposed);
   }
   const float limited = least_residual(limited_);
-  may_be_undeformed_ = is_explained_undeformed(limited);
   FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
+  may_be_undeformed_ = expectation.is_first && is_explained_undeformed(limited);
   if (expectation.is_first && !may_be_undeformed_) expectation.latest = {};
   const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
   costs_.assess(proposed, expected);

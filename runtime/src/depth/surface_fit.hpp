@@ -63,7 +63,7 @@ class SurfaceFitter {
   /// What the last frame shows and, in hidden parts, the combination of the candidates. Only after frames of which
   /// something hides a part.
   [[nodiscard]] std::span<const float> completed() const noexcept { return completed_.cells(); }
-  /// Whether an undeformed sample explains what the last frame shows.
+  /// Whether the last frame is the first of a test and an undeformed sample explains what it shows.
   [[nodiscard]] bool may_be_undeformed() const noexcept { return may_be_undeformed_; }
   /// Adds what something may hide of the last frame. Removes what the frame shows.
   void update(HiddenCells& hidden) noexcept;
