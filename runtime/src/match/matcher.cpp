@@ -79,7 +79,9 @@ void Matcher::State::fit(MatchResult& result) noexcept {
   if (!fitter) return;
   const PoseBelief prior = pose ? pose->prior() : PoseBelief{};
   const FrameExpectation expectation = history ? history->expectation() : FrameExpectation{};
-  result.fit = fitter->fit(index, best.ranked(), {pose ? &prior : nullptr, history ? &expectation : nullptr, history ? &history->hidden : nullptr});
+  result.fit =
+      fitter->fit(index, best.ranked(),
+                  {pose ? &prior : nullptr, history ? &expectation : nullptr, history ? &history->hidden : nullptr});
   result.elapsed_ns.fit += watch.lap_ns();
 }
 
