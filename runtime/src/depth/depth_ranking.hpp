@@ -40,8 +40,8 @@ class HiddenParts {
   std::vector<std::uint8_t> empty_, allowed_, differing_, pairs_, along_row_, parts_;
 };
 
-/// Where something hid the component in the earlier frames of a test. What hides a part usually stays there: a part
-/// that was in view is not hidden in the next frame, and a sample must not explain its absence so.
+/// Where something hid the component in the earlier frames of a test. It usually stays where it is, so that parts which
+/// were in view remain in view: where these cells are empty, the component is elsewhere.
 class HiddenCells {
  public:
   /// Allocates all memory.

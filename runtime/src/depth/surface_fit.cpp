@@ -112,7 +112,8 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   return fit(image, proposed_.ranked());
 }
 
-/// Squared residual up to which a sample explains what `limited` is left of without the cells that may be hidden.
+/// Greatest squared residual of a sample that explains the frame. limited: the least one without the cells that may be
+/// hidden.
 float SurfaceFitter::most_explained(float limited) const noexcept {
   return settings_.hidden * (limited + square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step));
 }

@@ -54,9 +54,10 @@ class TestClock {
   /// The first frame of a test, and whether it may show the undeformed component; later ones change nothing.
   void begin(std::int64_t stamp_ns, bool may_be_undeformed) noexcept;
   [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
-  /// Samples like a frame at a stamp are no later than the mean, but for the variance: the impact is not long before a
-  /// first frame that shows no deformation. What hides the part that deforms first must not be taken for a
-  /// deformation. Not known once frames show one.
+  /// Upper bound, with its variance, of the time of the samples that are similar to a frame at a stamp: if the first
+  /// frame of a test may show the undeformed component, the impact was shortly before it at the earliest. Without the
+  /// bound, what hides the part that deforms first looks like a deformation. Not known once a frame shows a
+  /// deformation.
   [[nodiscard]] TimeBelief latest(std::int64_t stamp_ns) const noexcept;
 
  private:
