@@ -89,6 +89,27 @@ TEST_CASE("*INCLUDE_TRANSFORM shifts ids, scales and moves nodes; nested ones ad
   check_near(position(mesh, 1103), {1 - 2.5, 4, 5});
 }
 
+TEST_CASE("transformations in the long format have columns of 20") {
+  const TemporaryFolder folder;
+  put(folder / "square.k", square);
+  const auto wide = [](const std::vector<std::string>& fields) {
+    std::string line;
+    for (const std::string& field : fields) line += std::string(20 - field.size(), ' ') + field;
+    return line + "\n";
+  };
+  const std::string definition = wide({"7"}) + wide({"TRANSL", "0.0", "5.0"});
+  const std::string cards = wide({"1000", "2000", "3000"}) + "\n\n" + wide({"7"});
+  for (const std::string& text :
+       {"*KEYWORD LONG=Y\n*DEFINE_TRANSFORMATION\n" + definition + "*INCLUDE_TRANSFORM\nsquare.k\n" + cards,
+        "*DEFINE_TRANSFORMATION+\n" + definition + "*INCLUDE_TRANSFORM+\nsquare.k\n" + cards}) {
+    CAPTURE(text);
+    const auto run = open_simulation(put(folder / "main.k", text));
+    CHECK(run->mesh().element_ids == std::vector<std::uint32_t>{2001});
+    CHECK(run->mesh().element_parts == std::vector<std::uint32_t>{3001});
+    check_near(position(run->mesh(), 1003), {1, 6, 0});
+  }
+}
+
 TEST_CASE("rotations have any axis and point, blank factors are 1, other includes that add no mesh are skipped") {
   const TemporaryFolder folder;
   put(folder / "square.k", square);

@@ -33,6 +33,8 @@ class Cards {
   [[nodiscard]] static std::vector<std::string_view> split(std::string_view line, std::size_t integers,
                                                            std::size_t reals, Widths widths);
   [[nodiscard]] Widths general() const noexcept { return general_; }
+  /// Of cards with eight equal columns, which are neither nodes nor elements.
+  [[nodiscard]] std::size_t column_width() const noexcept { return widths_.integer == 20 ? 20 : 10; }
   [[nodiscard]] bool has_narrow_integers() const noexcept { return widths_.integer < widths_.real; }
 
   [[nodiscard]] std::size_t line() const noexcept { return lines_.line(); }

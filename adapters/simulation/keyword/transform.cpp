@@ -7,16 +7,17 @@ namespace lbea::io::keyword {
 namespace {
 constexpr std::size_t fields_per_card = 8;
 
-/// The fields of a card of eight, ten columns wide each.
-std::vector<std::string_view> fields(std::string_view line) {
-  auto all = Cards::split(line, fields_per_card, 0, {10, 10});
+/// The fields of a card of eight equal columns.
+std::vector<std::string_view> fields(const Cards& cards, std::string_view line) {
+  const std::size_t width = cards.column_width();
+  auto all = Cards::split(line, fields_per_card, 0, {width, width});
   all.resize(std::max(all.size(), fields_per_card));
   return all;
 }
 
 std::vector<std::string_view> next_fields(Cards& cards) {
   std::string_view line;
-  return fields(cards.next(line) ? line : std::string_view());
+  return fields(cards, cards.next(line) ? line : std::string_view());
 }
 
 Motion scaled(double x, double y, double z) { return {{{{x, 0, 0}, {0, y, 0}, {0, 0, z}}}, {}}; }
@@ -104,7 +105,7 @@ void read_motion(Cards& cards, bool has_title, Motions& into) {
   const std::uint32_t id = cards.id(next_fields(cards)[0]);
   Motion motion;
   while (cards.next(line))
-    if (!text::trimmed(line).empty()) motion = composed(option_of(cards, fields(line)), motion);
+    if (!text::trimmed(line).empty()) motion = composed(option_of(cards, fields(cards, line)), motion);
   into[id] = motion;
 }
 
