@@ -110,6 +110,24 @@ TEST_CASE("transformations in the long format have columns of 20") {
   }
 }
 
+TEST_CASE("transformations of included files are their own, with the offset IDDOFF") {
+  const TemporaryFolder folder;
+  put(folder / "square.k", square);
+  const std::string define = "*DEFINE_TRANSFORMATION\n7\nTRANSL,0,0,", with_it = "\n,,\n,,\n7\n";
+  put(folder / "up.k", define + "1\n*INCLUDE_TRANSFORM\nsquare.k\n100,100,100" + with_it);
+  const auto text = [&](const std::string& offset) {
+    return define + "5\n*INCLUDE_TRANSFORM\nup.k\n,,,,,," + offset + "\n,,\n,,\n\n*INCLUDE_TRANSFORM\nsquare.k\n0" +
+           with_it;
+  };
+  const auto run = open_simulation(put(folder / "main.k", text("1000")));
+  check_near(position(run->mesh(), 103), {1, 1, 1});
+  check_near(position(run->mesh(), 3), {1, 1, 5});
+  check_error(refusal(put(folder / "main.k", text(""))), Status::bad_input,
+              {"up.k, line 3", "*DEFINE_TRANSFORMATION 7 is defined twice", "IDDOFF"});
+  put(folder / "up.k", define + "5\n*INCLUDE_TRANSFORM\nsquare.k\n100,100,100" + with_it);
+  check_near(position(open_simulation(folder / "main.k")->mesh(), 103), {1, 1, 5});  // the same one twice
+}
+
 TEST_CASE("rotations have any axis and point, blank factors are 1, other includes that add no mesh are skipped") {
   const TemporaryFolder folder;
   put(folder / "square.k", square);

@@ -28,7 +28,7 @@ class FileParser {
       if (keyword.starts_with("*INCLUDE"))
         include(keyword);
       else if (keyword == "*DEFINE_TRANSFORMATION" || keyword == "*DEFINE_TRANSFORMATION_TITLE")
-        read_motion(cards_, keyword.ends_with("_TITLE"), input_.motions);
+        read_motion(cards_, keyword.ends_with("_TITLE"), transform_.definition_offset, input_.motions);
       else if (!input_.only_lists_files)
         read_mesh(keyword);
     }
@@ -43,7 +43,8 @@ class FileParser {
       cards_.fail(keyword + " is not read; use *INCLUDE or *INCLUDE_TRANSFORM", Status::unsupported_input);
     for (std::string name; Includes::next_name(cards_, name);) {
       const Cards at_name = cards_;
-      const Transform transform = has_transform ? read_transform(cards_, input_.motions) : Transform();
+      const Transform transform =
+          has_transform ? read_transform(cards_, transform_.definition_offset, input_.motions) : Transform();
       input_.includes.read(at_name, name, [&](std::size_t file) {
         const auto content = read_file(input_.includes.files()[file]);
         FileParser(input_, as_text(content), file, cards_.general(), transform_.of_included(transform)).parse();

@@ -70,7 +70,7 @@ std::int64_t offset(const Cards& cards, std::string_view field) {
   return value;
 }
 
-const Motion& motion_called(const Cards& cards, const Motions& motions, std::uint32_t id) {
+const Motion& motion_called(const Cards& cards, const Motions& motions, std::int64_t id) {
   const auto found = motions.find(id);
   if (found == motions.end())
     cards.fail("*DEFINE_TRANSFORMATION " + std::to_string(id) + " is not defined before it is used here");
@@ -96,26 +96,29 @@ Motion composed(const Motion& outer, const Motion& inner) noexcept {
 
 Transform Transform::of_included(const Transform& inner) const noexcept {
   return {node_offset + inner.node_offset, element_offset + inner.element_offset, part_offset + inner.part_offset,
-          composed(motion, inner.motion)};
+          definition_offset + inner.definition_offset, composed(motion, inner.motion)};
 }
 
-void read_motion(Cards& cards, bool has_title, Motions& into) {
+void read_motion(Cards& cards, bool has_title, std::int64_t id_offset, Motions& into) {
   std::string_view line;
   if (has_title) cards.next(line);
-  const std::uint32_t id = cards.id(next_fields(cards)[0]);
+  const std::int64_t id = cards.id(next_fields(cards)[0]) + id_offset;
   Motion motion;
   while (cards.next(line))
     if (!text::trimmed(line).empty()) motion = composed(option_of(cards, fields(cards, line)), motion);
-  into[id] = motion;
+  if (into.emplace(id, motion).first->second != motion)
+    cards.fail("*DEFINE_TRANSFORMATION " + std::to_string(id) +
+               " is defined twice; give each one its own id, or an offset IDDOFF to the included file");
 }
 
-Transform read_transform(Cards& cards, const Motions& motions) {
+Transform read_transform(Cards& cards, std::int64_t id_offset, const Motions& motions) {
   Transform transform;
   const auto offsets = next_fields(cards);
   transform.node_offset = offset(cards, offsets[0]);
   transform.element_offset = offset(cards, offsets[1]);
   transform.part_offset = offset(cards, offsets[2]);
-  next_fields(cards);  // of other ids, prefix and suffix of names
+  transform.definition_offset = offset(cards, offsets[6]);  // IDDOFF
+  next_fields(cards);                                       // of other ids, prefix and suffix of names
   const double length = static_cast<double>(cards.number(next_fields(cards)[2]));  // FCTLEN
   if (length != 0) transform.motion = scaled(length, length, length);
   const auto motion = next_fields(cards)[0];
@@ -123,7 +126,7 @@ Transform read_transform(Cards& cards, const Motions& motions) {
   if (transform.motion != Motion())
     cards.fail("FCTLEN and TRANID together are not read; put the SCALE into *DEFINE_TRANSFORMATION",
                Status::unsupported_input);
-  transform.motion = motion_called(cards, motions, cards.id(motion));
+  transform.motion = motion_called(cards, motions, cards.id(motion) + id_offset);
   return transform;
 }
 }  // namespace lbea::io::keyword
