@@ -128,6 +128,17 @@ TEST_CASE("transformations of included files are their own, with the offset IDDO
   check_near(position(open_simulation(folder / "main.k")->mesh(), 103), {1, 1, 5});  // the same one twice
 }
 
+TEST_CASE("included files that are not text in UTF-8 are refused, not skipped") {
+  const TemporaryFolder folder;
+  const fs::path main = put(folder / "main.k", square + "*INCLUDE\nmore.k\n");
+  std::string wide;
+  for (const char c : square) wide += {c, '\0'};
+  put(folder / "more.k", wide);
+  check_error(refusal(main), Status::unsupported_input, {"more.k", "UTF-16"});
+  put(folder / "more.k", std::string("\x1f\x8b\x08\0\0\0\0\0", 8) + square);
+  check_error(refusal(main), Status::unsupported_input, {"main.k, line 10", "more.k is not text", "unpack"});
+}
+
 TEST_CASE("rotations have any axis and point, blank factors are 1, other includes that add no mesh are skipped") {
   const TemporaryFolder folder;
   put(folder / "square.k", square);

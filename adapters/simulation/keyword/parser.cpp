@@ -47,9 +47,19 @@ class FileParser {
           has_transform ? read_transform(cards_, transform_.definition_offset, input_.motions) : Transform();
       input_.includes.read(at_name, name, [&](std::size_t file) {
         const auto content = read_file(input_.includes.files()[file]);
+        require_text(at_name, as_text(content), input_.includes.files()[file]);
         FileParser(input_, as_text(content), file, cards_.general(), transform_.of_included(transform)).parse();
       });
     }
+  }
+
+  /// Otherwise no line would be a keyword, and the file would add nothing.
+  static void require_text(const Cards& at_name, std::string_view content, const std::string& name) {
+    const std::string_view start = content.substr(0, 4096);
+    static_cast<void>(text::checked_encoding(start, name));
+    if (start.find('\0') != std::string_view::npos)
+      at_name.fail("the included file " + name + " is not text; unpack it if it is compressed",
+                   Status::unsupported_input);
   }
 
   void read_mesh(const std::string& keyword) {
