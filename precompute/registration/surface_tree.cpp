@@ -54,6 +54,18 @@ bool is_facing(const Vec& normal, const Facing& facing) {
          });
 }
 
+/// Whether is_facing() may hold for a normal in the box.
+bool may_face(const Vec& low, const Vec& high, const Facing& facing) {
+  return facing.normals.empty() || std::ranges::any_of(facing.normals, [&](const Vec& wanted) {
+           double least = 0, most = 0;
+           for (std::size_t i = 0; i < 3; ++i) {
+             least += std::min(low[i] * wanted[i], high[i] * wanted[i]);
+             most += std::max(low[i] * wanted[i], high[i] * wanted[i]);
+           }
+           return std::max(most, -least) >= facing.least_cosine;
+         });
+}
+
 constexpr std::uint32_t leaf_size = 4;
 }  // namespace
 
@@ -87,13 +99,18 @@ SurfaceTree::SurfaceTree(std::span<const float> positions, std::span<const std::
 
 void SurfaceTree::build(std::uint32_t first, std::uint32_t count) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  Branch branch{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}, first, count, 0};
-  for (std::uint32_t t = first; t < first + count; ++t)
-    for (const Vec& corner : triangles_[t].corners)
-      for (std::size_t i = 0; i < 3; ++i) {
-        branch.low[i] = std::min(branch.low[i], corner[i]);
-        branch.high[i] = std::max(branch.high[i], corner[i]);
-      }
+  constexpr Vec low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+  const auto widen = [](Vec& least, Vec& most, const Vec& by) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      least[i] = std::min(least[i], by[i]);
+      most[i] = std::max(most[i], by[i]);
+    }
+  };
+  Branch branch{low, high, low, high, first, count, 0};
+  for (std::uint32_t t = first; t < first + count; ++t) {
+    for (const Vec& corner : triangles_[t].corners) widen(branch.low, branch.high, corner);
+    widen(branch.normal_low, branch.normal_high, triangles_[t].normal);
+  }
   const std::size_t self = branches_.size();
   branches_.push_back(branch);
   if (count <= leaf_size) return;
@@ -117,6 +134,7 @@ SurfacePlace SurfaceTree::nearest(const std::array<double, 3>& point, double rea
     const std::uint32_t at = open[--size];
     const Branch& branch = branches_[at];
     if (squared_distance(point, branch.low, branch.high) > least) continue;
+    if (!may_face(branch.normal_low, branch.normal_high, facing)) continue;
     if (branch.right != 0) {
       const Branch &left = branches_[at + 1], &right = branches_[branch.right];
       const bool left_first =

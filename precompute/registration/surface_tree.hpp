@@ -48,7 +48,8 @@ class SurfaceTree {
   };
   struct Branch {
     std::array<double, 3> low, high;
-    std::uint32_t first, count, right;  // right 0: a leaf; the left child follows its parent
+    std::array<double, 3> normal_low, normal_high;  // box of the triangles' normals
+    std::uint32_t first, count, right;              // right 0: a leaf; the left child follows its parent
   };
   void build(std::uint32_t first, std::uint32_t count);
 

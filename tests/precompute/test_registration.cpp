@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <ctime>
 #include <numbers>
 #include <random>
 
@@ -311,4 +312,21 @@ TEST_CASE("the nearest place among the triangles that face a way, in either dire
   CHECK(tree.nearest({1, 2, 0.5}, infinity, {right, 0.5}).distance == doctest::Approx(3));
   CHECK(std::abs(tree.nearest({1, 2, 0.5}).normal[2]) == doctest::Approx(1));
   CHECK_FALSE(tree.nearest({3, 2, 2}, infinity, {along, 0.5}).found());
+}
+
+TEST_CASE("a search for a way that no triangle faces visits few of them") {
+  Component floor;
+  floor.add(100, [](double u, double v) { return Vec{100 * u, 100 * v, 0}; });
+  const SurfaceTree tree(floor.positions, floor.elements);
+  const std::vector<Vec> up{{0, 0, 1}}, along{{1, 0, 0}};
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  int found = 0;
+  const auto seconds = [&](int searches, const std::vector<Vec>& way) {
+    const std::clock_t begin = std::clock();
+    for (int i = 0; i < searches; ++i)
+      found += tree.nearest({i % 100 + 0.3, i % 71 + 0.4, 1}, infinity, {way, 0.5}).found() ? 1 : 0;
+    return static_cast<double>(std::clock() - begin);
+  };
+  CHECK(seconds(50, along) < seconds(5000, up));  // visiting all 20,000 triangles takes ten times as long
+  CHECK(found == 5000);
 }
