@@ -19,6 +19,7 @@ class MappedRun final : public SimulationReader {
   std::uint32_t states() const noexcept override { return run_->states(); }
   double time_s(std::uint32_t state) const override { return run_->time_s(state); }
   std::vector<std::filesystem::path> files() const override { return run_->files(); }
+  std::vector<std::filesystem::path> named_files() const override { return run_->named_files(); }
   std::string remark() const override { return run_->remark(); }
   std::optional<MappingReport> mapping() const override { return mapping_->report; }
 

@@ -1,4 +1,5 @@
 // Bakes whose runs have several meshes.
+#include "precompute/mapping/mapped_run.hpp"
 #include "tests/mapping/meshes.hpp"
 #include "tests/precompute/shard_plates.hpp"
 #include "tests/support/refusals.hpp"
@@ -126,6 +127,23 @@ TEST_CASE("shards with mapped runs give the bytes of a single process") {
   };
   for (const std::uint32_t shard : {1u, 0u}) bake_shard(work, read_plan(work, open), {shard, 2}, shard_options());
   CHECK(merged(work, read_plan(work, open)) == alone);
+}
+
+TEST_CASE("a mapped run names all files that it is read from") {
+  class OfFiles : public SyntheticSimulation {
+   public:
+    using SyntheticSimulation::SyntheticSimulation;
+    std::vector<std::filesystem::path> files() const override { return {"run.pvtu"}; }
+    std::vector<std::filesystem::path> named_files() const override { return {"piece.vtu"}; }
+  };
+  const SyntheticSimulation reference = bending(plate_mesh(coarse), 1), other = bending(plate_mesh(fine), 1);
+  RunMapper mapper([&] { return std::make_unique<SyntheticSimulation>(reference); }, {}, "mm");
+  SimulationState state;
+  SyntheticSimulation run = other;
+  run.read(0, state);
+  const auto mapped = mapper.mapped(std::make_unique<OfFiles>(other.mesh(), std::vector{state}, other.fields()), "run");
+  REQUIRE(mapped->mapping());
+  CHECK(all_files(*mapped) == std::vector<std::filesystem::path>{"run.pvtu", "piece.vtu"});
 }
 
 TEST_CASE("other settings of the mapping are another survey; the same are not repeated") {
