@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace lbea::bake {
 // Not in the unnamed namespace: the archive finds it by argument-dependent lookup.
@@ -100,41 +101,57 @@ void add_elements(SurfaceMapping& mapping, const SimulationMesh& reference, cons
   }
 }
 
+/// Nodes with and without a place on the run's surface.
+struct NodeCounts {
+  std::size_t placed = 0, lost = 0;
+};
+
 /// Distances of the nodes of these elements.
-void add_distances(MappingReport& report, const SimulationMesh& reference, const std::vector<std::uint32_t>& elements,
-                   const std::vector<SurfacePlace>& places) {
+NodeCounts add_distances(MappingReport& report, const SimulationMesh& reference,
+                         const std::vector<std::uint32_t>& elements, const std::vector<SurfacePlace>& places) {
   std::vector<std::uint8_t> is_counted(reference.nodes(), 0);
-  double sum = 0, count = 0;
+  NodeCounts counts;
+  double sum = 0;
   for (const std::uint32_t e : elements)
     for (const std::uint32_t node : reference.elements[e]) {
-      const double distance = places[node].distance;
-      if (is_counted[node] != 0 || !std::isfinite(distance)) continue;
-      is_counted[node] = 1;
-      sum += distance;
-      count += 1;
-      if (count > 1 && distance <= report.largest) continue;
-      report.largest = distance;
+      if (std::exchange(is_counted[node], 1) != 0) continue;
+      ++(places[node].found() ? counts.placed : counts.lost);
+      if (!places[node].found()) continue;
+      sum += places[node].distance;
+      if (counts.placed > 1 && places[node].distance <= report.largest) continue;
+      report.largest = places[node].distance;
       report.worst_element = reference.element_ids[e];
     }
-  report.mean = count > 0 ? sum / count : 0;
+  report.mean = counts.placed > 0 ? sum / static_cast<double>(counts.placed) : 0;
+  return counts;
+}
+
+/// Where all nodes of the reference mesh are, for a refusal.
+std::string described(const MappingReport& report, const NodeCounts& counts, const std::string& unit) {
+  std::string text;
+  if (counts.lost > 0)
+    text = std::to_string(counts.lost) + " of its nodes find no surface of their part that faces their way. ";
+  if (counts.placed > 0)
+    text += (counts.lost > 0 ? "The others" : "All nodes") + std::string(" are ") + number(report.mean) + " " + unit +
+            " off in the mean and " + number(report.largest) + " " + unit + " at most, at element " +
+            std::to_string(report.worst_element) + ". ";
+  return text;
 }
 
 [[noreturn]] void refuse(MappingReport report, const Finder& finder, const SimulationMesh& reference, double distance,
                          const MappingSettings& settings, const std::string& unit) {
   std::vector<std::uint32_t> all(report.elements);
   for (std::uint32_t e = 0; e < report.elements; ++e) all[e] = e;
-  add_distances(report, reference, all, finder.nodes());
+  const NodeCounts counts = add_distances(report, reference, all, finder.nodes());
   const auto length = [&](double value) { return number(value) + " " + unit; };
   throw Error(Status::bad_input,
               "its mesh of " + std::to_string(report.run_elements) + " elements is another one, and " +
                   std::to_string(report.mapped_elements) + " of the reference run's " +
                   std::to_string(report.elements) + " elements are on it within " + length(distance) +
                   "; the mapping needs " + number(100 * settings.share) + " %, within " +
-                  length(settings.mean_distance_in(unit)) + " in the mean. All nodes are " + length(report.mean) +
-                  " off in the mean and " + length(report.largest) + " at most, at element " +
-                  std::to_string(report.worst_element) +
-                  "; is the run another component, or in another place or unit? Set mapping.distance, share or parts, "
-                  "or leave it out");
+                  length(settings.mean_distance_in(unit)) + " in the mean. " + described(report, counts, unit) +
+                  "Is the run another component, or in another place, direction or unit? Set mapping.distance, share "
+                  "or parts, or leave it out");
 }
 }  // namespace
 

@@ -127,6 +127,18 @@ TEST_CASE("parts are told apart by their ids, by a table of ids, or not at all")
   CHECK(parts_of_sources({2, 1}, none) == std::array{0u, 2u, 1u});
 }
 
+TEST_CASE("a refusal counts the nodes for which nothing in the run can be theirs") {
+  const SimulationMesh reference = two_plates(coarse, {1, 2}), plate = plate_mesh(coarse);
+  SimulationMesh turned = plate_mesh({28, 14, 190, 90});
+  for (std::size_t i = 0; i < turned.positions.size(); i += 3)
+    std::swap(turned.positions[i + 1], turned.positions[i + 2]);
+  const Error upright = error_of([&] { (void)mapped(plate, turned); });
+  check_error(upright, Status::bad_input, {"200 of its nodes find no surface", "another place, direction or unit"});
+  CHECK_FALSE(mentions(upright, "0 mm off"));
+  const Error part = error_of([&] { (void)mapped(reference, two_plates({28, 14, 190, 90}, {1, 3})); });
+  check_error(part, Status::bad_input, {"200 of its nodes find no surface of their part", "The others are "});
+}
+
 TEST_CASE("runs that are no variant of the component are refused with the figures") {
   const SimulationMesh reference = plate_mesh(coarse);
   const auto refusal = [&](const SimulationMesh& run) { return error_of([&] { (void)mapped(reference, run); }); };
