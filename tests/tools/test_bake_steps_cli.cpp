@@ -26,6 +26,24 @@ nlohmann::json json_of(const TemporaryFolder& folder, const std::string& argumen
   return nlohmann::json::parse(lbea_bake(folder, arguments + " --json").out);
 }
 
+/// A bulge of n x n shells on 50 x 50 mm, as a keyword file.
+std::string bulge(int n, int depth) {
+  std::string nodes = "*KEYWORD\n*NODE\n", shells = "*ELEMENT_SHELL\n";
+  for (int y = 0; y <= n; ++y)
+    for (int x = 0; x <= n; ++x) {
+      const auto at = [n](int i) { return 50.0 * i / n; };
+      const double height = depth * at(x) * (50 - at(x)) * at(y) * (50 - at(y)) / 400'000;
+      const int id = 1 + x + y * (n + 1);
+      nodes += std::to_string(id) + "," + std::to_string(at(x)) + "," + std::to_string(at(y)) + "," +
+               std::to_string(height) + "\n";
+      if (x == n || y == n) continue;
+      shells += std::to_string(id) + ",1";
+      for (const int corner : {id, id + 1, id + n + 2, id + n + 1}) shells += "," + std::to_string(corner);
+      shells += "\n";
+    }
+  return nodes + shells;
+}
+
 }  // namespace
 
 TEST_CASE("plan, shards and merge give the same bytes as lbea-bake; status prints their progress") {
@@ -168,6 +186,23 @@ TEST_CASE("runs are added to a model and withdrawn from it without reading the r
   const Outcome unit = run_program(
       std::string(LBEA_BAKE) + " all.toml --from three.lbea -o x.lbea --time-factor 1" + few, folder.path());
   CHECK(contains(unit.err, "another unit"));
+}
+
+TEST_CASE("runs with other meshes are mapped again, not taken from a model") {
+  const TemporaryFolder folder;
+  put(folder / "a.k", bulge(6, 1));
+  put(folder / "b.k", bulge(6, 2));
+  put(folder / "other.k", bulge(9, 1));
+  const std::string ensemble = "runs = ['*.k']\nfields = []\nmodes = 10\n";
+  put(folder / "e.toml", ensemble);
+  put(folder / "near.toml", ensemble + "mapping.distance = 0.001\n");
+  const auto first = json_of(folder, "e.toml -o first.lbea");
+  REQUIRE(first["mapped"].size() == 1);
+  CHECK(json_of(folder, "e.toml --from first.lbea -o again.lbea")["mapped"] == first["mapped"]);
+  CHECK(text_of(folder / "again.lbea") == text_of(folder / "first.lbea"));
+  const Outcome near = run_program(std::string(LBEA_BAKE) + " near.toml --from first.lbea -o x.lbea", folder.path());
+  CHECK(near.exit_code == 1);
+  CHECK(contains(near.err, "run other.k: its mesh of 81 elements is another one"));
 }
 
 TEST_CASE("fields in 16 bits: reported by bake and inspect, kept by --from, not converted back") {

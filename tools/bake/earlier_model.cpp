@@ -1,5 +1,6 @@
 #include "tools/bake/steps.hpp"
 
+#include "precompute/survey/common_mesh.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/shared/ensemble/model_mesh.hpp"
 
@@ -150,12 +151,18 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
     throw Error(Status::bad_config, file.string() + " does not say what it was baked from; bake without it");
   check_fits(model, provenance, description, file.string());
   const auto known = files_of_runs(provenance);
+  const bake::SimulationMesh mesh = mesh_of(model), reference = ensemble.runs[ensemble.reference_run].open()->mesh();
+  check_mesh(reference, ensemble.runs[ensemble.reference_run].name);
   for (std::size_t i = 0; i < ensemble.runs.size(); ++i) {
     bake::EnsembleRun& run = ensemble.runs[i];
     const auto simulation = simulation_called(model, run.name);
     if (i == ensemble.reference_run || !simulation || !known.contains(run.name)) continue;
     try {
-      if (!is_same(all_files(*run.open()), known.at(run.name))) continue;
+      const auto reader = run.open();
+      if (!is_same(all_files(*reader), known.at(run.name))) continue;
+      // A mapped run is mapped again: by these settings, onto this reference run, and reported.
+      check_mesh(reader->mesh(), run.name);
+      if (!has_numbers_of(mesh, reader->mesh()) || !has_numbers_of(reference, reader->mesh())) continue;
     } catch (const Error&) {
       continue;  // reported when the run is surveyed
     }
