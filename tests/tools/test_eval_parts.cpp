@@ -1,7 +1,9 @@
 // Parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
 #include "runtime/src/track/inference.hpp"
+#include "tests/mapping/meshes.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/synthetic_model.hpp"
+#include "tools/eval/evaluation.hpp"
 #include "tools/eval/evaluation_report.hpp"
 #include "tools/eval/experiments.hpp"
 #include "tools/eval/icp_baseline.hpp"
@@ -340,7 +342,7 @@ TEST_CASE("nodes of a run with the model's node numbers are found by number, tho
   const Plates plates;
   const Model& model = plates.model;
   const SimulationMesh same = plate_mesh();
-  const TrueMesh by_number(same, model);
+  const TrueMesh by_number(same, model, {});
   CHECK(by_number.same_mesh());
   std::vector<float> positions;
   by_number.positions(same.positions, positions);
@@ -348,19 +350,54 @@ TEST_CASE("nodes of a run with the model's node numbers are found by number, tho
   // Runs of components that move as a whole may begin at other places.
   SimulationMesh moved = same;
   for (std::size_t i = 0; i < moved.positions.size(); i += 3) moved.positions[i] += 60;
-  CHECK(TrueMesh(moved, model).same_mesh());
+  CHECK(TrueMesh(moved, model, {}).same_mesh());
   // Twice as fine, with some equal node numbers: every node of the model lies on a node or an edge of it.
   PlateShape finer;
   finer.columns = 2 * finer.columns - 1;
   finer.rows = 2 * finer.rows - 1;
   const SimulationMesh fine = plate_mesh(finer);
-  const TrueMesh by_place(fine, model);
+  const TrueMesh by_place(fine, model, {});
   CHECK(!by_place.same_mesh());
   const SimulationState bent = bent_state(fine, 0, 1.0, double{finer.length}),
                         expected = bent_state(same, 0, 1.0, double{finer.length});
   by_place.positions(bent.positions, positions);
   for (std::size_t i = 0; i < positions.size(); ++i)
     CHECK(positions[i] == doctest::Approx(expected.positions[i]).epsilon(1e-4));
+}
+
+TEST_CASE("experiments with other meshes have the part ids that the ensemble's table says") {
+  const TemporaryFolder folder;
+  const auto row = [](const char* x) { return std::string("[[1,0,0,") + x + "],[0,1,0,45],[0,0,1,-600]]"; };
+  const auto rig = put(folder / "sensor.json", "{\"T_reference_sensor\":" + row("95") +
+                                                   ",\"sensor\":{\"focal_px\":300,\"width_px\":140,\"height_px\":"
+                                                   "80,\"T_reference_right\":" +
+                                                   row("155") + "}}");
+  const auto run_of = [](const std::string& name, const SimulationMesh& mesh, double angle) {
+    std::vector<SimulationState> states;
+    for (std::uint32_t step = 0; step < 3; ++step)
+      states.push_back(bent_state(mesh, 0.0005 * step, angle * step / 2, 190));
+    const SyntheticSimulation run(mesh, states, {{"plastic_strain", "1"}});
+    return EnsembleRun{name, {}, [run] { return std::make_unique<SyntheticSimulation>(run); }};
+  };
+  constexpr PlateShape coarse{20, 10, 190, 90}, fine{39, 19, 190, 90};
+  const SimulationMesh mesh = two_plates(coarse, {1, 2});
+  EvaluationPlan plan;
+  plan.description = bent_plates_description();
+  plan.description.mapping.parts = {{1, 2}, {2, 1}};
+  plan.description.depth_sensor = rig;
+  plan.ensemble = {{run_of("a", mesh, 0.2), run_of("b", mesh, 0.4)}, {}, 0};
+  plan.splits = {{{0, 1}, {}}};
+  const EnsembleRun other = run_of("other", two_plates(fine, {2, 1}), 0.4);
+  plan.more_experiments = {{other.name, other.open}};
+  plan.contained = plan.other_components = plan.icp = false;
+  plan.trial.sensor = read_sensor_json(rig);
+  plan.scratch = folder.path();
+  plan.threads = 1;
+  const Evaluation evaluation = evaluate(plan, {[](auto, auto, auto) {}, [] { return false; }});
+  REQUIRE(evaluation.rounds.size() == 1);
+  REQUIRE(evaluation.rounds[0].tests.size() == 1);
+  // Run b bends as much; the plate of the other part is 2 mm away.
+  for (const FrameTrial& frame : evaluation.rounds[0].tests[0].frames) CHECK(frame.best.error < 0.01);
 }
 
 TEST_CASE("ICP finds the sample that the points are from, also from an inaccurate pose") {

@@ -123,6 +123,7 @@ class Evaluator {
   void test(Round& round, const TestSetup& setup, std::span<const Experiment> experiments) {
     TrialSettings settings = plan_.trial;
     settings.disturbance = round.disturbance;
+    settings.mapping = plan_.description.mapping;
     const bool plainly_unseen =
         round.title == "unseen" && round.disturbance.name == Disturbance{}.name && round.mode == plan_.modes.front();
     if (!plainly_unseen) settings.meshes.clear();
@@ -176,7 +177,7 @@ class Evaluator {
     bake::SimulationState state;
     reader->read(reader->states() - 1, state);
     std::vector<float> truth;
-    TrueMesh(reader->mesh(), *full_model_).positions(state.positions, truth);
+    TrueMesh(reader->mesh(), *full_model_, plan_.description.mapping).positions(state.positions, truth);
     return full_model_->branch_of(full_model_->sample(oracle(*full_model_, truth).sample).simulation);
   }
   [[nodiscard]] Round& round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance = {}) {

@@ -54,7 +54,7 @@ class Test {
         model_(setup.model),
         settings_(settings),
         reader_(experiment.open()),
-        mesh_(reader_->mesh(), model_),
+        mesh_(reader_->mesh(), model_, settings.mapping),
         sensor_(settings.sensor.sensor, reader_->mesh().nodes(), reader_->mesh().elements),
         noise_(disturbed(settings.sensor.noise, settings.disturbance)),
         own_simulation_(simulation_named(model_, experiment.name)),

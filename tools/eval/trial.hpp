@@ -98,7 +98,8 @@ struct TrialSettings {
   bool knows_impact = false;  // the matcher; else it estimates the stamp
   bool frames_alone = false;  // each frame is matched without what the earlier ones have shown
   std::uint64_t seed = 1;
-  std::filesystem::path meshes{};  // folder for <experiment>/estimate.pvd and matched.pvd; empty: none
+  bake::MappingSettings mapping{};  // of runs with other meshes
+  std::filesystem::path meshes{};   // folder for <experiment>/estimate.pvd and matched.pvd; empty: none
 };
 
 /// The model of a round of tests and its ICP baseline, shared by the threads that run the tests.

@@ -134,7 +134,7 @@ void TrueMesh::positions(std::span<const float> run, std::vector<float>& into) c
 }
 
 Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<bake::SimulationReader> run, const Model& model)
-    : run_(std::move(run)), mesh_(run_->mesh(), model) {
+    : run_(std::move(run)), mesh_(run_->mesh(), model, {}) {
   for (TruthTable table(table_file); table.next();) {
     Row row{table.number<std::uint64_t>("frame"), table_file.parent_path() / table.text("file"),
             table.number<std::int64_t>("stamp_ns"), table.number<double>("state"), table.number<double>("time_s")};

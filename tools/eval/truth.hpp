@@ -14,7 +14,7 @@ class TrueMesh {
   /// edges of similar lengths, wherever it is. Otherwise every node of the model follows its place on the undeformed
   /// surface of the run, as runs with other meshes are mapped by a bake; nodes that have none follow the nearest point.
   /// Throws Error{bad_input} when the run has no surface.
-  TrueMesh(const bake::SimulationMesh& mesh, const Model& model, const bake::MappingSettings& mapping = {});
+  TrueMesh(const bake::SimulationMesh& mesh, const Model& model, const bake::MappingSettings& mapping);
 
   [[nodiscard]] bool same_mesh() const noexcept { return elements_.size() > 0; }
   /// run: nodes of the run x 3. into: set to model nodes x 3.
