@@ -2,6 +2,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 
 #include "tests/simulation/sample_grid.hpp"
 #include "tests/support/files.hpp"
@@ -78,6 +80,24 @@ TEST_CASE("what is wrong with VTKHDF files is said") {
   refused("packed", {"\"VTKHDF/Points\" is compressed by filter 32000"}, Status::unsupported_input);
   refused("elsewhere", {"\"VTKHDF/PointData\" is a link"}, Status::unsupported_input);
   refused("outside", {"\"VTKHDF/CellData/a\" is stored in other files"}, Status::unsupported_input);
+}
+
+TEST_CASE("times of steps that decrease or are no numbers are refused") {
+  const TemporaryFolder scratch;
+  const std::string whole = text_of(folder() / "moving_grid.vtkhdf");
+  const std::array times{0.0, 0.5, 2.0};
+  std::string stored(sizeof(times), '\0');
+  std::memcpy(stored.data(), times.data(), sizeof(times));
+  const std::size_t place = whole.find(stored);
+  REQUIRE(place < whole.size());
+  const auto refused = [&](double second, const std::vector<std::string>& words) {
+    std::string bytes = whole;
+    std::memcpy(bytes.data() + place + sizeof(double), &second, sizeof(double));
+    const fs::path file = put(scratch / "times.vtkhdf", bytes);
+    check_error(error_of([&] { static_cast<void>(open_simulation(file)); }), Status::bad_input, words);
+  };
+  refused(3, {"times.vtkhdf, step 2: its time 2.0", "previous step; export the steps in the order of time"});
+  refused(NAN, {"times.vtkhdf, step 1: its time is not a number"});
 }
 
 TEST_CASE("VTKHDF files that are cut short are refused") {

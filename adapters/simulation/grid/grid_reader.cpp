@@ -106,10 +106,13 @@ void GridReader::find_times(const std::vector<GridState>& states, const Grid& fi
       throw Error{Status::bad_input, states[i].name() + ": has no time, but " + files_.front().string() +
                                          " has; they are not states of one run"};
     states_.push_back({i, time.value_or(static_cast<double>(i)), {}});
-    if (!std::isfinite(states_[i].time) || (i > 0 && states_[i].time < states_[i - 1].time))
-      throw Error{Status::bad_input,
-                  states[i].name() + ": its time " + std::to_string(states_[i].time) +
-                      " is earlier than that of the previous file; number the files in the order of time"};
+    if (!std::isfinite(states_[i].time))
+      throw Error{Status::bad_input, states[i].name() + ": its time is not a number; export it again"};
+    if (i > 0 && states_[i].time < states_[i - 1].time)
+      throw Error{Status::bad_input, states[i].name() + ": its time " + std::to_string(states_[i].time) +
+                                         " is earlier than that of the " +
+                                         (states[i].step ? "previous step; export the steps in the order of time"
+                                                         : "previous file; number the files in the order of time")};
   }
 }
 
