@@ -25,6 +25,10 @@ std::vector<WantedPlace> some_nodes(const ReferencePlaces& reference) {
   return some;
 }
 
+double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
 double mean_left(const auto& evidence) {
   double sum = 0;
   for (const auto& e : evidence) sum += std::abs(e.left);
@@ -43,7 +47,9 @@ SmoothDifference::SmoothDifference(const ReferencePlaces& reference, const PartS
     fit(found);
     found = evidence(run, places);
   }
-  if (mean_left(found) < worthwhile * before) return;
+  // A face says nothing of a motion in itself: large differences fit well, but place nodes on other points of it.
+  const auto is_near = [&](const WantedPlace& place) { return distance(place.point, moved(place.point)) <= reach_; };
+  if (mean_left(found) < worthwhile * before && std::ranges::all_of(places, is_near)) return;
   is_zero_ = true;
   coefficients_.setZero();
 }

@@ -15,7 +15,7 @@ class SmoothDifference {
   static constexpr int terms = 35;  // monomials in x, y, z
 
   /// Least squares of the distances along the normals, from nodes of the reference run to the surface of another run.
-  /// Zero unless it lowers these distances.
+  /// Zero unless it lowers these distances and moves no node by more than a twentieth of the component's diagonal.
   SmoothDifference(const ReferencePlaces& reference, const PartSurfaces& run);
 
   [[nodiscard]] std::array<double, 3> moved(const std::array<double, 3>& point) const noexcept;

@@ -6,7 +6,7 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 4;
+constexpr std::uint32_t work_version = 5;
 constexpr WorkName plan_name{WorkKind::plan, 4};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 

@@ -80,6 +80,24 @@ TEST_CASE("the smooth difference of two shapes moves places along the faces") {
   CHECK(mapping.report.largest < 0.05 * bow);
 }
 
+// Beyond that, nodes would slide along the faces by several elements, at small distances from them.
+TEST_CASE("shapes that differ by more than a twentieth of the diagonal are refused") {
+  const SimulationMesh reference = tube_mesh(40, 8, 0);
+  constexpr double diagonal = 409;  // of 400 x 60 x 60
+  for (const double share : {0.03, 0.045}) {
+    const double bow = share * diagonal;
+    CAPTURE(bow);
+    const SurfaceMapping mapping = mapped(reference, tube_mesh(57, 11, bow));
+    CHECK(mapping.report.mapped_elements >= 0.95 * mapping.report.elements);
+  }
+  for (const double share : {0.06, 0.08, 0.1}) {
+    const double bow = share * diagonal;
+    CAPTURE(bow);
+    check_error(error_of([&] { (void)mapped(reference, tube_mesh(57, 11, bow)); }), Status::bad_input,
+                {"of the reference run's 1280 elements"});
+  }
+}
+
 TEST_CASE("what the run lacks is left out and reported, not invented") {
   constexpr double radius = 12, h = 190.0 / 57, reach = 3;  // of the hole, whose border follows the run's elements
   const SimulationMesh reference = plate_mesh(coarse);
