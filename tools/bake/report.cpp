@@ -39,9 +39,9 @@ void print_mapped(const bake::BakeSummary& summary) {
     const bake::MappingReport& m = runs[i].mapping;
     std::printf(
         "mapped         %s: %u of %u elements onto %u of another mesh; nodes %.2g %s off in the mean, %.2g %s at "
-        "element %u%s\n",
+        "element %u, after a smooth difference of %.2g %s%s\n",
         printable(runs[i].name).c_str(), m.mapped_elements, m.elements, m.run_elements, m.mean, unit, m.largest, unit,
-        m.worst_element, m.tells_parts ? "" : "; parts not compared");
+        m.worst_element, m.shift, unit, m.tells_parts ? "" : "; parts not compared");
   }
   if (runs.size() > most) std::printf("mapped         %zu more runs, nearer\n", runs.size() - most);
 }
