@@ -169,6 +169,12 @@ TEST_CASE("what is wrong with parallel files is said") {
   refused(naming({""}), {"piece 0 names no file"});
   refused(naming({"gone.vtp"}), {"run.pvtp: piece 0, gone.vtp", "copy it along"}, Status::file_not_found);
   refused(naming({"run.pvtp"}), {"holds a PPolyData"}, Status::unsupported_input);
+  const auto timed = [](const std::string& time) {
+    std::string text = naming({"a.vtp"});
+    return text.insert(text.find("<Piece"), "<FieldData>" + data("TimeValue", time) + "</FieldData>");
+  };
+  put(folder / "a.vtp", piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2"));
+  for (const char* time : {"0,5", "", "t"}) refused(timed(time), {"run.pvtp: its TimeValue", "is not a number"});
   refused(naming({"a"}).substr(0, 60), {"run.pvtp, byte", "XML"});
   refused("<VTKFile type=\"Table\"><!-- \"PPolyData\" --></VTKFile>", {"neither a PUnstructuredGrid"},
           Status::unsupported_input);

@@ -1,5 +1,6 @@
 // Parallel VTK files (.pvtu, .pvtp): XML that names the files of the pieces of one mesh.
 #include "adapters/files/atomic_file.hpp"
+#include "adapters/files/text_line.hpp"
 #include "adapters/simulation/grid/pieces.hpp"
 #include "adapters/simulation/vtk/vtk.hpp"
 
@@ -63,10 +64,14 @@ bool is_parallel_file(const fs::path& file) {
   return is_vtk_parallel(start);
 }
 
-std::optional<double> own_time(const pugi::xml_node& data) {
+std::optional<double> own_time(const pugi::xml_node& data, const std::string& name) {
   const pugi::xml_node array = data.child("FieldData").find_child_by_attribute("DataArray", "Name", "TimeValue");
-  const bool is_text = std::string_view(array.attribute("format").value()) == "ascii";
-  return is_text ? std::optional(array.text().as_double()) : std::nullopt;  // the pieces have it, too
+  if (std::string_view(array.attribute("format").value()) != "ascii") return std::nullopt;  // the pieces have it, too
+  std::string_view rest = array.text().get();
+  double time = 0;
+  if (!text::next_real(rest, time) || !text::trimmed(rest, " \t\r\n").empty())
+    refuse(name, ": its TimeValue \"" + std::string(array.text().get()) + "\" is not a number; export it again");
+  return time;
 }
 }  // namespace
 
@@ -85,7 +90,7 @@ Grid parse_vtk_parallel(std::string_view bytes, const std::string& name) {
   const pugi::xml_document document = loaded(bytes, name);
   const pugi::xml_node data = data_of(document, name);
   Grid whole;
-  whole.time = own_time(data);
+  whole.time = own_time(data, name);
   for (const fs::path& file : sources(data, name)) {
     const auto content = read_file(file);
     const Grid piece = parse_vtk_xml(as_text(content), file.string());
@@ -100,7 +105,7 @@ Grid read_vtk_parallel_time(const fs::path& file) {
   const pugi::xml_document document = loaded(as_text(bytes), file.string());
   const pugi::xml_node data = data_of(document, file.string());
   Grid grid;
-  grid.time = own_time(data);
+  grid.time = own_time(data, file.string());
   return grid.time ? grid : read_vtk_xml_time(sources(data, file.string()).front());
 }
 
