@@ -2,11 +2,13 @@
 // reads pieces that VTK has written.
 #include <doctest/doctest.h>
 
+#include "adapters/simulation/grid/grid_reader.hpp"
 #include "adapters/simulation/open.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 
+#include <ctime>
 #include <regex>
 
 using namespace lbea;
@@ -46,6 +48,20 @@ void put_square(const fs::path& folder, const std::string& name, const std::stri
   put(folder / (name + "_a.vtp"), piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2", ids_a, data("stress", "1")));
   put(folder / (name + "_b.vtp"), piece(3, "1 0 " + z + " 1 1 0 0 1 -0", 1, "0 1 2", ids_b, data("stress", "2")));
   put(folder / (name + ".pvtp"), naming({name + "_a.vtp", name + "_b.vtp"}));
+}
+
+grid::Grid triangle(const grid::GridState&) {
+  grid::Grid grid;
+  grid.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  grid.cells.add(grid::CellKind::triangle, std::array<std::uint32_t, 3>{0, 1, 2});
+  return grid;
+}
+
+template <int count>
+std::vector<fs::path> pieces(const fs::path& file) {
+  std::vector<fs::path> names;
+  for (int i = 0; i < count; ++i) names.push_back(file.string() + std::to_string(i));
+  return names;
 }
 
 Error refusal(const fs::path& file) {
@@ -156,6 +172,16 @@ TEST_CASE("numbered parallel files have times of their own, or their pieces'; po
   CHECK(run->time_s(0) == 0.1);
   CHECK(run->time_s(1) == 0.2);
   CHECK(run->mesh().nodes() == 4);
+}
+
+TEST_CASE("the time to list pieces is proportional to their number") {
+  const auto time_of = [](grid::ListParts list, std::size_t count) {
+    const std::clock_t begin = std::clock();
+    CHECK(grid::GridReader({{"run.pvtu", 0.0}}, triangle, nullptr, list).named_files().size() == count);
+    return static_cast<double>(std::clock() - begin);
+  };
+  const double few = time_of(pieces<2'000>, 2'000);
+  CHECK(time_of(pieces<16'000>, 16'000) < 25 * few);  // eight times as many; their square would be 64 times
 }
 
 TEST_CASE("what is wrong with parallel files is said") {

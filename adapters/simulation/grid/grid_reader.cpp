@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <set>
 
 namespace lbea::io::grid {
 namespace {
@@ -65,11 +66,12 @@ bool holds_run(const Grid& grid) {
 
 GridReader::GridReader(std::vector<GridState> states, ReadState read_state, ReadGrid read_time, ListParts list_parts)
     : given_(std::move(states)), read_(std::move(read_state)) {
+  std::set<std::filesystem::path> known;
   for (const GridState& state : given_) {
     if (files_.empty() || files_.back() != state.file) files_.push_back(state.file);
     if (list_parts == nullptr) continue;
     for (const auto& part : list_parts(state.file))
-      if (std::ranges::find(parts_, part) == parts_.end()) parts_.push_back(part);
+      if (known.insert(part).second) parts_.push_back(part);
   }
   grid_ = read_(given_.front());
   const std::string name = given_.front().name();
