@@ -203,6 +203,10 @@ TEST_CASE("runs with other meshes are mapped again, not taken from a model") {
   const std::string text = lbea_bake(folder, "e.toml -o first.lbea").out;
   CHECK(contains(text, "mapped         other.k: 36 of 36 elements onto 81 of another mesh; nodes 0.0046 mm off"));
   CHECK(contains(text, "at element 5, after a smooth difference of 0.01"));
+  // Onto the other mesh, the runs are mapped from their own ones.
+  put(folder / "onto.toml", ensemble + "reference_run = 'other.k'\n");
+  CHECK(json_of(folder, "onto.toml --from first.lbea -o onto.lbea")["mapped"].size() == 2);
+  CHECK(Model::open(folder / "onto.lbea").elements() == 81);
   const Outcome near = run_program(std::string(LBEA_BAKE) + " near.toml --from first.lbea -o x.lbea", folder.path());
   CHECK(near.exit_code == 1);
   CHECK(contains(near.err, "run other.k: its mesh of 81 elements is another one"));

@@ -151,8 +151,10 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
     throw Error(Status::bad_config, file.string() + " does not say what it was baked from; bake without it");
   check_fits(model, provenance, description, file.string());
   const auto known = files_of_runs(provenance);
-  const bake::SimulationMesh mesh = mesh_of(model), reference = ensemble.runs[ensemble.reference_run].open()->mesh();
+  // Runs with other meshes are mapped again: by these settings, onto this reference run, and reported.
+  const bake::SimulationMesh reference = ensemble.runs[ensemble.reference_run].open()->mesh();
   check_mesh(reference, ensemble.runs[ensemble.reference_run].name);
+  if (!has_numbers_of(mesh_of(model), reference)) return;
   for (std::size_t i = 0; i < ensemble.runs.size(); ++i) {
     bake::EnsembleRun& run = ensemble.runs[i];
     const auto simulation = simulation_called(model, run.name);
@@ -160,9 +162,8 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
     try {
       const auto reader = run.open();
       if (!is_same(all_files(*reader), known.at(run.name))) continue;
-      // A mapped run is mapped again: by these settings, onto this reference run, and reported.
       check_mesh(reader->mesh(), run.name);
-      if (!has_numbers_of(mesh, reader->mesh()) || !has_numbers_of(reference, reader->mesh())) continue;
+      if (!has_numbers_of(reference, reader->mesh())) continue;
     } catch (const Error&) {
       continue;  // reported when the run is surveyed
     }
