@@ -43,7 +43,7 @@ if(LBEA_BUILD_TOOLS)
     "Bakes an ensemble of simulations into one model; matches, sends and records"
     "frames over ZeroMQ; evaluates and shows the results.")
 endif()
-if(LBEA_BUILD_TOOLS AND LBEA_HDF5 MATCHES "[.]a$" AND EXISTS /usr/share/doc/libhdf5-dev/copyright)
+if(LBEA_BUILD_TOOLS AND LBEA_VTKHDF AND LBEA_HDF5 MATCHES "[.]a$" AND EXISTS /usr/share/doc/libhdf5-dev/copyright)
   install(FILES /usr/share/doc/libhdf5-dev/copyright RENAME copyright.hdf5
           DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/lbea-tools COMPONENT tools)
 endif()
