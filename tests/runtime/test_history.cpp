@@ -260,6 +260,23 @@ TEST_CASE("what hides the part that moves is not taken for a deformation") {
   CHECK(error < error_alone / 2);
 }
 
+// What something hid was written beyond the end of the history's cells.
+TEST_CASE("a history for depth images of another size is not used") {
+  const AlignedBytes bytes = seen_plates_model(), without_images = bent_plates_model();
+  const Model model = Model::view(bytes.span()), other = Model::view(without_images.span());
+  Matcher matcher(model, fit_config());
+  TestHistory history(other);
+  for (std::uint32_t step = 1; step < 8; ++step) {
+    std::vector<Point> points = seen(bent(0.1 * step), {}, step);
+    std::erase_if(points, [](const Point& p) { return p.x > 0; });
+    const Frame frame{step, step * millisecond, points};
+    const float alone = matcher.match(frame).fit.residual;
+    const MatchResult result = matcher.match(frame, history);
+    CHECK(result.fit.residual == alone);
+    CHECK(std::isnan(result.fit.test_time));
+  }
+}
+
 // Next to the edge about which the plates bend, all angles look alike up to the noise.
 TEST_CASE("what a frame hides is known from an earlier one") {
   const AlignedBytes bytes = seen_plates_model(6, 16);

@@ -8,6 +8,7 @@ HistoryState::HistoryState(const ModelView& model, double length_per_mm, const D
            images != nullptr ? double{images->drift_evidence} : 0,
            images != nullptr ? images->pose_spreads : PoseSpreads()),
       shapes(EnsembleTimes::of(model).duration_s),
+      cells(images != nullptr ? images->camera.cells() : 0),
       hidden(images != nullptr ? images->camera : DepthCamera{}),
       impact_s(EnsembleTimes::of(model).impact_s),
       clock(EnsembleTimes::of(model), images != nullptr ? double{images->time_variation} : 0) {}

@@ -21,6 +21,7 @@ struct LBEA_HIDDEN HistoryState {
   bool estimates_pose;
   PoseFilter pose;
   ShapeHistory shapes;
+  std::size_t cells;  // of the depth images
   HiddenCells hidden;
   double impact_s;  // in the time of the samples
   TestClock clock;
