@@ -51,7 +51,8 @@ class TestClock {
   [[nodiscard]] TimeBelief since_impact(std::int64_t stamp_ns) const noexcept;
   /// The same, of the samples that are similar to a frame at a stamp.
   [[nodiscard]] TimeBelief of_samples(std::int64_t stamp_ns) const noexcept;
-  /// The first frame of a test, and whether it may show the undeformed component; later ones change nothing.
+  /// The first frame of a test that shows more than a few points, and whether it may show the undeformed component;
+  /// later ones change nothing.
   void begin(std::int64_t stamp_ns, bool may_be_undeformed) noexcept;
   [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
   /// Upper bound, with its variance, of the time of the samples that are similar to a frame at a stamp: if the first

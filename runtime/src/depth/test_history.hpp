@@ -19,6 +19,7 @@ struct LBEA_HIDDEN HistoryState {
   void add(SurfaceFitter& fitter, MatchResult& result) noexcept;
 
   bool estimates_pose;
+  bool has_verdicts;  // unknown only of frames that show a few points; else of all
   PoseFilter pose;
   ShapeHistory shapes;
   std::size_t cells;  // of the depth images
