@@ -124,8 +124,9 @@ RigidTransform inverse(const RigidTransform& T) noexcept {
 
 }  // namespace
 
-std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections, const format::Info& info,
-                                                     std::string_view length_unit) {
+[[gnu::cold]]  // compiled for size
+std::shared_ptr<const DepthImages>
+read_depth_images(const SectionReader& sections, const format::Info& info, std::string_view length_unit) {
   using format::SectionId;
   if (sections.find(SectionId::view_camera) == nullptr) return nullptr;
   const auto require = [&](bool holds, SectionId id, const char* what) {

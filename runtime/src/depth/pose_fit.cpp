@@ -24,6 +24,7 @@ constexpr float nearly_all = 20;
 
 }  // namespace
 
+[[gnu::cold]]  // compiled for size
 PoseDerivatives::PoseDerivatives(const DepthCamera& camera, const PoseCenter& center, float one_sided)
     : camera_(camera),
       center_(center),
@@ -173,6 +174,7 @@ std::array<float, 6> PoseDerivatives::derivative(std::array<float, 2> ray, float
   return {turn[0] / arm, turn[1] / arm, turn[2] / arm, shift[0], shift[1], shift[2]};
 }
 
+[[gnu::cold]]  // compiled for size
 PoseFit::PoseFit(const DepthCamera& camera, const PoseCenter& center, const DepthMetric& metric, std::size_t most)
     : code_(kernels()),
       squared_step_(camera.depth_step * camera.depth_step),

@@ -54,6 +54,7 @@ void ImageWindows::write_features(std::span<const float> typical, float one_side
   }
 }
 
+[[gnu::cold]]  // compiled for size
 ShapePredictor::ShapePredictor(const DepthImages& images)
     : code_(kernels()),
       regression_(images.regression),

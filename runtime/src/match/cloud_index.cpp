@@ -101,7 +101,9 @@ Box box_of(const std::byte* points, std::size_t count) noexcept {
 }
 }  // namespace
 
-CellGrid envelope_grid(const EnvelopeView& envelope) {
+[[gnu::cold]]  // compiled for size
+CellGrid
+envelope_grid(const EnvelopeView& envelope) {
   CellGrid grid;
   grid.corner = envelope.corner;
   grid.cells_per_length = 1.0f / envelope.cell;
@@ -110,7 +112,9 @@ CellGrid envelope_grid(const EnvelopeView& envelope) {
   return grid;
 }
 
-CellGrid bounding_grid(std::span<const std::array<float, 3>> positions, std::uint32_t cell_count) {
+[[gnu::cold]]  // compiled for size
+CellGrid
+bounding_grid(std::span<const std::array<float, 3>> positions, std::uint32_t cell_count) {
   CellGrid grid;
   std::array<float, 3> low{}, high{};
   for (std::size_t axis = 0; axis < 3 && !positions.empty(); ++axis) {
@@ -187,6 +191,7 @@ void CrowdedCells::divide(std::byte* points, Range range, PlacedPoint* spare, st
   std::memcpy(points, spare, range.count * sizeof(PlacedPoint));
 }
 
+[[gnu::cold]]  // compiled for size
 CloudIndex::CloudIndex(CellGrid grid, std::uint32_t max_points, const Kernels& code)
     : kernels_(code),
       grid_(std::move(grid)),

@@ -117,7 +117,9 @@ std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<flo
   return cut;
 }
 
-SampleSurface::SampleSurface(const ModelView& model) : model_(model) {
+[[gnu::cold]]  // compiled for size
+SampleSurface::SampleSurface(const ModelView& model)
+    : model_(model) {
   const bool has_landmarks = !model.landmark_positions.empty();
   positions_.resize(has_landmarks ? format::surface_landmarks(model.info.vertices) : model.info.vertices);
   if (!has_landmarks) return;

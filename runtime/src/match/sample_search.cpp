@@ -79,6 +79,7 @@ struct SampleTree::Search {
   void update() noexcept { bound = std::min(bound, best.bound()); }
 };
 
+[[gnu::cold]]  // compiled for size
 SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
     : code_(kernels()),
       coefficients_(coefficients),
