@@ -161,10 +161,11 @@ std::vector<double> run_weights(std::span<const FrameErrors> frames) {
   return weights;
 }
 
-double share_to_hold(std::span<const FrameErrors> frames) {
-  const double runs = std::max(static_cast<double>(frames_by_run(frames).size()), 1.0);
-  return std::min(0.9 * (runs + 1) / runs, 1.0);
+double share_to_hold(std::size_t runs) {
+  const double count = std::max(static_cast<double>(runs), 1.0);
+  return std::min(0.9 * (count + 1) / count, 1.0);
 }
+double share_to_hold(std::span<const FrameErrors> frames) { return share_to_hold(frames_by_run(frames).size()); }
 
 double weighted_quantile(std::vector<WeightedValue> values, double share) {
   std::ranges::sort(values, {}, &WeightedValue::value);

@@ -18,6 +18,7 @@ struct LeftOutEstimates {
 
 /// The share of left-out runs' values that a bound must hold so that it holds 90 % of those of one more run: 0.9 (n +
 /// 1) / n for n runs (conformal prediction; Vovk, Gammerman, Shafer 2005), at most 1.
+[[nodiscard]] double share_to_hold(std::size_t runs);
 [[nodiscard]] double share_to_hold(std::span<const FrameErrors> frames);
 
 struct WeightedValue {

@@ -2,7 +2,9 @@
 
 #include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/depth_images/sample_cache.hpp"
+#include "precompute/forecast/run_samples.hpp"
 #include "precompute/parallel.hpp"
+#include "runtime/src/forecast/learned_forecast.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -21,11 +23,16 @@ class LeftOutTests {
  public:
   LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::size_t most, double hidden,
                unsigned threads)
+      : LeftOutTests(source, metrics, spread_samples(std::min(most, source.samples.size()), source.samples.size()),
+                     hidden, threads) {}
+  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::vector<std::size_t> samples,
+               double hidden, unsigned threads)
       : source_(source),
         metrics_(metrics),
         threads_(threads),
         is_hidden_(hidden > 0),
-        frames_(source, most, hidden, is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step),
+        frames_(source, std::move(samples), hidden,
+                is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step),
         best_(best_of_others(source, frames_, metrics, proposed(), threads)) {}
 
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
@@ -82,6 +89,30 @@ Eigen::MatrixXd combinations(std::span<const FrameErrors> frames, const Eigen::M
   return rows;
 }
 
+/// Of left-out runs spread over the ensemble, the samples at the times of the forecast.
+std::vector<std::size_t> samples_of_tests(const SampleSource& source) {
+  constexpr std::size_t most = 1000 / LearnedForecast::nodes;  // runs
+  const std::vector<RunSamples> runs = samples_of_runs(source.samples);
+  std::vector<std::size_t> chosen;
+  if (source.times.empty()) return chosen;
+  const ForecastTimes times(source.times);
+  for (const std::size_t run : spread_samples(std::min(most, runs.size()), runs.size()))
+    for (std::size_t node = 1; node <= LearnedForecast::nodes; ++node)
+      chosen.push_back(runs[run].nearest(source.times, times.at(static_cast<double>(node))));
+  return chosen;
+}
+
+/// The estimates' shape scores.
+std::vector<EstimatedShape> estimated_shapes(std::span<const FrameErrors> frames, const ShapeRegression& regression) {
+  std::vector<EstimatedShape> shapes;
+  for (const FrameErrors& frame : frames) {
+    EstimatedShape& shape = shapes.emplace_back(EstimatedShape{frame.sample, {}});
+    for (const auto& [sample, weight] : frame.weights)
+      for (std::size_t i = 0; i < shape.scores.size(); ++i) shape.scores[i] += weight * regression.shape(sample)[i];
+  }
+  return shapes;
+}
+
 /// How far the estimate goes to the prediction: the share with the least mean error, and 98 % of the differences.
 struct Blend {
   float share = 0, most_difference = 0;
@@ -97,14 +128,17 @@ Blend learn_blend(const Eigen::MatrixXd& combined, const Eigen::MatrixXd& predic
 }
 
 /// Trains the regression, and finds how much the estimates follow it. of_whole, of_hidden: the frames' estimates
-/// without it. Returns its predictions for the whole frames, then for the hidden ones.
+/// without it. Returns its predictions for the whole frames, for the hidden ones, then for those of whole tests.
 Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& whole, const LeftOutTests& hidden,
-                             std::span<const FrameErrors> of_whole, std::span<const FrameErrors> of_hidden,
-                             const DepthMetric& costs, unsigned threads, TrainedShapes& trained) {
+                             const LeftOutTests& of_tests, std::span<const FrameErrors> of_whole,
+                             std::span<const FrameErrors> of_hidden, const DepthMetric& costs, unsigned threads,
+                             TrainedShapes& trained) {
   ShapeTraining training(source, costs);
   std::vector<CompletedFrame> completed;
   for (std::size_t i = 0; i < of_hidden.size(); ++i)
     completed.push_back({hidden.frames().sample(i), of_hidden[i].completed});
+  for (std::size_t i = 0; i < of_tests.frames().size(); ++i)
+    completed.push_back({of_tests.frames().sample(i), of_tests.frames().observed(i)});
   Eigen::MatrixXd predicted = training.predict_left_out(whole.frames(), threads, completed);
   const auto blend = [&](const LeftOutTests& tests, std::span<const FrameErrors> errors, const auto& rows) {
     Eigen::MatrixXd truth(rows.rows(), rows.cols());
@@ -114,7 +148,7 @@ Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& who
     return learn_blend(combinations(errors, training.shapes()), rows, truth);
   };
   const Blend by_whole = blend(whole, of_whole, predicted.topRows(std::ssize(of_whole)));
-  const Blend by_hidden = blend(hidden, of_hidden, predicted.bottomRows(std::ssize(of_hidden)));
+  const Blend by_hidden = blend(hidden, of_hidden, predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
   trained = training.train();
   trained.blend = by_whole.share;
   trained.most_difference = by_whole.most_difference;
@@ -235,13 +269,19 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   learned.metric = metrics[metric];
   const LeftOutTests hidden(source, std::span(&metrics[metric], 1), most_hidden, hidden_by_a_patch, threads);
   std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, learned.metric);
+  const LeftOutTests of_tests(source, std::span(&metrics[metric], 1), samples_of_tests(source), 0, threads);
   const Eigen::MatrixXd predicted =
-      train_shapes(source, whole, hidden, of_whole, of_hidden, learned.metric, threads, learned.shapes);
+      train_shapes(source, whole, hidden, of_tests, of_whole, of_hidden, learned.metric, threads, learned.shapes);
   const ShapeRegression regression = learned.shapes.view();
   if (regression.blend > 0)
     of_whole = whole.errors(metric, learned.metric, regression, predicted.topRows(std::ssize(of_whole)));
   if (regression.hidden_blend > 0)
-    of_hidden = hidden.errors(0, learned.metric, regression, predicted.bottomRows(std::ssize(of_hidden)));
+    of_hidden =
+        hidden.errors(0, learned.metric, regression, predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
+  if (regression.blend > 0)
+    learned.tests = estimated_shapes(
+        of_tests.errors(0, learned.metric, regression, predicted.bottomRows(std::ssize(of_tests.frames()))),
+        regression);
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
   if (source.read_field)

@@ -7,6 +7,12 @@
 
 namespace lbea::bake {
 
+/// What the estimate of a left-out frame looks like.
+struct EstimatedShape {
+  std::size_t sample = 0;
+  std::array<float, ShapeRegression::shape_scores> scores{};
+};
+
 struct LearnedFit {
   DepthMetric metric;           // length unit: the one of five that gives the least errors of estimate and match
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
@@ -18,6 +24,7 @@ struct LearnedFit {
   float time_variation = 0;           // of DepthImages
   std::vector<SpreadBound> bounds{};  // the same; empty if the source has no read_field
   TrainedShapes shapes;
+  std::vector<EstimatedShape> tests{};  // of left-out runs, at the times of the forecast; empty: no times or no shapes
 };
 
 /// Frames with a full view and with a connected third hidden, of samples spread over the ensemble, are matched by

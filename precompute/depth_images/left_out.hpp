@@ -12,6 +12,7 @@ struct SampleSource {
   DepthCamera camera;
   std::string length_unit;
   std::vector<Sample> samples{};  // ascending
+  std::vector<double> times{};    // of the samples, s; empty: no forecast is learned
   std::size_t nodes = 0;
   /// Fills `images` with those of the samples from `first` on, padded_cells() each.
   std::function<void(std::size_t first, std::span<std::uint16_t> images)> read_images{};

@@ -122,6 +122,19 @@ SmallSections small_sections(const format::Info& info, const BakePlan& plan,
   return sections;
 }
 
+void plan_forecast(std::vector<PlannedSection>& plan, const format::Info& info) {
+  constexpr std::uint64_t nodes = LearnedForecast::nodes, most = LearnedForecast::most_components;
+  const std::uint64_t runs = LearnedForecast::trained_runs(info.simulations), p = info.parameters;
+  plan.push_back({SectionId::forecast_numbers, 0, ElementType::f64, {1 + nodes, 1 + 2 * p}});
+  plan.push_back({SectionId::forecast_means,
+                  0,
+                  ElementType::f32,
+                  {1 + nodes * LearnedForecast::means_per_node, LearnedForecast::shape_scores}});
+  plan.push_back({SectionId::forecast_components, 0, ElementType::f32, {nodes, most, LearnedForecast::features}});
+  plan.push_back({SectionId::forecast_runs, 0, ElementType::f32, {nodes, runs, most}});
+  plan.push_back({SectionId::forecast_parameters, 0, ElementType::f32, {nodes, p, most}});
+}
+
 /// Sections written sample by sample, and those known at the end.
 void plan_large_sections(ModelPlan& model, const EnsembleDescription& description,
                          const std::optional<DepthCamera>& camera) {
@@ -158,6 +171,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::spread_bounds, 0, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
   plan.push_back({SectionId::expected_residuals, 0, ElementType::f32, {s}});
   plan.push_back({SectionId::pose_spreads, 0, ElementType::f64, {PoseSpreads::times, 6, 6}});
+  plan_forecast(plan, info);
 }
 
 }  // namespace
@@ -218,6 +232,14 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   for (std::size_t i = 0; i < learned.bounds.size(); ++i)
     writer.write<double>(SectionId::spread_bounds, 0, 2 * i,
                          std::array{learned.bounds[i].share, learned.bounds[i].per_spread});
+}
+
+void write_forecast(ModelWriter& writer, const TrainedForecast& forecast) {
+  writer.write<double>(SectionId::forecast_numbers, 0, 0, forecast.numbers);
+  writer.write<float>(SectionId::forecast_means, 0, 0, forecast.means);
+  writer.write<float>(SectionId::forecast_components, 0, 0, forecast.components);
+  writer.write<float>(SectionId::forecast_runs, 0, 0, forecast.runs);
+  writer.write<float>(SectionId::forecast_parameters, 0, 0, forecast.parameters);
 }
 
 using format::ElementType;

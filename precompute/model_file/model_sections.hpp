@@ -5,6 +5,7 @@
 #include "precompute/basis/reference_basis.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
 #include "precompute/ensemble.hpp"
+#include "precompute/forecast/forecast_training.hpp"
 #include "precompute/model_file/model_writer.hpp"
 #include "precompute/survey/envelope.hpp"
 #include "precompute/work/bake_plan.hpp"
@@ -112,5 +113,7 @@ struct ModelPlan {
 /// Sections 64, 65, 67 and 0x8001 to 0x8009: camera and metric, size, expected residuals, and what was learned; the
 /// images are written sample by sample.
 void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
+/// Sections 0x800C to 0x8010.
+void write_forecast(ModelWriter& writer, const TrainedForecast& forecast);
 
 }  // namespace lbea::bake

@@ -104,6 +104,8 @@ SampleSource source_of(const BakePlan& plan, const ModelWriter& writer, const Fi
       .camera = *plan.camera, .length_unit = plan.description.length_unit, .nodes = plan.survey.mesh.node_ids.size()};
   for (std::uint32_t run = 0; run < plan.survey.runs.size(); ++run)
     for (const std::uint32_t step : plan.survey.runs[run].steps) source.samples.push_back({run, step});
+  for (const RunSurvey& run : plan.survey.runs)
+    source.times.insert(source.times.end(), run.times_s.begin(), run.times_s.end());
   source.read_images = [&](std::size_t first, std::span<std::uint16_t> images) {
     writer.read<std::uint16_t>(SectionId::view_depths, 0, first * padded_cells(*plan.camera), images);
   };
@@ -116,6 +118,16 @@ SampleSource source_of(const BakePlan& plan, const ModelWriter& writer, const Fi
     fields.read(static_cast<std::uint32_t>(field), sample, values);
   };
   return source;
+}
+
+/// One row per run; NaN: not given.
+Eigen::MatrixXd parameters_of(const BakePlan& plan) {
+  const std::vector<EnsembleRun>& runs = plan.ensemble.runs;
+  Eigen::MatrixXd parameters(std::ssize(runs), std::ssize(plan.ensemble.parameter_names));
+  for (Eigen::Index run = 0; run < parameters.rows(); ++run)
+    for (Eigen::Index p = 0; p < parameters.cols(); ++p)
+      parameters(run, p) = runs[static_cast<std::size_t>(run)].parameters[static_cast<std::size_t>(p)];
+  return parameters;
 }
 
 BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
@@ -226,8 +238,12 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   for (std::uint32_t part = 0; part < model.info.references; ++part)
     writer.write<std::uint32_t>(SectionId::leading_axes, part, 0, appender.moments()[part].leading_axes());
   writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, branches_of(plan, writer));
-  if (plan.camera)
-    write_learned_fit(writer, *plan.camera, learn_fit(source_of(plan, writer, appender.fields()), options.threads));
+  if (plan.camera) {
+    const SampleSource source = source_of(plan, writer, appender.fields());
+    const LearnedFit learned = learn_fit(source, options.threads);
+    write_learned_fit(writer, *plan.camera, learned);
+    write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));
+  }
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, appender.envelope().finish().bits);
   BakeSummary summary = summary_of(model.info, bases);
   summary.kept_variance = kept_share(bases, appender.moments());

@@ -90,6 +90,11 @@ enum class SectionId : std::uint32_t {
   spread_bounds = 0x8009,       // the same
   expected_residuals = 0x800A,  // the same
   pose_spreads = 0x800B,        // the same
+  forecast_numbers = 0x800C,    // 0x800C to 0x8010: optional, all or none, only with 0x8005
+  forecast_means = 0x800D,
+  forecast_components = 0x800E,
+  forecast_runs = 0x800F,
+  forecast_parameters = 0x8010,
 };
 
 /// Cold: match() by lbea and fit does not read the section.

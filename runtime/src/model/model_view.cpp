@@ -1,6 +1,7 @@
 #include "runtime/src/model/model_view.hpp"
 
 #include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/forecast/learned_forecast.hpp"
 #include "runtime/src/model/section_reader.hpp"
 
 #include <cstring>
@@ -28,6 +29,7 @@ class ModelReader {
     read_envelope();
     for (std::uint32_t r = 0; r < view_.info.references; ++r) read_reference(r);
     view_.depth_images = read_depth_images(sections_, view_.info, view_.length_unit);
+    view_.forecast = read_forecast(sections_, view_.info);
     view_.file_checksum = sections_.directory_checksum();
     return std::move(view_);
   }

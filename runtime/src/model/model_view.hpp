@@ -25,6 +25,7 @@ inline constexpr std::uint32_t vertex_tree_leaf = 16;
 inline constexpr std::uint32_t vertex_tree_max_depth = 64;
 
 class MappedFile;
+struct LearnedForecast;
 
 /// The sections of one reference mesh. Shapes as in FORMAT.md, sections 33 to 41.
 struct ReferenceView {
@@ -81,6 +82,7 @@ struct ModelView {
   std::span<const double> reference_times;
   std::vector<ReferenceView> references;
   std::shared_ptr<const DepthImages> depth_images;  // null when baked without a sensor
+  std::shared_ptr<const LearnedForecast> forecast;  // null when the bake has learned none
   std::uint64_t file_checksum = 0;  // of the directory, which covers every section: identifies this model
   std::span<const std::byte> image;
   std::vector<std::span<const std::byte>>

@@ -23,10 +23,11 @@ constexpr std::string_view titles_from_32[] = {"reference_times", "vertex_nodes"
                                                "eigenvalues",     "projection",    "tree_boxes",       "tree_ranges",
                                                "coefficients",    "correspondence"};
 constexpr std::string_view titles_from_64[] = {"view_camera", "view_size", "view_depths", "view_expected"};
-constexpr std::string_view optional_titles[] = {"landmark_positions", "regression_numbers", "regression_basis",
-                                                "regression_images",  "regression_weights", "regression_shapes",
-                                                "pose_numbers",       "hidden_numbers",     "time_numbers",
-                                                "spread_bounds",      "expected_residuals", "pose_spreads"};
+constexpr std::string_view optional_titles[] = {
+    "landmark_positions", "regression_numbers", "regression_basis", "regression_images", "regression_weights",
+    "regression_shapes",  "pose_numbers",       "hidden_numbers",   "time_numbers",      "spread_bounds",
+    "expected_residuals", "pose_spreads",       "forecast_numbers", "forecast_means",    "forecast_components",
+    "forecast_runs",      "forecast_parameters"};
 static_assert(std::size(titles_from_1) == 12 && std::size(titles_from_13) == 10 && std::size(titles_from_32) == 10);
 
 std::string_view title_after(SectionId first, SectionId id, std::span<const std::string_view> titles) noexcept {

@@ -1,0 +1,141 @@
+#include "precompute/forecast/histories.hpp"
+
+#include "precompute/depth_images/branches.hpp"
+#include "precompute/forecast/run_samples.hpp"
+
+#include <cmath>
+
+namespace lbea::bake {
+namespace {
+
+using Eigen::Index, Eigen::MatrixXd, Eigen::RowVectorXd;
+
+constexpr Index nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores;
+constexpr Index per_node = LearnedForecast::means_per_node;
+constexpr std::size_t most_nodes = 128;  // of the mesh, at which final shapes are compared
+
+class HistoryReader {
+ public:
+  HistoryReader(const SampleSource& source, const LearnedFit& fit)
+      : source_(source), fit_(fit), runs_(samples_of_runs(source.samples)), times_(source.times) {
+    const auto count = static_cast<std::uint32_t>(runs_.size());
+    for (std::size_t i = 0; i < LearnedForecast::trained_runs(count); ++i)
+      trained_.push_back(LearnedForecast::trained_run(i, count));
+    clock_error_ = clock_error();
+  }
+
+  Histories read(const MatrixXd& parameters) {
+    Histories histories;
+    read_means(histories);
+    read_runs(parameters, histories);
+    read_tests(parameters, histories);
+    return histories;
+  }
+
+ private:
+  [[nodiscard]] RowVectorXd stored(std::size_t sample) const {
+    constexpr auto size = static_cast<std::size_t>(scores);
+    return Eigen::Map<const Eigen::RowVectorXf>(&fit_.shapes.shapes[sample * size], scores).cast<double>();
+  }
+  /// Between two samples shapes change linearly.
+  [[nodiscard]] RowVectorXd shape(std::size_t run, double node) const {
+    const auto [before, share] = runs_[run].place_of(source_.times, times_.at(node));
+    if (share == 0) return stored(before);
+    return (1 - share) * stored(before) + share * stored(before + 1);
+  }
+  /// late: how much later than a node its shape is taken, in nodes.
+  [[nodiscard]] RowVectorXd deviations(const MatrixXd& means, std::size_t run, double late = 0) const {
+    RowVectorXd row(nodes * scores);
+    for (Index node = 0; node < nodes; ++node)
+      row.segment(node * scores, scores) =
+          shape(run, static_cast<double>(node + 1) + late) - means.row((node + 1) * per_node);
+    return row;
+  }
+  [[nodiscard]] RowVectorXd final_positions(std::size_t run) const {
+    std::vector<float> positions(3 * source_.nodes);
+    source_.read_positions(runs_[run].first + runs_[run].count - 1, positions);
+    const std::vector<float> some = thinned_nodes(positions, most_nodes);
+    return Eigen::Map<const Eigen::RowVectorXf>(some.data(), std::ssize(some)).cast<double>();
+  }
+
+  void read_means(Histories& histories) const {
+    histories.means = MatrixXd::Zero(1 + nodes * per_node, scores);
+    for (Index i = 0; i < histories.means.rows(); ++i) {
+      for (const std::size_t run : trained_)
+        histories.means.row(i) += shape(run, static_cast<double>(i) / static_cast<double>(per_node));
+      histories.means.row(i) /= static_cast<double>(trained_.size());
+    }
+  }
+
+  void read_runs(const MatrixXd& parameters, Histories& histories) const {
+    const Index count = std::ssize(trained_);
+    histories.shapes.resize(count, nodes * scores);
+    histories.parameters.resize(count, parameters.cols());
+    for (Index i = 0; i < count; ++i) {
+      const std::size_t run = trained_[static_cast<std::size_t>(i)];
+      histories.shapes.row(i) = deviations(histories.means, run);
+      const RowVectorXd last = final_positions(run);
+      histories.finals.conservativeResize(count, last.size());
+      histories.finals.row(i) = last;
+      histories.parameters.row(i) = parameters.row(static_cast<Index>(run));
+    }
+    for (auto column : histories.parameters.colwise()) {
+      double sum = 0, given = 0;
+      for (const double value : column)
+        if (std::isfinite(value)) sum += value, ++given;
+      for (double& value : column)
+        if (!std::isfinite(value)) value = sum / std::max(given, 1.0);
+    }
+  }
+
+  void read_tests(const MatrixXd& parameters, Histories& histories) const {
+    const Index count = 2 * std::ssize(fit_.tests) / nodes;
+    histories.tested_runs = static_cast<std::size_t>(count / 2);
+    histories.errors.resize(count, nodes * scores);
+    histories.tests.resize(count, nodes * scores);
+    histories.test_finals.resize(count, histories.finals.cols());
+    histories.test_parameters.resize(count, parameters.cols());
+    for (Index i = 0; i < count; ++i) {
+      const auto tests = std::span(fit_.tests).subspan(static_cast<std::size_t>(i / 2 * nodes), nodes);
+      const std::size_t run = source_.samples[tests.front().sample].simulation;
+      histories.tests.row(i) =
+          deviations(histories.means, run, i % 2 == 0 ? clock_error_ : -clock_error_) + errors(tests);
+      histories.errors.row(i) = histories.tests.row(i) - deviations(histories.means, run);
+      histories.test_finals.row(i) = final_positions(run);
+      histories.test_parameters.row(i) = parameters.row(static_cast<Index>(run));
+      const auto own = std::ranges::find(trained_, run);
+      histories.trained_rows.push_back(own == trained_.end() ? Histories::none : own - trained_.begin());
+    }
+  }
+  /// Of the estimates of the samples nearest to the nodes, one test. They are as wrong at the nodes.
+  [[nodiscard]] RowVectorXd errors(std::span<const EstimatedShape> test) const {
+    RowVectorXd row(nodes * scores);
+    for (Index node = 0; node < nodes; ++node) {
+      const EstimatedShape& estimate = test[static_cast<std::size_t>(node)];
+      row.segment(node * scores, scores) =
+          Eigen::Map<const Eigen::RowVectorXf>(estimate.scores.data(), scores).cast<double>() - stored(estimate.sample);
+    }
+    return row;
+  }
+  /// A test's clock is wrong by about a third of the interval between states, root mean square; in nodes.
+  [[nodiscard]] double clock_error() const {
+    const double states = static_cast<double>(source_.samples.size());
+    const double interval = times_.duration_s * static_cast<double>(runs_.size()) / states;
+    return times_.duration_s > 0 ? interval / 3 / times_.duration_s * static_cast<double>(nodes) : 0;
+  }
+
+  const SampleSource& source_;
+  const LearnedFit& fit_;
+  std::vector<RunSamples> runs_;
+  ForecastTimes times_;
+  std::vector<std::size_t> trained_;  // runs
+  double clock_error_ = 0;            // in nodes
+};
+
+}  // namespace
+
+Histories read_histories(const SampleSource& source, const LearnedFit& fit, const MatrixXd& parameters) {
+  return HistoryReader(source, fit).read(parameters);
+}
+
+}  // namespace lbea::bake

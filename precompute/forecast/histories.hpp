@@ -1,0 +1,31 @@
+// What forecasts are learned from: the shapes of the runs over time, and those that left-out tests seem to have.
+#pragma once
+
+#include "precompute/depth_images/learned_fit.hpp"
+#include "runtime/src/forecast/learned_forecast.hpp"
+
+namespace lbea::bake {
+
+/// Shapes are one row of nodes x shape_scores: at the first node, at the second one, ...
+struct Histories {
+  static constexpr Eigen::Index none = -1;
+
+  Eigen::MatrixXd means;       // of the trained runs' shapes over time, as in LearnedForecast
+  Eigen::MatrixXd shapes;      // trained runs: deviations from the means
+  Eigen::MatrixXd finals;      // trained runs: final positions of some nodes
+  Eigen::MatrixXd parameters;  // trained runs; the mean where not given
+
+  // Left-out tests, each with two errors of the clock:
+  Eigen::MatrixXd tests;            // deviations of the estimates from the means
+  Eigen::MatrixXd errors;           // of these
+  Eigen::MatrixXd test_finals;      // true ones
+  Eigen::MatrixXd test_parameters;  // NaN: not given
+  std::size_t tested_runs = 0;
+  std::vector<Eigen::Index> trained_rows;  // per test: its own row of `shapes`; none: not trained
+};
+
+/// fit: of the source, with the shapes of all samples. parameters: one row per run; NaN: not given.
+[[nodiscard]] Histories read_histories(const SampleSource& source, const LearnedFit& fit,
+                                       const Eigen::MatrixXd& parameters);
+
+}  // namespace lbea::bake

@@ -1,0 +1,223 @@
+#include <lbea/forecast.hpp>
+
+#include "runtime/src/forecast/learned_forecast.hpp"
+#include "runtime/src/model/model_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea {
+namespace {
+
+constexpr std::size_t nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores;
+
+float between(float a, float b, float share) noexcept { return a + share * (b - a); }
+
+}  // namespace
+
+namespace {
+
+/// A line over time through the deviations from the mean shape of the frames around a node. Frames may lie on one side
+/// of it alone: those after it are still to come.
+struct NodeEvidence {
+  float weight = 0, times = 0, squared_times = 0;      // sums over frames; times: since the node, in nodes
+  std::array<float, scores> deviations{}, by_times{};  // the same, of deviations, and of deviations times times
+
+  void add(float by, float time, std::span<const float> deviation) noexcept {
+    weight += by;
+    times += by * time;
+    squared_times += by * time * time;
+    for (std::size_t i = 0; i < scores; ++i) {
+      deviations[i] += by * deviation[i];
+      by_times[i] += by * time * deviation[i];
+    }
+  }
+  /// At the node. Frames in quick succession do not determine the slope of the line.
+  void write(std::span<float> into) const noexcept {
+    constexpr float least_variance = 0.02f;  // of the times
+    const float time = times / weight, variance = squared_times / weight - time * time + least_variance;
+    for (std::size_t i = 0; i < scores; ++i) {
+      const float mean = deviations[i] / weight, slope = (by_times[i] / weight - time * mean) / variance;
+      into[i] = mean - slope * time;
+    }
+  }
+};
+
+}  // namespace
+
+struct Forecast::State {
+  explicit State(Model of);
+
+  void reset() noexcept;
+  [[nodiscard]] bool add(const MatchResult& result) noexcept;
+  void forecast() noexcept;
+  void fill_history() noexcept;
+  void add_node(std::size_t node, float share) noexcept;
+  void sum_branches() noexcept;
+
+  Model model;
+  const ModelView& view;
+  const LearnedForecast& learned;
+  std::span<const float> shapes;  // s x scores
+  const Kernels& code;
+  ForecastTimes times;
+  std::uint32_t runs;  // trained
+  std::vector<float> mean_parameters;
+  std::array<NodeEvidence, nodes> evidence{};  // nodes are numbered from 1
+  float latest = 0;                            // in nodes
+  std::array<float, scores> shape{};           // deviation of the frame's shape
+  std::vector<float> history, components, of_runs, of_parameters;
+  std::vector<float> run_weights, branches;
+  std::vector<ParameterForecast> parameters;
+  TestForecast state;
+};
+
+[[gnu::cold]] Forecast::State::State(Model of)
+    : model(std::move(of)),
+      view(model.view()),
+      learned(*view.forecast),
+      shapes(view.depth_images->regression.shapes),
+      code(kernels()),
+      times(view.sample_times),
+      runs(LearnedForecast::trained_runs(view.info.simulations)),
+      history(LearnedForecast::features),
+      components(LearnedForecast::most_components),
+      of_runs(runs),
+      of_parameters(view.info.parameters),
+      run_weights(view.info.simulations),
+      branches(view.branches),
+      parameters(view.info.parameters) {
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    double sum = 0, given = 0;
+    for (std::uint32_t run = 0; run < view.info.simulations; ++run)
+      if (const double value = model.parameter(run, static_cast<std::uint32_t>(p)); std::isfinite(value))
+        sum += value, ++given;
+    mean_parameters.push_back(static_cast<float>(sum / std::max(given, 1.0)));
+  }
+  state.run_weights = run_weights;
+  state.branch_probabilities = branches;
+  state.parameters = parameters;
+  reset();
+}
+
+void Forecast::State::reset() noexcept {
+  evidence = {};
+  latest = 0;
+  state.frames = 0;
+  state.test_time_s = 0;
+  forecast();
+}
+
+/// Frames between two nodes count for both. Of many frames, where they lie counts, not their number.
+bool Forecast::State::add(const MatchResult& result) noexcept {
+  const float time = result.fit.test_time;
+  const bool is_explained = result.verdict == Verdict::matched || result.verdict == Verdict::ambiguous;
+  if (result.status != Status::ok || !is_explained || !(time >= 0) || !(times.duration_s > 0)) return false;
+  const float at = std::min(static_cast<float>(static_cast<double>(time) / times.duration_s) * nodes, float{nodes});
+  const float place = at * LearnedForecast::means_per_node;
+  const auto before = std::min(static_cast<std::size_t>(place), nodes * LearnedForecast::means_per_node - 1);
+  const float* mean = &learned.means[before * scores];
+  for (std::size_t i = 0; i < scores; ++i)
+    shape[i] = -between(mean[i], mean[scores + i], place - static_cast<float>(before));
+  for (const WeightedSample& sample : result.fit.estimate) {
+    const std::uint32_t row = model.sample_index(sample.sample);
+    if (row == view.info.samples) return false;
+    for (std::size_t i = 0; i < scores; ++i) shape[i] += sample.weight * shapes[row * scores + i];
+  }
+  const float error = std::isfinite(result.fit.error_90) ? result.fit.error_90 : 2 * result.fit.spread;
+  const float weight = 1 / std::max(error * error, std::numeric_limits<float>::min());
+  const auto node = static_cast<std::size_t>(at);  // the one before the frame
+  const float share = at - static_cast<float>(node);
+  if (node > 0 && share < 1) evidence[node - 1].add(weight * (1 - share), share, shape);
+  if (node < nodes && share > 0) evidence[node].add(weight * share, share - 1, shape);
+  latest = std::max(latest, at);
+  state.test_time_s = std::max(state.test_time_s, double{time});
+  ++state.frames;
+  return true;
+}
+
+/// A node without frames has the deviations of the one before.
+void Forecast::State::fill_history() noexcept {
+  std::size_t last = 0;
+  for (std::size_t node = 0; node < nodes; ++node) {
+    if (evidence[node].weight > 0) last = node;
+    if (evidence[last].weight > 0) evidence[last].write(std::span(history).subspan(node * scores, scores));
+  }
+}
+
+/// Adds the forecast of this node with this share.
+void Forecast::State::add_node(std::size_t node, float share) noexcept {
+  if (!(share > 0)) return;
+  const std::size_t count = parameters.size();
+  const double* numbers = &learned.numbers[node * (1 + 2 * count)];
+  state.error_90 += share * static_cast<float>(numbers[0]);
+  for (std::size_t p = 0; p < count; ++p) {
+    parameters[p].r2 += share * static_cast<float>(numbers[1 + 2 * p]);
+    parameters[p].bound_90 += share * static_cast<float>(numbers[2 + 2 * p]);
+  }
+  if (node == 0) return;  // all runs are equally likely
+  constexpr std::size_t most = LearnedForecast::most_components;
+  code.project(&learned.components[(node - 1) * most * history.size()], most, history.size(), history.data(),
+               components.data());
+  code.project(&learned.runs[(node - 1) * runs * most], runs, most, components.data(), of_runs.data());
+  for (std::size_t i = 0; i < runs; ++i)
+    run_weights[LearnedForecast::trained_run(i, view.info.simulations)] += share * of_runs[i];
+  if (count == 0) return;
+  code.project(&learned.parameters[(node - 1) * count * most], count, most, components.data(), of_parameters.data());
+  for (std::size_t p = 0; p < count; ++p) parameters[p].value += share * of_parameters[p];
+}
+
+/// Until frames have been seen around the first node, and at later ones with them.
+void Forecast::State::forecast() noexcept {
+  fill_history();
+  std::ranges::fill(run_weights, 0.0f);
+  for (std::size_t i = 0; i < runs; ++i)
+    run_weights[LearnedForecast::trained_run(i, view.info.simulations)] = 1 / static_cast<float>(runs);
+  for (std::size_t p = 0; p < parameters.size(); ++p) parameters[p] = {mean_parameters[p], 0, 0};
+  state.error_90 = 0;
+  const float at = evidence[0].weight > 0 ? latest : 0;
+  const auto node = static_cast<std::size_t>(at);
+  add_node(node, 1 - (at - static_cast<float>(node)));
+  if (node < nodes) add_node(node + 1, at - static_cast<float>(node));
+  sum_branches();
+}
+
+void Forecast::State::sum_branches() noexcept {
+  std::ranges::fill(branches, 0.0f);
+  for (std::uint32_t run = 0; run < view.info.simulations; ++run)
+    branches[view.simulation_branches[run]] += run_weights[run];
+  float all = 0;
+  for (float& probability : branches) all += probability = std::clamp(probability, 0.0f, 1.0f);
+  for (float& probability : branches) probability /= all;  // of weights that add up to 1, one is positive
+}
+
+[[gnu::cold]] Forecast::Forecast(Model model) {
+  if (!is_in(model))
+    throw Error(Status::bad_config, "the model has no forecast; bake it again with views and several runs");
+  state_ = std::make_unique<State>(std::move(model));
+}
+Forecast::~Forecast() = default;
+Forecast::Forecast(Forecast&&) noexcept = default;
+Forecast& Forecast::operator=(Forecast&&) noexcept = default;
+bool Forecast::is_in(const Model& model) noexcept { return model.view().forecast != nullptr; }
+
+const TestForecast& Forecast::update(const MatchResult& result) noexcept {
+  if (state_->add(result)) state_->forecast();
+  return state_->state;
+}
+const TestForecast& Forecast::state() const noexcept { return state_->state; }
+void Forecast::reset() noexcept { state_->reset(); }
+
+[[gnu::cold]] std::vector<float> final_positions(const Model& model, const TestForecast& forecast) {
+  std::vector<float> positions(std::size_t{3} * model.nodes(), 0.0f);
+  for (std::uint32_t sample = 0; sample < model.samples(); ++sample) {
+    const std::uint32_t run = model.sample(sample).simulation;
+    const bool is_last = sample + 1 == model.samples() || model.sample(sample + 1).simulation != run;
+    if (!is_last || forecast.run_weights[run] == 0) continue;
+    const auto of_run = model.node_positions(sample);
+    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += forecast.run_weights[run] * of_run[i];
+  }
+  return positions;
+}
+
+}  // namespace lbea

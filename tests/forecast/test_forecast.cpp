@@ -1,0 +1,168 @@
+// Forecasts of tests, frame by frame.
+#include "runtime/src/forecast/learned_forecast.hpp"
+#include "runtime/src/model/model_view.hpp"
+#include "tests/runtime/forged_model.hpp"
+#include "tests/runtime/seen_plates.hpp"
+
+#include <lbea/forecast.hpp>
+#include <lbea/test_history.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numeric>
+
+using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::test;
+using format::SectionId;
+
+namespace {
+
+constexpr std::uint32_t runs = 12, steps = 11;
+
+/// Plates that bend to 0.5, 0.6, ... radians in 5 ms; the second parameter has no effect.
+AlignedBytes plates() {
+  const TemporaryFolder folder;
+  Ensemble ensemble = similar_plates(runs, steps);
+  ensemble.parameter_names = {"angle [rad]", "paint [-]"};
+  for (std::uint32_t run = 0; run < runs; ++run)
+    ensemble.runs[run].parameters = {0.5 + 0.1 * run, 7.0 * (run * 5 % 12)};
+  bake_model(ensemble, bent_plates_description(), folder / "plates.lbea", with_views());
+  return AlignedBytes(folder / "plates.lbea");
+}
+
+const Model& model() {
+  static const AlignedBytes bytes = plates();
+  static const Model baked = Model::view(bytes.span());
+  return baked;
+}
+
+/// A frame that looks exactly like a sample.
+struct Seen {
+  std::array<WeightedSample, 1> estimate;
+  MatchResult result;
+
+  explicit Seen(std::uint32_t run, std::uint32_t step) : estimate{{{{run, step}, 1}}} {
+    result.verdict = Verdict::matched;
+    result.fit.estimate = estimate;
+    result.fit.test_time = 0.0005f * static_cast<float>(step);
+    result.fit.error_90 = 1;
+  }
+};
+
+double sum(std::span<const float> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+double mean_distance(std::span<const float> a, std::span<const float> b) {
+  double all = 0;
+  for (std::size_t i = 0; i < a.size(); i += 3)
+    all += std::hypot(a[i] - b[i], a[i + 1] - b[i + 1], a[i + 2] - b[i + 2]);
+  return 3 * all / static_cast<double>(a.size());
+}
+
+std::vector<float> weights(const TestForecast& forecast) {
+  return {forecast.run_weights.begin(), forecast.run_weights.end()};
+}
+
+}  // namespace
+
+TEST_CASE("a run that the ensemble lacks is foretold from half of it") {
+  Matcher matcher(model(), fit_config());
+  TestHistory history(model());
+  history.set_impact(0);
+  Forecast forecast(model());
+  constexpr double angle = 1.25;  // between two runs
+  const std::vector<float> truth = bent(angle);
+  const double before = mean_distance(truth, final_positions(model(), forecast.state()));
+  for (int step = 0; step <= 5; ++step) {
+    const std::vector<Point> cloud = seen(bent(angle * step / (steps - 1)));
+    forecast.update(matcher.match({static_cast<std::uint64_t>(step), step * 500'000, cloud}, history));
+  }
+  const TestForecast& now = forecast.state();
+  CHECK(now.frames >= 4);
+  const double error = mean_distance(truth, final_positions(model(), now));
+  CHECK(error < 0.25 * before);
+  CHECK(error <= double{now.error_90});
+  CHECK(now.parameters[0].is_identifiable());
+  CHECK(std::abs(double{now.parameters[0].value} - angle) <= double{now.parameters[0].bound_90});
+  CHECK(double{now.parameters[0].bound_90} < 0.3);  // the runs' angles are within 1.1
+  CHECK_FALSE(now.parameters[1].is_identifiable());
+}
+
+TEST_CASE("weights and probabilities add up to 1, before and after any frame") {
+  Forecast forecast(model());
+  for (std::uint32_t step = 0; step < steps; ++step) {
+    const TestForecast& now = forecast.update(Seen(step % 3, step).result);
+    CHECK(sum(now.run_weights) == doctest::Approx(1).epsilon(1e-4));
+    CHECK(sum(now.branch_probabilities) == doctest::Approx(1).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("the bounds become narrower while a test is seen, by what it shows, not by the number of frames") {
+  Forecast few(model()), many(model());
+  const float nothing = few.state().error_90;
+  for (std::uint32_t step = 1; step < steps; ++step) {
+    few.update(Seen(6, step).result);
+    for (int frame = 0; frame < 50; ++frame) many.update(Seen(6, step).result);
+  }
+  CHECK(few.state().error_90 < nothing);
+  CHECK(many.state().error_90 == few.state().error_90);
+  CHECK(many.state().frames == 50 * few.state().frames);
+  for (std::uint32_t run = 0; run < runs; ++run)
+    CHECK(many.state().run_weights[run] == doctest::Approx(few.state().run_weights[run]).epsilon(1e-3).scale(1));
+}
+
+TEST_CASE("frames without a time, of no simulation, or of a test whose beginning was not seen tell nothing") {
+  Forecast forecast(model());
+  const std::vector<float> before = weights(forecast.state());
+  for (const float share : before) CHECK(share == doctest::Approx(1.0 / runs));
+  Seen without_time(3, 4), of_no_simulation(3, 4), refused(3, 4);
+  without_time.result.fit.test_time = std::nanf("");
+  of_no_simulation.result.verdict = Verdict::no_simulation_fits;
+  refused.result.status = Status::low_coverage;
+  for (const Seen* one : {&without_time, &of_no_simulation, &refused}) CHECK(forecast.update(one->result).frames == 0);
+  CHECK(forecast.update(Seen(3, 8).result).frames == 1);
+  CHECK(weights(forecast.state()) == before);
+  CHECK(forecast.state().parameters[0].r2 == 0);
+}
+
+TEST_CASE("after a reset, another test starts from nothing") {
+  Forecast forecast(model());
+  const std::vector<float> before = weights(forecast.state());
+  for (std::uint32_t step = 1; step < 6; ++step) forecast.update(Seen(11, step).result);
+  CHECK(weights(forecast.state()) != before);
+  forecast.reset();
+  CHECK(weights(forecast.state()) == before);
+  CHECK(forecast.state().frames == 0);
+}
+
+TEST_CASE("a model without forecasts has none, and says how to get them") {
+  const AlignedBytes bytes = bent_plates_model();
+  const Model without = Model::view(bytes.span());
+  CHECK_FALSE(Forecast::is_in(without));
+  check_error(error_of([&] { const Forecast forecast(without); }), Status::bad_config, {"forecast", "bake", "views"});
+  CHECK(Forecast::is_in(model()));
+}
+
+TEST_CASE("forecasts whose numbers cannot be are refused") {
+  const AlignedBytes bytes = plates();
+  const auto status_with = [&](SectionId id, std::size_t index, auto value) {
+    AlignedBytes forged = bytes;
+    forge(forged.span(), id, [&](format::SectionEntry&, std::span<std::byte> section) { set(section, index, value); });
+    return status_of(forged.span());
+  };
+  REQUIRE(status_with(SectionId::forecast_numbers, 0, 1.0) == Status::ok);
+  for (const SectionId id : {SectionId::forecast_means, SectionId::forecast_components, SectionId::forecast_runs,
+                             SectionId::forecast_parameters})
+    for (const float value : {std::numeric_limits<float>::infinity(), std::nanf(""), 1e13f})
+      CHECK(status_with(id, 3, value) == Status::corrupt_model);
+  for (const std::size_t word : {0u, 1u, 2u, 7u})
+    for (const double value : {std::nan(""), 1e300})
+      CHECK(status_with(SectionId::forecast_numbers, word, value) == Status::corrupt_model);
+  for (const std::size_t bound : {0u, 2u})
+    CHECK(status_with(SectionId::forecast_numbers, bound, -1.0) == Status::corrupt_model);
+  CHECK(status_with(SectionId::forecast_numbers, 1, 1.5) == Status::corrupt_model);  // R^2
+  AlignedBytes longer = bytes;
+  forge(longer.span(), SectionId::forecast_runs, [](format::SectionEntry& entry, auto) { entry.shape[1] += 1; });
+  CHECK(status_of(longer.span()) == Status::corrupt_model);
+}

@@ -1,0 +1,119 @@
+// What the bake learns about how tests end, on runs whose end follows exactly from their beginning.
+#include "precompute/forecast/forecast_training.hpp"
+
+#include "precompute/rig/counter_random.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+using namespace lbea;
+using namespace lbea::bake;
+
+namespace {
+
+using Eigen::Index, Eigen::MatrixXd;
+
+constexpr Index nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores, runs = 60;
+
+double drawn(std::uint64_t seed, std::uint64_t i) { return CounterRandom(seed, i).normal(); }
+
+/// Runs on a line in the space of shapes: run r is off by c_r k in the first score at node k, ends 20 c_r mm from the
+/// mean, and has the parameters 5 + 3 c_r and one that nothing shows. The estimates of left-out tests are off by
+/// `noise`.
+Histories on_a_line(double noise = 1e-3) {
+  Histories histories;
+  histories.means = MatrixXd::Zero(1 + nodes * Index{LearnedForecast::means_per_node}, scores);
+  histories.shapes = MatrixXd::Zero(runs, nodes * scores);
+  histories.finals = MatrixXd::Zero(runs, 6);
+  histories.parameters.resize(runs, 2);
+  histories.tested_runs = runs;
+  for (Index run = 0; run < runs; ++run) {
+    const double c = (static_cast<double>(run) - 0.5 * (runs - 1)) / runs;
+    for (Index node = 0; node < nodes; ++node) histories.shapes(run, node * scores) = c * static_cast<double>(node + 1);
+    histories.finals(run, 1) = histories.finals(run, 4) = 20 * c;
+    histories.parameters(run, 0) = 5 + 3 * c;
+    histories.parameters(run, 1) = drawn(1, static_cast<std::uint64_t>(run));
+    histories.trained_rows.push_back(run);
+  }
+  histories.errors.resize(runs, nodes * scores);
+  std::uint64_t draws = 0;
+  for (double& error : histories.errors.reshaped()) error = noise * drawn(2, draws++);
+  histories.tests = histories.shapes + histories.errors;
+  histories.test_finals = histories.finals;
+  histories.test_parameters = histories.parameters;
+  return histories;
+}
+
+/// Numbers of a node: error_90, then R^2 and bound per parameter.
+std::span<const double> numbers_of(const TrainedForecast& trained, std::size_t node) {
+  return std::span(trained.numbers).subspan(5 * node, 5);
+}
+
+}  // namespace
+
+TEST_CASE("what follows exactly is forecast from the first node on, and what does not is not identifiable") {
+  const TrainedForecast trained = learn_forecast(on_a_line(), 1);
+  for (std::size_t node = 1; node <= LearnedForecast::nodes; ++node) {
+    CAPTURE(node);
+    const auto numbers = numbers_of(trained, node);
+    // The first score is known to 1e-3, of which 20 mm follow at node 1, and less at later ones.
+    CHECK(numbers[0] < 20 * 3e-3);
+    CHECK(numbers[1] > 0.99);
+    CHECK(numbers[2] < 3 * 3e-3);
+    CHECK(numbers[3] < 0.2);
+  }
+}
+
+TEST_CASE("before anything is seen, the bounds are those of the mean of the other runs") {
+  const Histories histories = on_a_line();
+  const TrainedForecast trained = learn_forecast(histories, 1);
+  // The mean of the others is off by n / (n - 1) of a run's deviation; 0.9 (n + 1) / n of the runs are to be held.
+  std::vector<double> off;
+  for (Index run = 0; run < runs; ++run) off.push_back(std::abs(histories.finals(run, 1)) * runs / (runs - 1));
+  std::ranges::sort(off);
+  const auto held = static_cast<std::size_t>(std::ceil(0.9 * (runs + 1)));
+  CHECK(numbers_of(trained, 0)[0] == doctest::Approx(off[held - 1]));
+  CHECK(numbers_of(trained, 0)[1] == 0);
+}
+
+TEST_CASE("bounds are those of runs that are left out: a run that is unlike the others does not forecast itself") {
+  Histories histories = on_a_line();
+  // One run in eight ends where no other run like it does: more than bounds of 90 % may ignore.
+  for (Index run = 0; run < runs; run += 8) histories.finals(run, 1) += drawn(3, static_cast<std::uint64_t>(run)) * 1e3;
+  histories.test_finals = histories.finals;
+  CHECK(numbers_of(learn_forecast(histories, 1), 5)[0] > 50);
+}
+
+TEST_CASE("with wrong estimates, bounds are wider and less is identifiable") {
+  double before = 0, explained = 1;
+  for (const double noise : {1e-3, 0.1, 1.0, 10.0}) {
+    const TrainedForecast trained = learn_forecast(on_a_line(noise), 1);
+    CHECK(numbers_of(trained, 2)[0] > before);
+    CHECK(numbers_of(trained, 2)[1] <= explained);
+    before = numbers_of(trained, 2)[0];
+    explained = numbers_of(trained, 2)[1];
+  }
+  CHECK(explained < 0.2);
+  CHECK(before <= numbers_of(learn_forecast(on_a_line(10), 1), 0)[0] * 1.1);  // hardly worse than knowing nothing
+}
+
+TEST_CASE("the forecast does not depend on threads, and needs four runs and tests of left-out ones") {
+  const TrainedForecast one = learn_forecast(on_a_line(0.1), 1), many = learn_forecast(on_a_line(0.1), 4);
+  CHECK(one.numbers == many.numbers);
+  CHECK(one.components == many.components);
+  CHECK(one.runs == many.runs);
+  CHECK(one.parameters == many.parameters);
+  Histories untested = on_a_line();
+  untested.tests.resize(0, nodes * scores);
+  CHECK(learn_forecast(untested, 1).numbers == std::vector<double>(one.numbers.size(), 0.0));
+}
+
+TEST_CASE("parameters that are not given for a run neither count nor spoil those of others") {
+  Histories histories = on_a_line();
+  histories.test_parameters(7, 0) = std::nan("");
+  histories.parameters(7, 0) = histories.parameters.col(0).mean();
+  const TrainedForecast trained = learn_forecast(histories, 1);
+  CHECK(numbers_of(trained, 3)[1] > 0.95);
+  CHECK(std::isfinite(numbers_of(trained, 3)[2]));
+}
