@@ -146,6 +146,7 @@ class Evaluator {
           return stopped();
         });
         tests[i].branch = branch_of(experiments[i]);
+        if (tests[i].forecast) tests[i].forecast->parameters = parameters_of(experiments[i]);
         tests[i].fold = round.title == "unseen" ? fold_ : 0;
       }
     });
@@ -166,6 +167,10 @@ class Evaluator {
     return experiments(runs);
   }
 
+  [[nodiscard]] std::vector<double> parameters_of(const Experiment& experiment) const {
+    const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
+    return found == plan_.ensemble.runs.end() ? std::vector<double>() : found->parameters;
+  }
   // The branch of a run of the ensemble is known. Another run gets the branch of the simulation that has the sample
   // nearest to the last state of the run.
   [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const {

@@ -66,6 +66,10 @@ struct DivergedFrames {
 };
 [[nodiscard]] DivergedFrames diverged_frames(std::span<const TestTrial> without, std::span<const TestTrial> with);
 
+/// One line, and the first lines with a title, of a table in Markdown.
+[[nodiscard]] std::string table_line(const std::vector<std::string>& cells);
+[[nodiscard]] std::string table_head(const std::string& title, const std::vector<std::string>& columns);
+
 /// All tables, as Markdown.
 [[nodiscard]] std::string tables(const Evaluation& evaluation);
 

@@ -1,5 +1,6 @@
 #include "tools/eval/evaluation_report.hpp"
 
+#include "tools/eval/forecast/forecast_tables.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
@@ -66,18 +67,6 @@ std::string mode_words(ReferenceMode mode) { return mode == ReferenceMode::impac
 
 using Cells = std::vector<std::string>;
 
-std::string line(const Cells& cells) {
-  std::string text = "|";
-  for (const std::string& cell : cells) text += " " + cell + " |";
-  return text + "\n";
-}
-
-std::string table_head(const std::string& title, const Cells& columns) {
-  std::string text = "### " + title + "\n\n" + line(columns) + "|";
-  for (std::size_t i = 0; i < columns.size(); ++i) text += "---|";
-  return text + "\n";
-}
-
 std::string name_of(EvaluatedMethod method) {
   return std::string(evaluated_method_names[static_cast<std::size_t>(method)]);
 }
@@ -90,7 +79,7 @@ std::string errors_table(const Round& round, const std::string& unit) {
                                mode_words(round.mode).c_str(), summary.tests, summary.frames);
   text += "| method | mean EE [" + unit + "] | median | ratio to the oracle | own sample |\n|---|---|---|---|---|\n";
   const auto row = [&](std::string_view name, const Score& score) {
-    text += line(
+    text += table_line(
         {std::string(name), number(score.mean, 3), number(score.median, 3), number(score.ratio), percent(score.exact)});
   };
   row("oracle", summary.oracle);
@@ -117,7 +106,7 @@ std::string robustness_table(const Evaluation& evaluation, const std::string& ti
     }
     cells.insert(cells.end(), {percent(s.of(EvaluatedMethod::fit).exact), percent(s.named),
                                percent(s.verdicts[static_cast<std::size_t>(Verdict::no_simulation_fits)])});
-    text += line(cells);
+    text += table_line(cells);
     ++rows;
   }
   return rows < 2 ? "" : text + "\nMean EE, and its ratio to the oracle's.\n\n";
@@ -134,7 +123,7 @@ std::string fold_table(const Round& round) {
   for (const FoldRow& fold : folds) {
     Cells cells{fold.name, std::to_string(fold.tests)};
     for (const double value : fold.values) cells.push_back(number(value));
-    text += line(cells);
+    text += table_line(cells);
   }
   return text + "\nOracle: mean EE; methods: ratio to it. Worst: the greatest value of each column.\n\n";
 }
@@ -146,8 +135,9 @@ std::string worst_table(const Evaluation& evaluation) {
                                 {"experiment", "branch", "oracle", "fit", "estimate", "ratio", "worst step"});
   for (const auto& [test, s] : tests) {
     const Score& fit = s.of(EvaluatedMethod::fit);
-    text += line({test->experiment, std::to_string(test->branch), number(s.oracle.mean), number(fit.mean),
-                  number(s.of(EvaluatedMethod::estimate).mean), number(fit.ratio), std::to_string(test->worst.step)});
+    text +=
+        table_line({test->experiment, std::to_string(test->branch), number(s.oracle.mean), number(fit.mean),
+                    number(s.of(EvaluatedMethod::estimate).mean), number(fit.ratio), std::to_string(test->worst.step)});
   }
   return text +
          "\nMean EE; greatest difference between fit and oracle first. Ratio: fit to oracle. Worst step: of the "
@@ -176,9 +166,10 @@ std::string verdict_table(const Evaluation& evaluation) {
       diverged = percent(after.no_simulation_fits) + formatted(" of %zu", after.frames);
       test_diverged = percent(after.test_no_simulation_fits);
     }
-    text += line({round.title, std::to_string(s.frames), share(Verdict::matched), share(Verdict::ambiguous),
-                  share(Verdict::no_simulation_fits), share(Verdict::unknown), diverged, test_share(Verdict::matched),
-                  test_share(Verdict::ambiguous), test_share(Verdict::no_simulation_fits), test_diverged});
+    text +=
+        table_line({round.title, std::to_string(s.frames), share(Verdict::matched), share(Verdict::ambiguous),
+                    share(Verdict::no_simulation_fits), share(Verdict::unknown), diverged, test_share(Verdict::matched),
+                    test_share(Verdict::ambiguous), test_share(Verdict::no_simulation_fits), test_diverged});
   }
   return text +
          "\nTest: the verdict on the test so far, from its fourth frame on. After divergence: share of *no simulation "
@@ -193,8 +184,8 @@ std::string field_table(const Evaluation& evaluation) {
   for (const Round& round : evaluation.rounds) {
     const FieldError field = summarize(round.tests).field;
     if (!undisturbed(round) || round.mode != evaluation.rounds.front().mode || std::isnan(field.true_mean)) continue;
-    text += line({round.title, number(field.true_mean, 4), number(field.matched, 4), number(field.inferred, 4),
-                  number(field.hidden, 4)});
+    text += table_line({round.title, number(field.true_mean, 4), number(field.matched, 4), number(field.inferred, 4),
+                        number(field.hidden, 4)});
     ++rows;
   }
   return rows == 0 ? "" : text + "\nMean absolute difference per element, over the whole component.\n\n";
@@ -207,7 +198,7 @@ std::string bound_table(const Evaluation& evaluation) {
     Cells cells{round.title, round.disturbance.name};
     for (const BoundCheck& check : summarize(round.tests).bounds)
       cells.push_back(std::isnan(check.within) ? "" : percent(check.within) + " (" + number(check.mean, 3) + ")");
-    text += line(cells);
+    text += table_line(cells);
   }
   return text + "\nMeans over tests. Samples of which the own run is one are closer than the bounds say.\n\n";
 }
@@ -225,7 +216,7 @@ std::string branch_table(const Evaluation& evaluation) {
     const Summary s = summarize(tests);
     Cells cells{std::to_string(branch), std::to_string(s.tests), number(s.oracle.mean)};
     for (const Score& score : s.scores) cells.push_back(number(score.ratio));
-    text += line(cells);
+    text += table_line(cells);
   }
   return text + "\nOracle: mean EE; methods: ratio to it. For errors over time see frames.csv and the figures.\n\n";
 }
@@ -250,7 +241,7 @@ std::string time_table(const Evaluation& evaluation) {
   };
   const double points = stage([](const FrameTrial& f) { return f.points; });
   text += "| matching of a frame of " + number(points, 0) + " points | ms, median |\n|---|---|\n";
-  const auto row = [&](const char* name, double value) { text += line({name, number(value, 3)}); };
+  const auto row = [&](const char* name, double value) { text += table_line({name, number(value, 3)}); };
   row("index of the cloud", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.index; }));
   row("correspondence", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.correspondence; }));
   row("projection", 1e-6 * stage([](const FrameTrial& f) { return f.lbea_ns.projection; }));
@@ -263,6 +254,18 @@ std::string time_table(const Evaluation& evaluation) {
 }
 
 }  // namespace
+
+std::string table_line(const std::vector<std::string>& cells) {
+  std::string text = "|";
+  for (const std::string& cell : cells) text += " " + cell + " |";
+  return text + "\n";
+}
+
+std::string table_head(const std::string& title, const std::vector<std::string>& columns) {
+  std::string text = "### " + title + "\n\n" + table_line(columns) + "|";
+  for (std::size_t i = 0; i < columns.size(); ++i) text += "---|";
+  return text + "\n";
+}
 
 double mean(std::span<const double> values) {
   const auto kept = known(values);
@@ -370,7 +373,10 @@ std::string tables(const Evaluation& evaluation) {
   for (const Round& round : evaluation.rounds) text += fold_table(round);
   text += worst_table(evaluation) + branch_table(evaluation);
   for (const char* title : {"unseen", "contained"}) text += robustness_table(evaluation, title);
-  return text + verdict_table(evaluation) + bound_table(evaluation) + field_table(evaluation) + time_table(evaluation);
+  return text + verdict_table(evaluation) + bound_table(evaluation) + field_table(evaluation) +
+         (evaluation.model ? forecast_tables(evaluation.rounds.front(), *evaluation.model, evaluation.length_unit)
+                           : "") +
+         time_table(evaluation);
 }
 
 }  // namespace lbea::tool

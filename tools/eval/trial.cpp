@@ -76,6 +76,7 @@ class Test {
     Matchers matchers{matcher(Method::vtp), matcher(Method::lbea), matcher(Method::fit)};
     Tracker tracker(model_);
     history_.reset();
+    judge_forecasts();
     if (!settings_.estimate_pose) history_.fix_pose();
     if (settings_.knows_impact) history_.set_impact(0);
     for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
@@ -91,6 +92,7 @@ class Test {
       if (done()) break;
     }
     if (meshes_) meshes_->finish();
+    if (judge_) trial.forecast = judge_->take();
     trial.named = model_.simulation_name(tracker.state().simulation);
     score_path(trial);
     return trial;
@@ -125,6 +127,7 @@ class Test {
     score_first(row, EvaluatedMethod::lbea, by_lbea.matches);
     score_fit(row, by_fit);
     score_tracked(row, tracker.update(by_fit));
+    if (judge_) judge_->add(by_fit, row.time_s);
     if (setup_.icp) score_icp(row, points);
     row.leading_coordinates = by_lbea.leading_coordinates;
     const PoseError left = left_over(history_.pose_correction(), settings_.disturbance, share_of_pose_error(step),
@@ -201,6 +204,12 @@ class Test {
     const auto spread = spread_points(points, config_.T_reference_sensor, box_, IcpSettings{}.points);
     if (spread.size() >= 3) score(row, EvaluatedMethod::icp, setup_.icp->match(spread).sample);
     row.icp_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  void judge_forecasts() {
+    if (!Forecast::is_in(model_) || reader_->states() == 0) return;
+    reader_->read(reader_->states() - 1, state_);
+    mesh_.positions(state_.positions, truth_);
+    judge_.emplace(model_, truth_);
   }
   void find_field() {
     if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;
@@ -289,6 +298,7 @@ class Test {
   std::vector<std::vector<Match>> evidence_;  // per frame
   Inferred inferred_;
   std::optional<MeshSeries> meshes_;
+  std::optional<ForecastJudge> judge_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/simulation.hpp"
 #include "tools/eval/experiments.hpp"
+#include "tools/eval/forecast/forecast_score.hpp"
 #include "tools/eval/icp_baseline.hpp"
 #include "tools/eval/truth.hpp"
 
@@ -86,6 +87,7 @@ struct TestTrial {
   std::vector<FrameTrial> frames;
   std::string named;       // the most likely simulation after the last frame
   bool contained = false;  // the experiment is one of the simulations
+  std::optional<ForecastTrial> forecast;
 };
 
 struct TrialSettings {
