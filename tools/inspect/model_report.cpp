@@ -1,6 +1,7 @@
 #include "tools/inspect/reports.hpp"
 
 #include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/forecast/learned_forecast.hpp"
 #include "runtime/src/model/mapped_file.hpp"
 #include "runtime/src/model/model_view.hpp"
 #include "runtime/src/model/section_reader.hpp"
@@ -78,6 +79,24 @@ Json learned_json(const Model& model) {
   return learned;
 }
 
+/// Of left-out runs at each tenth of a simulation's duration, from the impact on: the bound of the final shape's error;
+/// per parameter the explained share of the variance and the bound. Null: no forecasts.
+Json forecast_json(const Model& model) {
+  const auto& forecast = model.view().forecast;
+  if (forecast == nullptr) return nullptr;
+  const std::size_t stride = 1 + 2 * std::size_t{model.parameters()};
+  const auto over_time = [&](std::size_t number) {
+    Json values = Json::array();
+    for (std::size_t i = number; i < forecast->numbers.size(); i += stride) values.push_back(forecast->numbers[i]);
+    return values;
+  };
+  Json parameters = Json::object();
+  for (std::uint32_t p = 0; p < model.parameters(); ++p)
+    parameters[std::string(model.parameter_name(p))] = {{"r2", over_time(1 + 2 * std::size_t{p})},
+                                                        {"bound_90", over_time(2 + 2 * std::size_t{p})}};
+  return {{"error_90", over_time(0)}, {"parameters", std::move(parameters)}};
+}
+
 Json simulations_json(const Model& model) {
   std::vector<std::uint32_t> samples(model.simulations());
   for (std::uint32_t s = 0; s < model.samples(); ++s) ++samples[model.sample(s).simulation];
@@ -150,10 +169,15 @@ void print_sections(const Json& sections) {
 /// Everything but the large arrays. Verifies the whole file first.
 Json model_report(const std::filesystem::path& file) {
   const Model model = Model::open(file);
-  return {{"file", file.string()},           {"bytes", std::filesystem::file_size(file)},
-          {"sizes", sizes_json(model)},      {"fields", fields_json(model)},
-          {"learned", learned_json(model)},  {"simulations", simulations_json(model)},
-          {"sections", sections_json(file)}, {"provenance", provenance_json(model)}};
+  return {{"file", file.string()},
+          {"bytes", std::filesystem::file_size(file)},
+          {"sizes", sizes_json(model)},
+          {"fields", fields_json(model)},
+          {"learned", learned_json(model)},
+          {"forecast", forecast_json(model)},
+          {"simulations", simulations_json(model)},
+          {"sections", sections_json(file)},
+          {"provenance", provenance_json(model)}};
 }
 
 /// The objects of a list in a report by the name that `key` returns for each.
