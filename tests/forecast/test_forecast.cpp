@@ -3,6 +3,7 @@
 #include "runtime/src/model/model_view.hpp"
 #include "tests/runtime/forged_model.hpp"
 #include "tests/runtime/seen_plates.hpp"
+#include "tools/shared/matching/match_engine.hpp"
 
 #include <lbea/forecast.hpp>
 #include <lbea/test_history.hpp>
@@ -134,6 +135,35 @@ TEST_CASE("after a reset, another test starts from nothing") {
   forecast.reset();
   CHECK(weights(forecast.state()) == before);
   CHECK(forecast.state().frames == 0);
+}
+
+// The server forecasts from the outcome, which it keeps, the replay from the match.
+TEST_CASE("results contain the forecast of their test, the same from a match and from what an outcome keeps of it") {
+  tool::ModelEngine live(model(), fit_config(), {}, {.knows_impact = true});
+  tool::ModelEngine replayed(model(), fit_config(), {}, {.knows_impact = true});
+  for (int step = 0; step <= 5; ++step) {
+    const std::vector<Point> cloud = seen(bent(0.125 * step));
+    const Frame frame{static_cast<std::uint64_t>(step), step * 500'000, cloud};
+    tool::Outcome one, other;
+    tool::fill_outcome(one, live.match(frame, 0));
+    tool::fill_test(one, live, tool::match_of(one));
+    const MatchResult match = replayed.match(frame, 0);
+    tool::fill_outcome(other, match);
+    tool::fill_test(other, replayed, match);
+    const wire::WireForecast &a = one.result.forecast, &b = other.result.forecast;
+    CHECK(a.frames == b.frames);
+    CHECK(a.error_90 == b.error_90);
+    REQUIRE(a.runs.size() == b.runs.size());
+    for (std::size_t i = 0; i < a.runs.size(); ++i) CHECK(a.runs[i].weight == b.runs[i].weight);
+    if (step < 5) continue;
+    CHECK(a.frames >= 4);
+    CHECK(a.parameters.size() == 2);
+    float all = 0;
+    for (const wire::RunWeight& run : a.runs) all += run.weight;
+    CHECK(all == doctest::Approx(1).epsilon(1e-4));
+    live.begin_test();
+    CHECK(live.forecast({})->frames == 0);
+  }
 }
 
 TEST_CASE("a model without forecasts has none, and says how to get them") {

@@ -39,6 +39,7 @@ WireResult some_result() {
   result.fit.ranks = {2, 1};
   result.fit.estimate = {{{1, 2}, 0.25f}, {{3, 4}, 0.75f}};
   result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}, 1.25f, WireVerdict::ambiguous};
+  result.forecast = {7, 2.5f, {{0, 1.25f}, {3, -0.25f}}, {0.25f, 0.75f}, {{8.5f, 0.5f, 0.875f}, {-1, 2, 0}}};
   result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
   result.counters.received = 1000;
   for (std::size_t i = 0; i < wire_status_count; ++i) result.counters.by_status[i] = 100 + i;
@@ -90,6 +91,16 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.test.branches == b.test.branches);
   CHECK(a.test.misfit == b.test.misfit);
   CHECK(a.test.verdict == b.test.verdict);
+  CHECK(a.forecast.frames == b.forecast.frames);
+  CHECK(a.forecast.error_90 == b.forecast.error_90);
+  CHECK(std::ranges::equal(a.forecast.runs, b.forecast.runs, [](const RunWeight& p, const RunWeight& q) {
+    return p.simulation == q.simulation && p.weight == q.weight;
+  }));
+  CHECK(a.forecast.branches == b.forecast.branches);
+  CHECK(std::ranges::equal(a.forecast.parameters, b.forecast.parameters,
+                           [](const ParameterForecast& p, const ParameterForecast& q) {
+                             return p.value == q.value && p.bound_90 == q.bound_90 && p.r2 == q.r2;
+                           }));
   REQUIRE(a.matches.size() == b.matches.size());
   for (std::size_t i = 0; i < a.matches.size(); ++i) {
     CHECK(a.matches[i].sample == b.matches[i].sample);

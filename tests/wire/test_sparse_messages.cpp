@@ -35,10 +35,12 @@ TEST_CASE("an empty result, and one with empty parts") {
   const auto counters = schema::CreateCounters(hollow);
   const auto fit = schema::CreateFit(hollow);
   const auto test = schema::CreateTestState(hollow);
+  const auto forecast = schema::CreateForecast(hollow);
   schema::ResultBuilder builder(hollow);
   builder.add_counters(counters);
   builder.add_fit(fit);
   builder.add_test(test);
+  builder.add_forecast(forecast);
   schema::FinishResultBuffer(hollow, builder.Finish());
   REQUIRE(decode_result(bytes_of(hollow), result) == WireStatus::ok);
   CHECK(result.counters == Counters{});
@@ -46,6 +48,8 @@ TEST_CASE("an empty result, and one with empty parts") {
   CHECK(result.fit.estimate.empty());
   CHECK(result.test.simulations.empty());
   CHECK(result.test.branches.empty());
+  CHECK(result.forecast.runs.empty());
+  CHECK(result.forecast.parameters.empty());
 }
 
 TEST_CASE("an empty state and inference; oversized messages") {

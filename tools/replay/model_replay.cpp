@@ -172,7 +172,7 @@ class MatchReplay {
     outcome_.result.points.received = slot.header.points;
     if (slot.status == wire::WireStatus::ok) {
       fill_outcome(outcome_, slot.match);
-      fill_test(outcome_, engine_.track(slot.match));
+      fill_test(outcome_, engine_, slot.match);
     }
     wire::WireResult result;
     compose(outcome_, engine_, result);

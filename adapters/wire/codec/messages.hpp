@@ -1,6 +1,7 @@
 // The messages of the wire as plain structs, without types of FlatBuffers or ZeroMQ.
 #pragma once
 
+#include <lbea/forecast.hpp>
 #include <lbea/lbea.hpp>
 
 #include <chrono>
@@ -176,6 +177,20 @@ struct WireTestState {
   WireVerdict verdict = WireVerdict::unknown;
 };
 
+struct RunWeight {
+  std::uint32_t simulation = 0;
+  float weight = 0;
+};
+
+/// See TestForecast. Without frames: another method than fit, or nothing seen yet.
+struct WireForecast {
+  std::uint64_t frames = 0;
+  float error_90 = 0;
+  std::vector<RunWeight> runs;
+  std::vector<float> branches;
+  std::vector<ParameterForecast> parameters;
+};
+
 struct WireResult : FrameNumbers {
   std::uint64_t sequence = 0;  // rises by one per message on the results socket
   std::uint64_t session = 0;
@@ -189,6 +204,7 @@ struct WireResult : FrameNumbers {
   std::array<float, 3> leading_coordinates{};
   WireFit fit;
   WireTestState test;
+  WireForecast forecast;
   WireTimes elapsed_ns;
   Counters counters;
   std::int64_t receive_ns = 0;

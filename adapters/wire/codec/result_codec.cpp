@@ -165,6 +165,31 @@ WireTestState read(const schema::TestState* from) {
   return test;
 }
 
+Offset<schema::Forecast> build(FlatBufferBuilder& builder, const WireForecast& forecast) {
+  if (forecast.frames == 0) return 0;
+  std::vector<schema::RunWeight> runs;
+  for (const RunWeight& run : forecast.runs) runs.emplace_back(run.simulation, run.weight);
+  std::vector<schema::Parameter> parameters;
+  for (const ParameterForecast& p : forecast.parameters) parameters.emplace_back(p.value, p.bound_90, p.r2);
+  const auto run_vector = builder.CreateVectorOfStructs(runs);
+  const auto branches = builder.CreateVector(forecast.branches);
+  const auto parameter_vector = builder.CreateVectorOfStructs(parameters);
+  return schema::CreateForecast(builder, forecast.frames, forecast.error_90, run_vector, branches, parameter_vector);
+}
+
+WireForecast read(const schema::Forecast* from) {
+  WireForecast forecast;
+  if (from == nullptr) return forecast;
+  forecast.frames = from->frames();
+  forecast.error_90 = from->error_90();
+  if (from->runs() != nullptr)
+    for (const auto* run : *from->runs()) forecast.runs.push_back({run->simulation(), run->weight()});
+  if (from->branches() != nullptr) forecast.branches.assign(from->branches()->begin(), from->branches()->end());
+  if (from->parameters() != nullptr)
+    for (const auto* p : *from->parameters()) forecast.parameters.push_back({p->value(), p->bound_90(), p->r2()});
+  return forecast;
+}
+
 Offset<schema::Sender> build(FlatBufferBuilder& builder, const WireSender& sender) {
   return schema::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received, sender.missed,
                               sender.withheld, static_cast<schema::SenderCondition>(sender.condition));
@@ -216,6 +241,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
                                                 result.matches.empty() ? 0 : result.leading_coordinates.size());
   const auto fit = build(builder, result.fit);
   const auto test = build(builder, result.test);
+  const auto forecast = build(builder, result.forecast);
   const schema::PointTally points(result.points.received, result.points.invalid, result.points.culled,
                                   result.points.used);
   const schema::StageTimes times = build(result.elapsed_ns);
@@ -227,6 +253,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   table.add_frame_id(result.frame_id);
   table.add_session(result.session);
   table.add_sequence(result.sequence);
+  table.add_forecast(forecast);
   table.add_test(test);
   table.add_fit(fit);
   table.add_leading_coordinates(coordinates);
@@ -269,6 +296,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
               into.leading_coordinates.begin());
   into.fit = read(from->fit());
   into.test = read(from->test());
+  into.forecast = read(from->forecast());
   return WireStatus::ok;
 }
 

@@ -54,7 +54,7 @@ void FrameMatcher::finish_oldest() noexcept {
   const FrameSlot& slot = *queues_.frames.front();
   Outcome& outcome = queues_.outcomes.wait_and_claim();  // filled when it was matched
   if (engine_.matches_frames_alone()) begin_test_of(slot);
-  if (!slot.header.end_of_stream) fill_test(outcome, engine_.track(match_of(outcome)));
+  if (!slot.header.end_of_stream) fill_test(outcome, engine_, match_of(outcome));
   queues_.account.counters.count(outcome.result.status);
   queues_.frames.release();
   queues_.outcomes.publish();

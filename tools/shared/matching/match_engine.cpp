@@ -6,6 +6,7 @@ namespace lbea::tool {
 namespace {
 
 constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
+constexpr std::size_t max_runs = 512, max_parameters = 64;  // of a forecast
 
 /// match() returns no other status.
 wire::WireStatus to_wire(Status status) noexcept {
@@ -23,6 +24,12 @@ wire::WireVerdict to_wire(Verdict verdict) noexcept {
   if (verdict == Verdict::matched) return wire::WireVerdict::matched;
   if (verdict == Verdict::ambiguous) return wire::WireVerdict::ambiguous;
   return verdict == Verdict::unknown ? wire::WireVerdict::unknown : wire::WireVerdict::no_simulation_fits;
+}
+
+Verdict from_wire(wire::WireVerdict verdict) noexcept {
+  if (verdict == wire::WireVerdict::matched) return Verdict::matched;
+  if (verdict == wire::WireVerdict::ambiguous) return Verdict::ambiguous;
+  return verdict == wire::WireVerdict::no_simulation_fits ? Verdict::no_simulation_fits : Verdict::unknown;
 }
 
 // The likeliest simulations, best first, in reserved memory.
@@ -59,6 +66,16 @@ void fill(wire::WireTestState& test, const TestState& from) noexcept {
   test.verdict = to_wire(from.verdict);
   rank(from.simulation_probabilities, test.simulations);
   test.branches.assign(from.branch_probabilities.begin(), from.branch_probabilities.end());
+}
+
+void fill(wire::WireForecast& forecast, const TestForecast& from) noexcept {
+  if (from.frames == 0) return;
+  forecast.frames = from.frames;
+  forecast.error_90 = from.error_90;
+  for (std::uint32_t run = 0; run < from.run_weights.size(); ++run)
+    if (from.run_weights[run] != 0) forecast.runs.push_back({run, from.run_weights[run]});
+  forecast.branches.assign(from.branch_probabilities.begin(), from.branch_probabilities.end());
+  forecast.parameters.assign(from.parameters.begin(), from.parameters.end());
 }
 
 /// The same vector, empty, with its memory.
@@ -104,6 +121,9 @@ void reserve(Outcome& outcome, std::uint32_t max_matches) {
   outcome.result.fit.estimate.reserve(max_candidates);
   outcome.result.test.simulations.reserve(max_chances);
   outcome.result.test.branches.reserve(max_branches);
+  outcome.result.forecast.runs.reserve(max_runs);
+  outcome.result.forecast.branches.reserve(max_branches);
+  outcome.result.forecast.parameters.reserve(max_parameters);
 }
 
 void clear(Outcome& outcome) noexcept {
@@ -115,6 +135,9 @@ void clear(Outcome& outcome) noexcept {
   fresh.fit.estimate = emptied(result.fit.estimate);
   fresh.test.simulations = emptied(result.test.simulations);
   fresh.test.branches = emptied(result.test.branches);
+  fresh.forecast.runs = emptied(result.forecast.runs);
+  fresh.forecast.branches = emptied(result.forecast.branches);
+  fresh.forecast.parameters = emptied(result.forecast.parameters);
   result = std::move(fresh);
 }
 
@@ -138,13 +161,15 @@ MatchResult match_of(const Outcome& outcome) noexcept {
   match.status = outcome.result.status == wire::WireStatus::ok             ? Status::ok
                  : outcome.result.status == wire::WireStatus::low_coverage ? Status::low_coverage
                                                                            : Status::empty_frame;
+  match.verdict = from_wire(outcome.result.verdict);
   match.matches = outcome.matches;
   match.fit = outcome.result.fit.view();
   return match;
 }
 
-void fill_test(Outcome& outcome, const TestState* test) noexcept {
-  if (test != nullptr) fill(outcome.result.test, *test);
+void fill_test(Outcome& outcome, MatchEngine& engine, const MatchResult& match) noexcept {
+  if (const TestState* test = engine.track(match)) fill(outcome.result.test, *test);
+  if (const TestForecast* forecast = engine.forecast(match)) fill(outcome.result.forecast, *forecast);
 }
 
 void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {

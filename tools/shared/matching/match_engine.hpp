@@ -3,6 +3,7 @@
 
 #include "adapters/wire/codec/messages.hpp"
 
+#include <lbea/forecast.hpp>
 #include <lbea/test_history.hpp>
 #include <lbea/tracker.hpp>
 
@@ -22,6 +23,8 @@ class MatchEngine {
   // One thread at a time, with the frames in their order:
   /// The state of the test including this frame; null without a tracker.
   virtual const TestState* track(const MatchResult&) noexcept { return nullptr; }
+  /// How the test will end, by the frames up to this one; null without a forecast.
+  virtual const TestForecast* forecast(const MatchResult&) noexcept { return nullptr; }
   /// The next frame is the first of another session.
   virtual void begin_test() noexcept {}
   [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
@@ -45,6 +48,7 @@ class ModelEngine final : public MatchEngine {
     for (std::uint32_t i = 0; i < matchers; ++i) matchers_.emplace_back(model, config, views);
     if (config.method != Method::fit) return;
     if (settings.is_kept) history_.emplace(history_for(model, config, views, settings));
+    if (Forecast::is_in(model)) forecast_.emplace(model);
     tracker_.emplace(model, TrackerConfig{}, std::move(views));
   }
   MatchResult match(const Frame& frame, std::uint32_t matcher) noexcept override {
@@ -54,8 +58,12 @@ class ModelEngine final : public MatchEngine {
   const TestState* track(const MatchResult& result) noexcept override {
     return tracker_ ? &tracker_->update(result) : nullptr;
   }
+  const TestForecast* forecast(const MatchResult& result) noexcept override {
+    return forecast_ ? &forecast_->update(result) : nullptr;
+  }
   void begin_test() noexcept override {
     if (tracker_) tracker_->reset();
+    if (forecast_) forecast_->reset();
     if (history_) history_->reset();
   }
   [[nodiscard]] std::string_view simulation_name(std::uint32_t simulation) const noexcept override {
@@ -66,6 +74,7 @@ class ModelEngine final : public MatchEngine {
  private:
   std::vector<Matcher> matchers_;
   std::optional<Tracker> tracker_;
+  std::optional<Forecast> forecast_;
   std::optional<TestHistory> history_;
 };
 
@@ -83,10 +92,10 @@ void reserve(Outcome& outcome, std::uint32_t max_matches);
 void clear(Outcome& outcome) noexcept;
 /// Copies what the matcher found in one frame.
 void fill_outcome(Outcome& outcome, const MatchResult& match) noexcept;
-/// What the outcome holds of a match, as evidence for MatchEngine::track().
+/// What the outcome holds of a match, as evidence for MatchEngine::track() and forecast().
 [[nodiscard]] MatchResult match_of(const Outcome& outcome) noexcept;
-/// Copies the state of the test including the frame; null: none.
-void fill_test(Outcome& outcome, const TestState* test) noexcept;
+/// Adds the match to its test, and copies the state of the test and its forecast.
+void fill_test(Outcome& outcome, MatchEngine& engine, const MatchResult& match) noexcept;
 /// The complete result.
 void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into);
 /// Sets the verdict by the status when the matcher gave none.
