@@ -374,9 +374,7 @@ std::string tables(const Evaluation& evaluation) {
   text += worst_table(evaluation) + branch_table(evaluation);
   for (const char* title : {"unseen", "contained"}) text += robustness_table(evaluation, title);
   return text + verdict_table(evaluation) + bound_table(evaluation) + field_table(evaluation) +
-         (evaluation.model ? forecast_tables(evaluation.rounds.front(), *evaluation.model, evaluation.length_unit)
-                           : "") +
-         time_table(evaluation);
+         forecast_tables(evaluation) + time_table(evaluation);
 }
 
 }  // namespace lbea::tool

@@ -3,6 +3,7 @@
 #include "tools/eval/evaluation_report.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lbea::tool {
@@ -34,7 +35,7 @@ class ForecastTables {
 
   [[nodiscard]] std::string ends(std::string_view unit) const {
     std::string text = table_head(
-        "Forecast of the end, " + round_.title + " experiments",
+        "Forecast of the end, " + round_.title + " experiments, " + round_.disturbance.name,
         {"seen until", "tests", "error of the final shape [" + std::string(unit) + "]", "within error_90 (its mean)",
          "mean of all runs", "best run", "Brier score of the branches", "of the runs' shares"});
     for (const double share : shares) {
@@ -63,7 +64,7 @@ class ForecastTables {
     std::vector<std::string> columns{"parameter"};
     for (const double share : shares) columns.push_back("R2, seen until " + time(share));
     columns.insert(columns.end(), {"within bound_90, all frames", "frames in which it is identifiable"});
-    std::string text = table_head("Parameters, " + round_.title + " experiments", columns);
+    std::string text = table_head("Parameters, " + round_.title + " experiments, " + round_.disturbance.name, columns);
     for (std::uint32_t p = 0; p < model_.parameters(); ++p) {
       std::vector<std::string> cells{std::string(model_.parameter_name(p))};
       for (const double share : shares) cells.push_back(formatted("%.2f", r2(p, share)));
@@ -119,11 +120,15 @@ class ForecastTables {
 
 }  // namespace
 
-std::string forecast_tables(const Round& round, const Model& model, std::string_view length_unit) {
-  for (const TestTrial& test : round.tests)
-    if (!test.forecast) return "";
-  const ForecastTables tables(round, model);
-  return tables.ends(length_unit) + tables.parameters();
+std::string forecast_tables(const Evaluation& evaluation) {
+  std::string text;
+  for (const Round& round : evaluation.rounds) {
+    const auto is_forecast = [](const TestTrial& test) { return test.forecast.has_value(); };
+    if (round.title != "unseen" || !std::ranges::all_of(round.tests, is_forecast) || !evaluation.model) continue;
+    const ForecastTables tables(round, *evaluation.model);
+    text += tables.ends(evaluation.length_unit) + tables.parameters();
+  }
+  return text;
 }
 
 }  // namespace lbea::tool

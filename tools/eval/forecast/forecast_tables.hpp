@@ -5,7 +5,7 @@
 
 namespace lbea::tool {
 
-/// Forecasts at shares of the tests' duration. Empty without forecasts.
-[[nodiscard]] std::string forecast_tables(const Round& round, const Model& model, std::string_view length_unit);
+/// Forecasts of experiments that are not in the ensemble, at shares of the tests' duration.
+[[nodiscard]] std::string forecast_tables(const Evaluation& evaluation);
 
 }  // namespace lbea::tool
