@@ -1,7 +1,7 @@
 // Compares recorded results with new ones, frame by frame.
 #pragma once
 
-#include "tools/replay/frame_fates.hpp"
+#include "tools/shared/replaying/frame_fates.hpp"
 
 namespace lbea::tool {
 

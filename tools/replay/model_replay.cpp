@@ -1,209 +1,23 @@
 #include "tools/replay/replay_settings.hpp"
 
 #include "adapters/rig/sensor_json.hpp"
-#include "adapters/wire/codec/codec.hpp"
 #include "tools/replay/report.hpp"
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/shared/intake/id_tracker.hpp"
 #include "tools/shared/intake/test_answer.hpp"
-#include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/views.hpp"
+#include "tools/shared/replaying/match_replay.hpp"
 
 #include <spdlog/spdlog.h>
 
-#include <barrier>
 #include <cstdio>
 #include <memory>
-#include <thread>
 #include <utility>
 
 namespace lbea::tool {
 namespace {
 
 constexpr std::uint64_t most_differences_shown = 20;
-
-/// Receives a result without times other than the frame's own and without counters. Returns whether to continue.
-using ResultHandler = std::function<bool(const wire::WireResult& result, const TestKey& test)>;
-
-/// A recorded frame. One that is not wanted only contributes to the test's history.
-struct ReplayedFrame {
-  const RecordedMessage& message;
-  TestKey test;
-  bool is_wanted = true;
-};
-
-/// With fit, a frame is matched with what the earlier ones of its test have shown, one after the other, unless
-/// the run did not.
-bool has_history(const RunSettings& settings) {
-  return settings.matcher.method == Method::fit && settings.frames_alone == 0;
-}
-
-/// Matches recorded frames. The same recording and model give the same results to the last bit on any number of
-/// threads.
-class MatchReplay {
- public:
-  /// `model` and `views` must remain.
-  MatchReplay(const Model& model, const RunSettings& settings, const SensorViews& views, unsigned threads)
-      : model_(model),
-        config_(settings.matcher),
-        views_(views),
-        decoder_(wire::WireLimits{.max_points = config_.max_points}),
-        engine_(model, with_max_points(1), views),
-        slots_(threads),
-        begin_(threads),
-        end_(threads) {
-    if (has_history(settings))
-      history_.emplace(
-          history_for(model, config_, views, {true, settings.estimates_pose != 0, settings.knows_impact != 0}));
-    reserve(outcome_, config_.max_matches);
-    workers_.reserve(slots_.size() - 1);
-    try {
-      for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
-    } catch (...) {  // the destructor does not run after an exception
-      for (std::size_t i = workers_.size() + 1; i < slots_.size(); ++i) begin_.arrive_and_drop();
-      end_workers();
-      throw;
-    }
-  }
-  ~MatchReplay() { end_workers(); }
-  MatchReplay(const MatchReplay&) = delete;
-  MatchReplay& operator=(const MatchReplay&) = delete;
-
-  /// Adds a recorded frame. Its result is delivered during this call or a later one, in the order of the frames.
-  bool add(const ReplayedFrame& replayed, const ResultHandler& handle) {
-    const RecordedMessage& frame = replayed.message;
-    Slot& slot = slots_[filled_++];
-    slot.test = replayed.test;
-    slot.is_wanted = replayed.is_wanted;
-    slot.status = decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id));
-    slot.status = status_after(ids_.observe(frame.session, frame.id).arrival, slot.status);
-    slot.header = decoder_.header();
-    slot.header.frame_id = {};
-    slot.header.cloud = {};
-    slot.receive_ns = frame.log_time_ns;
-    slot.points.resize(slot.status == wire::WireStatus::ok ? slot.header.points : 0);
-    if (slot.status == wire::WireStatus::ok) {
-      decoder_.read_points(slot.points);
-      make_room(slot);
-    }
-    return filled_ < slots_.size() || flush(handle);
-  }
-  /// Registers the id of an earlier frame, so that later frames with this id are repetitions.
-  void skip(const RecordedMessage& frame) { static_cast<void>(ids_.observe(frame.session, frame.id)); }
-  /// Delivers the remaining results.
-  bool flush(const ResultHandler& handle) {
-    run_batch();
-    bool go_on = true;
-    for (std::size_t i = 0; i < filled_ && go_on; ++i) {
-      const wire::WireResult result = result_of(slots_[i]);
-      if (slots_[i].is_wanted) go_on = handle(result, slots_[i].test);
-    }
-    filled_ = 0;
-    return go_on;
-  }
-
- private:
-  struct Slot {
-    std::unique_ptr<Matcher> matcher;
-    std::uint32_t max_points = 0;  // of the matcher
-    wire::FrameHeader header;
-    std::int64_t receive_ns = 0;
-    wire::WireStatus status = wire::WireStatus::ok;
-    std::vector<Point> points;
-    MatchResult match;
-    TestKey test;
-    bool is_wanted = true;
-  };
-  [[nodiscard]] MatcherConfig with_max_points(std::uint32_t points) const {
-    MatcherConfig config = config_;
-    config.max_points = points;
-    return config;
-  }
-  /// A recording may claim larger frames than it has, so a matcher gets memory for those that come.
-  void make_room(Slot& slot) const {
-    const auto points = static_cast<std::uint32_t>(slot.points.size());
-    if (slot.matcher && points <= slot.max_points) return;
-    slot.max_points = std::min(config_.max_points, points + points / 2 + 1);
-    slot.matcher.reset();
-    slot.matcher = std::make_unique<Matcher>(model_, with_max_points(slot.max_points), views_);
-  }
-  void match(Slot& slot) {
-    if (slot.status != wire::WireStatus::ok) return;
-    const Frame frame{slot.header.id, slot.header.stamp_ns, slot.points};
-    slot.match = history_ ? slot.matcher->match(frame, *history_) : slot.matcher->match(frame);
-  }
-
-  void work(Slot& slot) {
-    while (true) {
-      begin_.arrive_and_wait();
-      if (stopping_) return;
-      match(slot);
-      end_.arrive_and_wait();
-    }
-  }
-
-  void end_workers() noexcept {
-    stopping_ = true;
-    if (!workers_.empty()) begin_.arrive_and_wait();
-    for (std::thread& worker : workers_) worker.join();
-  }
-
-  void run_batch() {
-    if (history_ && filled_ > 0) begin_test_of(slots_[0]);
-    for (std::size_t i = filled_; i < slots_.size(); ++i)
-      slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
-    if (!workers_.empty()) begin_.arrive_and_wait();
-    match(slots_[0]);
-    if (!workers_.empty()) end_.arrive_and_wait();
-  }
-
-  void begin_test_of(const Slot& slot) {
-    if (slot.status != wire::WireStatus::ok) return;  // the matcher did not get it
-    if (slot.test == std::exchange(test_, slot.test)) return;
-    engine_.begin_test();
-    if (history_) history_->reset();
-  }
-
-  wire::WireResult result_of(Slot& slot) {
-    clear(outcome_);
-    if (!history_) begin_test_of(slot);
-    outcome_.result.status = slot.status;
-    outcome_.result.points.received = slot.header.points;
-    if (slot.status == wire::WireStatus::ok) {
-      fill_outcome(outcome_, slot.match);
-      fill_test(outcome_, engine_, slot.match);
-    }
-    wire::WireResult result;
-    compose(outcome_, engine_, result);
-    complete_verdict(result);
-    result.session = slot.header.session;
-    result.frame_id = slot.header.id;
-    result.stamp_ns = slot.header.stamp_ns;
-    result.receive_ns = slot.receive_ns;
-    result.sequence = slot.is_wanted ? sequence_++ : 0;
-    result.model_checksum = model_.checksum();
-    result.elapsed_ns = {};
-    return result;
-  }
-
-  const Model& model_;
-  const MatcherConfig config_;
-  const SensorViews& views_;
-  wire::Encoder encoder_;
-  wire::FrameDecoder decoder_;
-  IdTracker ids_;
-  ModelEngine engine_;  // sums up the test
-  std::optional<TestHistory> history_;
-  std::vector<Slot> slots_;  // one matcher per thread
-  std::size_t filled_ = 0;
-  std::optional<TestKey> test_;  // none before its first frame
-  std::uint64_t sequence_ = 0;
-  Outcome outcome_;
-  bool stopping_ = false;
-  std::barrier<> begin_, end_;
-  std::vector<std::thread> workers_;
-};
 
 /// Prints, writes or compares each new result.
 class ResultOutput {
@@ -314,7 +128,8 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
 
 bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
   const Model model = Model::open(options.settings.model_file);
-  const RunSettings settings = replay_settings(run.settings(), model, options.settings);
+  RunSettings settings = replay_settings(run.settings(), model, options.settings);
+  settings.program = "lbea-replay " LBEA_VERSION_STRING;
   const FrameFates fates(run);
   std::optional<ResultComparison> comparison;
   if (options.compares) comparison.emplace(run, fates, options.tolerance, has_history(settings));

@@ -1,21 +1,10 @@
-// What to replay: the settings of the matcher, and the part of the recording; and its replay into a model.
+// What to replay: the part of the recording; and its replay into a model.
 #pragma once
 
-#include "tools/replay/frame_fates.hpp"
+#include "tools/shared/replaying/frame_fates.hpp"
+#include "tools/shared/replaying/match_settings.hpp"
 
 namespace lbea::tool {
-
-struct SettingsOptions {
-  std::string recording, model_file, pose_file;
-  bool without_pose = false;     // frames are in the reference's coordinates
-  std::optional<Method> method;  // instead of the recorded one
-  bool needs_all = false;        // settings that are not in the recording must be given
-};
-
-/// The recorded settings, changed by `options`. Settings that lbea-record did not know are taken from the recorded
-/// states of the matcher. A setting that is still unknown causes a warning, or with needs_all Error{bad_config}. Throws
-/// Error{bad_input} for invalid files.
-[[nodiscard]] RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options);
 
 /// Frames received from from_ns to to_ns, inclusive.
 struct Part {

@@ -1,12 +1,12 @@
 #include "tools/replay/socket_replay.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/replay/frame_fates.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/clock_times.hpp"
 #include "tools/shared/intake/handshake.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
+#include "tools/shared/replaying/frame_fates.hpp"
 
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-#include "tools/replay/frame_fates.hpp"
+#include "tools/shared/replaying/frame_fates.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
 

@@ -1,0 +1,105 @@
+#include "tools/shared/replaying/match_settings.hpp"
+
+#include "adapters/files/atomic_file.hpp"
+#include "adapters/rig/sensor_json.hpp"
+#include "adapters/wire/codec/codec.hpp"
+#include "tools/shared/cli/method_names.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+
+namespace lbea::tool {
+namespace {
+
+/// The first recorded state of a matcher.
+std::optional<wire::WireState> recorded_state(const std::string& file) {
+  RecordedRun run(file);
+  wire::WireState state;
+  while (const auto message = run.next())
+    if (message->kind == RecordedMessage::Kind::state &&
+        wire::decode_state(message->data, state) == wire::WireStatus::ok && !state.method.empty())
+      return state;
+  return {};
+}
+
+/// Whether the matcher estimated the pose error of the tests, by its results of method fit.
+/// Without results of fit: as lbea-serve does.
+bool has_estimated_pose(const std::string& file) {
+  RecordedRun run(file);
+  wire::WireResult result;
+  bool has_fit = false;
+  while (const auto message = run.next()) {
+    if (message->kind != RecordedMessage::Kind::result ||
+        wire::decode_result(message->data, result) != wire::WireStatus::ok || result.fit.candidates.empty())
+      continue;
+    if (std::isfinite(result.fit.pose_turn)) return true;
+    has_fit = true;
+  }
+  return !has_fit;
+}
+
+Method method_of(const std::string& name, const std::string& file) {
+  const auto found = method_names.find(name);
+  if (found == method_names.end())
+    throw Error(Status::bad_input,
+                file + ": was matched by the unknown method \"" + name + "\"; give the method with --method");
+  return found->second;
+}
+
+/// Reports an unknown setting, because a default could change the results.
+void report_unknown(const std::string& what, const SettingsOptions& options) {
+  const std::string sentence = options.recording + ": the recording does not contain " + what;
+  if (options.needs_all) throw Error(Status::bad_config, sentence);
+  spdlog::warn(sentence);
+}
+
+void complete_method(RunSettings& settings, const SettingsOptions& options) {
+  if (const auto state = settings.method.empty() ? recorded_state(options.recording) : std::nullopt) {
+    settings.method = state->method;
+    settings.model_file = state->model.file;
+    settings.model_checksum = state->model.checksum;
+    settings.matcher.max_points = checked_max_points(state->max_points, options.recording);
+    if (!options.method) settings.matcher.method = method_of(state->method, options.recording);
+  }
+  if (options.method) {
+    settings.matcher.method = *options.method;
+  } else if (settings.method.empty()) {
+    report_unknown("the method, because it contains no state of a matcher; give it with --method, otherwise it is lbea",
+                   options);
+  }
+  settings.method = name_of(settings.matcher.method);
+}
+
+// Only lbea-serve records the pose, and whether its error was estimated.
+void complete_pose(RunSettings& settings, const SettingsOptions& options) {
+  if (settings.program.starts_with("lbea-record"))
+    settings.estimates_pose = has_estimated_pose(options.recording) ? 1 : 0;
+  if (!options.pose_file.empty()) {
+    settings.matcher.T_reference_sensor = io::read_pose(options.pose_file);
+    settings.sensor_json = io::as_text(io::read_file(options.pose_file));
+  } else if (options.without_pose) {
+    settings.matcher.T_reference_sensor = MatcherConfig{}.T_reference_sensor;
+    settings.sensor_json.clear();
+  } else if (settings.program.starts_with("lbea-record") && settings.sensor_json.empty()) {
+    report_unknown(
+        "the sensor's pose, because lbea-record does not know it; give it with --pose sensor.json, or give --no-pose "
+        "if lbea-serve had none",
+        options);
+  }
+}
+
+}  // namespace
+
+RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options) {
+  RunSettings settings = std::move(recorded);
+  complete_method(settings, options);
+  complete_pose(settings, options);
+  if (settings.model_checksum != 0 && settings.model_checksum != model.checksum())
+    spdlog::info("{} is not the model of the recording ({})", options.model_file, settings.model_file);
+  settings.model_file = options.model_file;
+  settings.model_checksum = model.checksum();
+  return settings;
+}
+
+}  // namespace lbea::tool
