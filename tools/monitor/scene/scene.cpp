@@ -18,8 +18,6 @@ constexpr double distance_limit_mm = 10;
 constexpr float full_scale = 65535.0f;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-Shape alone(Sample sample) { return {{sample, 1.0f}}; }
-
 nlohmann::json to_json(const Shape& shape) {
   nlohmann::json shares = nlohmann::json::array();
   for (const WeightedSample& share : shape)
@@ -52,9 +50,6 @@ nlohmann::json to_json(const wire::WireFit& fit) {
   return json;
 }
 
-constexpr std::size_t most_samples = 256;
-constexpr float largest_share = 100;
-
 template <class Number>
 bool parse_number(std::string_view& text, Number& into, char after) {
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), into);
@@ -66,58 +61,11 @@ bool parse_number(std::string_view& text, Number& into, char after) {
   return true;
 }
 
-struct Leaders {
-  Shape estimate;  // of method fit; otherwise the best sample
-  Shape match;     // the best sample
-  Shape ghost;     // the best sample of another simulation
-};
-
-Leaders leaders_of(const wire::WireResult& result) {
-  std::vector<Sample> ranked;
-  for (const wire::WireMatch& match : result.matches) ranked.push_back(match.sample);
-  for (const Match& candidate : result.fit.candidates) ranked.push_back(candidate.sample);
-  Leaders leaders;
-  if (ranked.empty()) return leaders;
-  leaders.match = alone(ranked.front());
-  leaders.estimate =
-      result.fit.estimate.empty() ? leaders.match : Shape(result.fit.estimate.begin(), result.fit.estimate.end());
-  const auto other = std::ranges::find_if(
-      ranked, [&](const Sample& sample) { return sample.simulation != ranked.front().simulation; });
-  if (other != ranked.end()) leaders.ghost = alone(*other);
-  return leaders;
-}
-
 }  // namespace
-
-bool is_shape_of(const Model& model, const Shape& shape) noexcept {
-  const auto is_share = [&](const WeightedSample& share) {
-    return model.sample_index(share.sample) < model.samples() && std::abs(share.weight) <= largest_share;
-  };
-  return !shape.empty() && shape.size() <= most_samples && std::ranges::all_of(shape, is_share);
-}
-
-std::vector<float> positions_of(const Model& model, const Shape& shape) {
-  Inferred inferred;
-  infer_positions(model, shape, {}, inferred);
-  return std::move(inferred.mean);
-}
-
-std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field) {
-  Inferred inferred;
-  infer_field(model, field, shape, {}, inferred);
-  return std::move(inferred.mean);
-}
-
-double time_of(const Model& model, const Shape& shape) noexcept {
-  double time_s = 0;
-  for (const WeightedSample& share : shape)
-    time_s += static_cast<double>(share.weight) * model.sample_time_s(model.sample_index(share.sample));
-  return time_s;
-}
 
 std::optional<Shape> parse_shape(std::string_view text) {
   Shape shape;
-  while (!text.empty() && shape.size() < most_samples) {
+  while (!text.empty() && shape.size() < most_samples_of_shape) {
     WeightedSample share;
     if (!parse_number(text, share.sample.simulation, ':') || !parse_number(text, share.sample.time_step, ':') ||
         !parse_number(text, share.weight, ','))
@@ -156,10 +104,8 @@ nlohmann::json to_json(const wire::WireResult& result) {
 SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges)
     : model_(model),
       ranges_(std::move(ranges)),
-      distance_limit_(distance_limit_mm * units_per_mm(model.length_unit())) {
-  const auto corners = model.element_nodes();
-  for (std::size_t e = 0; e < model.elements(); ++e)
-    elements_.push_back({corners[4 * e], corners[4 * e + 1], corners[4 * e + 2], corners[4 * e + 3]});
+      distance_limit_(distance_limit_mm * units_per_mm(model.length_unit())),
+      elements_(elements_of(model)) {
   const float size =
       std::max({ranges_.hi[0] - ranges_.lo[0], ranges_.hi[1] - ranges_.lo[1], ranges_.hi[2] - ranges_.lo[2], 1e-6f});
   for (std::size_t k = 0; k < 3; ++k) {

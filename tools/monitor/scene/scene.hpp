@@ -4,18 +4,10 @@
 #include "adapters/wire/codec/messages.hpp"
 #include "precompute/registration/surface_tree.hpp"
 #include "tools/monitor/scene/model_exports.hpp"
+#include "tools/shared/matching/shapes.hpp"
 
 namespace lbea::tool {
 
-/// A weighted mean of samples.
-using Shape = std::vector<WeightedSample>;
-
-/// Whether `shape` has at least one sample, the model has all its samples, and every weight is in (0, 1].
-[[nodiscard]] bool is_shape_of(const Model& model, const Shape& shape) noexcept;
-/// nodes() x 3. `shape` must be a shape of the model.
-[[nodiscard]] std::vector<float> positions_of(const Model& model, const Shape& shape);
-[[nodiscard]] std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field);
-[[nodiscard]] double time_of(const Model& model, const Shape& shape) noexcept;
 /// Parses "3:17:0.75,4:16:0.25": simulation, time step, weight. Nothing when the text has another form.
 [[nodiscard]] std::optional<Shape> parse_shape(std::string_view text);
 

@@ -1,0 +1,67 @@
+#include "tools/shared/matching/shapes.hpp"
+
+#include <lbea/inference.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea::tool {
+namespace {
+
+constexpr float largest_share = 100;
+
+Shape alone(Sample sample) { return {{sample, 1.0f}}; }
+
+}  // namespace
+
+bool is_shape_of(const Model& model, const Shape& shape) noexcept {
+  const auto is_share = [&](const WeightedSample& share) {
+    return model.sample_index(share.sample) < model.samples() && std::abs(share.weight) <= largest_share;
+  };
+  return !shape.empty() && shape.size() <= most_samples_of_shape && std::ranges::all_of(shape, is_share);
+}
+
+std::vector<float> positions_of(const Model& model, const Shape& shape) {
+  Inferred inferred;
+  infer_positions(model, shape, {}, inferred);
+  return std::move(inferred.mean);
+}
+
+std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field) {
+  Inferred inferred;
+  infer_field(model, field, shape, {}, inferred);
+  return std::move(inferred.mean);
+}
+
+double time_of(const Model& model, const Shape& shape) noexcept {
+  double time_s = 0;
+  for (const WeightedSample& share : shape)
+    time_s += static_cast<double>(share.weight) * model.sample_time_s(model.sample_index(share.sample));
+  return time_s;
+}
+
+Leaders leaders_of(const wire::WireResult& result) {
+  std::vector<Sample> ranked;
+  for (const wire::WireMatch& match : result.matches) ranked.push_back(match.sample);
+  for (const Match& candidate : result.fit.candidates) ranked.push_back(candidate.sample);
+  Leaders leaders;
+  if (ranked.empty()) return leaders;
+  leaders.match = alone(ranked.front());
+  leaders.estimate =
+      result.fit.estimate.empty() ? leaders.match : Shape(result.fit.estimate.begin(), result.fit.estimate.end());
+  const auto other = std::ranges::find_if(
+      ranked, [&](const Sample& sample) { return sample.simulation != ranked.front().simulation; });
+  if (other != ranked.end()) leaders.ghost = alone(*other);
+  return leaders;
+}
+
+std::vector<std::array<std::uint32_t, 4>> elements_of(const Model& model) {
+  const auto corners = model.element_nodes();
+  std::vector<std::array<std::uint32_t, 4>> elements;
+  elements.reserve(model.elements());
+  for (std::size_t e = 0; e < model.elements(); ++e)
+    elements.push_back({corners[4 * e], corners[4 * e + 1], corners[4 * e + 2], corners[4 * e + 3]});
+  return elements;
+}
+
+}  // namespace lbea::tool

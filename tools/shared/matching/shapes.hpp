@@ -1,0 +1,31 @@
+// Shapes of the component as combinations of samples, for pictures.
+#pragma once
+
+#include "adapters/wire/codec/messages.hpp"
+
+namespace lbea::tool {
+
+/// A weighted mean of samples.
+using Shape = std::vector<WeightedSample>;
+
+/// Whether `shape` has at least one sample and not too many, the model has all of them, and every weight is possible.
+[[nodiscard]] bool is_shape_of(const Model& model, const Shape& shape) noexcept;
+/// nodes() x 3. `shape` must be a shape of the model.
+[[nodiscard]] std::vector<float> positions_of(const Model& model, const Shape& shape);
+[[nodiscard]] std::vector<float> field_of(const Model& model, const Shape& shape, std::uint32_t field);
+[[nodiscard]] double time_of(const Model& model, const Shape& shape) noexcept;
+
+/// The shapes that a result names, which need not be shapes of a model.
+struct Leaders {
+  Shape estimate;  // of method fit; otherwise the best sample
+  Shape match;     // the best sample
+  Shape ghost;     // the best sample of another simulation
+};
+[[nodiscard]] Leaders leaders_of(const wire::WireResult& result);
+
+/// The corners of the component's elements; a triangle repeats its last node.
+[[nodiscard]] std::vector<std::array<std::uint32_t, 4>> elements_of(const Model& model);
+
+inline constexpr std::size_t most_samples_of_shape = 256;
+
+}  // namespace lbea::tool
