@@ -110,13 +110,21 @@ bool TestAnswer::add(const wire::WireResult& result) {
   return undeformed_.add(result);
 }
 
+std::vector<std::string> TestAnswer::warnings() const {
+  std::vector<std::string> warnings;
+  if (undeformed_.is_low()) warnings.push_back(pose_warning(*undeformed_.latest()));
+  if (departed_.are_many()) warnings.push_back(departure_warning(departed_.share()));
+  if (times_.are_wrong() || times_.go_back()) warnings.push_back(capture_times_warning(!times_.are_wrong()));
+  if (matched_ > 0 && rejected_ > matched_)
+    warnings.push_back(std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
+                       " frames show no point near any simulation, or were rejected; the verdict does not consider "
+                       "them");
+  return warnings;
+}
+
 std::string TestAnswer::warning() const {
-  if (undeformed_.is_low()) return pose_warning(*undeformed_.latest());
-  if (departed_.are_many()) return departure_warning(departed_.share());
-  if (times_.are_wrong() || times_.go_back()) return capture_times_warning(!times_.are_wrong());
-  if (matched_ == 0 || rejected_ <= matched_) return "";
-  return std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +
-         " frames show no point near any simulation, or were rejected; the verdict does not consider them";
+  const std::vector<std::string> all = warnings();
+  return all.empty() ? "" : all.front();
 }
 
 std::string refusal_of_all(const wire::Counters& counters, std::string_view length_unit) {

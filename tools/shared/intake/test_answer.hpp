@@ -87,6 +87,11 @@ class TestAnswer {
   /// space that the simulations fill: most frames were rejected, or far more points than in the first frame are near
   /// none; or the capture times are wrong.
   [[nodiscard]] std::string warning() const;
+  /// The same for everything that is wrong, most important first.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+  /// Frames since the test began.
+  [[nodiscard]] std::uint64_t matched() const noexcept { return matched_; }
+  [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
 
  private:
   std::optional<std::uint64_t> session_;

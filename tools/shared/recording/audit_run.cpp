@@ -3,7 +3,6 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
-#include "tools/shared/recording/recorded_run.hpp"
 #include "tools/shared/recording/recording_file.hpp"
 
 #include <algorithm>
@@ -71,7 +70,7 @@ struct Capture {
 /// Counts captures, frames and results, and compares them.
 class RunAuditor {
  public:
-  explicit RunAuditor(RunAudit& audit) : audit_(audit) {}
+  RunAuditor(RunAudit& audit, const RecordedMessageVisitor& visit) : audit_(audit), visit_(visit) {}
   /// `channel` is null for a message whose channel is not defined.
   void add(const mcap::Message& message, const mcap::Channel* channel) {
     if (channel == nullptr) return;
@@ -84,6 +83,7 @@ class RunAuditor {
     if (recorded.kind == Kind::frame) add_frame(recorded);
     if (recorded.kind == Kind::result) add_result(recorded);
     if (recorded.kind == Kind::state) add_state(recorded);
+    if (visit_) visit_(recorded);
   }
   /// A sender at the end of a recording without a matcher.
   void add_sender(const wire::WireSender& sender) { sessions_[sender.session].at_recorder = sender; }
@@ -210,6 +210,7 @@ class RunAuditor {
   }
 
   RunAudit& audit_;
+  const RecordedMessageVisitor& visit_;
   std::map<std::uint64_t, Captures> sessions_;
   std::vector<Capture> frames_, matched_, dropped_, refused_;
   std::uint64_t last_sequence_ = 0;
@@ -248,9 +249,9 @@ void read_metadata(RunAudit& audit, const std::string& file) {
 
 }  // namespace
 
-RunAudit audit_run(const std::filesystem::path& file) {
+RunAudit audit_run(const std::filesystem::path& file, const RecordedMessageVisitor& visit) {
   RunAudit audit;
-  RunAuditor auditor(audit);
+  RunAuditor auditor(audit, visit);
   const mcap::FileSource source(file);
   audit.file = mcap::check_file(
       source, [&](const mcap::Message& message, const mcap::Channel* channel) { auditor.add(message, channel); });

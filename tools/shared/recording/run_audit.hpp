@@ -2,7 +2,7 @@
 #pragma once
 
 #include "adapters/mcap/salvage.hpp"
-#include "tools/shared/recording/recording_format.hpp"
+#include "tools/shared/recording/recorded_run.hpp"
 
 namespace lbea::tool {
 
@@ -52,7 +52,10 @@ struct RunAudit {
   [[nodiscard]] std::vector<std::string> flaws() const;
 };
 
-/// Throws Error{file_not_found | bad_input} only when the file cannot be read at all.
-[[nodiscard]] RunAudit audit_run(const std::filesystem::path& file);
+/// Gets every sound message of a run, also of a damaged or cut file, in its order.
+using RecordedMessageVisitor = std::function<void(const RecordedMessage&)>;
+
+/// Reads the whole file once. Throws Error{file_not_found | bad_input} only when it cannot be read at all.
+[[nodiscard]] RunAudit audit_run(const std::filesystem::path& file, const RecordedMessageVisitor& visit = {});
 
 }  // namespace lbea::tool
