@@ -1,0 +1,51 @@
+// Everything that the page and the summary say about one test of a recording.
+#pragma once
+
+#include "tools/report/content/accounts.hpp"
+#include "tools/report/content/explanation.hpp"
+#include "tools/report/content/frame_study.hpp"
+
+namespace lbea::tool {
+
+struct ReportOptions {
+  std::filesystem::path recording;
+  std::filesystem::path model_file;  // empty: the one that the recording names
+  std::string pose_file;             // instead of the recorded pose
+  bool without_pose = false;         // the points are in reference coordinates
+  std::optional<std::size_t> test;   // its number, from 1; none: the one with the most matched frames
+};
+
+struct TestReport {
+  TestReport(RecordingContent recording, Model baked, std::filesystem::path file)
+      : content(std::move(recording)), model(std::move(baked)), model_file(std::move(file)) {}
+  RecordingContent content;
+  Model model;
+  std::filesystem::path model_file;
+  std::vector<std::string> names;                               // of the simulations
+  RigidTransform T_reference_sensor = identity_transform;       // of the points
+  RigidTransform T_reference_view = identity_transform;         // of the pictures; the identity: unknown
+  std::optional<std::size_t> test;                              // place in content.tests; none: no frame was matched
+  double frame_limit = static_cast<double>(FrameRow::unknown);  // of the misfit; NaN: unknown
+  double test_limit = static_cast<double>(FrameRow::unknown);
+  FrameStudy frames;
+  RegionMap regions;
+  Accounts accounts;
+  bool is_own_match = false;  // the recording has no results, so its frames were matched for the report
+  wire::Counters own_counters;
+  std::map<CaptureKey, wire::WireResult> own_results;  // of the matched frames
+  Explanation explanation;
+  std::vector<std::string> warnings;  // as the log of lbea-serve gives them
+
+  [[nodiscard]] const TestRecord* record() const noexcept { return test ? &content.tests[*test].record : nullptr; }
+  [[nodiscard]] const wire::WireTestState& state() const noexcept;
+  [[nodiscard]] const RunSettings& settings() const noexcept { return content.audit.settings; }
+  [[nodiscard]] std::string length_unit() const { return std::string(model.length_unit()); }
+};
+
+/// Called with the name of a stage and its progress.
+using StageReporter = std::function<void(std::string_view stage, std::uint64_t done, std::uint64_t total)>;
+
+/// Throws Error with a sentence when nothing can be told, and when stopped.
+[[nodiscard]] TestReport make_report(const ReportOptions& options, const StageReporter& progress);
+
+}  // namespace lbea::tool

@@ -1,0 +1,127 @@
+// The verdict with what it rests on, flaws of the recording, warnings, and the other tests.
+#include "tools/report/page/html.hpp"
+#include "tools/report/page/page.hpp"
+
+#include <cmath>
+
+namespace lbea::tool {
+namespace {
+
+constexpr std::size_t most_flaws = 12;
+
+/// Before everything else: what a damaged or incomplete recording cannot tell.
+std::string flaws_of(const TestReport& report) {
+  const std::vector<std::string> flaws = report.content.audit.flaws();
+  if (flaws.empty()) return "";
+  std::string text = "<section class=\"flaws\" aria-label=\"The recording\"><p><strong>The recording is ";
+  text += report.content.audit.file.is_intact() ? "not complete." : "damaged: this report shows what could be read.";
+  text += "</strong></p>\n<ul>";
+  for (std::size_t i = 0; i < std::min(flaws.size(), most_flaws); ++i) text += "<li>" + escaped(flaws[i]) + "</li>";
+  if (flaws.size() > most_flaws) text += "<li>and " + std::to_string(flaws.size() - most_flaws) + " more</li>";
+  return text + "</ul></section>\n";
+}
+
+std::string warnings_of(const TestReport& report) {
+  if (report.warnings.empty()) return "";
+  std::string text = "<section aria-label=\"Warnings\"><h2>Warnings</h2>\n<ul>";
+  for (const std::string& warning : report.warnings) text += "<li>" + escaped(warning) + "</li>";
+  return text + "</ul></section>\n";
+}
+
+class Facts {
+ public:
+  /// `value` and `remark` are any texts.
+  void add(const char* name, const std::string& value, const std::string& remark = "") {
+    list_ += "<div><dt>" + std::string(name) + "</dt><dd>" + escaped(value) +
+             (remark.empty() ? "" : "<small>" + escaped(remark) + "</small>") + "</dd></div>\n";
+  }
+  [[nodiscard]] std::string html() const { return list_.empty() ? "" : "<dl class=\"facts\">\n" + list_ + "</dl>\n"; }
+
+ private:
+  std::string list_;
+};
+
+void add_certainty(Facts& facts, const TestReport& report) {
+  const wire::WireTestState& state = report.state();
+  if (state.frames == 0) return;
+  const bool fits = state.verdict != wire::WireVerdict::no_simulation_fits;
+  const std::uint32_t simulation =
+      fits && !state.simulations.empty() ? state.simulations.front().simulation : state.simulation;
+  facts.add(fits ? "Likeliest simulation" : "Nearest simulation", simulation_name(report.names, simulation),
+            fits && !state.simulations.empty()
+                ? percent_text(double{state.simulations.front().probability}) + " probable"
+                : "");
+  const Likeliest branch = likeliest_branch(state);
+  if (fits && branch.branches > 1)
+    facts.add(
+        "Deformation branch", "branch " + std::to_string(branch.branch),
+        percent_text(branch.branch_probability) + " probable, of " + std::to_string(branch.branches) + " branches");
+  facts.add(
+      "Misfit of the test", number_text(double{state.misfit}),
+      std::isfinite(report.test_limit) ? "limit " + number_text(report.test_limit) + "; expected 1" : "expected 1");
+}
+
+void add_end(Facts& facts, const TestReport& report) {
+  const TestRecord& record = *report.record();
+  const wire::WireResult& last = *record.latest();
+  if (std::isfinite(last.fit.error_90))
+    facts.add("Error of the estimate at the end",
+              "below " + number_text(double{last.fit.error_90}) + " " + report.length_unit(),
+              "mean over the component, in 90 % of unseen tests");
+  facts.add("Duration", time_text(record.seconds()),
+            std::isfinite(last.fit.test_time) ? time_text(double{last.fit.test_time}) + " since the impact at the end"
+                                              : "first to last matched frame");
+  if (!last.matches.empty())
+    facts.add("Ends like", simulation_name(report.names, last.matches.front().sample.simulation),
+              "at " + time_text(last.matches.front().time_s) + " of its time, step " +
+                  std::to_string(last.matches.front().sample.time_step));
+  const wire::Counters& counters = report.accounts.counters;
+  facts.add("Frames matched",
+            std::to_string(counters.sum(wire::Fate::matched)) + " of " + std::to_string(counters.captured()),
+            std::to_string(counters.sum(wire::Fate::rejected)) + " rejected, " +
+                std::to_string(counters.sum(wire::Fate::dropped)) + " dropped");
+}
+
+const char* class_of(Explanation::Tone tone) {
+  return tone == Explanation::Tone::good ? "good" : tone == Explanation::Tone::bad ? "bad" : "open";
+}
+
+std::string number_cell(const std::string& text) { return "<td class=\"number\">" + text + "</td>"; }
+
+}  // namespace
+
+std::string answer_section(const TestReport& report) {
+  const Explanation& answer = report.explanation;
+  Facts facts;
+  add_certainty(facts, report);
+  if (report.record() != nullptr) add_end(facts, report);
+  return flaws_of(report) + "<section class=\"answer " + class_of(answer.tone) +
+         "\" aria-label=\"Verdict\"><p class=\"word\">" + escaped(answer.word) + "</p>\n<p class=\"headline\">" +
+         escaped(answer.headline) + "</p>\n<p><strong>What it means:</strong> " + escaped(answer.meaning) +
+         "</p>\n<p><strong>What to do:</strong> " + escaped(answer.action) + "</p></section>\n" + facts.html() +
+         warnings_of(report);
+}
+
+std::string tests_section(const TestReport& report) {
+  const RecordingContent& content = report.content;
+  if (content.tests.size() < 2) return "";
+  std::string text = "<section aria-label=\"Tests\"><h2>Tests in this recording</h2>\n<p>This report is about test " +
+                     std::to_string(*report.test + 1) +
+                     "; <code>--test N</code> reports another one.</p>\n"
+                     "<table><thead><tr><th scope=\"col\" class=\"number\">Test</th><th scope=\"col\">Sender</th>"
+                     "<th scope=\"col\" class=\"number\">Frames</th><th scope=\"col\" "
+                     "class=\"number\">Duration</th><th scope=\"col\">Verdict</th></tr></thead>\n<tbody>";
+  for (std::size_t i = 0; i < content.tests.size(); ++i) {
+    const TestRecord& record = content.tests[i].record;
+    text += "<tr>" + number_cell(std::to_string(i + 1)) + "<td>" + hexadecimal_text(content.tests[i].key.first) +
+            "</td>" + number_cell(std::to_string(record.answer().matched())) +
+            number_cell(time_text(record.seconds())) + "<td>" +
+            escaped(answer_text(record.answer().state(), report.names)) + "</td></tr>\n";
+  }
+  text += "</tbody></table>\n";
+  if (content.omitted_tests > 0)
+    text += "<p>" + std::to_string(content.omitted_tests) + " frames of further tests are not shown.</p>\n";
+  return text + "</section>\n";
+}
+
+}  // namespace lbea::tool

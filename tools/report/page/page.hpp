@@ -1,0 +1,31 @@
+// The report as one HTML page without external files and scripts, and as JSON.
+#pragma once
+
+#include "tools/report/content/test_report.hpp"
+
+#include <string>
+
+namespace lbea::tool {
+
+[[nodiscard]] std::string page_of(const TestReport& report);
+/// The same facts for programs.
+[[nodiscard]] std::string summary_json(const TestReport& report);
+
+// The sections, in the order of the page. Empty when there is nothing to show.
+[[nodiscard]] std::string answer_section(const TestReport& report);
+[[nodiscard]] std::string tests_section(const TestReport& report);
+[[nodiscard]] std::string pictures_section(const TestReport& report);
+[[nodiscard]] std::string curves_section(const TestReport& report);
+[[nodiscard]] std::string simulations_section(const TestReport& report);
+[[nodiscard]] std::string regions_section(const TestReport& report);
+[[nodiscard]] std::string accounts_section(const TestReport& report);
+[[nodiscard]] std::string origin_section(const TestReport& report);
+
+/// "12.5 ms" since the first frame of the test.
+[[nodiscard]] std::string time_text(double seconds);
+/// UTC.
+[[nodiscard]] std::string date_text(std::int64_t ns_since_1970);
+/// 16 hexadecimal digits.
+[[nodiscard]] std::string hexadecimal_text(std::uint64_t number);
+
+}  // namespace lbea::tool

@@ -1,0 +1,125 @@
+// The report for programs.
+#include "tools/report/page/page.hpp"
+
+#include "adapters/wire/codec/codec.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace lbea::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json reasons(std::span<const Accounts::Reason> all) {
+  Json json = Json::object();
+  for (const auto& [status, count] : all) json[std::string(wire::to_string(status))] = count;
+  return json;
+}
+
+Json accounts_json(const TestReport& report) {
+  const wire::Counters& counters = report.accounts.counters;
+  return {{"captured", counters.captured()},
+          {"received", counters.received},
+          {"matched", counters.sum(wire::Fate::matched)},
+          {"rejected", counters.sum(wire::Fate::rejected)},
+          {"dropped", counters.sum(wire::Fate::dropped)},
+          {"rejected_by_reason", reasons(report.accounts.rejected)},
+          {"dropped_by_reason", reasons(report.accounts.dropped)},
+          {"by_matcher", report.accounts.is_by_matcher}};
+}
+
+Json test_json(const TestReport& report, const RecordedTest& test) {
+  const wire::WireTestState& state = test.record.answer().state();
+  Json json{{"session", hexadecimal_text(test.key.first)},
+            {"matched_frames", test.record.answer().matched()},
+            {"seconds", number(test.record.seconds())},
+            {"ended", test.record.has_ended()},
+            {"verdict", wire::to_string(state.verdict)},
+            {"misfit", state.frames > 0 ? number(double{state.misfit}) : Json(nullptr)},
+            {"simulations", Json::array()},
+            {"branches", state.branches}};
+  for (const auto& [simulation, probability] : state.simulations)
+    json["simulations"].push_back(
+        {{"simulation", simulation_name(report.names, simulation)}, {"probability", number(double{probability})}});
+  for (const auto& [verdict, count] : test.record.verdicts())
+    json["verdicts"][std::string(wire::to_string(verdict))] = count;
+  return json;
+}
+
+Json end_json(const TestReport& report) {
+  if (report.record() == nullptr) return nullptr;
+  const wire::WireResult& last = *report.record()->latest();
+  Json json{{"frame", last.frame_id}};
+  if (!last.matches.empty()) {
+    json["simulation"] = last.matches.front().simulation_name;
+    json["time_step"] = last.matches.front().sample.time_step;
+    json["time_s"] = number(last.matches.front().time_s);
+    json["distance"] = number(double{last.matches.front().distance});
+  }
+  for (const auto& entry : frame_numbers) json[entry.name] = number(double{last.*entry.value});
+  for (const auto& entry : fit_numbers) json[entry.name] = number(double{last.fit.*entry.value});
+  return json;
+}
+
+Json frames_json(const TestReport& report) {
+  Json frames = Json::array();
+  for (const StudiedFrame& frame : report.frames.frames)
+    frames.push_back({{"frame", frame.result.frame_id},
+                      {"seconds", number(frame.time_s)},
+                      {"shown", frame.is_shown},
+                      {"mean_to_match", number(frame.to_match.mean())},
+                      {"mean_to_estimate", number(frame.to_estimate.mean())}});
+  return frames;
+}
+
+Json regions_json(const TestReport& report) {
+  Json regions = Json::array();
+  for (const Region& region : report.regions.worst)
+    regions.push_back(
+        {{"part", region.part},
+         {"center",
+          {number(double{region.center.x}), number(double{region.center.y}), number(double{region.center.z})}},
+         {"mean", number(region.mean)},
+         {"highest", number(region.highest)},
+         {"highest_seconds", number(region.highest_time_s)}});
+  return regions;
+}
+
+}  // namespace
+
+std::string summary_json(const TestReport& report) {
+  const RunAudit& audit = report.content.audit;
+  Json json{{"recording", report.content.file.string()},
+            {"checksum", hexadecimal_text(report.content.checksum)},
+            {"intact", audit.file.is_intact()},
+            {"complete", audit.is_complete()},
+            {"flaws", audit.flaws()},
+            {"recorded_by", report.settings().program},
+            {"method", report.settings().method},
+            {"model", report.model_file.string()},
+            {"model_checksum", hexadecimal_text(report.model.checksum())},
+            {"length_unit", report.length_unit()},
+            {"program", "lbea-report " LBEA_VERSION_STRING},
+            {"answer",
+             {{"word", report.explanation.word},
+              {"headline", report.explanation.headline},
+              {"meaning", report.explanation.meaning},
+              {"action", report.explanation.action}}},
+            {"frame_misfit_limit", number(report.frame_limit)},
+            {"test_misfit_limit", number(report.test_limit)},
+            {"warnings", report.warnings},
+            {"accounts", accounts_json(report)},
+            {"test", report.test ? Json(*report.test + 1) : Json(nullptr)},
+            {"tests", Json::array()},
+            {"end", end_json(report)},
+            {"frames", frames_json(report)},
+            {"regions", regions_json(report)}};
+  for (const RecordedTest& test : report.content.tests) json["tests"].push_back(test_json(report, test));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace lbea::tool
