@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::RowVectorXd, Eigen::VectorXd;
 
-constexpr Index nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores;
 constexpr Index most_components = LearnedForecast::most_components;
 constexpr Index fewest_runs = 4;
 
@@ -22,9 +21,10 @@ RowVectorXd scales_of(const Histories& histories) {
   constexpr double least = 1e-6;  // of the runs' variance
   const auto tests = static_cast<double>(histories.errors.rows());
   RowVectorXd variances = histories.errors.colwise().squaredNorm() / tests;
-  for (Index node = 0; node < nodes; ++node) {
-    auto of_node = variances.segment(node * scores, scores);
-    const double floor = least * histories.shapes.middleCols(node * scores, scores).squaredNorm() /
+  for (Index node = 0; node < Histories::nodes; ++node) {
+    auto of_node = variances.segment(node * Histories::scores, Histories::scores);
+    const double floor = least *
+                         histories.shapes.middleCols(node * Histories::scores, Histories::scores).squaredNorm() /
                          static_cast<double>(histories.shapes.rows());
     of_node = (0.5 * (of_node.array() + of_node.mean())).max(std::max(floor, 1e-30));
   }
@@ -152,7 +152,7 @@ class NodeTraining {
       : histories_(histories),
         node_(node),
         trained_(trained),
-        scales_(scales.head(node * scores)),
+        scales_(scales.head(node * Histories::scores)),
         components_(components_of(histories.shapes.leftCols(scales_.size()) * scales_.asDiagonal(),
                                   histories.tests.leftCols(scales_.size()) * scales_.asDiagonal())),
         ridges_(node == 0 ? std::vector<double>{1} : ridges_for(components_.variances)) {}
@@ -171,7 +171,8 @@ class NodeTraining {
   void write_components() {
     for (Index c = 0; c < kept(); ++c)
       for (Index f = 0; f < scales_.size(); ++f)
-        trained_.components[static_cast<std::size_t>(((node_ - 1) * most_components + c) * nodes * scores + f)] =
+        trained_.components[static_cast<std::size_t>(
+            ((node_ - 1) * most_components + c) * Histories::nodes * Histories::scores + f)] =
             static_cast<float>(components_.rows(c, f) * scales_(f));
   }
 
@@ -241,9 +242,10 @@ TrainedForecast learn_forecast(const Histories& histories, unsigned threads) {
                           static_cast<std::size_t>(histories.parameters.cols()));
   if (histories.shapes.rows() < fewest_runs || histories.tests.rows() == 0) return trained;
   for (Index i = 0; i < histories.means.size(); ++i)
-    trained.means[static_cast<std::size_t>(i)] = static_cast<float>(histories.means(i / scores, i % scores));
+    trained.means[static_cast<std::size_t>(i)] =
+        static_cast<float>(histories.means(i / Histories::scores, i % Histories::scores));
   const RowVectorXd scales = scales_of(histories);
-  work_in_parallel(static_cast<std::size_t>(1 + nodes), threads, [&](const auto& next) {
+  work_in_parallel(static_cast<std::size_t>(1 + Histories::nodes), threads, [&](const auto& next) {
     for (std::size_t node = next(); node <= LearnedForecast::nodes; node = next())
       NodeTraining(histories, scales, static_cast<Index>(node), trained).train();
   });

@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::RowVectorXd;
 
-constexpr Index nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores;
 constexpr Index per_node = LearnedForecast::means_per_node;
 constexpr std::size_t most_nodes = 128;  // of the mesh, at which final shapes are compared
 
@@ -34,8 +33,8 @@ class HistoryReader {
 
  private:
   [[nodiscard]] RowVectorXd stored(std::size_t sample) const {
-    constexpr auto size = static_cast<std::size_t>(scores);
-    return Eigen::Map<const Eigen::RowVectorXf>(&fit_.shapes.shapes[sample * size], scores).cast<double>();
+    constexpr auto size = static_cast<std::size_t>(Histories::scores);
+    return Eigen::Map<const Eigen::RowVectorXf>(&fit_.shapes.shapes[sample * size], Histories::scores).cast<double>();
   }
   /// Between two samples shapes change linearly.
   [[nodiscard]] RowVectorXd shape(std::size_t run, double node) const {
@@ -45,9 +44,9 @@ class HistoryReader {
   }
   /// late: how much later than a node its shape is taken, in nodes.
   [[nodiscard]] RowVectorXd deviations(const MatrixXd& means, std::size_t run, double late = 0) const {
-    RowVectorXd row(nodes * scores);
-    for (Index node = 0; node < nodes; ++node)
-      row.segment(node * scores, scores) =
+    RowVectorXd row(Histories::nodes * Histories::scores);
+    for (Index node = 0; node < Histories::nodes; ++node)
+      row.segment(node * Histories::scores, Histories::scores) =
           shape(run, static_cast<double>(node + 1) + late) - means.row((node + 1) * per_node);
     return row;
   }
@@ -59,7 +58,7 @@ class HistoryReader {
   }
 
   void read_means(Histories& histories) const {
-    histories.means = MatrixXd::Zero(1 + nodes * per_node, scores);
+    histories.means = MatrixXd::Zero(1 + Histories::nodes * per_node, Histories::scores);
     for (Index i = 0; i < histories.means.rows(); ++i) {
       for (const std::size_t run : trained_)
         histories.means.row(i) += shape(run, static_cast<double>(i) / static_cast<double>(per_node));
@@ -69,7 +68,7 @@ class HistoryReader {
 
   void read_runs(const MatrixXd& parameters, Histories& histories) const {
     const Index count = std::ssize(trained_);
-    histories.shapes.resize(count, nodes * scores);
+    histories.shapes.resize(count, Histories::nodes * Histories::scores);
     histories.parameters.resize(count, parameters.cols());
     for (Index i = 0; i < count; ++i) {
       const std::size_t run = trained_[static_cast<std::size_t>(i)];
@@ -89,14 +88,15 @@ class HistoryReader {
   }
 
   void read_tests(const MatrixXd& parameters, Histories& histories) const {
-    const Index count = 2 * std::ssize(fit_.tests) / nodes;
+    const Index count = 2 * std::ssize(fit_.tests) / Histories::nodes;
     histories.tested_runs = static_cast<std::size_t>(count / 2);
-    histories.errors.resize(count, nodes * scores);
-    histories.tests.resize(count, nodes * scores);
+    histories.errors.resize(count, Histories::nodes * Histories::scores);
+    histories.tests.resize(count, Histories::nodes * Histories::scores);
     histories.test_finals.resize(count, histories.finals.cols());
     histories.test_parameters.resize(count, parameters.cols());
     for (Index i = 0; i < count; ++i) {
-      const auto tests = std::span(fit_.tests).subspan(static_cast<std::size_t>(i / 2 * nodes), nodes);
+      const auto tests =
+          std::span(fit_.tests).subspan(static_cast<std::size_t>(i / 2 * Histories::nodes), Histories::nodes);
       const std::size_t run = source_.samples[tests.front().sample].simulation;
       histories.tests.row(i) =
           deviations(histories.means, run, i % 2 == 0 ? clock_error_ : -clock_error_) + errors(tests);
@@ -109,11 +109,12 @@ class HistoryReader {
   }
   /// Of the estimates of the samples nearest to the nodes, one test. They are as wrong at the nodes.
   [[nodiscard]] RowVectorXd errors(std::span<const EstimatedShape> test) const {
-    RowVectorXd row(nodes * scores);
-    for (Index node = 0; node < nodes; ++node) {
+    RowVectorXd row(Histories::nodes * Histories::scores);
+    for (Index node = 0; node < Histories::nodes; ++node) {
       const EstimatedShape& estimate = test[static_cast<std::size_t>(node)];
-      row.segment(node * scores, scores) =
-          Eigen::Map<const Eigen::RowVectorXf>(estimate.scores.data(), scores).cast<double>() - stored(estimate.sample);
+      row.segment(node * Histories::scores, Histories::scores) =
+          Eigen::Map<const Eigen::RowVectorXf>(estimate.scores.data(), Histories::scores).cast<double>() -
+          stored(estimate.sample);
     }
     return row;
   }
@@ -121,7 +122,7 @@ class HistoryReader {
   [[nodiscard]] double clock_error() const {
     const double states = static_cast<double>(source_.samples.size());
     const double interval = times_.duration_s * static_cast<double>(runs_.size()) / states;
-    return times_.duration_s > 0 ? interval / 3 / times_.duration_s * static_cast<double>(nodes) : 0;
+    return times_.duration_s > 0 ? interval / 3 / times_.duration_s * static_cast<double>(Histories::nodes) : 0;
   }
 
   const SampleSource& source_;

@@ -8,7 +8,7 @@ namespace lbea::bake {
 
 /// Shapes are one row of nodes x shape_scores: at the first node, at the second one, ...
 struct Histories {
-  static constexpr Eigen::Index none = -1;
+  static constexpr Eigen::Index nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores, none = -1;
 
   Eigen::MatrixXd means;       // of the trained runs' shapes over time, as in LearnedForecast
   Eigen::MatrixXd shapes;      // trained runs: deviations from the means
