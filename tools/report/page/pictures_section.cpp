@@ -35,17 +35,18 @@ class DistanceScale {
 /// `what`: markup-free.
 std::string color_bar(const DistanceScale& scale, const std::string& unit, const char* what) {
   constexpr int steps = 32;
-  constexpr double length = 300, left = 10;
+  constexpr double length = 300, bar_left = 10;
   std::string svg = "<div class=\"bar\"><svg viewBox=\"0 0 420 40\" role=\"img\" aria-label=\"Color scale\">";
   for (int i = 0; i < steps; ++i) {
     const io::Color c = color_of((i + 0.5) / steps);
-    svg += formatted("<rect x=\"%.2f\" y=\"2\" width=\"%.2f\" height=\"14\" fill=\"#%02x%02x%02x\"/>",
-                     left + i * length / steps, length / steps + 0.3, unsigned{c[0]}, unsigned{c[1]}, unsigned{c[2]});
+    svg +=
+        formatted("<rect x=\"%.2f\" y=\"2\" width=\"%.2f\" height=\"14\" fill=\"#%02x%02x%02x\"/>",
+                  bar_left + i * length / steps, length / steps + 0.3, unsigned{c[0]}, unsigned{c[1]}, unsigned{c[2]});
   }
   for (const double share : {0.0, 0.5, 1.0})
-    svg += formatted("<text x=\"%.1f\" y=\"31\" text-anchor=\"middle\">", left + share * length) +
+    svg += formatted("<text x=\"%.1f\" y=\"31\" text-anchor=\"middle\">", bar_left + share * length) +
            number_text(share * scale.limit()) + "</text>";
-  return svg + formatted("<text x=\"%.0f\" y=\"14\">", left + length + 10) + escaped(unit) +
+  return svg + formatted("<text x=\"%.0f\" y=\"14\">", bar_left + length + 10) + escaped(unit) +
          "</text></svg></div><p class=\"note\">" + what +
          " Larger distances have the last color; gray: no point was measured there.</p>\n";
 }
