@@ -2,8 +2,8 @@
 
 #include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/depth_images/sample_cache.hpp"
-#include "precompute/forecast/run_samples.hpp"
 #include "precompute/parallel.hpp"
+#include "precompute/run_samples.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
 
 #include <algorithm>
@@ -89,7 +89,7 @@ Eigen::MatrixXd combinations(std::span<const FrameErrors> frames, const Eigen::M
   return rows;
 }
 
-/// Of left-out runs spread over the ensemble, the samples at the times of the forecast.
+/// The samples at the times of the forecast, of left-out runs spread over the ensemble.
 std::vector<std::size_t> samples_of_tests(const SampleSource& source) {
   constexpr std::size_t most = 1000 / LearnedForecast::nodes;  // runs
   const std::vector<RunSamples> runs = samples_of_runs(source.samples);

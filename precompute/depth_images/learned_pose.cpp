@@ -3,6 +3,7 @@
 #include "precompute/depth_images/left_out_fitter.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
+#include "precompute/run_samples.hpp"
 #include "runtime/src/depth/pose_filter.hpp"
 
 #include <algorithm>
@@ -22,16 +23,13 @@ std::size_t spread(std::size_t i, std::size_t count, std::size_t all) {
 
 /// Samples of runs spread over the ensemble, and of each the states from the first to the last.
 std::vector<std::size_t> whole_runs(std::span<const Sample> samples) {
-  std::vector<std::size_t> first;  // per run
-  for (std::size_t s = 0; s < samples.size(); ++s)
-    if (s == 0 || samples[s].simulation != samples[s - 1].simulation) first.push_back(s);
-  const std::size_t all = first.size(), runs = std::min(most_runs, all);
-  first.push_back(samples.size());
+  const std::vector<RunSamples> all = samples_of_runs(samples);
+  const std::size_t runs = std::min(most_runs, all.size());
   std::vector<std::size_t> chosen;
   for (std::size_t r = 0; r < runs; ++r) {
-    const std::size_t run = spread(r, runs, all), states = first[run + 1] - first[run];
-    const std::size_t count = std::min(most_states, states);
-    for (std::size_t i = 0; i < count; ++i) chosen.push_back(first[run] + spread(i, count, states));
+    const RunSamples& run = all[spread(r, runs, all.size())];
+    const std::size_t count = std::min(most_states, run.count);
+    for (std::size_t i = 0; i < count; ++i) chosen.push_back(run.first + spread(i, count, run.count));
   }
   return chosen;
 }

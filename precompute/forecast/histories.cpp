@@ -1,7 +1,7 @@
 #include "precompute/forecast/histories.hpp"
 
 #include "precompute/depth_images/branches.hpp"
-#include "precompute/forecast/run_samples.hpp"
+#include "precompute/run_samples.hpp"
 
 #include <cmath>
 
@@ -88,23 +88,26 @@ class HistoryReader {
   }
 
   void read_tests(const MatrixXd& parameters, Histories& histories) const {
-    const Index count = 2 * std::ssize(fit_.tests) / Histories::nodes;
-    histories.tested_runs = static_cast<std::size_t>(count / 2);
+    const Index runs = std::ssize(fit_.tests) / Histories::nodes, count = 2 * runs;
+    histories.tested_runs = static_cast<std::size_t>(runs);
     histories.errors.resize(count, Histories::nodes * Histories::scores);
     histories.tests.resize(count, Histories::nodes * Histories::scores);
     histories.test_finals.resize(count, histories.finals.cols());
     histories.test_parameters.resize(count, parameters.cols());
-    for (Index i = 0; i < count; ++i) {
+    for (Index i = 0; i < runs; ++i) {
       const auto tests =
-          std::span(fit_.tests).subspan(static_cast<std::size_t>(i / 2 * Histories::nodes), Histories::nodes);
+          std::span(fit_.tests).subspan(static_cast<std::size_t>(i * Histories::nodes), Histories::nodes);
       const std::size_t run = source_.samples[tests.front().sample].simulation;
-      histories.tests.row(i) =
-          deviations(histories.means, run, i % 2 == 0 ? clock_error_ : -clock_error_) + errors(tests);
-      histories.errors.row(i) = histories.tests.row(i) - deviations(histories.means, run);
-      histories.test_finals.row(i) = final_positions(run);
-      histories.test_parameters.row(i) = parameters.row(static_cast<Index>(run));
+      const RowVectorXd truth = deviations(histories.means, run), error = errors(tests), last = final_positions(run);
       const auto own = std::ranges::find(trained_, run);
-      histories.trained_rows.push_back(own == trained_.end() ? Histories::none : own - trained_.begin());
+      for (const Index row : {2 * i, 2 * i + 1}) {
+        histories.tests.row(row) =
+            deviations(histories.means, run, row % 2 == 0 ? clock_error_ : -clock_error_) + error;
+        histories.errors.row(row) = histories.tests.row(row) - truth;
+        histories.test_finals.row(row) = last;
+        histories.test_parameters.row(row) = parameters.row(static_cast<Index>(run));
+        histories.trained_rows.push_back(own == trained_.end() ? Histories::none : own - trained_.begin());
+      }
     }
   }
   /// Of the estimates of the samples nearest to the nodes, one test. They are as wrong at the nodes.
