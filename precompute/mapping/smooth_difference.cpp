@@ -47,7 +47,7 @@ SmoothDifference::SmoothDifference(const ReferencePlaces& reference, const PartS
     fit(found);
     found = evidence(run, places);
   }
-  // A face says nothing of a motion in itself: large differences fit well, but place nodes on other points of it.
+  // A motion within a face leaves no distance: large differences fit well, but put nodes on other points of the face.
   const auto is_near = [&](const WantedPlace& place) { return distance(place.point, moved(place.point)) <= reach_; };
   if (mean_left(found) < worthwhile * before && std::ranges::all_of(places, is_near)) return;
   is_zero_ = true;

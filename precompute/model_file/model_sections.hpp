@@ -110,8 +110,8 @@ struct ModelPlan {
 [[nodiscard]] std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
                                           double kept_variance, const std::vector<std::string>& left_out);
 
-/// Sections 64, 65, 67 and 0x8001 to 0x8009: camera and metric, size, expected residuals, and what was learned; the
-/// images are written sample by sample.
+/// Sections 64, 65 and 0x8001 to 0x800B: camera and metric, size, and what was learned; the images are written sample
+/// by sample.
 void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
 /// Sections 0x800C to 0x8010.
 void write_forecast(ModelWriter& writer, const TrainedForecast& forecast);
