@@ -46,6 +46,8 @@ class HiddenCells {
  public:
   /// Allocates all memory.
   explicit HiddenCells(const DepthCamera& camera);
+  /// Of the depth image, hidden or not.
+  [[nodiscard]] std::size_t cells() const noexcept { return is_hidden_.size(); }
   void reset() noexcept;
   /// Whether there are any, and the frame shows few of them: what hides them has not moved. Does not allocate.
   [[nodiscard]] bool is_confirmed_by(std::span<const float> frame) const noexcept;

@@ -67,6 +67,11 @@ class SurfaceFitter {
   [[nodiscard]] bool may_be_undeformed() const noexcept { return may_be_undeformed_; }
   /// Adds what something may hide of the last frame. Removes what the frame shows.
   void update(HiddenCells& hidden) noexcept;
+  /// Of a depth image.
+  [[nodiscard]] std::size_t cells() const noexcept { return views_.data()->camera.cells(); }
+  /// Whether the bake knows the residuals of left-out runs. A verdict is then unknown only of frames that show a few
+  /// points.
+  [[nodiscard]] bool gives_verdicts() const noexcept { return has_expectation_; }
   /// Whether the bake has learned how certain poses are.
   [[nodiscard]] bool estimates_pose() const noexcept { return views_.data()->pose_variance > 0; }
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }

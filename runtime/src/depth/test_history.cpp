@@ -4,12 +4,10 @@ namespace lbea {
 
 HistoryState::HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images)
     : estimates_pose(images != nullptr && images->pose_variance > 0),
-      has_verdicts(images != nullptr && std::ranges::any_of(images->expected, [](float r) { return r > 0; })),
       pose(PoseCenter::of(model), length_per_mm, EnsembleTimes::of(model).duration_s,
            images != nullptr ? double{images->drift_evidence} : 0,
            images != nullptr ? images->pose_spreads : PoseSpreads()),
       shapes(EnsembleTimes::of(model).duration_s),
-      cells(images != nullptr ? images->camera.cells() : 0),
       hidden(images != nullptr ? images->camera : DepthCamera{}),
       impact_s(EnsembleTimes::of(model).impact_s),
       clock(EnsembleTimes::of(model), images != nullptr ? double{images->time_variation} : 0) {}
@@ -36,7 +34,7 @@ FrameExpectation HistoryState::expectation() const noexcept {
 
 void HistoryState::add(SurfaceFitter& fitter, MatchResult& result) noexcept {
   const bool shows_enough = fitter.verdict() != Verdict::unknown;  // a few points look like any shape
-  if (shows_enough || !has_verdicts) clock.begin(stamp_ns, fitter.may_be_undeformed());
+  if (shows_enough || !fitter.gives_verdicts()) clock.begin(stamp_ns, fitter.may_be_undeformed());
   if (fitter.is_explained()) fitter.update(hidden);
   if (result.status == Status::ok && fitter.is_explained()) {
     constexpr float deviations = 2;  // of a mean distance that 90 % do not reach

@@ -19,10 +19,8 @@ struct LBEA_HIDDEN HistoryState {
   void add(SurfaceFitter& fitter, MatchResult& result) noexcept;
 
   bool estimates_pose;
-  bool has_verdicts;  // unknown only of frames that show a few points; else of all
   PoseFilter pose;
   ShapeHistory shapes;
-  std::size_t cells;  // of the depth images
   HiddenCells hidden;
   double impact_s;  // in the time of the samples
   TestClock clock;

@@ -64,7 +64,6 @@ struct Matcher::State {
   BestSamples best;
   std::vector<PositionSearch> position_searches;  // Method::vtp: per reference
   std::vector<SampleTree> trees;                  // per reference; empty when the model has few samples
-  std::size_t cells;                              // of the depth images
   std::optional<SurfaceFitter> fitter;
   HistoryState* history = nullptr;  // of the frame's test; null: none
   PoseFilter* pose = nullptr;       // of the history; null: not estimated

@@ -67,7 +67,6 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
       best(std::min(
           config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches,
           view.info.samples)),
-      cells(views.empty() ? 0 : views.data()->camera.cells()),
       matches(std::min(config.max_matches, view.info.samples)),
       surface(view) {
   if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
