@@ -1,4 +1,4 @@
-// How well a test's forecasts foretell its end.
+// How well forecasts predict the end of a test.
 #pragma once
 
 #include <lbea/forecast.hpp>

@@ -1,5 +1,6 @@
 #include "tools/eval/forecast/forecast_tables.hpp"
 
+#include "runtime/src/depth/test_clock.hpp"
 #include "tools/eval/evaluation_report.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
@@ -19,19 +20,10 @@ const ForecastScore* forecast_until(const ForecastTrial& trial, double time_s) {
   return last;
 }
 
-double duration_of(const Model& model) {
-  double first = model.sample_time_s(0), last = first;
-  for (std::uint32_t s = 0; s < model.samples(); ++s) {
-    first = std::min(first, model.sample_time_s(s));
-    last = std::max(last, model.sample_time_s(s));
-  }
-  return last - first;
-}
-
 class ForecastTables {
  public:
   ForecastTables(const Round& round, const Model& model)
-      : round_(round), model_(model), duration_(duration_of(model)) {}
+      : round_(round), model_(model), duration_(EnsembleTimes::of(model.view()).duration_s) {}
 
   [[nodiscard]] std::string ends(std::string_view unit) const {
     std::string text = table_head(
