@@ -215,8 +215,6 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !(misfit_limit > 0) || fit.candidates.empty() ||
       !is_usable(fit.candidates.front(), model))
     return;
-  constexpr double least_frames = 4;
-  constexpr float sure = 0.9f;
   const Sample best = fit.candidates.front().sample;
   const std::uint32_t sample = model.sample_index(best);
   const double weight = 1 / (square<double>(views.expected_residual(sample)) + square<double>(mesh_noise));
@@ -225,8 +223,8 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   const double log_misfits = deformed.log_misfits + initial.log_misfits / shared,
                weights = deformed.weights + initial.weights / shared;
   state.misfit = static_cast<float>(std::exp(log_misfits / weights));
-  if (initial.frames + deformed.frames < least_frames) return;
-  const bool one_branch = *std::ranges::max_element(branches) >= sure;
+  if (initial.frames + deformed.frames < frames_for_verdict) return;
+  const bool one_branch = *std::ranges::max_element(branches) >= certain_branch;
   state.verdict = state.misfit > misfit_limit ? Verdict::no_simulation_fits
                   : one_branch                ? Verdict::matched
                                               : Verdict::ambiguous;

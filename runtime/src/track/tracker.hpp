@@ -9,6 +9,10 @@
 
 namespace lbea {
 
+/// Frames that a verdict of a test needs, and the probability from which on its branch is certain.
+inline constexpr std::uint32_t frames_for_verdict = 4;
+inline constexpr float certain_branch = 0.9f;
+
 /// The configuration with the default of `noise` in this unit.
 [[nodiscard]] inline TrackerConfig completed(TrackerConfig config, std::string_view length_unit) noexcept {
   constexpr double noise_mm = 0.5;

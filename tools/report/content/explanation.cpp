@@ -1,5 +1,6 @@
 #include "tools/report/content/explanation.hpp"
 
+#include "runtime/src/track/tracker.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
@@ -7,9 +8,6 @@
 
 namespace lbea::tool {
 namespace {
-
-constexpr float sure = 0.9f;
-constexpr std::uint64_t fewest_frames = 4;  // before which a test has no verdict
 
 std::string misfit_text(const TestFacts& facts, const wire::WireTestState& state) {
   std::string text = formatted("misfit %.2f, where 1 is expected of a run that is not in the ensemble",
@@ -19,7 +17,7 @@ std::string misfit_text(const TestFacts& facts, const wire::WireTestState& state
 }
 
 bool is_sure_of_simulation(const wire::WireTestState& state) {
-  return !state.simulations.empty() && state.simulations.front().probability >= sure;
+  return !state.simulations.empty() && state.simulations.front().probability >= certain_branch;
 }
 
 Explanation explain_match(const TestFacts& facts, const wire::WireTestState& state) {
@@ -30,8 +28,9 @@ Explanation explain_match(const TestFacts& facts, const wire::WireTestState& sta
     answer.action = "Use this simulation and the estimate, also where no camera looked.";
   } else {
     answer.headline =
-        "The ensemble explains the test; which simulation of similar ones it follows is not certain: " + likely + ".";
-    answer.action = "Use the estimate, which lies between these simulations; do not name one of them as the only one.";
+        "The ensemble explains the test; it is not certain which of several similar simulations it follows: " + likely +
+        ".";
+    answer.action = "Use the estimate, which lies between these simulations; do not report a single one of them.";
   }
   answer.meaning =
       "The measured surface differs from the best shape no more than simulations of the ensemble differ "
@@ -42,13 +41,14 @@ Explanation explain_match(const TestFacts& facts, const wire::WireTestState& sta
 }
 
 Explanation explain_ambiguity(const TestFacts& facts, const wire::WireTestState& state) {
-  return {Explanation::Tone::open, "Several simulations fit",
-          "Simulations with clearly different shapes explain the test about equally well: " +
-              likely_simulations(state, facts.names) + ".",
-          "What the sensor saw does not decide between deformation branches: none has 90 % probability (" +
-              misfit_text(facts, state) + ").",
-          "Do not name one simulation. The curves of the probabilities show since when it is open; a view of more of "
-          "the surface, or later frames, may decide."};
+  return {
+      Explanation::Tone::open, "Several simulations fit",
+      "Simulations with clearly different shapes explain the test about equally well: " +
+          likely_simulations(state, facts.names) + ".",
+      "What the sensor saw does not decide between deformation branches: none has 90 % probability (" +
+          misfit_text(facts, state) + ").",
+      "Do not name one simulation. The curves of the probabilities show when the ambiguity began; a view of more of "
+      "the surface, or later frames, may resolve it."};
 }
 
 Explanation explain_misfit(const TestFacts& facts, const wire::WireTestState& state) {
@@ -56,7 +56,7 @@ Explanation explain_misfit(const TestFacts& facts, const wire::WireTestState& st
           "No simulation of this ensemble fits the test; " + likely_simulations(state, facts.names) + ".",
           "The measured surface differs from every simulation by more than simulations differ from each other: " +
               misfit_text(facts, state) + ". Probabilities then mean nothing.",
-          "First exclude a wrong pose, unit or component: see the warnings, and the coverage of the first frames. If "
+          "First rule out a wrong pose, unit or component: see the warnings, and the coverage of the first frames. If "
           "the measurement is right, this behavior is missing in the ensemble: add runs that cover what the worst "
           "regions show."};
 }
@@ -73,10 +73,10 @@ Explanation explain_nothing(const TestFacts& facts, const wire::WireTestState& s
                            : "Match the recording again: lbea-replay RECORDING --model MODEL --method fit.";
     return answer;
   }
-  const bool is_short = state.frames < fewest_frames;
+  const bool is_short = state.frames < frames_for_verdict;
   answer.headline = "There is no verdict yet; so far " + likely_simulations(state, facts.names) + ".";
   answer.meaning = is_short ? "Only " + std::to_string(state.frames) + " frames tell anything; a verdict needs " +
-                                  std::to_string(fewest_frames) + "."
+                                  std::to_string(frames_for_verdict) + "."
                             : "Too little of the component was visible, or the ensemble has a single simulation.";
   answer.action = is_short ? "Record more frames of the test." : "Check pose and field of view.";
   return answer;
