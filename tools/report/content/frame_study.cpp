@@ -1,6 +1,5 @@
 #include "tools/report/content/frame_study.hpp"
 
-#include "tools/shared/cli/tool.hpp"
 #include "tools/shared/matching/shapes.hpp"
 
 #include <algorithm>
@@ -72,7 +71,7 @@ FrameStudy study(const Model& model, std::span<const ChosenFrame> chosen, std::m
   FrameStudy study;
   study.elements = elements_of(model);
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (stop_requested != 0) throw Error(Status::write_failed, "stopped; no report was written");
+    require_not_stopped();
     auto frame = compared(model, chosen[i], std::move(frames[chosen[i].key]), study.elements);
     if (frame) study.frames.push_back(std::move(*frame));
     if (progress) progress(i + 1, chosen.size());

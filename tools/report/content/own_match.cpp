@@ -51,7 +51,7 @@ void match_frames(TestReport& report, const ReportOptions& options, const Readin
   };
   run.rewind();
   while (const auto message = run.next()) {
-    if (stop_requested != 0) throw Error(Status::write_failed, "stopped; no report was written");
+    require_not_stopped();
     if (message->kind == RecordedMessage::Kind::frame)
       static_cast<void>(replay.add({*message, fates.test_of({message->session, message->id})}, add));
   }

@@ -13,10 +13,6 @@ namespace {
 
 using Kind = RecordedMessage::Kind;
 
-void require_not_stopped() {
-  if (stop_requested != 0) throw Error(Status::write_failed, "stopped; no report was written");
-}
-
 /// Counts the bytes that a visitor of messages has seen.
 class ByteCount {
  public:
@@ -61,6 +57,10 @@ std::vector<Point> points_of(const RecordedMessage& message, const RigidTransfor
 }
 
 }  // namespace
+
+void require_not_stopped() {
+  if (stop_requested != 0) throw Error(Status::write_failed, "stopped; no report was written");
+}
 
 void TestCollector::add(const wire::WireResult& result) {
   const auto current = current_.find(result.session);

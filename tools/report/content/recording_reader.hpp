@@ -26,6 +26,9 @@ struct RecordingContent {
   static constexpr std::size_t most_tests = 256;
 };
 
+/// Throws Error{write_failed} after Ctrl-C.
+void require_not_stopped();
+
 /// Called with the bytes read so far and all bytes.
 using ReadingProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 

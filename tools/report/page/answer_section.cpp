@@ -86,8 +86,6 @@ const char* class_of(Explanation::Tone tone) {
   return tone == Explanation::Tone::good ? "good" : tone == Explanation::Tone::bad ? "bad" : "open";
 }
 
-std::string number_cell(const std::string& text) { return "<td class=\"number\">" + text + "</td>"; }
-
 }  // namespace
 
 std::string answer_section(const TestReport& report) {

@@ -64,6 +64,9 @@ std::string percent_text(double share) {
   return formatted("%.0f %%", 100 * share);
 }
 
+std::string number_cell(const std::string& html) { return "<td class=\"number\">" + html + "</td>"; }
+std::string number_head(const std::string& html) { return "<th scope=\"col\" class=\"number\">" + html + "</th>"; }
+
 std::string shell_word(std::string_view text) {
   constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./:=+,@%";
   if (!text.empty() && text.find_first_not_of(plain) == text.npos) return std::string(text);

@@ -14,6 +14,9 @@ namespace lbea::tool {
 [[nodiscard]] std::string number_text(double value, int digits = 3);
 /// "97 %"; "more than 99 %" and "less than 1 %" instead of 100 and 0; a dash for a number that is not finite.
 [[nodiscard]] std::string percent_text(double share);
+/// A cell, or a column's head, of a table of numbers. `html`: markup.
+[[nodiscard]] std::string number_cell(const std::string& html);
+[[nodiscard]] std::string number_head(const std::string& html);
 /// The text as one word of a shell command.
 [[nodiscard]] std::string shell_word(std::string_view text);
 /// The picture as the value of src or href.

@@ -38,16 +38,10 @@ std::string start_of(const TestReport& report) {
 std::string commands_of(const TestReport& report) {
   const std::string recording = shell_word(report.content.file.string()),
                     model = shell_word(report.model_file.string());
-  std::string lines = "lbea-inspect " + recording + "\n";
-  if (report.content.audit.frames > 0) lines += "lbea-replay " + recording + " --model " + model + " --against\n";
-  return "<pre>" +
-         [](const std::string& text) {
-           std::string html;
-           for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != text.npos; begin = end + 1)
-             html += escaped(std::string_view(text).substr(begin, end - begin)) + "\n";
-           return html;
-         }(lines + "lbea-report " + recording + " --model " + model + " -o report.html\n") +
-         "</pre>\n";
+  std::string html = "<pre>" + escaped("lbea-inspect " + recording) + "\n";
+  if (report.content.audit.frames > 0)
+    html += escaped("lbea-replay " + recording + " --model " + model + " --against") + "\n";
+  return html + escaped("lbea-report " + recording + " --model " + model + " -o report.html") + "\n</pre>\n";
 }
 
 }  // namespace

@@ -137,12 +137,11 @@ std::string region_rows(const TestReport& report) {
   std::string rows;
   for (std::size_t i = 0; i < report.regions.worst.size(); ++i) {
     const Region& region = report.regions.worst[i];
-    const auto cell = [](const std::string& text) { return "<td class=\"number\">" + text + "</td>"; };
-    rows += "<tr>" + cell(std::to_string(i + 1)) + cell(std::to_string(region.part)) +
-            cell(number_text(double{region.center.x}, 4) + ", " + number_text(double{region.center.y}, 4) + ", " +
-                 number_text(double{region.center.z}, 4)) +
-            cell(number_text(region.mean)) + cell(number_text(region.highest)) +
-            cell(time_text(region.highest_time_s)) + "</tr>\n";
+    rows += "<tr>" + number_cell(std::to_string(i + 1)) + number_cell(std::to_string(region.part)) +
+            number_cell(number_text(double{region.center.x}, 4) + ", " + number_text(double{region.center.y}, 4) +
+                        ", " + number_text(double{region.center.z}, 4)) +
+            number_cell(number_text(region.mean)) + number_cell(number_text(region.highest)) +
+            number_cell(time_text(region.highest_time_s)) + "</tr>\n";
   }
   return rows;
 }

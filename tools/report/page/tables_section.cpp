@@ -12,9 +12,6 @@ namespace {
 
 constexpr std::size_t most_listed = 5;
 
-std::string number_cell(const std::string& text) { return "<td class=\"number\">" + text + "</td>"; }
-std::string number_head(const std::string& text) { return "<th scope=\"col\" class=\"number\">" + text + "</th>"; }
-
 std::string parameter_cells(const Model& model, std::uint32_t simulation) {
   std::string cells;
   for (std::uint32_t p = 0; p < model.parameters(); ++p)
