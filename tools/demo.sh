@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The complete chain on real input: bakes an ensemble of crash runs, measures another run with a virtual camera rig, streams
-# the frames over ZeroMQ, matches them live, receives the results in another process, and draws a picture of them.
+# the frames over ZeroMQ, matches and records them live, receives the results in another process, draws a picture of them,
+# and writes the report of the test.
 #   bash tools/demo.sh [--out FOLDER] [--build FOLDER_OF_AN_EXISTING_BUILD] [--monitor]
 # --monitor continues: it repeats the test and serves the web page that shows it, until Ctrl-C.
 set -euo pipefail
@@ -40,7 +41,7 @@ wait_for() {  # text, log file: until a program has logged the text
 
 if [ -z "$build" ]; then
   step "packages and build"
-  purpose=demo programs=(lbea-bake lbea-sense lbea-serve lbea-eval lbea-send)
+  purpose=demo programs=(lbea-bake lbea-sense lbea-serve lbea-eval lbea-send lbea-report)
   if [ "$monitor" = yes ]; then purpose=monitor programs+=(lbea-monitor); fi
   bash "$project/tools/install-packages.sh" "$purpose"
   bash "$project/tools/install-packages.sh" picture >"$sockets/packages.log" 2>&1 &  # during the compilation
@@ -61,7 +62,8 @@ step "measure a run that is not among them"
 
 step "match its frames live"
 frames=ipc://$sockets/frames results=ipc://$sockets/results
-"$(bin serve)" "$out/rail.lbea" --method fit --frames "$frames" --results "$results" --pose "$data/sensor.json" 2>"$out/serve.log" >"$out/serve.out" &
+"$(bin serve)" "$out/rail.lbea" --method fit --frames "$frames" --results "$results" --pose "$data/sensor.json" \
+  --record "$out/test.mcap" 2>"$out/serve.log" >"$out/serve.out" &
 serve=$!
 pids+=("$serve")
 wait_for ready "$out/serve.log"
@@ -77,14 +79,17 @@ kill -INT "$serve"
 wait "$serve"
 tail -n 1 "$out/serve.out"
 
-step "picture"
+step "report and picture"
+"$(bin report)" "$out/test.mcap" -o "$out/report.html" 2>"$out/report.log" &
+report=$!
 if [ -n "$picture_packages" ] && ! wait "$picture_packages"; then
   cat "$sockets/packages.log" >&2
   exit 1
 fi
 pids=()
 /usr/bin/python3 "$project/tools/picture.py" "$out/evaluation" "$out/demo.png"
-printf '%s\n' "table:    $out/table.txt" "picture:  $out/demo.png" "ParaView: $out/evaluation/matched.pvd"
+wait "$report" || { cat "$out/report.log" >&2; exit 1; }
+printf '%s\n' "table:    $out/table.txt" "picture:  $out/demo.png" "report:   $out/report.html" "ParaView: $out/evaluation/matched.pvd"
 [ "$monitor" = yes ] || exit 0
 
 step "show it in a browser, until Ctrl-C"

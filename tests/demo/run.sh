@@ -29,5 +29,7 @@ assert "captured 21 = matched 21 " in tally, tally
 pixels = matplotlib.image.imread(out / "demo.png")[..., :3]
 colors = len({tuple(p) for p in (pixels[::3, ::3].reshape(-1, 3) * 31).astype(int)})
 assert pixels.shape[0] > 500 and colors > 100, f"the picture shows {colors} colors"
+report = (out / "report.html").read_text()
+assert "21 of 21" in report and 'aria-label="Forecast"' in report, "the report is about the whole test, and its end"
 print(f"demo: 21 frames, EE {ratio:.2f} times the oracle's")
 EOF

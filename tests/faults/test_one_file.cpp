@@ -1,5 +1,5 @@
-// Every write, fsync, rename, reservation and allocation of a bake, a recovery and a replay fails once. A failed
-// program reports the reason and leaves no file; a successful one leaves its usual files.
+// Every write, fsync, rename, reservation and allocation of a bake, a recovery, a replay and a report fails once. A
+// failed program reports the reason and leaves no file; a successful one leaves its usual files.
 #include "tests/faults/faults.hpp"
 #include "tests/faults/recordings.hpp"
 
@@ -45,6 +45,15 @@ TEST_CASE("any call of a replay into a model fails") {
   const std::string command =
       LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() + " -o results.mcap";
   for (const std::string& call : calls) OneFile{command, "results.mcap"}.check(call, most);
+}
+
+TEST_CASE("any call of a report fails") {
+  const TemporaryFolder folder;
+  REQUIRE(run_program(bake_command("m.lbea"), folder.path()).exit_code == 0);
+  const auto recording = put_recording(folder / "run.mcap");
+  const std::string command =
+      LBEA_REPORT " " + recording.string() + " --model " + (folder / "m.lbea").string() + " --no-pose -o report.html";
+  for (const std::string& call : calls) OneFile{command, "report.html"}.check(call, most);
 }
 
 TEST_CASE("a program that hangs is killed, and the test reports it") {

@@ -1,4 +1,4 @@
-// lbea-report on real recordings: sound, cut off, and none.
+// lbea-report on real recordings: sound, cut off, of two tests, and none; and stopped while it reads one.
 #include "tests/mcap/bench.hpp"
 
 using namespace lbea;
@@ -15,6 +15,11 @@ Outcome report(const Bench& bench, const std::string& arguments) {
 const std::string& rail_pose() {
   static const std::string file = (test::data() / "rail-demo/sensor.json").string();
   return file;
+}
+
+void send_test(Camera& camera, std::uint64_t session, std::uint64_t frames) {
+  for (std::uint64_t id = 0; id < frames; ++id) camera.send(id, session);
+  camera.end(frames, session);
 }
 
 }  // namespace
@@ -55,4 +60,63 @@ TEST_CASE("a cut recording gives a report that says so; without a recording, an 
   CHECK(text_of(bench.file("report.html")) == page);
   CHECK(report(bench, "run.mcap -o run.mcap").exit_code == 2);
   CHECK(report(bench, "run.mcap").exit_code == 2);
+}
+
+TEST_CASE("--test chooses among the tests of a recording; the one with the most frames is the default") {
+  Bench bench;
+  {
+    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose()});
+    WireContext context;
+    Camera camera(context, bench.frames());
+    camera.look_from(rail_pose());
+    send_test(camera, 1, 6);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream before frame 6"); }));
+    send_test(camera, 2, 15);
+    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream before frame 15"); }));
+    CHECK(stop(*server) == 0);
+  }
+  const auto summary_of = [&](const std::string& more) {
+    const Outcome made = report(bench, "run.mcap --json -o report.html" + more);
+    REQUIRE_MESSAGE(made.exit_code == 0, made.err);
+    return Json::parse(made.out);
+  };
+  const Json longest = summary_of(""), first = summary_of(" --test 1"), second = summary_of(" --test 2");
+  CHECK(first["tests"].size() == 2);
+  CHECK(first["end"]["frame"] == 5);
+  CHECK(second["end"]["frame"] == 14);
+  CHECK(longest == second);
+  CHECK(contains(text_of(bench.file("report.html")), "This report is about test 2"));
+  const Outcome absent = report(bench, "run.mcap --test 3 -o absent.html");
+  CHECK(absent.exit_code == 1);
+  CHECK(contains(absent.err, "the recording has 2 tests"));
+  CHECK_FALSE(std::filesystem::exists(bench.file("absent.html")));
+}
+
+TEST_CASE("a report that is stopped or killed at any time leaves the earlier page or the whole new one") {
+  Bench bench;
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  const std::string made_by = bench.file("run.mcap") + " -o " + bench.file("report.html");
+  const auto begin = std::chrono::steady_clock::now();
+  REQUIRE(report(bench, made_by).exit_code == 0);
+  const std::chrono::duration<double> whole_run = std::chrono::steady_clock::now() - begin;
+  const std::string page = text_of(bench.file("report.html"));
+  constexpr int stops = 8;
+  int stopped = 0;
+  for (int i = 0; i < stops; ++i) {
+    put(bench.file("report.html"), "earlier");
+    Process process({LBEA_REPORT, bench.file("run.mcap"), "-o", bench.file("report.html")}, bench.file("out"),
+                    bench.file("err"));
+    const auto program = std::filesystem::path("/proc") / std::to_string(process.id()) / "exe";
+    std::error_code unknown;  // until then it is a copy of this test
+    REQUIRE(eventually([&] { return std::filesystem::equivalent(program, LBEA_REPORT, unknown); }));
+    std::this_thread::sleep_for(whole_run * i / stops);
+    process.signal(i % 2 == 0 ? SIGINT : SIGKILL);
+    const int code = process.wait();
+    const std::string left = text_of(bench.file("report.html"));
+    stopped += left == "earlier" ? 1 : 0;
+    CHECK((left == "earlier" || left == page));
+    if (code == 0) CHECK((left == page));
+    if (code == 1) CHECK(contains(text_of(bench.file("err")), "stopped; no report was written"));
+  }
+  CHECK(stopped > 0);
 }

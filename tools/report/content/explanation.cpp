@@ -21,7 +21,7 @@ bool is_sure_of_simulation(const wire::WireTestState& state) {
 }
 
 Explanation explain_match(const TestFacts& facts, const wire::WireTestState& state) {
-  Explanation answer{Explanation::Tone::good, "A simulation fits", {}, {}, {}};
+  Explanation answer{Explanation::Tone::good, "A simulation fits", {}, {}, {}, "yes"};
   const std::string likely = likely_simulations(state, facts.names);
   if (is_sure_of_simulation(state)) {
     answer.headline = "The test follows simulation " + likely + ".";
@@ -42,27 +42,31 @@ Explanation explain_match(const TestFacts& facts, const wire::WireTestState& sta
 
 Explanation explain_ambiguity(const TestFacts& facts, const wire::WireTestState& state) {
   return {
-      Explanation::Tone::open, "Several simulations fit",
+      Explanation::Tone::open,
+      "Several simulations fit",
       "Simulations with clearly different shapes explain the test about equally well: " +
           likely_simulations(state, facts.names) + ".",
       "What the sensor saw does not decide between deformation branches: none has 90 % probability (" +
           misfit_text(facts, state) + ").",
       "Do not name one simulation. The curves of the probabilities show when the ambiguity began; a view of more of "
-      "the surface, or later frames, may resolve it."};
+      "the surface, or later frames, may resolve it.",
+      "several do"};
 }
 
 Explanation explain_misfit(const TestFacts& facts, const wire::WireTestState& state) {
-  return {Explanation::Tone::bad, "No simulation fits",
+  return {Explanation::Tone::bad,
+          "No simulation fits",
           "No simulation of this ensemble fits the test; " + likely_simulations(state, facts.names) + ".",
           "The measured surface differs from every simulation by more than simulations differ from each other: " +
               misfit_text(facts, state) + ". Probabilities then mean nothing.",
           "First rule out a wrong pose, unit or component: see the warnings, and the coverage of the first frames. If "
           "the measurement is right, this behavior is missing in the ensemble: add runs that cover what the worst "
-          "regions show."};
+          "regions show.",
+          "no"};
 }
 
 Explanation explain_nothing(const TestFacts& facts, const wire::WireTestState& state) {
-  Explanation answer{Explanation::Tone::open, "No verdict", {}, {}, {}};
+  Explanation answer{Explanation::Tone::open, "No verdict", {}, {}, {}, "not known"};
   if (state.frames == 0) {
     const bool is_fit = facts.method == "fit";
     answer.headline =
@@ -86,10 +90,12 @@ Explanation explain_nothing(const TestFacts& facts, const wire::WireTestState& s
 
 Explanation explain(const TestFacts& facts) {
   if (facts.record == nullptr)
-    return {Explanation::Tone::bad, "Nothing was matched",
+    return {Explanation::Tone::bad,
+            "Nothing was matched",
             facts.refusal.empty() ? "The recording has no matched frame." : "No frame was matched.",
             facts.refusal.empty() ? "There is nothing to judge." : facts.refusal + ".",
-            "Check the pose, the unit of the points, the field of view, and the reasons in the accounts below."};
+            "Check the pose, the unit of the points, the field of view, and the reasons in the accounts below.",
+            "not known"};
   const wire::WireTestState& state = facts.record->answer().state();
   if (state.frames == 0) return explain_nothing(facts, state);
   switch (state.verdict) {

@@ -18,10 +18,11 @@ struct TestFacts {
 struct Explanation {
   enum class Tone : std::uint8_t { good, open, bad };
   Tone tone = Tone::open;
-  std::string word;      // "fits", ...
+  std::string word;      // "A simulation fits", ...
   std::string headline;  // one sentence
   std::string meaning;
   std::string action;
+  std::string answer;  // to "Does a simulation fit?": one or two words
 };
 [[nodiscard]] Explanation explain(const TestFacts& facts);
 

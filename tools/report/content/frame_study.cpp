@@ -53,16 +53,22 @@ std::optional<StudiedFrame> compared(const Model& model, const ChosenFrame& chos
 
 }  // namespace
 
-std::vector<ChosenFrame> chosen_frames(const RecordedTest& test) {
-  std::vector<const FrameRow*> matched;
+std::vector<ChosenFrame> spread_over(const RecordedTest& test, std::size_t count,
+                                     bool (*has_what_it_needs)(const FrameRow&)) {
+  std::vector<const FrameRow*> rows;
   for (const FrameRow& row : test.record.rows())
-    if (row.is_matched() && std::isfinite(row.distance)) matched.push_back(&row);
-  const auto shown = spread(matched.size(), FrameStudy::shown);
-  std::set<std::size_t> all = spread(matched.size(), FrameStudy::compared);
-  all.insert(shown.begin(), shown.end());
+    if (has_what_it_needs(row)) rows.push_back(&row);
   std::vector<ChosenFrame> chosen;
-  for (const std::size_t place : all)
-    chosen.push_back({{test.key.first, matched[place]->id}, matched[place]->time_s, shown.contains(place)});
+  for (const std::size_t place : spread(rows.size(), count))
+    chosen.push_back({{test.key.first, rows[place]->id}, rows[place]->time_s});
+  return chosen;
+}
+
+std::vector<ChosenFrame> chosen_frames(const RecordedTest& test) {
+  const auto is_matched = [](const FrameRow& row) { return row.is_matched() && std::isfinite(row.distance); };
+  std::vector<ChosenFrame> chosen = spread_over(test, FrameStudy::compared, is_matched);
+  for (const ChosenFrame& shown : spread_over(test, FrameStudy::shown, is_matched))
+    std::ranges::find(chosen, shown.key, &ChosenFrame::key)->is_shown = true;
   return chosen;
 }
 

@@ -19,6 +19,7 @@ struct StudiedFrame {
 
 struct FrameStudy {
   static constexpr std::size_t shown = 5, compared = 25;  // frames at most
+  static_assert((compared - 1) % (shown - 1) == 0);       // so that the shown ones are among the compared ones
   std::vector<StudiedFrame> frames;                       // in the order of the test
   std::vector<std::array<std::uint32_t, 4>> elements;
   std::string missing;  // why there are fewer frames than the test has; a sentence, or empty
@@ -31,6 +32,9 @@ struct ChosenFrame {
   bool is_shown = false;
 };
 [[nodiscard]] std::vector<ChosenFrame> chosen_frames(const RecordedTest& test);
+/// `count` of the frames that `has_what_it_needs`, evenly spread, with the first and the last.
+[[nodiscard]] std::vector<ChosenFrame> spread_over(const RecordedTest& test, std::size_t count,
+                                                   bool (*has_what_it_needs)(const FrameRow&));
 
 /// `frames`: in reference coordinates. Frames without points, result, or shapes of the model are left out.
 [[nodiscard]] FrameStudy study(const Model& model, std::span<const ChosenFrame> chosen,

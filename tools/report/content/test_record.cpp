@@ -50,6 +50,11 @@ FrameRow TestRecord::row_of(const wire::WireResult& result) const {
     row.chances = result.test.simulations;
     row.branches = result.test.branches;
   }
+  if (result.forecast.frames > 0) {
+    row.final_error_90 = result.forecast.error_90;
+    row.final_branches = result.forecast.branches;
+    row.parameters = result.forecast.parameters;
+  }
   return row;
 }
 

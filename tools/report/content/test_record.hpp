@@ -20,6 +20,9 @@ struct FrameRow : FrameNumbers, FitNumbers {
   float test_misfit = unknown;                         // of the test up to this frame
   std::vector<wire::SimulationChance> chances;         // the likeliest simulations of the test up to this frame
   std::vector<float> branches;                         // probabilities
+  float final_error_90 = unknown;                      // of the forecast's final shape
+  std::vector<float> final_branches;                   // forecast: probabilities at the end
+  std::vector<ParameterForecast> parameters;           // forecast
   [[nodiscard]] bool is_matched() const noexcept { return verdict != wire::WireVerdict::refused; }
 };
 

@@ -76,12 +76,15 @@ void find_poses(TestReport& report, const ReportOptions& options) {
 
 void study_frames(TestReport& report, const StageReporter& progress) {
   if (!report.test) return;
-  const std::vector<ChosenFrame> chosen = chosen_frames(report.content.tests[*report.test]);
+  const RecordedTest& test = report.content.tests[*report.test];
+  const std::vector<ChosenFrame> chosen = chosen_frames(test), with_forecasts = frames_with_forecasts(test);
   std::vector<CaptureKey> keys;
-  for (const ChosenFrame& frame : chosen) keys.push_back(frame.key);
+  for (const auto* some : {&chosen, &with_forecasts})
+    for (const ChosenFrame& frame : *some) keys.push_back(frame.key);
   auto frames = read_frames(report.content.file, keys, report.T_reference_sensor, stage(progress, "reading frames"));
   for (auto& [key, frame] : frames)
     if (const auto own = report.own_results.find(key); own != report.own_results.end()) frame.result = own->second;
+  report.forecasts = study_forecasts(report.model, with_forecasts, frames);
   report.frames = study(report.model, chosen, std::move(frames), stage(progress, "comparing frames"));
   report.regions = regions_of(report.model, report.frames);
 }
@@ -106,6 +109,12 @@ void explain(TestReport& report) {
 const wire::WireTestState& TestReport::state() const noexcept {
   static const wire::WireTestState none;
   return test ? content.tests[*test].record.answer().state() : none;
+}
+
+const wire::WireForecast& TestReport::forecast() const noexcept {
+  static const wire::WireForecast none;
+  const TestRecord* of_test = record();
+  return of_test != nullptr && of_test->latest() ? of_test->latest()->forecast : none;
 }
 
 TestReport make_report(const ReportOptions& options, const StageReporter& progress) {

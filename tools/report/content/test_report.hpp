@@ -3,7 +3,7 @@
 
 #include "tools/report/content/accounts.hpp"
 #include "tools/report/content/explanation.hpp"
-#include "tools/report/content/frame_study.hpp"
+#include "tools/report/content/forecast_study.hpp"
 
 namespace lbea::tool {
 
@@ -28,6 +28,7 @@ struct TestReport {
   double frame_limit = static_cast<double>(FrameRow::unknown);  // of the misfit; NaN: unknown
   double test_limit = static_cast<double>(FrameRow::unknown);
   FrameStudy frames;
+  ForecastStudy forecasts;
   RegionMap regions;
   Accounts accounts;
   bool is_own_match = false;  // the recording has no results, so its frames were matched for the report
@@ -38,6 +39,12 @@ struct TestReport {
 
   [[nodiscard]] const TestRecord* record() const noexcept { return test ? &content.tests[*test].record : nullptr; }
   [[nodiscard]] const wire::WireTestState& state() const noexcept;
+  /// After the last frame.
+  [[nodiscard]] const wire::WireForecast& forecast() const noexcept;
+  /// Those of the model that the forecast has; 0 without a forecast.
+  [[nodiscard]] std::uint32_t parameters() const noexcept {
+    return std::min(model.parameters(), static_cast<std::uint32_t>(forecast().parameters.size()));
+  }
   [[nodiscard]] const RunSettings& settings() const noexcept { return content.audit.settings; }
   [[nodiscard]] std::string length_unit() const { return std::string(model.length_unit()); }
 };

@@ -30,9 +30,9 @@ std::string warnings_of(const TestReport& report) {
 
 class Facts {
  public:
-  /// `value` and `remark` are any texts.
-  void add(const char* name, const std::string& value, const std::string& remark = "") {
-    list_ += "<div><dt>" + std::string(name) + "</dt><dd>" + escaped(value) +
+  /// name: markup; `value` and `remark` are any texts.
+  void add(const std::string& name, const std::string& value, const std::string& remark = "") {
+    list_ += "<div><dt>" + name + "</dt><dd>" + escaped(value) +
              (remark.empty() ? "" : "<small>" + escaped(remark) + "</small>") + "</dd></div>\n";
   }
   [[nodiscard]] std::string html() const { return list_.empty() ? "" : "<dl class=\"facts\">\n" + list_ + "</dl>\n"; }
@@ -41,40 +41,67 @@ class Facts {
   std::string list_;
 };
 
-void add_certainty(Facts& facts, const TestReport& report) {
+void add_fit(Facts& facts, const TestReport& report) {
   const wire::WireTestState& state = report.state();
   if (state.frames == 0) return;
   const bool fits = state.verdict != wire::WireVerdict::no_simulation_fits;
-  const std::uint32_t simulation =
-      fits && !state.simulations.empty() ? state.simulations.front().simulation : state.simulation;
-  facts.add(fits ? "Likeliest simulation" : "Nearest simulation", simulation_name(report.names, simulation),
-            fits && !state.simulations.empty()
-                ? percent_text(double{state.simulations.front().probability}) + " probable"
-                : "");
-  const Likeliest branch = likeliest_branch(state);
-  if (fits && branch.branches > 1)
-    facts.add(
-        "Deformation branch", "branch " + std::to_string(branch.branch),
-        percent_text(branch.branch_probability) + " probable, of " + std::to_string(branch.branches) + " branches");
-  facts.add(
-      "Misfit of the test", number_text(double{state.misfit}),
-      std::isfinite(report.test_limit) ? "limit " + number_text(report.test_limit) + "; expected 1" : "expected 1");
+  facts.add("Does a simulation fit?", report.explanation.answer,
+            "misfit " + number_text(double{state.misfit}) + "; 1 is expected" +
+                (std::isfinite(report.test_limit) ? ", " + number_text(report.test_limit) + " is the limit" : ""));
+  if (!fits || state.simulations.empty())
+    return facts.add("Which one is nearest?", simulation_name(report.names, state.simulation), "by all frames");
+  const auto chance = [&](std::size_t i) {
+    return simulation_name(report.names, state.simulations[i].simulation) + ", " +
+           percent_text(double{state.simulations[i].probability});
+  };
+  facts.add("Which one, and how sure?", chance(0),
+            "by all frames" + (state.simulations.size() > 1 ? "; next " + chance(1) : ""));
 }
 
 void add_end(Facts& facts, const TestReport& report) {
+  const wire::WireResult& last = *report.record()->latest();
+  const Likeliest branch = likeliest_branch(report.state());
+  const bool has_branch = branch.branches > 1 && report.state().verdict != wire::WireVerdict::no_simulation_fits;
+  std::string nearest;
+  if (!last.matches.empty())
+    nearest = simulation_name(report.names, last.matches.front().sample.simulation) + " at " +
+              time_text(last.matches.front().time_s) + " of its time";
+  if (has_branch)
+    facts.add("How did it end?", "branch " + std::to_string(branch.branch),
+              "of " + std::to_string(branch.branches) + " branches, " + percent_text(branch.branch_probability) +
+                  " probable" + (nearest.empty() ? "" : "; the last frame alone is most like " + nearest));
+  else if (!nearest.empty())
+    facts.add("How did it end?", "like " + nearest, "by the last frame alone");
+  if (std::isfinite(last.fit.error_90))
+    facts.add("How exact is the final shape?",
+              "within " + number_text(double{last.fit.error_90}) + " " + report.length_unit(),
+              "mean error of the estimate for the last frame, in 90 % of tests like the ensemble's");
+}
+
+/// What the shapes tell about the test's parameters, and of how many they tell nothing.
+void add_parameters(Facts& facts, const TestReport& report) {
+  if (report.parameters() == 0 || report.state().verdict == wire::WireVerdict::no_simulation_fits) return;
+  std::size_t unknown = 0;
+  for (std::uint32_t p = 0; p < report.parameters(); ++p) {
+    const ParameterForecast& forecast = report.forecast().parameters[p];
+    if (forecast.is_identifiable())
+      facts.add("Parameter " + escaped(report.model.parameter_name(p)),
+                interval_text(double{forecast.value}, double{forecast.bound_90}),
+                "90 % interval; simulations: " + range_text(report.model, p));
+    else
+      ++unknown;
+  }
+  if (unknown > 0)
+    facts.add("Parameters not identifiable", std::to_string(unknown) + " of " + std::to_string(report.parameters()),
+              "the shape does not tell them; see the table of parameters");
+}
+
+void add_account(Facts& facts, const TestReport& report) {
   const TestRecord& record = *report.record();
   const wire::WireResult& last = *record.latest();
-  if (std::isfinite(last.fit.error_90))
-    facts.add("Error of the estimate at the end",
-              "below " + number_text(double{last.fit.error_90}) + " " + report.length_unit(),
-              "mean over the component, in 90 % of unseen tests");
-  facts.add("Duration", time_text(record.seconds()),
-            std::isfinite(last.fit.test_time) ? time_text(double{last.fit.test_time}) + " since the impact at the end"
+  facts.add("How long was it seen?", time_text(record.seconds()),
+            std::isfinite(last.fit.test_time) ? "until " + time_text(double{last.fit.test_time}) + " after the impact"
                                               : "first to last matched frame");
-  if (!last.matches.empty())
-    facts.add("Ends like", simulation_name(report.names, last.matches.front().sample.simulation),
-              "at " + time_text(last.matches.front().time_s) + " of its time, step " +
-                  std::to_string(last.matches.front().sample.time_step));
   const wire::Counters& counters = report.accounts.counters;
   facts.add("Frames matched",
             std::to_string(counters.sum(wire::Fate::matched)) + " of " + std::to_string(counters.captured()),
@@ -91,8 +118,12 @@ const char* class_of(Explanation::Tone tone) {
 std::string answer_section(const TestReport& report) {
   const Explanation& answer = report.explanation;
   Facts facts;
-  add_certainty(facts, report);
-  if (report.record() != nullptr) add_end(facts, report);
+  add_fit(facts, report);
+  if (report.record() != nullptr) {
+    add_end(facts, report);
+    add_parameters(facts, report);
+    add_account(facts, report);
+  }
   return flaws_of(report) + "<section class=\"answer " + class_of(answer.tone) +
          "\" aria-label=\"Verdict\"><p class=\"word\">" + escaped(answer.word) + "</p>\n<p class=\"headline\">" +
          escaped(answer.headline) + "</p>\n<p><strong>What it means:</strong> " + escaped(answer.meaning) +

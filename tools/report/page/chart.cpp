@@ -50,6 +50,7 @@ class Plot {
     for (const Curve& curve : chart.curves)
       for (const double y : curve.values) y_.include(y);
     for (const Limit& limit : chart.limits) y_.include(limit.value);
+    for (const Band& band : chart.bands) include(band);
     x_.widen();
     y_.widen();
     y_.high += 0.04 * (y_.high - y_.low);
@@ -58,6 +59,12 @@ class Plot {
   [[nodiscard]] std::string svg() const;
 
  private:
+  void include(const Band& band) {
+    if (band.curve >= chart_.curves.size()) return;
+    const std::vector<double>& values = chart_.curves[band.curve].values;
+    for (std::size_t i = 0; i < std::min(values.size(), band.half_widths.size()); ++i)
+      for (const double sign : {-1.0, 1.0}) y_.include(values[i] + sign * band.half_widths[i]);
+  }
   [[nodiscard]] double column(double x) const {
     return left + (x - x_.low) / (x_.high - x_.low) * (width - left - right);
   }

@@ -1,5 +1,5 @@
 // The numbers of the frames over the time of the test.
-#include "tools/report/page/chart.hpp"
+#include "tools/report/page/frame_curves.hpp"
 #include "tools/report/page/html.hpp"
 #include "tools/report/page/page.hpp"
 
@@ -9,32 +9,7 @@
 namespace lbea::tool {
 namespace {
 
-using Rows = std::span<const FrameRow>;
 constexpr std::size_t most_chances = 5;
-
-template <class Value>
-std::vector<double> values_of(Rows rows, Value value) {
-  std::vector<double> values;
-  values.reserve(rows.size());
-  for (const FrameRow& row : rows) values.push_back(static_cast<double>(value(row)));
-  return values;
-}
-template <class Number>
-auto number(float Number::*member, double factor = 1) {
-  return [member, factor](const FrameRow& row) { return double{row.*member} * factor; };
-}
-
-/// The abscissas: times, or numbers of frames when the stamps do not increase.
-struct Abscissas {
-  explicit Abscissas(Rows rows) : name("time since the first frame [ms]") {
-    values = values_of(rows, [](const FrameRow& row) { return row.time_s * 1e3; });
-    if (std::ranges::is_sorted(values) && !values.empty() && values.front() < values.back()) return;
-    name = "frame of the test";
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<double>(i);
-  }
-  std::string name;
-  std::vector<double> values;
-};
 
 /// Probabilities of the simulations that are the likeliest ones at any time, those likely at the end first.
 std::vector<std::uint32_t> leading_simulations(Rows rows) {
@@ -66,7 +41,7 @@ double probability_of(const FrameRow& row, std::uint32_t simulation) {
 class Curves {
  public:
   explicit Curves(const TestReport& report)
-      : report_(report), rows_(report.record()->rows()), abscissas_(rows_), unit_(report.length_unit()) {}
+      : report_(report), rows_(report.record()->rows()), unit_(report.length_unit()) {}
 
   [[nodiscard]] std::string html() const {
     std::string figures;
@@ -77,20 +52,14 @@ class Curves {
 
  private:
   [[nodiscard]] Chart chart(std::string title, std::string y_unit, std::string explanation) const {
-    Chart chart;
-    chart.title = std::move(title);
-    chart.y_unit = std::move(y_unit);
-    chart.explanation = std::move(explanation);
-    chart.x_name = abscissas_.name;
-    chart.abscissas = abscissas_.values;
-    return chart;
+    return chart_over_time(rows_, std::move(title), std::move(y_unit), std::move(explanation));
   }
   [[nodiscard]] Chart misfit() const {
     Chart c = chart("Misfit", "misfit",
                     "Difference from the best shape, relative to that expected of an unseen run; above the limit, no "
                     "simulation fits.");
-    c.curves = {{"each frame", values_of(rows_, number(&FrameRow::misfit))},
-                {"test so far", values_of(rows_, number(&FrameRow::test_misfit))}};
+    c.curves = {{"each frame", values_of(rows_, member_value(&FrameRow::misfit))},
+                {"test so far", values_of(rows_, member_value(&FrameRow::test_misfit))}};
     if (std::isfinite(report_.frame_limit)) c.limits.push_back({"limit of a frame", report_.frame_limit});
     if (std::isfinite(report_.test_limit)) c.limits.push_back({"limit of the test", report_.test_limit});
     return c;
@@ -102,10 +71,10 @@ class Curves {
                              "in 90 % of unseen tests."
                            : "Of the best sample, by the method " + report_.settings().method + ".");
     if (!is_fit) c.y_unit = report_.settings().method == "lbea" ? unit_ + "\u00b2" : unit_;
-    c.curves = {{"match from estimate", values_of(rows_, number(&FrameRow::distance))}};
+    c.curves = {{"match from estimate", values_of(rows_, member_value(&FrameRow::distance))}};
     if (!is_fit) c.curves.front().name = "distance";
     if (is_fit)
-      c.curves.push_back({"error of the estimate, 90 % bound", values_of(rows_, number(&FrameRow::error_90))});
+      c.curves.push_back({"error of the estimate, 90 % bound", values_of(rows_, member_value(&FrameRow::error_90))});
     return c;
   }
   [[nodiscard]] Chart clocks() const {
@@ -113,8 +82,8 @@ class Curves {
         "Clocks", "time [ms]",
         "Time of the match in its simulation, and time since the impact by the stamps. They should run side by side.");
     c.curves = {{"match", values_of(rows_, [](const FrameRow& row) { return row.match_time_s * 1e3; })},
-                {"since the impact", values_of(rows_, number(&FrameRow::test_time, 1e3))}};
-    c.bands = {{"its standard deviation", 1, values_of(rows_, number(&FrameRow::test_time_sd, 1e3))}};
+                {"since the impact", values_of(rows_, member_value(&FrameRow::test_time, 1e3))}};
+    c.bands = {{"its standard deviation", 1, values_of(rows_, member_value(&FrameRow::test_time_sd, 1e3))}};
     return c;
   }
   [[nodiscard]] Chart simulations() const {
@@ -126,17 +95,9 @@ class Curves {
     return c;
   }
   [[nodiscard]] Chart branches() const {
-    Chart c =
-        chart("Deformation branches", "probability", "Groups of simulations with similar ends; the likeliest ones.");
-    std::vector<std::pair<float, std::size_t>> ranked;
-    const auto& last = report_.state().branches;
-    for (std::size_t i = 0; i < last.size() && last.size() > 1; ++i) ranked.emplace_back(-last[i], i);
-    std::ranges::sort(ranked);
-    for (std::size_t k = 0; k < std::min(most_chances, ranked.size()); ++k)
-      c.curves.push_back({"branch " + std::to_string(ranked[k].second),
-                          values_of(rows_, [&, branch = ranked[k].second](const FrameRow& row) {
-                            return branch < row.branches.size() ? row.branches[branch] : FrameRow::unknown;
-                          })});
+    Chart c = chart("Deformation branches", "probability",
+                    "Groups of simulations with similar ends, by the shapes until each frame; the likeliest ones.");
+    c.curves = branch_curves(rows_, report_.state().branches, &FrameRow::branches);
     c.most = 1.02;
     return c;
   }
@@ -149,20 +110,19 @@ class Curves {
   [[nodiscard]] Chart pose(const char* title, const std::string& unit, float FitNumbers::*value,
                            float FitNumbers::*deviation) const {
     Chart c = chart(title, unit, "Estimated pose error of the rig, which is corrected.");
-    c.curves = {{"correction", values_of(rows_, number(value))}};
-    c.bands = {{"its standard deviation", 0, values_of(rows_, number(deviation))}};
+    c.curves = {{"correction", values_of(rows_, member_value(value))}};
+    c.bands = {{"its standard deviation", 0, values_of(rows_, member_value(deviation))}};
     return c;
   }
   [[nodiscard]] Chart coverage() const {
     Chart c = chart("Coverage", "share", "Share of the matched surface that the frame shows.");
-    c.curves = {{"coverage", values_of(rows_, number(&FrameRow::coverage))}};
+    c.curves = {{"coverage", values_of(rows_, member_value(&FrameRow::coverage))}};
     c.most = 1.02;
     return c;
   }
 
   const TestReport& report_;
   Rows rows_;
-  Abscissas abscissas_;
   std::string unit_;
 };
 

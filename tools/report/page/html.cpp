@@ -56,6 +56,13 @@ std::string number_text(double value, int digits) {
   return formatted("%.*f", std::clamp(digits - 1 - place, 0, most_decimals), value);
 }
 
+std::string interval_text(double value, double half_width) {
+  if (!std::isfinite(value) || !(half_width > 0) || !std::isfinite(half_width)) return number_text(value);
+  constexpr int digits = 2, most_decimals = 6;  // of the half width
+  const int decimals = std::clamp(digits - 1 - static_cast<int>(std::floor(std::log10(half_width))), 0, most_decimals);
+  return formatted("%.*f \u00b1 %.*f", decimals, value, decimals, half_width);
+}
+
 std::string percent_text(double share) {
   if (!std::isfinite(share)) return std::string(dash);
   constexpr double nearly_all = 0.995, nearly_none = 0.005;

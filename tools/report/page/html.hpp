@@ -12,6 +12,8 @@ namespace lbea::tool {
 [[nodiscard]] std::string escaped(std::string_view text);
 /// With so many significant digits, without an exponent where it is readable; a dash for a number that is not finite.
 [[nodiscard]] std::string number_text(double value, int digits = 3);
+/// "8.93 ± 0.41": with the decimals that the half width needs.
+[[nodiscard]] std::string interval_text(double value, double half_width);
 /// "97 %"; "more than 99 %" and "less than 1 %" instead of 100 and 0; a dash for a number that is not finite.
 [[nodiscard]] std::string percent_text(double share);
 /// A cell, or a column's head, of a table of numbers. `html`: markup.

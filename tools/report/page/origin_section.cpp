@@ -59,7 +59,8 @@ std::string origin_section(const TestReport& report) {
   pairs.add("Its checksum", hexadecimal_text(report.model.checksum()));
   pairs.add("Its origin", provenance_text(report.model));
   pairs.add("Report by", "lbea-report " LBEA_VERSION_STRING);
-  return "<section aria-label=\"Origin\"><h2>Origin and reproduction</h2>\n<div class=\"scroll values\">" +
+  return "<section aria-label=\"Origin\"><h2>Origin and reproduction</h2>\n<div class=\"scroll values\" "
+         "tabindex=\"0\">" +
          pairs.html() +
          "</div>\n<p>Check the recording, repeat the match with bit-identical results, repeat this report:</p>\n" +
          commands_of(report) + "</section>\n";

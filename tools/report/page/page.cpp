@@ -4,6 +4,7 @@
 #include "tools/report/page/style.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
+#include <cmath>
 #include <ctime>
 
 namespace lbea::tool {
@@ -40,10 +41,21 @@ std::string title_of(const TestReport& report) {
 
 std::string page_of(const TestReport& report) {
   std::string page = head_of(report) + title_of(report);
-  for (const auto section : {answer_section, tests_section, pictures_section, curves_section, simulations_section,
-                             regions_section, accounts_section, origin_section})
+  for (const auto section :
+       {answer_section, end_section, tests_section, pictures_section, forecast_section, parameters_section,
+        curves_section, simulations_section, regions_section, accounts_section, origin_section})
     page += section(report);
   return page + "</main>\n</body>\n</html>\n";
+}
+
+std::string range_text(const Model& model, std::uint32_t parameter) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (std::uint32_t run = 0; run < model.simulations(); ++run)
+    if (const double value = model.parameter(run, parameter); std::isfinite(value)) {
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  return number_text(low) + " to " + number_text(high);
 }
 
 std::string time_text(double seconds) { return number_text(seconds * 1e3) + " ms"; }

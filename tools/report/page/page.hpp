@@ -13,14 +13,19 @@ namespace lbea::tool {
 
 // The sections, in the order of the page. Empty when there is nothing to show.
 [[nodiscard]] std::string answer_section(const TestReport& report);
+[[nodiscard]] std::string end_section(const TestReport& report);
 [[nodiscard]] std::string tests_section(const TestReport& report);
 [[nodiscard]] std::string pictures_section(const TestReport& report);
+[[nodiscard]] std::string forecast_section(const TestReport& report);
+[[nodiscard]] std::string parameters_section(const TestReport& report);
 [[nodiscard]] std::string curves_section(const TestReport& report);
 [[nodiscard]] std::string simulations_section(const TestReport& report);
 [[nodiscard]] std::string regions_section(const TestReport& report);
 [[nodiscard]] std::string accounts_section(const TestReport& report);
 [[nodiscard]] std::string origin_section(const TestReport& report);
 
+/// "7.5 to 12.3": the lowest and the highest value of the simulations.
+[[nodiscard]] std::string range_text(const Model& model, std::uint32_t parameter);
 /// "12.5 ms" since the first frame of the test.
 [[nodiscard]] std::string time_text(double seconds);
 /// UTC.

@@ -1,8 +1,7 @@
 // Frames beside the shapes that were found for them, and where the component is explained worst.
-#include "tools/report/drawing/view.hpp"
-#include "tools/report/page/chart.hpp"
 #include "tools/report/page/html.hpp"
 #include "tools/report/page/page.hpp"
+#include "tools/report/page/picture.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
@@ -14,51 +13,8 @@ namespace {
 constexpr std::uint32_t picture_width = 480, map_width = 900;
 constexpr double shown_share = 0.95;  // of the distances; larger ones have the color of the limit
 
-/// Colors by distance, the same for all pictures that share it.
-class DistanceScale {
- public:
-  explicit DistanceScale(double largest) : limit_(rounded_up(largest)) {}
-  [[nodiscard]] double limit() const noexcept { return limit_; }
-  [[nodiscard]] io::Color of(float distance) const {
-    return std::isfinite(distance) ? color_of(double{distance} / limit_) : unmeasured;
-  }
-  [[nodiscard]] std::vector<io::Color> of(std::span<const float> distances) const {
-    std::vector<io::Color> colors;
-    for (const float distance : distances) colors.push_back(of(distance));
-    return colors;
-  }
-
- private:
-  double limit_;
-};
-
-/// `what`: markup-free.
-std::string color_bar(const DistanceScale& scale, const std::string& unit, const char* what) {
-  constexpr int steps = 32;
-  constexpr double length = 300, bar_left = 10;
-  std::string svg = "<div class=\"bar\"><svg viewBox=\"0 0 420 40\" role=\"img\" aria-label=\"Color scale\">";
-  for (int i = 0; i < steps; ++i) {
-    const io::Color c = color_of((i + 0.5) / steps);
-    svg +=
-        formatted("<rect x=\"%.2f\" y=\"2\" width=\"%.2f\" height=\"14\" fill=\"#%02x%02x%02x\"/>",
-                  bar_left + i * length / steps, length / steps + 0.3, unsigned{c[0]}, unsigned{c[1]}, unsigned{c[2]});
-  }
-  for (const double share : {0.0, 0.5, 1.0})
-    svg += formatted("<text x=\"%.1f\" y=\"31\" text-anchor=\"middle\">", bar_left + share * length) +
-           number_text(share * scale.limit()) + "</text>";
-  return svg + formatted("<text x=\"%.0f\" y=\"14\">", bar_left + length + 10) + escaped(unit) +
-         "</text></svg></div><p class=\"note\">" + what +
-         " Larger distances have the last color; gray: no point was measured there.</p>\n";
-}
-
-std::string picture(const io::Picture& pixels, const std::string& alternative, const std::string& caption) {
-  return "<figure><img src=\"" + data_url(pixels) +
-         formatted("\" width=\"%u\" height=\"%u\" alt=\"", pixels.width, pixels.height) + escaped(alternative) +
-         "\"><figcaption>" + caption + "</figcaption></figure>\n";
-}
-
 std::string distance_caption(const CloudComparison& comparison, const std::string& unit) {
-  return "points: mean " + number_text(comparison.mean()) + " " + escaped(unit) + ", 95 % below " +
+  return "points from it: mean " + number_text(comparison.mean()) + " " + escaped(unit) + ", 95 % below " +
          number_text(comparison.quantile(0.95)) + " " + escaped(unit);
 }
 
@@ -70,38 +26,6 @@ std::string fit_text(const wire::WireResult& result, const std::string& unit) {
   return text + ", " + number_text(100 * double{result.coverage}) + " % of the surface seen";
 }
 
-std::string moment(const TestReport& report, const StudiedFrame& frame, const View& view, const DistanceScale& scale) {
-  const std::string unit = report.length_unit(), at = time_text(frame.time_s);
-  const auto& elements = report.frames.elements;
-  // A distance for each point within reach; the others are of the background.
-  std::vector<Point> points;
-  std::vector<io::Color> colors;
-  for (std::size_t i = 0; i < frame.points.size(); ++i)
-    if (const float distance = frame.to_estimate.point_distances()[i]; std::isfinite(distance)) {
-      points.push_back(frame.points[i]);
-      colors.push_back(scale.of(distance));
-    }
-  const Sample sample = frame.result.matches.empty() ? Sample{} : frame.result.matches.front().sample;
-  const std::string name = simulation_name(report.names, sample.simulation);
-  const bool has_estimate = !frame.result.fit.estimate.empty();
-  std::string html = "<div class=\"moment\"><h3>" + at + " (frame " + std::to_string(frame.result.frame_id) +
-                     ")</h3><p class=\"note\">" + escaped(fit_text(frame.result, unit)) +
-                     "</p>\n<div class=\"trio\">\n";
-  html += picture(
-      picture_of_cloud(view, points, colors), "Measured cloud at " + at,
-      "<strong>Measured</strong>, colored by distance from the " + std::string(has_estimate ? "estimate" : "match"));
-  html += picture(picture_of_mesh(view, frame.match, elements, scale.of(frame.to_match.element_distances())),
-                  "Matched simulation " + name + " at " + at,
-                  "<strong>Match</strong>: " + escaped(name) + ", step " + std::to_string(sample.time_step) + " at " +
-                      time_text(frame.match_time_s) + "; " + distance_caption(frame.to_match, unit));
-  if (has_estimate)
-    html += picture(picture_of_mesh(view, frame.estimate, elements, scale.of(frame.to_estimate.element_distances())),
-                    "Estimate at " + at,
-                    "<strong>Estimate</strong> between simulations, at " + time_text(frame.estimate_time_s) + "; " +
-                        distance_caption(frame.to_estimate, unit));
-  return html + "</div></div>\n";
-}
-
 double largest_shown(const FrameStudy& study) {
   double largest = 0;
   for (const StudiedFrame& frame : study.frames)
@@ -109,6 +33,78 @@ double largest_shown(const FrameStudy& study) {
       if (const double distance = comparison->quantile(shown_share); frame.is_shown && std::isfinite(distance))
         largest = std::max(largest, distance);
   return largest;
+}
+
+/// Pictures of frames, in the same view and colors.
+class FramePictures {
+ public:
+  explicit FramePictures(const TestReport& report)
+      : report_(report), view_(report.T_reference_view, picture_width), scale_(largest_shown(report.frames)) {
+    for (const StudiedFrame& frame : report.frames.frames) {
+      view_.include(frame.match);
+      view_.include(frame.estimate);
+    }
+  }
+  [[nodiscard]] std::string bar() const {
+    return color_bar(
+        scale_, report_.length_unit(),
+        "Distance between measured points and shape; on meshes the mean per element. Gray: no point was measured "
+        "there.");
+  }
+  [[nodiscard]] std::string measured(const StudiedFrame& frame) const;
+  [[nodiscard]] std::string match(const StudiedFrame& frame) const;
+  /// Empty without an estimate.
+  [[nodiscard]] std::string estimate(const StudiedFrame& frame) const;
+  [[nodiscard]] std::string moment(const StudiedFrame& frame) const {
+    return "<div class=\"moment\"><h3>" + time_text(frame.time_s) + " (frame " + std::to_string(frame.result.frame_id) +
+           ")</h3><p class=\"note\">" + escaped(fit_text(frame.result, report_.length_unit())) +
+           "</p>\n<div class=\"trio\">\n" + measured(frame) + match(frame) + estimate(frame) + "</div></div>\n";
+  }
+
+ private:
+  const TestReport& report_;
+  View view_;
+  DistanceScale scale_;
+};
+
+std::string FramePictures::measured(const StudiedFrame& frame) const {
+  // Points beyond the reach are of the background.
+  std::vector<Point> points;
+  std::vector<io::Color> colors;
+  for (std::size_t i = 0; i < frame.points.size(); ++i)
+    if (const float distance = frame.to_estimate.point_distances()[i]; std::isfinite(distance)) {
+      points.push_back(frame.points[i]);
+      colors.push_back(scale_.of(distance));
+    }
+  return picture_figure(picture_of_cloud(view_, points, colors), "Measured cloud at " + time_text(frame.time_s),
+                        "<strong>Measured</strong>, colored by distance from the " +
+                            std::string(frame.result.fit.estimate.empty() ? "match" : "estimate"));
+}
+
+std::string FramePictures::match(const StudiedFrame& frame) const {
+  const Sample sample = frame.result.matches.empty() ? Sample{} : frame.result.matches.front().sample;
+  const std::string name = simulation_name(report_.names, sample.simulation);
+  return picture_figure(
+      picture_of_mesh(view_, frame.match, report_.frames.elements, scale_.of(frame.to_match.element_distances())),
+      "Matched simulation " + name + " at " + time_text(frame.time_s),
+      "<strong>Match</strong>: " + escaped(name) + ", step " + std::to_string(sample.time_step) + " at " +
+          time_text(frame.match_time_s) + "; " + distance_caption(frame.to_match, report_.length_unit()));
+}
+
+std::string FramePictures::estimate(const StudiedFrame& frame) const {
+  if (frame.result.fit.estimate.empty()) return "";
+  return picture_figure(
+      picture_of_mesh(view_, frame.estimate, report_.frames.elements, scale_.of(frame.to_estimate.element_distances())),
+      "Estimate at " + time_text(frame.time_s),
+      "<strong>Estimate</strong>, a blend of simulations at " + time_text(frame.estimate_time_s) + " of their time; " +
+          distance_caption(frame.to_estimate, report_.length_unit()));
+}
+
+double largest_distance(std::span<const float> a, std::span<const float> b) {
+  float largest = 0;
+  for (std::size_t i = 0; i + 2 < std::min(a.size(), b.size()); i += 3)
+    largest = std::max(largest, std::hypot(a[i] - b[i], a[i + 1] - b[i + 1], a[i + 2] - b[i + 2]));
+  return double{largest};
 }
 
 std::string note_of(const TestReport& report) {
@@ -148,20 +144,27 @@ std::string region_rows(const TestReport& report) {
 
 }  // namespace
 
+std::string end_section(const TestReport& report) {
+  if (report.frames.frames.empty()) return "";
+  const FramePictures pictures(report);
+  const StudiedFrame& last = report.frames.frames.back();
+  std::string html = "<section aria-label=\"End\"><h2>How it ended</h2>\n<p>The last frame, at " +
+                     time_text(last.time_s) + ". Since the undeformed state, the component moved by up to " +
+                     number_text(largest_distance(last.estimate, report.regions.initial)) + " " +
+                     escaped(report.length_unit()) + ".</p>\n" + pictures.bar() + "<div class=\"quad\">\n" +
+                     pictures.measured(last);
+  const std::string estimate = pictures.estimate(last);
+  return html + (estimate.empty() ? pictures.match(last) : estimate) + "</div></section>\n";
+}
+
 std::string pictures_section(const TestReport& report) {
   if (report.record() == nullptr) return "";
   std::string html = "<section class=\"page\" aria-label=\"Frames\"><h2>The test in pictures</h2>\n" + note_of(report);
   if (report.frames.frames.empty()) return html + "</section>\n";
-  View view(report.T_reference_view, picture_width);
-  for (const StudiedFrame& frame : report.frames.frames) {
-    view.include(frame.match);
-    view.include(frame.estimate);
-  }
-  const DistanceScale scale(largest_shown(report.frames));
-  html += color_bar(scale, report.length_unit(),
-                    "Distance between measured points and shape; on meshes the mean per element.");
+  const FramePictures pictures(report);
+  html += pictures.bar();
   for (const StudiedFrame& frame : report.frames.frames)
-    if (frame.is_shown) html += moment(report, frame, view, scale);
+    if (frame.is_shown) html += pictures.moment(frame);
   return html + "</section>\n";
 }
 
@@ -186,9 +189,10 @@ std::string regions_section(const TestReport& report) {
               "height=\"%u\" href=\"",
               picture.width, picture.height, picture.width, picture.height) +
           data_url(picture) + "\"/>" + marks(map, view) + "</svg></div>\n";
-  html += color_bar(scale, report.length_unit(), "Mean distance.");
+  html += color_bar(scale, report.length_unit(), "Mean distance. Gray: no point was measured there.");
   html +=
-      "<div class=\"scroll\"><table><thead><tr><th scope=\"col\" class=\"number\">Region</th><th scope=\"col\" "
+      "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\" class=\"number\">Region</th><th "
+      "scope=\"col\" "
       "class=\"number\">Part</th><th scope=\"col\" class=\"number\">Center x, y, z [" +
       unit + "]</th><th scope=\"col\" class=\"number\">Mean [" + unit +
       "]</th><th scope=\"col\" class=\"number\">Highest [" + unit +

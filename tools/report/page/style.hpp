@@ -46,8 +46,9 @@ svg text { font-size: 11.5px; fill: #3d444c; }
 .legend svg { display: inline-block; width: 34px; height: 8px; margin-right: 5px; }
 .moment { break-inside: avoid; margin: 14px 0 18px; }
 .trio { display: grid; grid-template-columns: repeat(3, 1fr); gap: 12px; }
-.trio img { display: block; width: 100%; height: auto; border: 1px solid var(--line); }
-.trio figcaption { min-height: 0; font-size: 13px; }
+.quad { display: grid; grid-template-columns: repeat(2, 1fr); gap: 12px; margin: 8px 0 18px; }
+.trio img, .quad img { display: block; width: 100%; height: auto; border: 1px solid var(--line); }
+.trio figcaption, .quad figcaption { min-height: 0; font-size: 13px; }
 .bar { max-width: 420px; }
 .map { max-width: 640px; }
 @media print {

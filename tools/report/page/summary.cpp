@@ -89,6 +89,30 @@ Json regions_json(const TestReport& report) {
   return regions;
 }
 
+/// After the last frame, and the error of the forecasts before.
+Json forecast_json(const TestReport& report) {
+  const wire::WireForecast& last = report.forecast();
+  if (last.frames == 0) return nullptr;
+  Json json{{"error_90", number(double{last.error_90})},
+            {"branches", last.branches},
+            {"parameters", Json::array()},
+            {"compared", report.forecasts.is_compared()},
+            {"moments", Json::array()}};
+  for (std::uint32_t p = 0; p < report.parameters(); ++p) {
+    const ParameterForecast& forecast = last.parameters[p];
+    json["parameters"].push_back({{"name", report.model.parameter_name(p)},
+                                  {"value", number(double{forecast.value})},
+                                  {"bound_90", number(double{forecast.bound_90})},
+                                  {"r2", number(double{forecast.r2})},
+                                  {"identifiable", forecast.is_identifiable()}});
+  }
+  for (const ForecastMoment& moment : report.forecasts.moments)
+    json["moments"].push_back({{"seconds", number(moment.time_s)},
+                               {"error_90", number(moment.error_90)},
+                               {"error", number(moment.distance)}});
+  return json;
+}
+
 }  // namespace
 
 std::string summary_json(const TestReport& report) {
@@ -116,6 +140,7 @@ std::string summary_json(const TestReport& report) {
             {"test", report.test ? Json(*report.test + 1) : Json(nullptr)},
             {"tests", Json::array()},
             {"end", end_json(report)},
+            {"forecast", forecast_json(report)},
             {"frames", frames_json(report)},
             {"regions", regions_json(report)}};
   for (const RecordedTest& test : report.content.tests) json["tests"].push_back(test_json(report, test));

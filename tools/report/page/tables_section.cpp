@@ -55,8 +55,8 @@ std::string simulations_section(const TestReport& report) {
   std::string html = "<section aria-label=\"Simulations\"><h2>Likeliest simulations</h2>\n";
   if (state.verdict == wire::WireVerdict::no_simulation_fits)
     html += "<p>No simulation fits: the probabilities only compare simulations with each other.</p>\n";
-  html += "<div class=\"scroll\"><table><thead><tr><th scope=\"col\">Simulation</th>" + number_head("Probability") +
-          number_head("Branch");
+  html += "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">Simulation</th>" +
+          number_head("Probability") + number_head("Branch");
   for (std::uint32_t p = 0; p < report.model.parameters(); ++p)
     html += number_head(escaped(report.model.parameter_name(p)));
   html += "</tr></thead>\n<tbody>";

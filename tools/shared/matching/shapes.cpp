@@ -55,6 +55,18 @@ Leaders leaders_of(const wire::WireResult& result) {
   return leaders;
 }
 
+std::vector<float> final_positions_of(const Model& model, const wire::WireForecast& forecast) {
+  std::vector<float> weights(model.simulations(), 0.0f);
+  for (const wire::RunWeight& run : forecast.runs) {
+    if (run.simulation >= weights.size() || !(std::abs(run.weight) <= largest_share)) return {};
+    weights[run.simulation] = run.weight;
+  }
+  if (forecast.frames == 0 || forecast.runs.empty()) return {};
+  TestForecast test;
+  test.run_weights = weights;
+  return final_positions(model, test);
+}
+
 std::vector<std::array<std::uint32_t, 4>> elements_of(const Model& model) {
   const auto corners = model.element_nodes();
   std::vector<std::array<std::uint32_t, 4>> elements;

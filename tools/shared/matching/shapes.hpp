@@ -23,6 +23,9 @@ struct Leaders {
 };
 [[nodiscard]] Leaders leaders_of(const wire::WireResult& result);
 
+/// The node positions at the end of the test, nodes() x 3, that a result forecasts; empty: no forecast of the model.
+[[nodiscard]] std::vector<float> final_positions_of(const Model& model, const wire::WireForecast& forecast);
+
 /// The corners of the component's elements; a triangle repeats its last node.
 [[nodiscard]] std::vector<std::array<std::uint32_t, 4>> elements_of(const Model& model);
 
