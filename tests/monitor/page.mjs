@@ -110,6 +110,20 @@ async function checkColors(page) {
   await until(async () => !/distance/.test(await words(page, "legend-title")), "the field's colors do not come back");
 }
 
+/// The published forecast: the ghost of the end can be switched, and what the shape does not tell is named.
+async function checkForecast(page) {
+  assert.match(await words(page, "forecast-shape"), /^Final shape within [\d.]+ mm \(90 %\)$/);
+  assert.match(await words(page, "forecast-branches"), /^Branch \d (> )?\d+ %Branch \d/);
+  assert.match(await words(page, "forecast-parameters"), /v0 \[m\/s\] [\d.]+ \u00b1 [\d.]+.*Not identifiable from shape: .*\bmu\b/);
+  assert.ok(await page.locator("#forecast-chart canvas").count() === 1, "the bound is drawn over time");
+  const without = await look(page);
+  await set(page, "show-final", true);
+  await shows(page, (seen) => seen.hash !== without.hash, "the forecast end is not shown");
+  await page.screenshot({ path: join(out, "forecast.png") });
+  await set(page, "show-final", false);
+  await shows(page, (seen) => seen.hash === without.hash, "the forecast end stays");
+}
+
 /// In a separate page: the checker is an inline script, which the policy of the page forbids.
 async function checkAxe(browser, url, name) {
   const context = await browser.newContext({ bypassCSP: true, colorScheme: name, viewport: { width: 1280, height: 720 } });
@@ -243,6 +257,7 @@ async function main() {
     await checkPixels(page);
     await checkLostGraphics(page);
     await checkColors(page);
+    await checkForecast(page);
     await checkExports(page, url);
     await checkKeyboard(page);
     await checkSizes(page);

@@ -251,7 +251,7 @@ TEST_CASE("curves as CSV: one line per row, quoted names, empty unknown values")
   const std::vector<std::string> names{"a", "b", "run \"b\""};
   const std::string csv = to_csv(log, names);
   CHECK(std::ranges::count(csv, '\n') == 3);
-  CHECK(contains(csv, "\n0,0,matched,ok,\"run \"\"b\"\"\",7,1.5,,,,,,,,,,,,0.5,1,2,0,2,"));
+  CHECK(contains(csv, "\n0,0,matched,ok,\"run \"\"b\"\"\",7,1.5,,,,,,,,,,,,0.5,,1,2,0,2,"));
   CHECK(contains(csv, "\n0.001,1,refused,bad_cloud,,,,"));
 }
 
@@ -351,6 +351,44 @@ TEST_CASE("scenes of a model: meshes blend, distances are those from the surface
   const auto other = read(scenes.build({result, std::make_shared<const std::vector<Point>>(cloud)}, {}));
   CHECK(!other.head["sections"].contains("match"));
   CHECK(other.section<std::uint16_t>("cloud")[3] == 65535);
+}
+
+TEST_CASE("the forecast is shown as it was published, and only then") {
+  const TemporaryFolder folder;
+  bake_bent_plates(folder / "plates.lbea");
+  const Model model = Model::open(folder / "plates.lbea");
+  SceneBuilder scenes(model, ranges_of(model));
+  WireResult result = result_of(3);
+  result.model_checksum = model.checksum();
+  TestLog log;
+  log.add(result);
+  CHECK_FALSE(to_json(result).contains("forecast"));
+  CHECK_FALSE(read(scenes.build({result, nullptr}, {})).head["sections"].contains("final"));
+  CHECK(std::isnan(log.rows().back()[TestLog::final_error_90]));
+
+  result.forecast = {2, 7.5f, {{0, 1.25f}, {2, -0.25f}}, {0.25f, 0.75f}, {{8.5f, 0.5f, 0.875f}, {-1, 2, 0.125f}}};
+  const auto forecast = to_json(result)["forecast"];
+  CHECK(forecast["error_90"] == 7.5f);
+  CHECK(forecast["branches"] == std::vector<float>{0.25f, 0.75f});
+  CHECK(forecast["parameters"][0]["value"] == 8.5f);
+  CHECK(forecast["parameters"][0]["bound_90"] == 0.5f);
+  CHECK(forecast["parameters"][0]["identifiable"] == true);
+  CHECK(forecast["parameters"][1]["identifiable"] == false);
+  log.add(result);
+  CHECK(log.rows().back()[TestLog::final_error_90] == 7.5f);
+  CHECK(column_names()[TestLog::final_error_90] == "final_error_90");
+  const auto end = read(scenes.build({result, nullptr}, {})).section<float>("final");
+  const auto first = model.node_positions(model.sample_index({0, 5})),
+             third = model.node_positions(model.sample_index({2, 5}));
+  REQUIRE(end.size() == first.size());
+  for (std::size_t i = 0; i < end.size(); ++i)
+    CHECK(end[i] == doctest::Approx(1.25 * first[i] - 0.25 * third[i]).epsilon(1e-4));
+  // Not one of another model.
+  result.forecast.runs.push_back({99, 1});
+  CHECK_FALSE(read(scenes.build({result, nullptr}, {})).head["sections"].contains("final"));
+  result.forecast.runs.pop_back();
+  ++result.model_checksum;
+  CHECK_FALSE(read(scenes.build({result, nullptr}, {})).head["sections"].contains("final"));
 }
 
 TEST_CASE("thinning keeps the cloud's extent, leaves out what is not finite, and moves it") {

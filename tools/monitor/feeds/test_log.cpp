@@ -24,6 +24,7 @@ TestLog::Row row_of(const wire::WireResult& result, double time_s) {
   if (wire::fate_of(result.status) != wire::Fate::matched) return row;
   for (std::size_t i = 0; i < frame_numbers.size(); ++i)
     row[TestLog::first_frame_number + i] = result.*frame_numbers[i].value;
+  if (result.forecast.frames > 0) row[TestLog::final_error_90] = result.forecast.error_90;
   for (std::size_t k = 0; k < 3; ++k) row[TestLog::x + k] = result.leading_coordinates[k];
   if (!result.matches.empty()) {
     const wire::WireMatch& best = result.matches.front();
@@ -94,7 +95,7 @@ std::vector<std::string> column_names() {
   std::vector<std::string> names{"time_s", "frame", "verdict", "status", "simulation", "time_step", "distance"};
   for (const auto& number : fit_numbers) names.emplace_back(number.name);
   for (const auto& number : frame_numbers) names.emplace_back(number.name);
-  for (const char* name : {"x", "y", "z", "latency_ms"}) names.emplace_back(name);
+  for (const char* name : {"final_error_90", "x", "y", "z", "latency_ms"}) names.emplace_back(name);
   return names;
 }
 

@@ -28,7 +28,8 @@ class TestLog {
     distance,
     first_fit_number,
     first_frame_number = first_fit_number + fit_numbers.size(),
-    x = first_frame_number + frame_numbers.size(),
+    final_error_90 = first_frame_number + frame_numbers.size(),  // of the forecast
+    x,
     y,
     z,
     latency_ms,

@@ -1,7 +1,8 @@
 // The page: receives messages of the server and shows the latest state.
 import { map, paint } from "./colors.js";
-import { DistanceChart, ProbabilityChart } from "./charts.js";
+import { DistanceChart, ForecastChart, ProbabilityChart } from "./charts.js";
 import { connect, readPacket } from "./connection.js";
+import { ForecastPanel } from "./forecast.js";
 import { byId, HealthBar, ParameterTable, VerdictPanel } from "./panels.js";
 import { Plane } from "./plane.js";
 import { Rows } from "./rows.js";
@@ -30,9 +31,11 @@ class Page {
     const nameOf = (simulation) => model.simulations[simulation]?.name ?? `#${simulation}`;
     this.probability = new ProbabilityChart(byId("probability-chart"), byId("probability-list"), nameOf);
     this.distance = new DistanceChart(byId("distance-chart"), byId("distance-title"), model.unit);
+    this.forecastChart = new ForecastChart(byId("forecast-chart"), model.unit);
     this.plane = new Plane(byId("plane"), model.curves, model.axes);
     this.verdict = new VerdictPanel(model);
     this.parameters = new ParameterTable(model);
+    this.forecast = new ForecastPanel(model);
     this.health = new HealthBar();
     this.addColors();
     this.addControls();
@@ -52,7 +55,7 @@ class Page {
     byId("color").replaceChildren(...options.map(([value, textContent]) => Object.assign(document.createElement("option"), { value, textContent })));
   }
   addControls() {
-    for (const id of ["show-cloud", "show-mesh", "show-edges", "show-ghost", "side-by-side", "mesh-kind", "color"])
+    for (const id of ["show-cloud", "show-mesh", "show-edges", "show-ghost", "show-final", "side-by-side", "mesh-kind", "color"])
       byId(id).addEventListener("change", () => (this.isStale.scene = this.isStale.words = this.snapshot !== null));
     byId("fit-view").addEventListener("click", () => this.scene.fit());
     byId("save-png").addEventListener("click", () => this.savePicture());
@@ -81,9 +84,11 @@ class Page {
     const kind = byId("mesh-kind").value, mesh = arrays[kind];
     if (mesh) this.placeMesh(mesh, arrays, kind, color);
     if (arrays.ghost && isChecked("show-ghost")) this.scene.ghost.place(arrays.ghost);
+    if (arrays.final && isChecked("show-final")) this.scene.final.place(arrays.final);
     if (arrays.cloud) this.scene.setCloud(arrays.cloud, head.scene.lo, head.scene.hi, color === "distance");
     this.scene.show({ cloud: isChecked("show-cloud") && Boolean(arrays.cloud), mesh: isChecked("show-mesh") && Boolean(mesh),
-      edges: isChecked("show-edges"), ghost: isChecked("show-ghost") && Boolean(arrays.ghost), split: isChecked("side-by-side") });
+      edges: isChecked("show-edges"), ghost: isChecked("show-ghost") && Boolean(arrays.ghost),
+      final: isChecked("show-final") && Boolean(arrays.final), split: isChecked("side-by-side") });
     byId("side-labels").hidden = !isChecked("side-by-side");
     const ghost = this.model.simulations[head.scene.meshes.ghost?.shape[0][0]];
     byId("ghost-name").textContent = ghost && isChecked("show-ghost") ? `Second-best: ${ghost.name}` : "Second-best";
@@ -126,6 +131,7 @@ class Page {
     const { head } = this.snapshot, kind = byId("mesh-kind").value;
     this.verdict.update(head.result, head.test);
     this.parameters.update(head.result);
+    this.forecast.update(head.model_differs ? {} : head.result);
     if (head.health) this.health.update(head.health, head.test);
     const note = byId("view-note"), text = this.noteOn(head);
     note.hidden = text === "";
@@ -158,6 +164,7 @@ class Page {
     const { result, test } = this.snapshot?.head ?? {}, now = this.model.recording ? test?.seconds : undefined;
     this.probability.update(this.rows, now);
     this.distance.update(this.rows, now);
+    this.forecastChart.update(this.rows, now);
     this.plane.update(this.rows, result?.matches[0]?.simulation ?? -1, now === undefined ? undefined : result.xyz);
   }
   recolor() {

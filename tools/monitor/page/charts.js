@@ -100,6 +100,27 @@ export class ProbabilityChart extends Chart {
   }
 }
 
+/// How far the forecast final shape may be wrong: the interval from 0 to its 90 % bound.
+export class ForecastChart extends Chart {
+  constructor(element, unit) {
+    super(element);
+    this.unit = unit;
+  }
+  update(rows, now) {
+    const data = [[], []];
+    for (const r of shownRows(rows)) {
+      const bound = rows.at(r, "final_error_90");
+      data[0].push(rows.at(r, "time_s"));
+      data[1].push(Number.isNaN(bound) ? null : bound);
+    }
+    this.set("forecast", () => ({
+      scales: { x: { time: false }, y: { range: (_, lo, hi) => [0, Math.max(hi * 1.05, 1e-6)] } },
+      axes: [this.timeAxis(), this.axis({ space: 2 * rem(), values: (_, splits) => splits.map((d) => `${+d.toPrecision(3)} ${this.unit}`), size: 5 * rem() })],
+      series: [{}, { stroke: style("--final"), fill: `${style("--final")}33`, width: rem() / 5, points: { show: rows.count < 60, size: rem() / 2 } }],
+    }), data, now);
+  }
+}
+
 export class DistanceChart extends Chart {
   constructor(element, title, unit) {
     super(element);

@@ -1,4 +1,5 @@
-// The 3D view: measured cloud, matched mesh, and the second-best simulation as a ghost. It draws only after a change.
+// The 3D view: measured cloud, matched mesh, and as ghosts the second-best simulation and the end as forecast. It draws only after a
+// change.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { paint, style } from "./colors.js";
@@ -91,8 +92,9 @@ export class Scene3d {
     this.scene.add(new THREE.AmbientLight(0xffffff, 2.1), this.camera);
     this.mesh = new Mesh(model.elements, model.nodes, false);
     this.ghost = new Mesh(model.elements, model.nodes, true);
+    this.final = new Mesh(model.elements, model.nodes, true);
     this.makeCloud();
-    this.scene.add(this.mesh.group, this.ghost.group, this.points);
+    this.scene.add(this.mesh.group, this.ghost.group, this.final.group, this.points);
     this.lo = new THREE.Vector3(...model.lo);
     this.hi = new THREE.Vector3(...model.hi);
     this.isSplit = false;
@@ -159,12 +161,13 @@ export class Scene3d {
     this.cloudPositions.needsUpdate = this.cloudColors.needsUpdate = true;
     this.draw();
   }
-  show({ cloud, mesh, edges, ghost, split }) {
+  show({ cloud, mesh, edges, ghost, final, split }) {
     const refits = split !== this.isSplit;
     this.points.visible = cloud;
     this.mesh.group.visible = mesh;
     this.mesh.edges.visible = edges;
     this.ghost.group.visible = ghost;
+    this.final.group.visible = final;
     this.isSplit = split;
     if (refits) this.fit();
     this.draw();
@@ -174,6 +177,7 @@ export class Scene3d {
     this.renderer.setClearColor(style("--stage"));
     this.mesh.edges.material.color.set(dark ? "#dfe7ef" : "#10161c");
     for (const part of [this.ghost.surface, this.ghost.edges]) part.material.color.set(style("--ghost"));
+    for (const part of [this.final.surface, this.final.edges]) part.material.color.set(style("--final"));
     this.plain = dark ? plainMesh.dark : plainMesh.light;
     this.draw();
   }

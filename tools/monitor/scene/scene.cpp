@@ -50,6 +50,19 @@ nlohmann::json to_json(const wire::WireFit& fit) {
   return json;
 }
 
+nlohmann::json to_json(const wire::WireForecast& forecast) {
+  nlohmann::json parameters = nlohmann::json::array();
+  for (const ParameterForecast& parameter : forecast.parameters)
+    parameters.push_back({{"value", parameter.value},
+                          {"bound_90", parameter.bound_90},
+                          {"r2", parameter.r2},
+                          {"identifiable", parameter.is_identifiable()}});
+  return {{"frames", forecast.frames},
+          {"error_90", forecast.error_90},
+          {"branches", forecast.branches},
+          {"parameters", parameters}};
+}
+
 template <class Number>
 bool parse_number(std::string_view& text, Number& into, char after) {
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), into);
@@ -98,6 +111,7 @@ nlohmann::json to_json(const wire::WireResult& result) {
   for (const auto& number : frame_numbers) json[number.name] = result.*number.value;
   if (!result.fit.candidates.empty()) json["fit"] = to_json(result.fit);
   if (result.test.frames > 0) json["test"] = to_json(result.test);
+  if (result.forecast.frames > 0) json["forecast"] = to_json(result.forecast);
   return json;
 }
 
@@ -130,6 +144,7 @@ nlohmann::json SceneBuilder::add_meshes(const wire::WireResult& result, Packet& 
     surface.emplace(positions, elements_);
   add("match", leaders.match);
   add("ghost", leaders.ghost);
+  if (const auto end = final_positions_of(model_, result.forecast); !end.empty()) packet.add("final", end);
   const std::uint32_t fields = std::min(most_fields, model_.fields());
   for (std::uint32_t field = 0; field < fields; ++field) {
     const std::string number = std::to_string(field);
