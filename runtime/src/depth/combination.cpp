@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <limits>
 
 namespace lbea {
 namespace {
@@ -34,8 +34,11 @@ std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::s
   float momentum = 1;
   for (int step = 0; step < most_steps; ++step) {
     for (std::size_t i = 0; i < k; ++i) next[i] = linear[i];  // the gradient, column by column, so that it vectorizes
-    for (std::size_t j = 0; j < k; ++j)
-      for (std::size_t i = 0; i < k; ++i) next[i] += 2 * ahead[j] * gram[j * stride + i];
+    for (std::size_t j = 0; j < k; ++j) {
+      const float twice = 2 * ahead[j];
+      if (twice == 0) continue;  // most of them
+      for (std::size_t i = 0; i < k; ++i) next[i] += twice * gram[j * stride + i];
+    }
     for (std::size_t i = 0; i < k; ++i) next[i] = ahead[i] - next[i] / bound;
     project(next);
     const float faster = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
@@ -51,16 +54,21 @@ std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::s
   return w;
 }
 
-// The nearest point of the simplex: subtracts the shift after which the positive values add up to 1.
+// The nearest point of the simplex: subtracts the shift after which the positive values add up to 1. Values that are
+// not above the shift of some that include the greatest are not above that of fewer either (Michelot 1986). By rounding
+// they can be: then the search ends, too.
 void SimplexProblem::project(std::span<float> values) noexcept {
-  const std::span sorted = std::span(sorted_).first(values.size());
-  std::ranges::copy(values, sorted.begin());
-  std::ranges::sort(sorted, std::ranges::greater{});
-  float sum = 0, shift = 0;
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    sum += sorted[i];
-    const float candidate = (sum - 1) / static_cast<float>(i + 1);
-    if (sorted[i] > candidate) shift = candidate;
+  float shift = -std::numeric_limits<float>::infinity();
+  for (std::size_t before = values.size() + 1;;) {
+    float sum = 0;
+    std::size_t count = 0;
+    for (const float value : values) {  // without branches, which would be hard to predict
+      sum += value > shift ? value : 0.0f;
+      count += value > shift ? 1u : 0u;
+    }
+    if (count == 0 || count >= before) break;
+    before = count;
+    shift = (sum - 1) / static_cast<float>(count);
   }
   for (float& value : values) value = std::max(value - shift, 0.0f);
 }
@@ -84,25 +92,31 @@ void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, std::s
   for (std::size_t i = 0; i < k; ++i) w[i] += static_cast<float>(change[i] - all / unit * ones[i]);
 }
 
-// G + P = L L', L in the lower triangle.
+// Row by row: the values of a row do not depend on each other, so the compiler can compute several at once.
 void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept {
   const std::size_t k = prices.size();
-  for (std::size_t i = 0; i < k; ++i)
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = double{gram[i * stride + j]} + (i == j ? double{prices[i]} : 0.0);
-      for (std::size_t m = 0; m < j; ++m) sum -= factor_[i * k + m] * factor_[j * k + m];
-      factor_[i * k + j] = i == j ? std::sqrt(std::max(sum, double{prices[i]})) : sum / factor_[j * k + j];
+  for (std::size_t j = 0; j < k; ++j) {
+    double* const row = &factor_[j * k];
+    for (std::size_t i = j; i < k; ++i) row[i] = double{gram[j * stride + i]};
+    row[j] += double{prices[j]};
+    for (std::size_t m = 0; m < j; ++m) {
+      const double* const above = &factor_[m * k];
+      const double factor = above[j];
+      for (std::size_t i = j; i < k; ++i) row[i] -= factor * above[i];
     }
+    row[j] = std::sqrt(std::max(row[j], double{prices[j]}));
+    for (std::size_t i = j + 1; i < k; ++i) row[i] /= row[j];
+  }
 }
 
 void RidgeProblem::substitute(std::span<double> values) const noexcept {
   const std::size_t k = values.size();
-  for (std::size_t i = 0; i < k; ++i) {
-    for (std::size_t j = 0; j < i; ++j) values[i] -= factor_[i * k + j] * values[j];
-    values[i] /= factor_[i * k + i];
+  for (std::size_t j = 0; j < k; ++j) {
+    values[j] /= factor_[j * k + j];
+    for (std::size_t i = j + 1; i < k; ++i) values[i] -= factor_[j * k + i] * values[j];
   }
   for (std::size_t i = k; i-- > 0;) {
-    for (std::size_t j = i + 1; j < k; ++j) values[i] -= factor_[j * k + i] * values[j];
+    for (std::size_t j = i + 1; j < k; ++j) values[i] -= factor_[i * k + j] * values[j];
     values[i] /= factor_[i * k + i];
   }
 }

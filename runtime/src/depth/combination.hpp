@@ -12,15 +12,15 @@ namespace lbea {
 /// Minimizes w' G w + c' w over the simplex { w >= 0, sum w = 1 } by an accelerated projected gradient (FISTA).
 class SimplexProblem {
  public:
-  explicit SimplexProblem(std::size_t most) : w_(most), ahead_(most), next_(most), sorted_(most) {}
+  explicit SimplexProblem(std::size_t most) : w_(most), ahead_(most), next_(most) {}
   /// gram: k x stride, symmetric and positive semi-definite; linear: k values, at most `most`. Returns w, valid until
   /// the next call. Does not allocate.
   std::span<const float> solve(std::span<const float> gram, std::size_t stride, std::span<const float> linear) noexcept;
 
  private:
-  void project(std::span<float> values) noexcept;
+  static void project(std::span<float> values) noexcept;
 
-  std::vector<float> w_, ahead_, next_, sorted_;
+  std::vector<float> w_, ahead_, next_;
 };
 
 /// Minimizes w' G w + (w - w0)' P (w - w0) subject to sum w = 1, P diagonal: ridge regression about w0, by a Cholesky
@@ -32,13 +32,13 @@ class RidgeProblem {
   /// Does not allocate.
   void solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
              std::span<float> w) noexcept;
-  /// G + P = L L'.
+  /// G + P = U' U.
   void factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept;
   /// Solves (G + P) x = values for the factorized matrix.
   void substitute(std::span<double> values) const noexcept;
 
  private:
-  std::vector<double> factor_, change_, ones_;
+  std::vector<double> factor_, change_, ones_;  // factor_: rows of U, from the diagonal on
 };
 
 struct FitSettings {
