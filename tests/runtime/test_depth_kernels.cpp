@@ -74,6 +74,39 @@ TEST_CASE("cells cost their capped difference, or the price of the silhouette, o
   }
 }
 
+TEST_CASE("lines give the sums of whole images in units; a comparison is given up only when the limit is exceeded") {
+  constexpr std::size_t cells = 3'072, line = FilledLines::cells;
+  for (const CellPrices prices : {CellPrices{4'000, 2'500}, CellPrices{30'000, 20'000}}) {
+    Images images = random_images(cells, 5);
+    std::ranges::replace(images.observed, not_observed, nothing_seen);
+    for (std::size_t begin = 0; begin < cells; begin += 3 * line)
+      std::fill_n(images.observed.begin() + static_cast<std::ptrdiff_t>(begin), line, nothing_seen);
+    const auto filled_cells =
+        static_cast<double>(std::ranges::count_if(images.sample, [](std::uint16_t depth) { return depth != 0; }));
+    const CellSums whole = kernels().compare_depths(images.observed.data(), images.sample.data(), cells, prices);
+    const double mean = static_cast<double>(whole.squares) / static_cast<double>(whole.filled);
+    const double one_sided = static_cast<double>(prices.one_sided) * static_cast<double>(prices.one_sided);
+    LineComparison comparison(cells, prices);
+    comparison.set_frame(images.observed);
+    const auto compared = [&](const Kernels& code, double bound) {
+      return comparison.compare(code, images.sample.data(), static_cast<float>(bound), images.sample.data());
+    };
+    const LineSums first = compared(*all_kernels().front(), one_sided);
+    CHECK(static_cast<double>(first.in_sample) < filled_cells);
+    for (const Kernels* code : all_kernels()) {
+      const LineSums sums = compared(*code, one_sided);
+      CHECK(std::memcmp(&sums, &first, sizeof(sums)) == 0);
+      const double beside = filled_cells - static_cast<double>(sums.in_sample);
+      CHECK(static_cast<double>(sums.filled) + beside == static_cast<double>(whole.filled));
+      // Each cost differs by less than two units of at most four steps.
+      const double squares = static_cast<double>(sums.squares) + one_sided * beside;
+      CHECK(std::abs(std::sqrt(squares / static_cast<double>(whole.filled)) - std::sqrt(mean)) < 8);
+      CHECK(std::isfinite(compared(*code, mean).squares));
+      CHECK(std::isinf(compared(*code, 0.2 * mean).squares));
+    }
+  }
+}
+
 TEST_CASE(
     "a frame's image is the mean depth of the points in each cell; single points and those beside it count for "
     "nothing") {

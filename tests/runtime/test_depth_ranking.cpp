@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <random>
 
 using namespace lbea;
 using namespace lbea::bake;
@@ -132,6 +133,40 @@ TEST_CASE(
   CHECK(ranking.ranked()[1].distance == doctest::Approx(2.5));
   CHECK(ranking.ranked()[2].sample == 2);  // two steps off, nothing beside it: 8 * 2^2 / 8
   CHECK(ranking.ranked()[2].distance == doctest::Approx(4));
+}
+
+TEST_CASE("samples that cannot be among the best are given up: the ranking is that of whole comparisons") {
+  DepthCamera camera;
+  camera.columns = 60;
+  camera.rows = 40;
+  const std::size_t stride = padded_cells(camera);
+  constexpr std::uint32_t samples = 80, capacity = 5;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> noise(-3, 3);
+  // Sample s: a rectangle of depth 1000 + s whose edges depend on s; the frame is like sample 40.
+  std::vector<std::uint16_t> depths(samples * stride, empty_cell);
+  std::vector<std::uint32_t> filled(samples);
+  std::vector<RankedSample> all;
+  for (std::uint32_t s = 0; s < samples; ++s) {
+    for (std::uint32_t row = 10; row < 20 + s % 7; ++row)
+      for (std::uint32_t column = s / 8; column < 30 + s / 4; ++column, ++filled[s])
+        depths[s * stride + row * camera.columns + column] = static_cast<std::uint16_t>(1000 + s);
+    all.push_back({(s * 37) % samples, 0});
+  }
+  std::vector<float> frame(stride, nothing_seen);
+  for (std::size_t c = 0; c < stride; ++c)
+    if (depths[40 * stride + c] != empty_cell) frame[c] = 1040 + noise(random);
+  DepthRanking whole(camera, capacity, {.cap = 40, .one_sided = 25}), early = whole;
+  std::vector<float> observed = frame, again = frame;
+  const float least = whole.rank(observed, depths, all);
+  CHECK(early.rank(again, depths, all, nullptr, filled) == least);
+  CHECK(observed == again);
+  REQUIRE(whole.ranked().size() == capacity);
+  for (std::size_t k = 0; k < capacity; ++k) {
+    CHECK(early.ranked()[k].sample == whole.ranked()[k].sample);
+    CHECK(early.ranked()[k].distance == whole.ranked()[k].distance);
+  }
+  CHECK(whole.ranked()[0].sample == 40);
 }
 
 TEST_CASE("only parts at least five cells wide may be hidden, at the image's edges too") {

@@ -285,6 +285,8 @@ struct StageTimes {
   std::uint32_t matching = 0;  // search of the samples
   std::uint32_t coverage = 0;
   std::uint32_t fit = 0;  // depth image, comparison with the samples', estimate
+  // parts of fit
+  std::uint32_t depth_image = 0, ranking = 0, estimate = 0, judgment = 0;
 };
 
 /// The name and the meaning of a number of a result. Messages, tables and Python take the numbers from the lists of

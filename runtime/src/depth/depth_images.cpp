@@ -250,16 +250,22 @@ float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const C
                          std::span<float> residuals) noexcept {
   code.subtract_depths(observed.data(), image.data(), observed.size(), prices, residuals.data());
   const float origin = camera.depth_origin / camera.depth_step;
-  float squares = 0;
-  for (std::size_t cell = 0; cell < camera.cells(); ++cell) {
-    float& residual = residuals[cell];
+  const auto is_edge = [&](std::size_t cell) {
     const float width = (origin + std::max(observed[cell], static_cast<float>(image[cell]))) / camera.focal;
-    if (std::abs(residual) > width) {
-      const float least = tolerant_difference(camera, observed, image, cell);
-      residual = std::copysign(std::min(least, std::abs(residual)), residual);
-    }
-    squares += residual * residual;
+    return std::abs(residuals[cell]) > width;
+  };
+  constexpr std::size_t line = 32;
+  for (std::size_t begin = 0; begin < camera.cells(); begin += line) {
+    const std::size_t end = std::min(begin + line, camera.cells());
+    int edges = 0;  // most lines have none, and their cells are tested several at once
+    for (std::size_t cell = begin; cell < end; ++cell) edges += is_edge(cell) ? 1 : 0;
+    for (std::size_t cell = begin; edges > 0 && cell < end; ++cell)
+      if (is_edge(cell))
+        residuals[cell] = std::copysign(
+            std::min(tolerant_difference(camera, observed, image, cell), std::abs(residuals[cell])), residuals[cell]);
   }
+  float squares = 0;
+  code.project(residuals.data(), 1, residuals.size(), residuals.data(), &squares);
   return squares / std::max(code.compare_depths(observed.data(), image.data(), observed.size(), prices).filled, 1.0f);
 }
 
@@ -276,25 +282,88 @@ float share_after_interpolation(const Kernels& code, std::span<const float> a, s
   return std::max(squared - t * (2 * decrease - t * apart), 0.0f) / squared;
 }
 
-Surroundings::Surroundings(const DepthCamera& camera)
-    : columns_(camera.columns), rows_(camera.rows), along_row_(camera.cells()) {}
+[[gnu::cold]]  // compiled for size
+LineComparison::LineComparison(std::size_t cells, const CellPrices& prices)
+    : begins_((cells + FilledLines::cells - 1) / FilledLines::cells),
+      observed_(begins_.size() * FilledLines::cells),
+      filled_after_(begins_.size()) {
+  const float largest = std::max(prices.cap, prices.one_sided);
+  while (prices_.shift < 15 && largest > std::ldexp(float{ShortPrices::most}, static_cast<int>(prices_.shift)))
+    ++prices_.shift;
+  const float scale = std::ldexp(1.0f, static_cast<int>(prices_.shift));
+  const auto in_units = [scale](float price) {
+    return static_cast<std::uint16_t>(std::lround(std::min(price / scale, float{ShortPrices::most})));
+  };
+  prices_.cap = in_units(prices.cap);
+  prices_.one_sided = in_units(prices.one_sided);
+  unit_ = square(scale);
+  one_sided_ = square(prices.one_sided);
+}
 
+void LineComparison::set_frame(std::span<const float> observed) noexcept {
+  constexpr std::size_t cells = FilledLines::cells;
+  constexpr float most = std::numeric_limits<std::uint16_t>::max();
+  constexpr std::size_t part = FilledLines::part;
+  std::size_t& count = count_ = 0;
+  for (std::size_t begin = 0; begin < observed.size(); begin += cells) {
+    std::uint16_t* const line = &observed_[count * cells];
+    int filled = 0;
+    for (std::size_t c = 0; c < cells; ++c) {
+      const float depth = observed[begin + c];
+      line[c] = static_cast<std::uint16_t>(static_cast<int>(depth >= 0 ? std::clamp(depth + 0.5f, 1.0f, most) : 0.0f));
+      filled += depth >= 0 ? 1 : 0;
+    }
+    if (filled == 0) continue;
+    filled_after_[count] = static_cast<float>(filled);
+    begins_[count++] = static_cast<std::uint32_t>(begin);
+  }
+  float all = 0;
+  for (std::size_t line = 0; line < count; ++line) all += filled_after_[line];
+  for (std::size_t begin = 0; begin < count; begin += part) {
+    for (std::size_t line = begin; line < std::min(begin + part, count); ++line) all -= filled_after_[line];
+    filled_after_[begin / part] = all;
+  }
+}
+
+LineSums LineComparison::compare(const Kernels& code, const std::uint16_t* sample, float bound,
+                                 const std::uint16_t* next) const noexcept {
+  constexpr float rounding = 2;  // bound of the error of any cell's cost, in units, and so of the root mean square
+  const float most =
+      bound < one_sided_ ? square(std::sqrt(bound / unit_) + rounding) : std::numeric_limits<float>::infinity();
+  const FilledLines lines{begins_.data(), count_, observed_.data(), filled_after_.data()};
+  LineSums sums = code.compare_lines(lines, sample, prices_, most, next);
+  sums.squares *= unit_;
+  return sums;
+}
+
+Surroundings::Surroundings(const DepthCamera& camera)
+    : columns_(camera.columns),
+      rows_(camera.rows),
+      filled_(columns_ + 2 * reach),
+      near_(columns_),
+      along_row_(camera.cells()) {}
+
+// Bytes alias members, so the loops' pointers are local.
 void Surroundings::limit(std::span<float> observed) noexcept {
-  const auto begin = [](std::size_t i) { return i - std::min(i, reach); };
-  for (std::size_t row = 0; row < rows_; ++row)
-    for (std::size_t column = 0; column < columns_; ++column) {
-      bool is_near = false;
-      for (std::size_t i = begin(column); i < std::min(column + reach + 1, columns_); ++i)
-        is_near |= observed[row * columns_ + i] >= 0;
-      along_row_[row * columns_ + column] = is_near;
+  const std::size_t columns = columns_;
+  std::uint8_t *const filled = filled_.data(), *const near = near_.data();
+  for (std::size_t row = 0; row < rows_; ++row) {
+    const float* const depths = &observed[row * columns];
+    std::uint8_t* const along = &along_row_[row * columns];
+    for (std::size_t c = 0; c < columns; ++c) filled[reach + c] = depths[c] >= 0 ? 1 : 0;
+    std::fill_n(along, columns, std::uint8_t{0});
+    for (std::size_t shift = 0; shift <= 2 * reach; ++shift)
+      for (std::size_t c = 0; c < columns; ++c) along[c] = static_cast<std::uint8_t>(along[c] | filled[c + shift]);
+  }
+  for (std::size_t row = 0; row < rows_; ++row) {
+    std::fill_n(near, columns, std::uint8_t{0});
+    for (std::size_t other = row - std::min(row, reach); other < std::min(row + reach + 1, rows_); ++other) {
+      const std::uint8_t* const along = &along_row_[other * columns];
+      for (std::size_t c = 0; c < columns; ++c) near[c] = static_cast<std::uint8_t>(near[c] | along[c]);
     }
-  for (std::size_t row = 0; row < rows_; ++row)
-    for (std::size_t column = 0; column < columns_; ++column) {
-      bool is_near = false;
-      for (std::size_t i = begin(row); i < std::min(row + reach + 1, rows_); ++i)
-        is_near |= along_row_[i * columns_ + column] != 0;
-      if (!is_near) observed[row * columns_ + column] = not_observed;
-    }
+    float* const depths = &observed[row * columns];
+    for (std::size_t c = 0; c < columns; ++c) depths[c] = near[c] != 0 ? depths[c] : not_observed;
+  }
 }
 
 FrameDepthImage::FrameDepthImage(const DepthCamera& camera)
@@ -310,15 +379,18 @@ void FrameDepthImage::build(const CloudIndex& index) noexcept {
   index.add_depths(T_sensor_reference_, raster_, tallies_.data());
   const std::size_t cells = points_.size();
   float points = 0, filled = 0;
-  const auto total = [](const float(&four)[4]) { return (four[0] + four[1]) + (four[2] + four[3]); };
+  const auto total = [this](std::size_t cell, float CellTally::Sum::*of) {
+    const auto& four = tallies_[cell].of;
+    return (four[0].*of + four[1].*of) + (four[2].*of + four[3].*of);
+  };
   for (std::size_t c = 0; c < cells; ++c) {
-    points += points_[c] = total(tallies_[c].points);
+    points += points_[c] = total(c, &CellTally::Sum::points);
     filled += points_[c] > 0 ? 1.0f : 0.0f;
   }
   constexpr float share_of_mean = 0.25f;
   const float fewest = share_of_mean * points / std::max(filled, 1.0f);
   for (std::size_t c = 0; c < cells; ++c)
-    cells_[c] = points_[c] > 0 && points_[c] >= fewest ? total(tallies_[c].depth) / points_[c] : nothing_seen;
+    cells_[c] = points_[c] > 0 && points_[c] >= fewest ? total(c, &CellTally::Sum::depth) / points_[c] : nothing_seen;
 }
 
 ThinnedImages::ThinnedImages(const DepthImages& images)
@@ -335,12 +407,31 @@ ThinnedImages::ThinnedImages(const DepthImages& images)
     std::ranges::transform(cells_, &depths_[s * stride], [image = images.of_sample(s)](auto c) { return image[c]; });
 }
 
-void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) noexcept {
-  const std::size_t stride = observed_.size();
+void ThinnedImages::set_frame(std::span<const float> observed) noexcept {
   std::ranges::transform(cells_, observed_.begin(), [&](std::uint32_t c) { return observed[c]; });
+}
+
+float ThinnedImages::distance(std::size_t sample) const noexcept {
+  return mean_square(code_, observed_, &depths_[sample * observed_.size()], prices_);
+}
+
+void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) noexcept {
+  set_frame(observed);
   best.clear();
-  for (std::size_t s = 0; s < depths_.size() / stride; ++s)
-    best.offer(static_cast<std::uint32_t>(s), mean_square(code_, observed_, &depths_[s * stride], prices_));
+  for (std::size_t s = 0; s < depths_.size() / observed_.size(); ++s)
+    best.offer(static_cast<std::uint32_t>(s), distance(s));
+}
+
+void ThinnedImages::put_first(std::span<const float> observed, std::size_t count,
+                              std::span<RankedSample> samples) noexcept {
+  set_frame(observed);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::uint16_t* const next = &depths_[samples[std::min(i + 2, samples.size() - 1)].sample * observed_.size()];
+    for (std::size_t c = 0; c < observed_.size(); c += 32) __builtin_prefetch(next + c);
+    samples[i].distance = distance(samples[i].sample);
+  }
+  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(count - 1), samples.end(),
+                   [](const RankedSample& a, const RankedSample& b) { return a.distance < b.distance; });
 }
 
 }  // namespace lbea

@@ -140,6 +140,27 @@ struct DepthImages {
 [[nodiscard]] float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
                                 const CellPrices& prices) noexcept;
 
+/// Chooses samples by the lines of their images in which a frame is filled.
+class LineComparison {
+ public:
+  /// Allocates all memory, for images of `cells` cells (padded).
+  LineComparison(std::size_t cells, const CellPrices& prices);
+  /// observed: as many depths in steps as the images have cells; none of them not_observed. Does not allocate.
+  void set_frame(std::span<const float> observed) noexcept;
+  /// Squares in squared depth steps; infinite: the mean square of whole images exceeds `bound`. The next sample is
+  /// prefetched.
+  [[nodiscard]] LineSums compare(const Kernels& code, const std::uint16_t* sample, float bound,
+                                 const std::uint16_t* next) const noexcept;
+
+ private:
+  ShortPrices prices_{};
+  float unit_, one_sided_;  // squared depth steps: of ShortPrices; of a cell that only one image fills
+  std::vector<std::uint32_t> begins_;
+  std::vector<std::uint16_t> observed_;
+  std::vector<float> filled_after_;  // per part; before that, per line, filled cells
+  std::size_t count_ = 0;            // of lines
+};
+
 /// Removes the evidence of what a frame does not show, where something hides a part of the component: an empty cell is
 /// evidence against a sample that fills it only near filled cells, at the silhouette.
 class Surroundings {
@@ -154,7 +175,8 @@ class Surroundings {
 
  private:
   std::size_t columns_, rows_;
-  std::vector<std::uint8_t> along_row_;  // per cell: 1 where a cell of the row within reach is filled
+  std::vector<std::uint8_t> filled_, near_;  // of a row, filled_ with margins: 1 or 0
+  std::vector<std::uint8_t> along_row_;      // per cell: 1 where a cell of the row within reach is filled
 };
 
 /// The frame as the camera of the samples' depth images would have taken it.
@@ -191,16 +213,21 @@ float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const C
 [[nodiscard]] float share_after_interpolation(const Kernels& code, std::span<const float> a,
                                               std::span<const float> b) noexcept;
 
-/// Proposes samples by every fourth cell of their images, along rows and columns.
+/// Compares samples by every fourth cell of their images, along rows and columns.
 class ThinnedImages {
  public:
   /// Copies the cells of all samples, unless that needs more than `most_bytes`; allocates all memory.
   explicit ThinnedImages(const DepthImages& images);
   [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
-  /// Offers all samples. observed: padded_cells() depths in steps. Does not allocate.
+  /// Finds the best of all samples. observed: padded_cells() depths in steps. Does not allocate.
   void propose(std::span<const float> observed, BestSamples& best) noexcept;
+  /// Exchanges the samples so that the best `count` of them are the first. Does not allocate.
+  void put_first(std::span<const float> observed, std::size_t count, std::span<RankedSample> samples) noexcept;
 
  private:
+  void set_frame(std::span<const float> observed) noexcept;
+  [[nodiscard]] float distance(std::size_t sample) const noexcept;
+
   static constexpr std::size_t every = 4, most_bytes = std::size_t{256} << 20;
   const Kernels& code_;
   CellPrices prices_;                  // in depth steps

@@ -117,6 +117,7 @@ void HiddenCells::exclude_from(std::span<float> frame) const noexcept {
     }
 }
 
+[[gnu::cold]]  // compiled for size
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric,
                            std::uint32_t most_proposed, float sharpness)
     : code_(kernels()),
@@ -129,12 +130,20 @@ DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, co
       chosen_(capacity),
       common_(padded_cells(camera)),
       any_(padded_cells(camera)),
+      lines_(padded_cells(camera), prices_),
+      nearly_best_(capacity + spare),
       promising_(most_promising),
       whole_(padded_cells(camera)),
       parts_(camera) {}
 
 float DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_t> depths,
-                         std::span<const RankedSample> proposed, const ExpectationCosts* costs) noexcept {
+                         std::span<const RankedSample> proposed, const ExpectationCosts* costs,
+                         std::span<const std::uint32_t> filled_cells) noexcept {
+  const bool is_whole = std::ranges::find(observed, not_observed) == observed.end();
+  if (is_whole && !filled_cells.empty()) {
+    find_nearly_best(observed, depths, proposed, filled_cells);
+    proposed = nearly_best_.ranked();
+  }
   compare(observed, depths, proposed);
   choose(best_, nullptr);
   const float least = ranked()[0].distance;
@@ -206,6 +215,24 @@ const HiddenParts& DepthRanking::hidden_parts(std::span<const float> frame,
   parts_.set_frame(frame);
   parts_.find(any_);
   return parts_;
+}
+
+/// A sample is given up when it cannot be among them any more. Faster when the first ones are good.
+void DepthRanking::find_nearly_best(std::span<const float> observed, std::span<const std::uint16_t> depths,
+                                    std::span<const RankedSample> proposed,
+                                    std::span<const std::uint32_t> filled_cells) noexcept {
+  const std::size_t stride = observed.size(), count = std::min(proposed.size(), compared_.size());
+  const float one_sided = square(prices_.one_sided);
+  const auto image = [&](std::size_t i) { return &depths[proposed[i].sample * stride]; };
+  lines_.set_frame(observed);
+  nearly_best_.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    const LineSums sums = lines_.compare(code_, image(i), nearly_best_.bound(), image(std::min(i + 1, count - 1)));
+    if (!std::isfinite(sums.squares)) continue;
+    const std::uint32_t sample = proposed[i].sample;
+    const float beside = static_cast<float>(filled_cells[sample]) - sums.in_sample;
+    nearly_best_.offer(sample, (sums.squares + one_sided * beside) / std::max(sums.filled + beside, 1.0f));
+  }
 }
 
 void DepthRanking::compare(std::span<const float> observed, std::span<const std::uint16_t> depths,

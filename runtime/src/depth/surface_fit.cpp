@@ -3,22 +3,11 @@
 namespace lbea {
 namespace {
 
-// Of the mesh's landmarks, at which shapes are compared: enough for a mean distance.
-std::vector<std::uint32_t> compared_landmarks(std::uint32_t landmarks) {
-  constexpr std::uint32_t most = 128;
-  std::vector<std::uint32_t> chosen(std::min(most, landmarks));
-  for (std::uint32_t i = 0; i < chosen.size(); ++i) chosen[i] = format::part_begin(i, chosen.size(), landmarks);
-  return chosen;
-}
-
-// Places of the compared landmarks in the positions that copy_landmarks() reads.
-std::vector<std::uint32_t> landmark_places(const ModelView& model) {
-  const std::uint32_t landmarks = format::mesh_landmarks(model.info.nodes);
-  std::vector<std::uint32_t> places = compared_landmarks(landmarks);
-  for (std::uint32_t& place : places)
-    place = model.landmark_positions.empty() ? format::part_begin(place, landmarks, model.info.nodes)
-                                             : format::surface_landmarks(model.info.vertices) + place;
-  return places;
+std::vector<std::uint32_t> count_filled(const DepthImages& images) {
+  std::vector<std::uint32_t> counts(images.depths.size() / padded_cells(images.camera));
+  for (std::size_t s = 0; s < counts.size(); ++s)
+    for (const std::uint16_t depth : images.of_sample(s)) counts[s] += depth != empty_cell ? 1u : 0u;
+  return counts;
 }
 
 void add(float weight, std::span<const float> values, std::span<float> sum) noexcept {
@@ -27,6 +16,7 @@ void add(float weight, std::span<const float> values, std::span<float> sum) noex
 
 }  // namespace
 
+[[gnu::cold]]  // compiled for size
 SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches,
                              const FitSettings& settings)
     : model_(model),
@@ -39,6 +29,9 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       known_(limited_.size()),
       thinned_(*views_.data()),
       proposed_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
+      ordered_(std::min(std::max(settings.proposals, max_matches), model.info.samples)),
+      filled_cells_(count_filled(*views_.data())),
+      few_(8),
       costs_(model, *views_.data()),
       impact_s_(EnsembleTimes::of(model).impact_s),
       best_(views_.data()->camera, std::min(settings.candidates, model.info.samples), views_.data()->metric,
@@ -46,6 +39,8 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(best_.capacity()))),
       matched_(matches_.capacity()),
       residuals_(best_.capacity() * padded_cells(views_.data()->camera)),
+      gathered_(residuals_.size()),
+      lines_(padded_cells(views_.data()->camera)),
       shown_(padded_cells(views_.data()->camera)),
       judged_residual_(padded_cells(views_.data()->camera)),
       neighbor_residual_(padded_cells(views_.data()->camera)),
@@ -60,16 +55,16 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       target_(ShapeRegression::shape_scores),
       neighbors_(std::min(settings.neighbors, model.info.samples)),
       offsets_(neighbors_.capacity() * ShapeRegression::shape_scores),
+      by_score_(offsets_.size()),
       neighbor_gram_(neighbors_.capacity() * neighbors_.capacity()),
       weights_(neighbors_.capacity()),
       prices_(neighbors_.capacity()),
       neighbor_ridge_(neighbors_.capacity()),
       has_expectation_(std::ranges::any_of(views_.data()->expected, [](float residual) { return residual > 0; })),
-      landmark_places_(landmark_places(model)),
-      landmark_floats_(3 * landmark_places_.size()),
-      landmarks_(best_.capacity() * landmark_floats_),
-      estimate_landmarks_(landmark_floats_),
-      neighbor_landmarks_(landmark_floats_),
+      shapes_(model),
+      landmark_buffer_((best_.capacity() + 1) * shapes_.size()),
+      landmarks_(best_.capacity()),
+      estimate_landmarks_(shapes_.size()),
       from_best_(best_.capacity()),
       from_estimate_(best_.capacity()),
       ranks_(best_.capacity()),
@@ -81,35 +76,36 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
 
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed,
                               const FramePrior& prior) noexcept {
+  watch_.lap_ns();
+  reads_copies_ = true;
   frame_.build(index);  // the depth image of the frame
   std::ranges::copy(frame_.cells(), limited_.begin());
   surroundings_.limit(limited_);
+  times_.depth_image = watch_.lap_ns();
   FrameImage image{limited_, true, {}, prior.pose, frame_.points()};
-  is_hidden_ = true;
   if (thinned_.empty()) {
     costs_.assess(proposed, prior.expectation);
-    return fit(image, proposed);
+    return fit_image(image, proposed);
   }
-  const float limited = least_residual(limited_);
+  const float most = most_explained(least_residual(limited_));
   FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
-  may_be_undeformed_ = expectation.is_first && is_explained_undeformed(limited);
+  may_be_undeformed_ = expectation.is_first && is_explained_undeformed(most);
   if (expectation.is_first && !may_be_undeformed_) expectation.latest = {};
   const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
   costs_.assess(proposed, expected);
   if (prior.hidden != nullptr && prior.hidden->is_confirmed_by(frame_.cells()) &&
-      is_explained_with(*prior.hidden, limited)) {
+      is_explained_with(*prior.hidden, most)) {
     image.observed = known_;
     image.knows_hidden = true;
-  } else {
-    const float whole = choose_candidates(frame_.cells(), proposed);
-    is_hidden_ = whole > most_explained(limited);
-    if (!is_hidden_)
-      return fit_candidates({frame_.cells(), false, predictor_.predict(frame_.cells()), prior.pose, frame_.points()},
-                            proposed);
+  } else if (choose_candidates(frame_.cells(), proposed) <= most) {
+    times_.ranking = watch_.lap_ns();
+    return fit_candidates({frame_.cells(), false, predictor_.predict(frame_.cells()), prior.pose, frame_.points()},
+                          proposed);
   }
   // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
+  thinned_.propose(image.observed, proposed_);
   costs_.assess(proposed_.ranked(), expected);
-  return fit(image, proposed_.ranked());
+  return fit_image(image, proposed_.ranked());
 }
 
 /// Greatest squared residual of a sample that explains the frame. limited: the least one without the cells that may be
@@ -118,32 +114,28 @@ float SurfaceFitter::most_explained(float limited) const noexcept {
   return settings_.hidden * (limited + square(views_.data()->metric.mesh_noise / views_.data()->camera.depth_step));
 }
 
-/// Whether an undeformed sample, of those in proposed_, explains what the frame shows.
-bool SurfaceFitter::is_explained_undeformed(float limited) const noexcept {
+/// Whether an undeformed sample explains what the frame shows. Changes proposed_.
+bool SurfaceFitter::is_explained_undeformed(float most) noexcept {
   if (model_.sample_times.empty()) return false;
+  thinned_.propose(limited_, proposed_);
   return std::ranges::any_of(proposed_.ranked(), [&](const RankedSample& one) {
     return model_.sample_times[one.sample] <= impact_s_ &&
-           mean_square(code_, limited_, views_.data()->of_sample(one.sample).data(), best_.prices()) <=
-               most_explained(limited);
+           mean_square(code_, limited_, views_.data()->of_sample(one.sample).data(), best_.prices()) <= most;
   });
 }
 
-/// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_, and proposed_ if
-/// so.
-bool SurfaceFitter::is_explained_with(const HiddenCells& hidden, float limited) noexcept {
+/// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_.
+bool SurfaceFitter::is_explained_with(const HiddenCells& hidden, float most) noexcept {
   std::ranges::copy(frame_.cells(), known_.begin());
   hidden.exclude_from(known_);
-  if (least_residual(known_) <= most_explained(limited)) return true;
-  thinned_.propose(limited_, proposed_);
-  return false;
+  return least_residual(known_) <= most;
 }
 
-/// The least one, squared, in depth steps. Leaves the samples that are best then in proposed_.
+/// The least one, squared, in depth steps.
 float SurfaceFitter::least_residual(std::span<const float> observed) noexcept {
-  constexpr std::size_t most = 8;  // thinned images are nearly as good as whole ones
-  thinned_.propose(observed, proposed_);
+  thinned_.propose(observed, few_);
   float least = std::numeric_limits<float>::infinity();
-  for (const RankedSample& sample : proposed_.ranked().first(std::min(most, proposed_.ranked().size()))) {
+  for (const RankedSample& sample : few_.ranked()) {
     const auto image = views_.data()->of_sample(sample.sample);
     least = std::min(least, mean_square(code_, observed, image.data(), best_.prices()));
   }
@@ -151,15 +143,23 @@ float SurfaceFitter::least_residual(std::span<const float> observed) noexcept {
 }
 
 SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
+  watch_.lap_ns();
+  reads_copies_ = false;
+  return fit_image(image, proposed);
+}
+
+SurfaceFit SurfaceFitter::fit_image(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
   if (image.is_hidden)
     choose_hidden_candidates(image, proposed);
   else
     choose_candidates(image.observed, proposed);
+  times_.ranking = watch_.lap_ns();
   return fit_candidates(image, proposed);
 }
 
 SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
   SurfaceFit result;
+  is_hidden_ = image.is_hidden;
   compare_candidates(image);
   if (image.prior != nullptr) estimate_pose(image);
   combine_candidates();                 // their convex combination with the least residual
@@ -169,15 +169,24 @@ SurfaceFit SurfaceFitter::fit_candidates(const FrameImage& image, std::span<cons
   FrameImage predicted = image;
   if (image.is_hidden) predicted.predicted = predict_hidden(image);
   if (!predicted.predicted.empty()) use_neighbors(predicted, proposed);
-  weigh(result);         // candidates ranked by their distance from the estimate
+  weigh(result);  // candidates ranked by their distance from the estimate
+  times_.estimate = watch_.lap_ns();
   judge(result, image);  // misfit, spread, verdict
+  times_.judgment = watch_.lap_ns();
   return result;
 }
 
-/// The samples with the least residual. Returns the least one, squared, before hidden cells are left out.
+/// The samples with the least residual. Returns the least one,
+/// squared, before hidden cells are left out.
 float SurfaceFitter::choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept {
   const DepthImages& images = *views_.data();
-  const float least = best_.rank(observed, images.depths, proposed, &costs_);
+  const std::size_t count = std::min(proposed.size(), ordered_.size());
+  const auto ordered = std::span(ordered_).first(count);
+  std::ranges::copy(proposed.first(count), ordered.begin());
+  if (reads_copies_ && count > best_.capacity()) thinned_.put_first(observed, best_.capacity(), ordered);
+  const float least =
+      best_.rank(observed, images.depths, ordered, &costs_,
+                 reads_copies_ ? std::span<const std::uint32_t>(filled_cells_) : std::span<const std::uint32_t>());
   set_candidates(price(best_.ranked()[0].sample));
   return least;
 }
@@ -196,7 +205,7 @@ void SurfaceFitter::set_candidates(float not_residual) noexcept {
     const auto length = [step](float squared_steps) { return step * std::sqrt(std::max(squared_steps, 0.0f)); };
     candidates_[k] = {sample_at(sample.sample), length(sample.distance - not_residual)};
     residual_alone_[k] = length(sample.distance - not_residual + price_of_best - price(sample.sample));
-    copy_landmarks(sample.sample, landmarks(k));
+    landmarks_[k] = shapes_.of(sample.sample, reads_copies_, buffer(k));
   }
 }
 
@@ -218,11 +227,30 @@ void SurfaceFitter::compare_candidates(const FrameImage& frame) noexcept {
   filled_ = std::max(filled_, 1.0f);
   const float scale =
       images.camera.depth_step * images.camera.depth_step / filled_;  // to a mean square in length units
+  const std::size_t stride = gather_residuals(cells);
   for (std::size_t i = 0; i < k; ++i) {
-    code_.project(residuals_.data(), i + 1, cells, &residuals_[i * cells], products_.data());
+    code_.project(gathered_.data(), i + 1, stride, &gathered_[i * stride], products_.data());
     for (std::size_t j = 0; j <= i; ++j) gram_[i * k + j] = gram_[j * k + i] = scale * products_[j];
   }
-  for (std::size_t i = 0; i < k; ++i) from_best_[i] = mean_distance(landmarks(i), landmarks(0));
+  for (std::size_t i = 0; i < k; ++i) from_best_[i] = shapes_.mean_distance(landmarks_[i], landmarks_[0]);
+}
+
+/// Copies the residuals without the lines of cells at which all are zero. Returns the number of cells that remain.
+std::size_t SurfaceFitter::gather_residuals(std::size_t cells) noexcept {
+  constexpr std::size_t line = 32;  // with whole pairs of lanes, products are the same as with all cells
+  lines_.clear();
+  for (std::size_t begin = 0; begin < cells; begin += line) {
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < count(); ++i)
+      for (std::size_t c = begin; c < begin + line; ++c)
+        bits |= std::bit_cast<std::uint32_t>(residuals_[i * cells + c]);
+    if (bits << 1 != 0) lines_.push_back(static_cast<std::uint32_t>(begin));  // but for the sign of zeros
+  }
+  const std::size_t stride = line * lines_.size();
+  for (std::size_t i = 0; i < count(); ++i)
+    for (std::size_t l = 0; l < lines_.size(); ++l)
+      std::copy_n(&residuals_[i * cells + lines_[l]], line, &gathered_[i * stride + line * l]);
+  return stride;
 }
 
 /// Where something hides a part, the edges of what is seen are not those of the component.
@@ -269,7 +297,7 @@ float SurfaceFitter::residual_of_combination() const noexcept {
 void SurfaceFitter::use_candidates() noexcept {
   begin_estimate();
   for (std::size_t i = 0; i < count(); ++i)
-    if (shares_[i] != 0) use(best_.ranked()[i].sample, shares_[i], landmarks(i));
+    if (shares_[i] != 0) use(best_.ranked()[i].sample, shares_[i], landmarks_[i]);
 }
 
 void SurfaceFitter::begin_estimate() noexcept {
@@ -312,9 +340,15 @@ void SurfaceFitter::use_neighbors(const FrameImage& image, std::span<const Ranke
   for (std::size_t i = 0; i < k; ++i) {
     const RankedSample& neighbor = neighbors_.ranked()[i];
     std::ranges::transform(regression.shape(neighbor.sample), target_, &offsets_[i * scores], std::minus<>{});
+    for (std::size_t score = 0; score < scores; ++score) by_score_[score * k + i] = offsets_[i * scores + score];
     mean += neighbor.distance / static_cast<float>(k);
-    code_.project(offsets_.data(), i + 1, scores, &offsets_[i * scores], weights_.data());
-    for (std::size_t j = 0; j <= i; ++j) neighbor_gram_[i * k + j] = neighbor_gram_[j * k + i] = weights_[j];
+  }
+  for (std::size_t i = 0; i < k; ++i) {
+    const std::span row = std::span(neighbor_gram_).subspan(i * k + i, k - i);
+    std::ranges::fill(row, 0.0f);
+    for (std::size_t score = 0; score < scores; ++score)
+      add(offsets_[i * scores + score], std::span(by_score_).subspan(score * k + i, k - i), row);
+    for (std::size_t j = i + 1; j < k; ++j) neighbor_gram_[j * k + i] = neighbor_gram_[i * k + j];
   }
   const float price = settings_.neighbor_price * mean;
   if (!(price >= std::numeric_limits<float>::min())) return;  // all neighbors have the same shape
@@ -324,8 +358,7 @@ void SurfaceFitter::use_neighbors(const FrameImage& image, std::span<const Ranke
   begin_estimate();
   for (std::size_t i = 0; i < k; ++i) {
     const std::uint32_t sample = neighbors_.ranked()[i].sample;
-    copy_landmarks(sample, neighbor_landmarks_);
-    use(sample, weights_[i], neighbor_landmarks_);
+    use(sample, weights_[i], shapes_.of(sample, reads_copies_, buffer(count())));
   }
 }
 
@@ -345,7 +378,7 @@ void SurfaceFitter::move_toward(const FrameImage& image) noexcept {
 
 void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
   const std::size_t k = count();
-  for (std::size_t i = 0; i < k; ++i) from_estimate_[i] = mean_distance(landmarks(i), estimate_landmarks_);
+  for (std::size_t i = 0; i < k; ++i) from_estimate_[i] = shapes_.mean_distance(landmarks_[i], estimate_landmarks_);
   rank();
   result.candidates = std::span<const Match>(candidates_).first(k);
   result.ranks = std::span<const float>(ranks_).first(k);
@@ -449,24 +482,6 @@ void SurfaceFitter::judge(SurfaceFit& result, const FrameImage& image) noexcept 
 void SurfaceFitter::update(HiddenCells& hidden) noexcept {
   hidden.remove_shown(frame_.cells());
   if (is_hidden_) hidden.add(best_.hidden_parts(frame_.cells(), views_.data()->depths));
-}
-
-void SurfaceFitter::copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept {
-  const float* positions = model_.landmark_positions.empty()
-                               ? model_.node_positions.data() + std::size_t{3} * model_.info.nodes * sample
-                               : model_.landmarks(sample).data();
-  for (std::size_t i = 0; i < landmark_places_.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      into[3 * i + axis] = positions[std::size_t{3} * landmark_places_[i] + axis];
-}
-
-float SurfaceFitter::mean_distance(std::span<const float> a, std::span<const float> b) const noexcept {
-  float sum = 0;
-  for (std::size_t i = 0; i < a.size(); i += 3) {
-    const float x = a[i] - b[i], y = a[i + 1] - b[i + 1], z = a[i + 2] - b[i + 2];
-    sum += std::sqrt(x * x + y * y + z * z);
-  }
-  return sum / static_cast<float>(landmark_places_.size());
 }
 
 }  // namespace lbea

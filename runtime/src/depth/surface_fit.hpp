@@ -6,6 +6,8 @@
 #include "runtime/src/depth/pose_fit.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
 #include "runtime/src/match/sample_search.hpp"
+#include "runtime/src/match/shape_landmarks.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
@@ -53,6 +55,15 @@ class SurfaceFitter {
   [[nodiscard]] bool is_explained() const noexcept {
     return verdict_ == Verdict::matched || verdict_ == Verdict::ambiguous;
   }
+  /// Whether something hides a part of the last frame.
+  [[nodiscard]] bool is_hidden() const noexcept { return is_hidden_; }
+  /// Adds the times of the last frame's parts.
+  void add_times(StageTimes& times) const noexcept {
+    times.depth_image += times_.depth_image;
+    times.ranking += times_.ranking;
+    times.estimate += times_.estimate;
+    times.judgment += times_.judgment;
+  }
   /// The motion that the frame lacks, given the prior.
   [[nodiscard]] const PoseBelief& pose() const noexcept { return pose_; }
   [[nodiscard]] const PoseFit& pose_fit() const noexcept { return pose_fit_; }
@@ -80,8 +91,10 @@ class SurfaceFitter {
   float choose_candidates(std::span<float> observed, std::span<const RankedSample> proposed) noexcept;
   void choose_hidden_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   void set_candidates(float not_residual) noexcept;
+  SurfaceFit fit_image(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   SurfaceFit fit_candidates(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   void compare_candidates(const FrameImage& image) noexcept;
+  std::size_t gather_residuals(std::size_t cells) noexcept;
   void estimate_pose(const FrameImage& image) noexcept;
   void combine_candidates() noexcept;
   void extrapolate() noexcept;
@@ -94,8 +107,8 @@ class SurfaceFitter {
   void move_toward(const FrameImage& image) noexcept;
   [[nodiscard]] float least_residual(std::span<const float> observed) noexcept;
   [[nodiscard]] float most_explained(float limited) const noexcept;
-  [[nodiscard]] bool is_explained_undeformed(float limited) const noexcept;
-  [[nodiscard]] bool is_explained_with(const HiddenCells& hidden, float limited) noexcept;
+  [[nodiscard]] bool is_explained_undeformed(float most) noexcept;
+  [[nodiscard]] bool is_explained_with(const HiddenCells& hidden, float most) noexcept;
   void weigh(SurfaceFit& result) noexcept;
   void rank() noexcept;
   /// The history does not decide whether a simulation fits.
@@ -112,16 +125,18 @@ class SurfaceFitter {
   [[nodiscard]] Sample sample_at(std::uint32_t row) const noexcept {
     return {model_.samples[row][0], model_.samples[row][1]};
   }
-  void copy_landmarks(std::uint32_t sample, std::span<float> into) const noexcept;
-  [[nodiscard]] float mean_distance(std::span<const float> a, std::span<const float> b) const noexcept;
   [[nodiscard]] std::size_t count() const noexcept { return best_.ranked().size(); }
-  [[nodiscard]] std::span<float> landmarks(std::size_t candidate) noexcept {
-    return std::span(landmarks_).subspan(candidate * landmark_floats_, landmark_floats_);
+  /// For the landmarks of a shape, one per candidate and one more.
+  [[nodiscard]] std::span<float> buffer(std::size_t i) noexcept {
+    return std::span(landmark_buffer_).subspan(i * shapes_.size(), shapes_.size());
   }
 
   const ModelView& model_;
   SensorViews views_;
   FitSettings settings_;
+  Stopwatch watch_;
+  StageTimes times_;
+  bool reads_copies_ = false;  // what was copied when this was made; the bake exchanges images and shapes
   const Kernels& code_;
   FrameDepthImage frame_;
   Surroundings surroundings_;
@@ -129,13 +144,18 @@ class SurfaceFitter {
   std::vector<float> known_;    // the frame's cells without those that something hid in earlier frames
   bool is_hidden_ = false, may_be_undeformed_ = false;  // the last frame
   ThinnedImages thinned_;
-  BestSamples proposed_;
+  BestSamples proposed_;                     // by thinned images
+  std::vector<RankedSample> ordered_;        // proposed samples, promising ones first
+  std::vector<std::uint32_t> filled_cells_;  // per sample
+  BestSamples few_;                          // of all samples; thinned images are nearly as good as whole ones
   ExpectationCosts costs_;
   double impact_s_;      // in the time of the samples
   DepthRanking best_;    // by residual
   BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
   std::vector<RankedSample> matched_;
   std::vector<float> residuals_;          // candidates x cells, depth steps
+  std::vector<float> gathered_;           // the same where any of them is not zero
+  std::vector<std::uint32_t> lines_;      // first cells of these lines
   std::vector<float> shown_;              // cells: of the frame, that its misfit depends on
   std::vector<float> judged_residual_;    // cells: of the best candidate, tolerant of edges
   std::vector<float> neighbor_residual_;  // cells: of the state before or after a candidate
@@ -148,13 +168,13 @@ class SurfaceFitter {
   CompletedImage completed_;
   std::vector<float> target_;  // shape scores
   BestSamples neighbors_;      // by distance of their shape scores from the target
-  std::vector<float> offsets_, neighbor_gram_, weights_, prices_;
+  std::vector<float> offsets_, by_score_, neighbor_gram_, weights_, prices_;  // by_score_: offsets_ transposed
   RidgeProblem neighbor_ridge_;
   bool has_expectation_;  // the bake knows the residuals of left-out runs
-  std::vector<std::uint32_t> landmark_places_;
-  std::size_t landmark_floats_;
-  std::vector<float> landmarks_, estimate_landmarks_,
-      neighbor_landmarks_;  // candidates x 3 x landmarks; one shape each
+  ShapeLandmarks shapes_;
+  std::vector<float> landmark_buffer_;
+  std::vector<std::span<const float>> landmarks_;  // of the candidates
+  std::vector<float> estimate_landmarks_;
   std::vector<float> from_best_, from_estimate_, ranks_, plausibility_, shares_;
   std::vector<float> residual_alone_;  // of the candidates, without the price of their costs
   std::vector<Match> candidates_;

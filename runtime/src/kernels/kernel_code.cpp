@@ -259,15 +259,7 @@ void enclose(const BoxGroup* children, std::size_t count, BoxGroup* parents) {
 // Depth images, cell by cell.
 constexpr float largest_cell = 1e6f;
 
-using Shorts = std::uint16_t __attribute__((vector_size(register_bytes / 2)));  // for a register of ints
-
-Floats load_depths(const std::uint16_t* from) {
-  return to_floats(each<Ints>([&](std::size_t i) {
-    Shorts values;
-    __builtin_memcpy(&values, from + i * Ints::width, sizeof(values));
-    return __builtin_convertvector(values, Ints::Part);
-  }));
-}
+Floats load_depths(const std::uint16_t* from) { return to_floats(load_shorts(from)); }
 
 // The cell's number, truncated; a coordinate that is not finite becomes a number outside.
 Ints cell_number(const Floats& cell) { return to_ints(minimum(maximum(cell, all(-1.0f)), all(largest_cell))); }
@@ -286,6 +278,8 @@ Cells compare(Floats observed, Floats sample, const CellPrices& prices) {
   return {cost * cost, choose(in_frame | in_sample, all(1.0f), Floats{})};
 }
 
+using Pair = float __attribute__((vector_size(8)));  // a depth and 1: one addition for both sums
+
 void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster,
                 CellTally* tallies) {
   const auto columns = static_cast<std::int32_t>(raster.columns), rows = static_cast<std::int32_t>(raster.rows);
@@ -302,9 +296,10 @@ void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const 
     store(cell, cells);
     store(value, (depth - raster.depth_origin) * raster.steps_per_depth);
     for (std::size_t i = 0; i < lanes; ++i) {
-      CellTally& tally = tallies[cell[i]];
-      tally.depth[i % 4] += value[i];
-      tally.points[i % 4] += 1.0f;
+      Pair sum, one{value[i], 1.0f};
+      __builtin_memcpy(&sum, &tallies[cell[i]].of[i % 4], sizeof(sum));
+      sum += one;
+      __builtin_memcpy(&tallies[cell[i]].of[i % 4], &sum, sizeof(sum));
     }
   }
 }
@@ -318,6 +313,46 @@ CellSums compare_depths(const float* observed, const std::uint16_t* sample, std:
     filled += compared.filled;
   }
   return {sum(squares), sum(filled)};
+}
+
+// Sums over lines, of integers: exact in any order.
+struct LineTally {
+  Ints squares{};
+  Shorts filled{}, in_sample{};
+};
+
+void compare_line(const std::uint16_t* observed, const std::uint16_t* sample, const ShortPrices& prices,
+                  LineTally& tally) {
+  for (std::size_t i = 0; i < Shorts::parts; ++i) {
+    const Shorts::Part seen = load_part(observed, i), expected = load_part(sample, i);
+    const Shorts::Part in_frame = is_filled(seen), in_sample = is_filled(expected), in_one = in_frame ^ in_sample;
+    const Shorts::Part a = seen >> prices.shift, b = expected >> prices.shift;
+    const Shorts::Part difference = reduced(a, b) | reduced(b, a);
+    const Shorts::Part capped = difference - reduced(difference, Shorts::Part{} + prices.cap);
+    const Shorts::Part cost = (capped & ~in_one) | ((Shorts::Part{} + prices.one_sided) & in_one);
+    tally.squares.part[i] += pair_sums(cost, cost);
+    tally.filled.part[i] -= in_frame | in_sample;  // true is -1
+    tally.in_sample.part[i] -= in_sample;
+  }
+}
+
+LineSums compare_lines(const FilledLines& frame, const std::uint16_t* sample, const ShortPrices& prices, float most,
+                       const std::uint16_t* next) {
+  Floats squares{}, filled{}, in_sample{};
+  for (std::size_t begin = 0; begin < frame.count; begin += FilledLines::part) {
+    const std::size_t end = begin + FilledLines::part < frame.count ? begin + FilledLines::part : frame.count;
+    LineTally tally;
+    for (std::size_t line = begin; line < end; ++line) {
+      __builtin_prefetch(next + frame.begins[line]);
+      compare_line(frame.observed + line * FilledLines::cells, sample + frame.begins[line], prices, tally);
+    }
+    squares += to_floats(tally.squares);
+    filled += to_floats(pair_sums(tally.filled));
+    in_sample += to_floats(pair_sums(tally.in_sample));
+    const float cells = sum(filled) + frame.filled_after[begin / FilledLines::part];
+    if (sum(squares) > most * cells) return {{infinity, cells}, 0};
+  }
+  return {{sum(squares), sum(filled)}, sum(in_sample)};
 }
 
 void subtract_depths(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,
@@ -337,6 +372,6 @@ extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
 const Kernels table{
-    LBEA_NAME(LBEA_KERNELS), place,      find_runs,      fill_leaves,    enclose, nearest, nearest_16, project,
-    mode_distance,           add_depths, compare_depths, subtract_depths};
+    LBEA_NAME(LBEA_KERNELS), place,      find_runs,      fill_leaves,   enclose,        nearest, nearest_16, project,
+    mode_distance,           add_depths, compare_depths, compare_lines, subtract_depths};
 }  // namespace lbea::LBEA_KERNELS

@@ -20,7 +20,7 @@ struct Choice {
   Choice() noexcept {
     std::size_t count = 0;
 #ifdef LBEA_X86_KERNELS
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
       found[count++] = &kernels_avx512::table;
     if (__builtin_cpu_supports("avx2")) found[count++] = &kernels_avx2::table;
 #endif

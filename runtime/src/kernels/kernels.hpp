@@ -82,12 +82,35 @@ struct CellPrices {
 /// Sums over the points in a cell. Consecutive points are often in the same cell, so there are four independent sums:
 /// no addition waits for the previous one.
 struct alignas(32) CellTally {
-  float depth[4], points[4];
+  struct Sum {
+    float depth, points;
+  };
+  Sum of[4];
 };
 
 struct CellSums {
   float squares;  // of the cells' costs
   float filled;   // cells that at least one image fills
+};
+
+/// The lines in which a frame's depth image is filled, in whole depth steps: enough to choose samples.
+struct FilledLines {
+  static constexpr std::size_t cells = 32, part = 8;  // of a line; lines between two checks of the limit
+  const std::uint32_t* begins;                        // per line: its first cell
+  std::size_t count;
+  const std::uint16_t* observed;  // the frame's cells of these lines; 0: empty
+  const float* filled_after;      // per part: cells behind it that the frame fills
+};
+
+/// Prices in units of 2^shift depth steps, such that sums of a part's squares fit into 32 bits.
+struct ShortPrices {
+  static constexpr std::uint16_t most = 11'000;
+  std::uint16_t cap, one_sided;
+  std::uint32_t shift;
+};
+
+struct LineSums : CellSums {  // squares: in those units
+  float in_sample;            // cells of these lines that the sample fills
 };
 
 struct Kernels {
@@ -124,6 +147,11 @@ struct Kernels {
   /// a multiple of 16.
   CellSums (*compare_depths)(const float* observed, const std::uint16_t* sample, std::size_t cells,
                              const CellPrices& prices);
+  /// The same of the lines that the frame fills. It is given up, with infinite squares, once the mean square of whole
+  /// images must exceed `most`, even if all further cells of the frame cost nothing. Cells that only the sample fills
+  /// must cost at least as much. next: the sample to prefetch.
+  LineSums (*compare_lines)(const FilledLines& frame, const std::uint16_t* sample, const ShortPrices& prices,
+                            float most, const std::uint16_t* next);
   /// The signed root of each cell's cost: sample minus frame.
   void (*subtract_depths)(const float* observed, const std::uint16_t* sample, std::size_t cells,
                           const CellPrices& prices, float* residual);

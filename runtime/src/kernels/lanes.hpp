@@ -127,6 +127,70 @@ static inline void store(Scalar* to, const Vector& value) {
     __builtin_memcpy(to + i * Vector::width, &value.part[i], sizeof(value.part[i]));
 }
 
+#if defined(__AVX512F__)
+constexpr __mmask16 every_lane = 0xffff;  // explicit: GCC 12 warns in its own header otherwise
+#endif
+
+/// Sixteen 16-bit numbers.
+static inline Ints load_shorts(const std::uint16_t* from) {
+  return each<Ints>([&](std::size_t i) {
+#if defined(__AVX512F__)
+    __m256i values;
+    __builtin_memcpy(&values, from + i * Ints::width, sizeof(values));
+    return Ints::Part(_mm512_maskz_cvtepu16_epi32(every_lane, values));
+#else
+    typedef std::uint16_t Halves __attribute__((vector_size(register_bytes / 2)));
+    Halves values;
+    __builtin_memcpy(&values, from + i * Ints::width, sizeof(values));
+    return __builtin_convertvector(values, Ints::Part);
+#endif
+  });
+}
+
+/// 32 numbers of 16 bits in as many registers as sixteen of 32 bits.
+struct Shorts {
+  static constexpr std::size_t parts = Ints::parts, width = 2 * Ints::width;
+  typedef std::uint16_t Part __attribute__((vector_size(register_bytes)));
+  Part part[parts];
+};
+static inline Shorts::Part load_part(const std::uint16_t* from, std::size_t i) {
+  Shorts::Part part;
+  __builtin_memcpy(&part, from + i * Shorts::width, sizeof(part));
+  return part;
+}
+/// All bits are set where a number is not 0.
+static inline Shorts::Part is_filled(Shorts::Part v) { return Shorts::Part(v != 0); }
+/// a - b, at least 0.
+static inline Shorts::Part reduced(Shorts::Part a, Shorts::Part b) {
+#if defined(__AVX512F__)
+  return Shorts::Part(_mm512_maskz_subs_epu16(0xffffffff, __m512i(a), __m512i(b)));
+#elif defined(__AVX2__)
+  return Shorts::Part(_mm256_subs_epu16(__m256i(a), __m256i(b)));
+#elif defined(__SSE2__)
+  return Shorts::Part(_mm_subs_epu16(__m128i(a), __m128i(b)));
+#else
+  return a > b ? a - b : Shorts::Part{};
+#endif
+}
+/// Products of numbers below 2^15, pairs of them added.
+static inline Ints::Part pair_sums(Shorts::Part a, Shorts::Part b) {
+#if defined(__AVX512F__)
+  return Ints::Part(_mm512_maskz_madd_epi16(every_lane, __m512i(a), __m512i(b)));
+#elif defined(__AVX2__)
+  return Ints::Part(_mm256_madd_epi16(__m256i(a), __m256i(b)));
+#elif defined(__SSE2__)
+  return Ints::Part(_mm_madd_epi16(__m128i(a), __m128i(b)));
+#else
+  Ints::Part sums;
+  for (std::size_t i = 0; i < Ints::width; ++i)
+    sums[i] = std::int32_t{a[2 * i]} * std::int32_t{b[2 * i]} + std::int32_t{a[2 * i + 1]} * std::int32_t{b[2 * i + 1]};
+  return sums;
+#endif
+}
+static inline Ints pair_sums(const Shorts& v) {
+  return each<Ints>([&](std::size_t i) { return pair_sums(v.part[i], Shorts::Part{} + std::uint16_t{1}); });
+}
+
 /// Truncated. The caller must avoid values that an int cannot represent.
 static inline Ints to_ints(const Floats& value) {
   return each<Ints>([&](std::size_t i) { return __builtin_convertvector(value.part[i], Ints::Part); });
@@ -137,9 +201,6 @@ static inline Floats to_floats(const Ints& value) {
 
 // A comparison with NaN is false and selects the second operand: lesser(NaN, b) = b. The processors' instructions do
 // the same, but compilers use them only when NaN may be ignored.
-#if defined(__AVX512F__)
-constexpr __mmask16 every_lane = 0xffff;  // explicit: GCC 12 warns in its own header otherwise
-#endif
 static inline Floats::Part lesser(Floats::Part a, Floats::Part b) {
 #if defined(__AVX512F__)
   return Floats::Part(_mm512_maskz_min_ps(every_lane, __m512(a), __m512(b)));

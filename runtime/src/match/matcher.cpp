@@ -83,6 +83,7 @@ void Matcher::State::fit(MatchResult& result) noexcept {
       fitter->fit(index, best.ranked(),
                   {pose ? &prior : nullptr, history ? &expectation : nullptr, history ? &history->hidden : nullptr});
   result.elapsed_ns.fit += watch.lap_ns();
+  fitter->add_times(result.elapsed_ns);
 }
 
 bool Matcher::State::move_pose(MatchResult& result) noexcept {

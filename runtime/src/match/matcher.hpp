@@ -5,11 +5,11 @@
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 #include "runtime/src/match/position_search.hpp"
+#include "runtime/src/match/stopwatch.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <chrono>
 #include <optional>
 
 namespace lbea {
@@ -18,18 +18,6 @@ namespace lbea {
 
 /// The configuration with the model's default of `trusted_distance`.
 [[nodiscard]] MatcherConfig completed(MatcherConfig config, const Model& model);
-
-/// Time since the last lap or the construction. On Linux the steady clock is read in user space: no system call.
-class Stopwatch {
- public:
-  std::uint32_t lap_ns() noexcept {
-    const auto now = std::chrono::steady_clock::now();
-    return static_cast<std::uint32_t>((now - std::exchange(last_, now)) / std::chrono::nanoseconds(1));
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// The stages of match(), in their order. Each one adds its part to `result`, with the time that it took.
 struct Matcher::State {
