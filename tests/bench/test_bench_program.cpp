@@ -56,13 +56,34 @@ TEST_CASE("thinned clouds, Markdown, another method") {
   CHECK(contains(run.out, "of 1000 to 1000 points"));
 }
 
-TEST_CASE("clouds made to be slow, of as many points as requested; method fit is measured with these only") {
+TEST_CASE("clouds made to be slow, of as many points as requested") {
   const Outcome run = bench(model + " " + frames + pose + " --adversarial --points 4000 --frames 9 --method fit");
   CHECK(run.exit_code == 0);
   CHECK(contains(run.out, "a ring of radius 0.03 about x"));
-  const Outcome refused = bench(model + " " + frames + pose + " --method fit");
+}
+
+TEST_CASE("method fit: its stages beside method lbea and plain loops, tracked, with inference") {
+  const std::string fit = model + " " + frames + pose + " --method fit --frames 30 --warm-up 2 --json";
+  const Outcome run = bench(fit + " --baseline lbea,nanoflann --track --infer plastic_strain");
+  REQUIRE(run.exit_code == 0);
+  const nlohmann::json report = nlohmann::json::parse(run.out);
+  CHECK(contains(report["facts"]["checked"], "the answers agree with double precision on all 21 clouds"));
+  REQUIRE(report["pipelines"].size() == 3);
+  CHECK(report["pipelines"][0]["pipeline"] == "fit");
+  const auto has = [&](std::size_t pipeline, const char* stage) {
+    return report["pipelines"][pipeline]["stages_us"].contains(stage);
+  };
+  for (const char* stage : {"image", "ranking", "estimate", "judgment", "coverage", "track", "infer"}) {
+    CHECK(has(0, stage));
+    CHECK_FALSE((has(1, stage) && std::string(stage) != "coverage"));
+  }
+  CHECK(has(2, "ranking"));
+  CHECK_FALSE(has(2, "estimate"));
+  const Outcome refused = bench(fit + " --baseline portable");
   CHECK(refused.exit_code == 1);
-  CHECK(contains(refused.err, "--method fit is measured with --adversarial only"));
+  CHECK(contains(refused.err, "leave out --kernels and the baseline portable"));
+  CHECK(contains(bench(fit + " --infer warmth").err, "plastic_strain"));
+  CHECK(contains(bench(model + " " + frames + pose + " --track").err, "need --method fit"));
 }
 
 TEST_CASE("a damaged model is refused") {

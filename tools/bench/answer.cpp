@@ -52,8 +52,6 @@ Membership membership_of(const Position& position, const EnvelopeView& envelope,
 constexpr double u = float_rounding;
 constexpr std::size_t summing_lanes = 16;
 
-using Mismatch = std::optional<std::string>;
-
 Mismatch wrong_coefficient(const ReferenceView& reference, const ReferenceCloud& cloud, const Answer& answer) {
   const std::size_t n = answer.points.size(), p = reference.eigenvalues.size(), stride = format::padded(n);
   if (answer.coefficients.size() != 3 * p)
@@ -103,22 +101,19 @@ std::vector<double> vtp_distances(const ModelView& model, const ReferenceView& r
   return distances;
 }
 
-struct Tolerance {
-  double absolute, relative;
-  [[nodiscard]] double of(double distance) const { return absolute + relative * distance; }
-};
-
 Tolerance tolerance_of(const MatchTask& task, const ReferenceCloud& cloud) {
   constexpr double norm_and_mean = 16;  // roundings of one norm and of the mean
-  const double terms = task.method == Method::lbea ? task.model.info.modes : task.model.info.vertices;
-  return {task.method == Method::lbea ? 0 : root_3 * cloud.position_error, (terms + norm_and_mean) * u};
+  if (task.method != Method::vtp) return {0, (task.model.info.modes + norm_and_mean) * u};
+  return {root_3 * cloud.position_error, (task.model.info.vertices + norm_and_mean) * u};
 }
 
-Mismatch wrong_ranking(const std::vector<RankedSample>& ranked, const std::vector<double>& distances,
-                       std::size_t matches, Tolerance tolerance) {
+}  // namespace
+
+Mismatch wrong_ranking(std::span<const RankedSample> ranked, std::span<const double> distances, std::size_t matches,
+                       Tolerance tolerance) {
   const std::size_t expected = std::min(matches, distances.size());
   if (ranked.size() != expected) return formatted("%zu samples ranked, should be %zu", ranked.size(), expected);
-  std::vector<double> ascending = distances;
+  std::vector<double> ascending(distances.begin(), distances.end());
   std::ranges::sort(ascending);
   for (std::size_t k = 0; k < expected; ++k) {
     const auto [sample, claimed] = ranked[k];
@@ -135,8 +130,6 @@ Mismatch wrong_ranking(const std::vector<RankedSample>& ranked, const std::vecto
   }
   return {};
 }
-
-}  // namespace
 
 ReferenceCloud::ReferenceCloud(std::span<const Point> points, const RigidTransform& T, const EnvelopeView& envelope)
     : positions(points.size()), membership(points.size(), Membership::outside) {
@@ -214,10 +207,11 @@ Mismatch AnswerCheck::disagreement(const Answer& answer) {
   const ReferenceView& reference = task_.model.references[answer.reference];
   if (Mismatch wrong = wrong_nearest(answer)) return wrong;
   if (Mismatch wrong = wrong_coefficient(reference, cloud_, answer)) return wrong;
-  const std::vector<double> distances = task_.method == Method::lbea
-                                            ? lbea_distances(reference, answer)
-                                            : vtp_distances(task_.model, reference, cloud_, answer);
-  return wrong_ranking(answer.ranked, distances, task_.matches, tolerance_of(task_, cloud_));
+  const std::vector<double> distances = task_.method == Method::vtp
+                                            ? vtp_distances(task_.model, reference, cloud_, answer)
+                                            : lbea_distances(reference, answer);
+  const std::size_t matches = answer.fit ? std::max<std::size_t>(task_.matches, task_.proposals) : task_.matches;
+  return wrong_ranking(answer.ranked, distances, matches, tolerance_of(task_, cloud_));
 }
 
 }  // namespace lbea::tool::bench

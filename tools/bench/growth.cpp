@@ -1,7 +1,10 @@
 #include "tools/bench/growth.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "runtime/src/depth/combination.hpp"
 #include "runtime/src/match/sample_search.hpp"
+#include "tools/bench/fit/fit_answer.hpp"
+#include "tools/bench/fit/fit_growth.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
 #include <cstdio>
@@ -9,12 +12,6 @@
 
 namespace lbea::tool::bench {
 namespace {
-
-struct GrowthRow {
-  std::uint64_t size = 0;  // points or samples
-  std::string pipeline;
-  Statistics us;  // processor time
-};
 
 constexpr std::array<std::size_t, 10> point_counts{1'000,  2'000,   5'000,   10'000,  20'000,
                                                    50'000, 100'000, 200'000, 500'000, 1'000'000};
@@ -38,9 +35,8 @@ std::vector<BenchCloud> sized_clouds(std::span<const BenchCloud> clouds, std::si
   return result;
 }
 
-void check(const Model& model, const MatcherConfig& config, Pipeline& product, const BenchCloud& cloud) {
-  const MatchTask task{model.view(), config.method, config.T_reference_sensor, config.max_matches};
-  if (const auto wrong = AnswerCheck(task, cloud.points).disagreement(product.answer(cloud.frame())))
+void check_answer(const Model& model, const MatcherConfig& config, Pipeline& product, const BenchCloud& cloud) {
+  if (const auto wrong = FrameCheck(task_of(model, config), cloud.points).disagreement(product.answer(cloud.frame())))
     throw Error(Status::bad_input, cloud.name + " with " + std::to_string(cloud.points.size()) + " points: " + *wrong);
 }
 
@@ -116,13 +112,6 @@ std::vector<Positions> coefficients_of(const Model& model, MatcherConfig config,
   return found;
 }
 
-template <typename Work>
-double processor_us(const Work& work) {
-  const std::uint64_t begin = processor_time_ns();
-  work();
-  return static_cast<double>(processor_time_ns() - begin) * 1e-3;
-}
-
 // The distances of the nearest samples may differ by the rounding of sums in another order.
 void check_search(const BestSamples& product, const BestSamples& plain, std::size_t modes) {
   const double a = product.ranked().front().distance, b = plain.ranked().front().distance;
@@ -131,36 +120,27 @@ void check_search(const BestSamples& product, const BestSamples& plain, std::siz
                                        std::to_string(a) + ", a simple loop finds one at " + std::to_string(b));
 }
 
-std::vector<GrowthRow> growth_with_points(const Model& model, const MatcherConfig& config, const MakePipelines& make,
+std::vector<GrowthRow> growth_with_points(const Model& model, const Selection& selection,
                                           std::span<const BenchCloud> clouds) {
   std::vector<GrowthRow> rows;
   for (const std::size_t points : point_counts) {
     std::fprintf(stderr, "lbea-bench: %zu points\n", points);
     const std::vector<BenchCloud> sized = sized_clouds(clouds, points, model.length_unit());
-    MatcherConfig sized_config = config;
-    sized_config.max_points = static_cast<std::uint32_t>(points);
-    const auto pipelines = make(sized_config);
-    check(model, sized_config, *pipelines.front(), sized.front());
+    Selection of_size = selection;
+    of_size.matcher.max_points = static_cast<std::uint32_t>(points);
+    const auto pipelines = make_pipelines(of_size, model);
+    check_answer(model, of_size.matcher, *pipelines.front(), sized.front());
     for (const Measurement& m : measure(pipelines, sized, schedule_for(points), [](std::uint64_t) {}))
       rows.push_back({points, m.pipeline, m.stage_us(processor_stage)});
   }
   return rows;
 }
 
-void write_growth(const std::filesystem::path& path, std::string_view size_name, const std::vector<GrowthRow>& rows) {
-  io::AtomicFile file(path);
-  file.write(std::string(size_name) + ",pipeline,frames,p50_us,p90_us,p99_us,max_us\n");
-  for (const GrowthRow& row : rows) {
-    file.write(std::to_string(row.size) + ",\"" + row.pipeline + "\"," +
-               formatted("%zu,%.3f,%.3f,%.3f,%.3f\n", row.us.count, row.us.p50, row.us.p90, row.us.p99, row.us.max));
-  }
-  file.commit();
-}
-
 std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,
                                            std::span<const BenchCloud> clouds) {
   const std::vector<Positions> e = coefficients_of(model, config, clouds);
-  BestSamples best(config.max_matches), plain_best(config.max_matches);
+  const std::uint32_t wanted = config.method == Method::fit ? FitSettings{}.proposals : config.max_matches;
+  BestSamples best(wanted), plain_best(wanted);
   std::vector<GrowthRow> rows;
   for (const std::size_t samples : sample_counts) {
     std::fprintf(stderr, "lbea-bench: %zu samples\n", samples);
@@ -185,12 +165,30 @@ std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConf
 
 }  // namespace
 
-void measure_growth(const std::filesystem::path& folder, const Model& model, const MatcherConfig& config,
-                    const MakePipelines& make, std::span<const BenchCloud> clouds) {
+void write_growth(const std::filesystem::path& path, std::string_view size_name, const std::vector<GrowthRow>& rows) {
+  io::AtomicFile file(path);
+  file.write(std::string(size_name) + ",pipeline,frames,p50_us,p90_us,p99_us,max_us\n");
+  for (const GrowthRow& row : rows) {
+    file.write(std::to_string(row.size) + ",\"" + row.pipeline + "\"," +
+               formatted("%zu,%.3f,%.3f,%.3f,%.3f\n", row.us.count, row.us.p50, row.us.p90, row.us.p99, row.us.max));
+  }
+  file.commit();
+}
+
+std::vector<std::filesystem::path> measure_growth(const std::filesystem::path& folder, const Model& model,
+                                                  const Selection& selection, std::span<const BenchCloud> clouds) {
   std::filesystem::create_directories(folder);
-  write_growth(folder / "growth_points.csv", "points", growth_with_points(model, config, make, clouds));
-  write_growth(folder / "growth_samples.csv", "samples", growth_with_samples(model, config, clouds));
-  std::printf("%s\n%s\n", (folder / "growth_points.csv").c_str(), (folder / "growth_samples.csv").c_str());
+  std::vector<std::filesystem::path> files;
+  const auto write = [&](const std::string& size_name, const std::vector<GrowthRow>& rows) {
+    files.push_back(folder / ("growth_" + size_name + ".csv"));
+    write_growth(files.back(), size_name, rows);
+  };
+  write("points", growth_with_points(model, selection, clouds));
+  write("samples", growth_with_samples(model, selection.matcher, clouds));
+  if (selection.matcher.method != Method::fit) return files;
+  write("cells", growth_with_cells(model, selection.matcher, clouds));
+  write("candidates", growth_with_candidates(model, selection.matcher, clouds));
+  return files;
 }
 
 }  // namespace lbea::tool::bench

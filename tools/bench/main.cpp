@@ -3,6 +3,7 @@
 #include "tools/bench/growth.hpp"
 #include "tools/bench/report.hpp"
 #include "tools/bench/round_trip.hpp"
+#include "tools/bench/selection.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -13,20 +14,19 @@
 namespace lbea::tool::bench {
 namespace {
 
-struct Options {
-  std::string model_file, pose_file, csv_file, growth_folder, kernels_name, endpoints, columns;
-  std::vector<std::string> cloud_paths, baselines;
+struct Options : Selection {
+  std::string model_file, pose_file, csv_file, growth_folder, endpoints, columns, inferred_field;
+  std::vector<std::string> cloud_paths;
   std::optional<std::uint32_t> points;
   std::optional<double> rate;
-  MatcherConfig matcher;
   Schedule schedule;
   bool json = false, markdown = false, adversarial = false;
 };
 
 constexpr auto description =
     "Measures the time of each stage of the matcher on clouds from files. Before that it checks the answer for every\n"
-    "cloud by a computation in double precision: nearest points, coefficients, ranked samples. If one is wrong, its\n"
-    "cloud and vertex are printed, nothing is timed, and the exit code is 1. Percentiles are\n"
+    "cloud by a computation in double precision: nearest points, coefficients, ranked samples; by fit also depth\n"
+    "image and candidates. If one is wrong, it is printed, nothing is timed, and the exit code is 1. Percentiles are\n"
     "nearest-rank. \"total\" is wall time; \"processor\" is processor time of the thread.";
 
 const std::map<std::string, Method> method_names{{"lbea", Method::lbea}, {"vtp", Method::vtp}, {"fit", Method::fit}};
@@ -61,13 +61,16 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("--warm-up", options.schedule.warm_up, "number of frames before those, not timed")
       ->check(in_range(0u, 10'000'000u));
   tool.add_choice("--method", options.matcher.method, method_names,
-                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1); fit, with --adversarial: depth images");
+                  "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1); fit: depth images");
+  tool.add_flag("--track", options.extras.tracks,
+                "with --method fit: track the test and use its history, as lbea-serve");
+  tool.add_option("--infer", options.inferred_field, "with --method fit: infer this field of the model");
   tool.add_option("--trigger-ns", options.matcher.trigger_ns, "time of impact in the clock of the clouds, ns");
   tool.add_option("--baseline", options.baselines,
                   "pipelines to compare with: nanoflann (a tree per frame, simple loops), portable (the product with "
-                  "loops that every x86-64 processor runs)")
+                  "loops that every x86-64 processor runs), lbea (beside --method fit)")
       ->delimiter(',')
-      ->check(one_of({"nanoflann", "portable"}));
+      ->check(one_of({"nanoflann", "portable", "lbea"}));
   tool.add_option("--kernels", options.kernels_name,
                   "use the inner loops of this instruction set instead of the fastest one");
   tool.add_option("--csv", options.csv_file, "write the times of every frame to this file");
@@ -75,48 +78,13 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--markdown", options.markdown, "print as Markdown")->excludes(json);
   tool.add_option(
       "--growth", options.growth_folder,
-      "instead: measure times by number of points and by number of samples, and write the tables into this folder");
+      "instead: measure times by number of points and of samples, by fit also of cells and candidates, and write the "
+      "tables into this folder");
   tool.add_flag("--adversarial", options.adversarial,
                 "instead: clouds made to be slow (equal points, tiny balls, spheres, denormal numbers), each compared "
                 "with the first cloud")
       ->excludes("--growth");
   add_server_options(tool, options);
-}
-
-std::unique_ptr<Pipeline> make_product(const std::string& kernels_name, const Model& model,
-                                       const MatcherConfig& config) {
-  if (kernels_name.empty()) return matcher_pipeline(model, config);
-  return kernels_pipeline(model, config, kernels_named(kernels_name), "lbea, " + kernels_name);
-}
-
-std::unique_ptr<Pipeline> make_baseline(const std::string& name, const Model& model, const MatcherConfig& config) {
-  if (name == "nanoflann") return nanoflann_pipeline(model, config);
-  return kernels_pipeline(model, config, kernels_named("baseline"), name);
-}
-
-std::vector<std::unique_ptr<Pipeline>> make_pipelines(const Options& options, const Model& model,
-                                                      const MatcherConfig& config) {
-  std::vector<std::unique_ptr<Pipeline>> pipelines;
-  pipelines.push_back(make_product(options.kernels_name, model, config));
-  for (const std::string& name : options.baselines) pipelines.push_back(make_baseline(name, model, config));
-  return pipelines;
-}
-
-/// Whether all answers are right. Prints the first wrong one.
-bool answers_agree(Pipelines pipelines, const MatchTask& task, std::span<const BenchCloud> clouds) {
-  Progress progress("checking", clouds.size());
-  for (std::size_t i = 0; i < clouds.size(); ++i) {
-    AnswerCheck check(task, clouds[i].points);
-    for (const auto& pipeline : pipelines) {
-      const auto wrong = check.disagreement(pipeline->answer(clouds[i].frame(i)));
-      if (!wrong) continue;
-      std::fprintf(stderr, "lbea-bench: %s: %s: %s\n", clouds[i].name.c_str(), pipeline->name().c_str(),
-                   wrong->c_str());
-      return false;
-    }
-    progress.advance_to(i + 1);
-  }
-  return true;
 }
 
 // Matching a cloud without points in the envelope would be fast and meaningless.
@@ -144,18 +112,18 @@ std::vector<BenchCloud> with_hostile(const BenchCloud& first, const RigidTransfo
   return clouds;
 }
 
-// Method fit starts from the nearest points of method lbea; the check has no reference for its depth images.
+// The check has no reference for method fit with these clouds, of which something seems to hide a part: only its
+// nearest points and coefficients are compared, those of method lbea.
 int compare_hostile(Options options, const Model& model, const BenchCloud& first) {
   std::vector<BenchCloud> clouds = with_hostile(first, options.matcher.T_reference_sensor);
   options.matcher.T_reference_sensor = identity_transform;
   options.matcher.max_points = most_points(clouds);
   Matcher matcher(model, options.matcher);  // clouds outside the envelope take no time
   std::erase_if(clouds, [&](const BenchCloud& cloud) { return matcher.match(cloud.frame()).points.used == 0; });
-  MatcherConfig checked = options.matcher;
-  if (checked.method == Method::fit) checked.method = Method::lbea;
-  const MatchTask task{model.view(), checked.method, identity_transform, checked.max_matches};
-  if (!answers_agree(make_pipelines(options, model, checked), task, clouds)) return exit_failed;
-  const auto pipelines = make_pipelines(options, model, options.matcher);
+  Selection checked = options;
+  if (checked.matcher.method == Method::fit) checked.matcher.method = Method::lbea;
+  if (!check_answers(make_pipelines(checked, model), model, checked.matcher, clouds)) return exit_failed;
+  const auto pipelines = make_pipelines(options, model);
   for (const BenchCloud& cloud : clouds) {
     const auto [us, ratio] = compare(pipelines, cloud, clouds.front(), std::min(options.schedule.frames, 90u));
     std::printf("%-44s %8.3f ms %6.2f x\n", cloud.name.c_str(), us * 1e-3, ratio);
@@ -187,14 +155,17 @@ int send_one_by_one(const Options& options, std::span<const BenchCloud> clouds) 
   return exit_ok;
 }
 
-Report measured(const Options& options, const Model& model, Pipelines pipelines, std::vector<BenchCloud> clouds) {
+Report measured(const Options& options, const Model& model, Pipelines pipelines, std::vector<BenchCloud> clouds,
+                std::size_t hidden) {
   Report report{conditions(), std::move(clouds), {}};
   report.facts.emplace_back("model", "n = " + std::to_string(model.vertices()) +
                                          " vertices, p = " + std::to_string(model.modes()) +
                                          " modes, s = " + std::to_string(model.samples()) + " samples");
   report.facts.emplace_back("clouds", points_of(report.clouds));
   report.facts.emplace_back(
-      "checked", "the answers agree with double precision on all " + std::to_string(report.clouds.size()) + " clouds");
+      "checked",
+      "the answers agree with double precision on all " + std::to_string(report.clouds.size()) + " clouds" +
+          (hidden > 0 ? " (candidates: without " + std::to_string(hidden) + " of which a part is hidden)" : ""));
   Progress progress("timing", std::uint64_t{options.schedule.warm_up} + options.schedule.frames);
   report.measurements =
       measure(pipelines, report.clouds, options.schedule, [&](std::uint64_t done) { progress.advance_to(done); });
@@ -205,10 +176,8 @@ int bench(Options options) {
   const Model model = Model::open(options.model_file);
   if (!options.pose_file.empty())
     options.matcher.T_reference_sensor = io::read_pose(options.pose_file, model.length_unit());
-  if (options.matcher.method == Method::fit &&
-      (!options.adversarial || !options.kernels_name.empty() || !options.baselines.empty()))
-    throw Error(Status::bad_config,
-                "--method fit is measured with --adversarial only, and without --kernels and --baseline");
+  if (!options.inferred_field.empty()) options.extras.inferred = field_named(model, options.inferred_field);
+  check(options, model);
   std::vector<BenchCloud> clouds =
       load_clouds(options.cloud_paths, options.adversarial ? std::nullopt : options.points, options.columns);
   if (options.adversarial && options.points)
@@ -217,17 +186,16 @@ int bench(Options options) {
   require_matches(model, options.matcher, clouds);
   if (options.adversarial) return compare_hostile(options, model, clouds.front());
   if (!options.growth_folder.empty()) {
-    const auto make = [&](const MatcherConfig& config) { return make_pipelines(options, model, config); };
-    measure_growth(options.growth_folder, model, options.matcher, make, clouds);
+    for (const auto& file : measure_growth(options.growth_folder, model, options, clouds))
+      std::printf("%s\n", file.c_str());
     return exit_ok;
   }
   if (!options.endpoints.empty())
     return options.rate ? send_at_rate(options, clouds) : send_one_by_one(options, clouds);
-  const auto pipelines = make_pipelines(options, model, options.matcher);
-  const MatchTask task{model.view(), options.matcher.method, options.matcher.T_reference_sensor,
-                       options.matcher.max_matches};
-  if (!answers_agree(pipelines, task, clouds)) return exit_failed;
-  const Report report = measured(options, model, pipelines, std::move(clouds));
+  const auto pipelines = make_pipelines(options, model);
+  const auto hidden = check_answers(pipelines, model, options.matcher, clouds);
+  if (!hidden) return exit_failed;
+  const Report report = measured(options, model, pipelines, std::move(clouds), *hidden);
   if (!options.csv_file.empty()) write_csv(options.csv_file, report);
   const TableStyle style = options.markdown ? TableStyle::markdown : TableStyle::plain;
   std::printf("%s\n", (options.json ? to_json(report) : to_text(report, style)).c_str());

@@ -24,13 +24,14 @@ void add(Interruptions& sum, const Interruptions& before, const Interruptions& a
 FrameTimes timed(Pipeline& pipeline, const Frame& frame, std::uint32_t cloud) {
   const std::uint64_t processor_begin = processor_time_ns();
   const auto begin = std::chrono::steady_clock::now();
-  const StageTimes stages = pipeline.match(frame);
+  const auto [stages, track, infer] = pipeline.match(frame);
   const auto end = std::chrono::steady_clock::now();
   const std::uint64_t processor = processor_time_ns() - processor_begin;
   const auto total = std::chrono::duration_cast<std::chrono::nanoseconds>(end - begin).count();
-  return {cloud,
-          {stages.index, stages.correspondence, stages.projection, stages.matching, stages.coverage,
-           static_cast<std::uint64_t>(total), processor}};
+  return {
+      cloud,
+      {stages.index, stages.correspondence, stages.projection, stages.matching, stages.depth_image, stages.ranking,
+       stages.estimate, stages.judgment, stages.coverage, track, infer, static_cast<std::uint64_t>(total), processor}};
 }
 
 }  // namespace

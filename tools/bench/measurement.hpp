@@ -23,9 +23,10 @@ struct Statistics {
 
 // The matcher's stages, then the wall time of the call and its processor time (of this thread). On a busy machine,
 // compare by processor time, which leaves out other programs.
-inline constexpr std::array<std::string_view, 7> stage_names{"index",    "correspondence", "projection", "matching",
-                                                             "coverage", "total",          "processor"};
-inline constexpr std::size_t total_stage = 5, processor_stage = 6;
+inline constexpr std::array<std::string_view, 13> stage_names{
+    "index",    "correspondence", "projection", "matching", "image", "ranking",  "estimate",
+    "judgment", "coverage",       "track",      "infer",    "total", "processor"};
+inline constexpr std::size_t total_stage = 11, processor_stage = 12;
 
 /// Processor time of this thread so far.
 [[nodiscard]] std::uint64_t processor_time_ns();

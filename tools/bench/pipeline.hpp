@@ -8,19 +8,41 @@
 
 namespace lbea::tool::bench {
 
+/// Wall time of each stage, ns; 0 for stages that a pipeline does not have.
+struct PipelineTimes {
+  StageTimes stages{};
+  std::uint32_t track = 0, infer = 0;
+};
+
+/// What follows method fit in a frame.
+struct FitExtras {
+  bool tracks = false;                    // with the tracker and the history of the test, as lbea-serve
+  std::optional<std::uint32_t> inferred;  // a field of the model
+};
+
 class Pipeline {
  public:
   virtual ~Pipeline() = default;
   [[nodiscard]] virtual std::string name() const = 0;
-  /// The timed part: from the points of the frame to ranked samples. Returns the wall time of each stage, 0 for stages
-  /// that this pipeline does not have.
-  virtual StageTimes match(const Frame& frame) = 0;
+  /// The timed part: from the points of the frame to ranked samples.
+  virtual PipelineTimes match(const Frame& frame) = 0;
   /// The result of match(), for the check. Not timed.
   [[nodiscard]] virtual Answer answer(const Frame& frame) = 0;
 };
 
-/// The product: Matcher as applications use it.
+/// The product: Matcher as applications use it, by lbea or vtp.
 [[nodiscard]] std::unique_ptr<Pipeline> matcher_pipeline(const Model& model, const MatcherConfig& config);
+
+/// What proposes samples to Method::fit.
+[[nodiscard]] MatcherConfig proposing(MatcherConfig config);
+
+/// The product by Method::fit.
+[[nodiscard]] std::unique_ptr<Pipeline> fit_pipeline(const Model& model, const MatcherConfig& config,
+                                                     const FitExtras& extras = {});
+
+/// A baseline for it: the nanoflann pipeline proposes samples, plain loops make the frame's depth image and compare it
+/// with theirs. It ends with the candidates: no estimate, no verdict, no coverage.
+[[nodiscard]] std::unique_ptr<Pipeline> plain_fit_pipeline(const Model& model, const MatcherConfig& config);
 
 /// The same stages with the loops of one instruction set. name: its name in tables.
 [[nodiscard]] std::unique_ptr<Pipeline> kernels_pipeline(const Model& model, const MatcherConfig& config,

@@ -29,7 +29,7 @@ class KernelsPipeline : public Pipeline {
 
   [[nodiscard]] std::string name() const override { return name_; }
 
-  StageTimes match(const Frame& frame) override { return match(frame, {}); }
+  PipelineTimes match(const Frame& frame) override { return {match(frame, {})}; }
 
   [[nodiscard]] Answer answer(const Frame& frame) override {
     Answer answer;
@@ -110,7 +110,7 @@ class MatcherPipeline : public Pipeline {
 
   [[nodiscard]] std::string name() const override { return "lbea"; }
 
-  StageTimes match(const Frame& frame) override { return matcher_.match(frame).elapsed_ns; }
+  PipelineTimes match(const Frame& frame) override { return {matcher_.match(frame).elapsed_ns}; }
 
   // A result does not hold the nearest points. They are computed by the same stages run one by one, whose coefficients
   // must be bitwise equal to those of the matcher.

@@ -2,7 +2,8 @@
 """Repeats the measurements and writes the tables into BENCHMARK.md, between their marks, and the plots into docs/growth.png.
 
 usage: refresh.py BUILD_FOLDER MODEL CLOUDS SENSOR.json [TABLE ...]
-Tables: alone, baselines, thinned, vtp, kernels, growth; without names, all of them. The machine should be idle otherwise.
+Tables: alone, baselines, thinned, vtp, fit, fit-thinned, fit-tracked, fit-growth, kernels, growth; without names, all of
+them. The machine should be idle otherwise.
 """
 import csv
 import json
@@ -15,6 +16,7 @@ from pathlib import Path
 PROJECT = Path(__file__).resolve().parents[2]
 PAGE = PROJECT / "BENCHMARK.md"
 BASELINES = ["--baseline", "nanoflann,portable"]
+FIT = ["--method", "fit", "--baseline", "lbea,nanoflann"]
 THINNED_POINTS = "16000"
 
 
@@ -40,6 +42,13 @@ def growth_table(bench):
         output_of(*bench, *BASELINES, "--growth", folder)
         output_of("/usr/bin/python3", PROJECT / "tools/bench/growth.py", folder, PROJECT / "docs/growth.png")
         return "\n\n".join(growth_part(size, Path(folder) / f"growth_{size}.csv") for size in ("points", "samples"))
+
+
+def fit_growth_table(bench):
+    with tempfile.TemporaryDirectory() as folder:
+        output_of(*bench, *FIT, "--growth", folder)
+        sizes = ("points", "samples", "cells", "candidates")
+        return "\n\n".join(growth_part(size, Path(folder) / f"growth_{size}.csv") for size in sizes)
 
 
 def growth_part(size, file):
@@ -71,6 +80,10 @@ def main():
         "baselines": lambda: output_of(*bench, *BASELINES, "--markdown"),
         "thinned": lambda: output_of(*bench, *BASELINES, "--points", THINNED_POINTS, "--markdown"),
         "vtp": lambda: output_of(*bench, "--method", "vtp", "--frames", "300", "--markdown"),
+        "fit": lambda: output_of(*bench, *FIT, "--markdown"),
+        "fit-thinned": lambda: output_of(*bench, *FIT, "--points", THINNED_POINTS, "--markdown"),
+        "fit-tracked": lambda: output_of(*bench, "--method", "fit", "--track", "--infer", "plastic_strain", "--markdown"),
+        "fit-growth": lambda: fit_growth_table(bench),
         "kernels": lambda: kernels_table(folder / "lbea-kernels-benchmark"),
         "growth": lambda: growth_table(bench),
     }

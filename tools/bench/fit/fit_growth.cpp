@@ -1,0 +1,157 @@
+#include "tools/bench/fit/fit_growth.hpp"
+
+#include "runtime/src/depth/surface_fit.hpp"
+#include "tools/bench/nanoflann_pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbea::tool::bench {
+namespace {
+
+constexpr std::size_t clouds_compared = 8, repetitions = 12;
+
+// The clouds' depth images, and the samples that eq. 3 proposes for them.
+struct Proposed {
+  std::vector<float> observed;
+  std::vector<RankedSample> samples;
+};
+
+std::vector<BenchCloud> some_of(std::span<const BenchCloud> clouds) {
+  std::vector<BenchCloud> some;
+  const std::size_t count = std::min(clouds_compared, clouds.size());
+  for (std::size_t k = 0; k < count; ++k) some.push_back(clouds[k * clouds.size() / count]);
+  return some;
+}
+
+/// Calls work(index, proposed samples) for each cloud.
+template <typename Work>
+void for_each_cloud(const Model& model, const MatcherConfig& config, std::span<const BenchCloud> clouds,
+                    const Work& work) {
+  const std::vector<BenchCloud> some = some_of(clouds);
+  MatcherConfig proposed = proposing(config);
+  proposed.max_points = most_points(some);
+  const auto proposer = kernels_pipeline(model, proposed, kernels(), "proposals");
+  CloudIndex index(envelope_grid(model.view().envelope), proposed.max_points);
+  for (const BenchCloud& cloud : some) {
+    const Answer answer = proposer->answer(cloud.frame());
+    index.build(cloud.points, config.T_reference_sensor);
+    work(index, answer.ranked);
+  }
+}
+
+/// Each cell from the nearest one.
+template <typename Depth>
+std::vector<Depth> resampled(std::span<const Depth> image, const DepthCamera& from, const DepthCamera& to,
+                             Depth empty) {
+  std::vector<Depth> cells(padded_cells(to), empty);
+  for (std::size_t row = 0; row < to.rows; ++row)
+    for (std::size_t column = 0; column < to.columns; ++column)
+      cells[row * to.columns + column] =
+          image[row * from.rows / to.rows * from.columns + column * from.columns / to.columns];
+  return cells;
+}
+
+/// Images of another size.
+struct Resized {
+  DepthCamera camera;
+  std::vector<std::uint16_t> depths;
+  std::vector<std::uint32_t> filled_cells;
+
+  Resized(const DepthImages& images, double factor) : camera(images.camera) {
+    const double along = std::sqrt(factor);
+    camera.columns = static_cast<std::uint32_t>(std::lround(along * images.camera.columns));
+    camera.rows = static_cast<std::uint32_t>(std::lround(along * images.camera.rows));
+    for (std::size_t s = 0; s < images.depths.size() / padded_cells(images.camera); ++s) {
+      const auto image = resampled(images.of_sample(s), images.camera, camera, empty_cell);
+      depths.insert(depths.end(), image.begin(), image.end());
+      filled_cells.push_back(static_cast<std::uint32_t>(
+          std::ranges::count_if(image, [](std::uint16_t depth) { return depth != empty_cell; })));
+    }
+  }
+  [[nodiscard]] std::span<const std::uint16_t> of_sample(std::uint32_t sample) const {
+    return std::span(depths).subspan(sample * padded_cells(camera), camera.cells());
+  }
+};
+
+float plain_mean_square(std::span<const float> observed, std::span<const std::uint16_t> image,
+                        const CellPrices& prices) {
+  float squares = 0, filled = 0;
+  for (std::size_t c = 0; c < image.size(); ++c) {
+    const bool in_frame = observed[c] >= 0, in_sample = image[c] != empty_cell;
+    if (!in_frame && !in_sample) continue;
+    const float difference = std::min(std::abs(observed[c] - static_cast<float>(image[c])), prices.cap);
+    squares += square(in_frame && in_sample ? difference : prices.one_sided);
+    filled += 1;
+  }
+  return squares / std::max(filled, 1.0f);
+}
+
+std::vector<RankedSample> rank_plainly(const Resized& images, const Proposed& frame, const CellPrices& prices) {
+  std::vector<RankedSample> compared = frame.samples;
+  for (RankedSample& one : compared)
+    one.distance = plain_mean_square(frame.observed, images.of_sample(one.sample), prices);
+  return least(std::move(compared), FitSettings{}.candidates);
+}
+
+std::vector<GrowthRow> ranking_times(const Resized& images, const DepthMetric& metric,
+                                     const std::vector<Proposed>& frames) {
+  DepthRanking ranking(images.camera, FitSettings{}.candidates, metric);
+  const CellPrices prices = prices_of(metric, images.camera);
+  std::vector<double> product_us, plain_us;
+  for (std::size_t i = 0; i < repetitions * frames.size(); ++i) {
+    const Proposed& frame = frames[i % frames.size()];
+    std::vector<float> observed = frame.observed;
+    std::vector<RankedSample> plain;
+    float best = 0;
+    product_us.push_back(processor_us(
+        [&] { best = ranking.rank(observed, images.depths, frame.samples, nullptr, images.filled_cells); }));
+    plain_us.push_back(processor_us([&] { plain = rank_plainly(images, frame, prices); }));
+    const float tolerance = static_cast<float>(images.camera.cells()) * 0x1p-23f * best;
+    if (!(std::abs(best - plain.front().distance) <= tolerance))
+      throw Error(Status::bad_input, "depth images of " + std::to_string(images.camera.cells()) +
+                                         " cells: the least mean square is " + std::to_string(best) + ", should be " +
+                                         std::to_string(plain.front().distance));
+  }
+  return {{images.camera.cells(), "ranking of the proposed", statistics_of(product_us)},
+          {images.camera.cells(), "plain loops", statistics_of(plain_us)}};
+}
+
+}  // namespace
+
+std::vector<GrowthRow> growth_with_cells(const Model& model, const MatcherConfig& config,
+                                         std::span<const BenchCloud> clouds) {
+  const DepthImages& images = *model.view().depth_images;
+  FrameDepthImage image(images.camera);
+  std::vector<GrowthRow> rows;
+  for (const double factor : {0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0}) {
+    const Resized resized(images, factor);
+    std::vector<Proposed> frames;
+    for_each_cloud(model, config, clouds, [&](const CloudIndex& index, std::span<const RankedSample> proposed) {
+      image.build(index);
+      const std::span<const float> cells = image.cells();
+      frames.push_back(
+          {resampled(cells, images.camera, resized.camera, nothing_seen), {proposed.begin(), proposed.end()}});
+    });
+    for (GrowthRow& row : ranking_times(resized, images.metric, frames)) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<GrowthRow> growth_with_candidates(const Model& model, const MatcherConfig& config,
+                                              std::span<const BenchCloud> clouds) {
+  std::vector<GrowthRow> rows;
+  for (const std::uint32_t candidates : {6u, 12u, 24u, 48u, 96u}) {
+    FitSettings settings;
+    settings.candidates = candidates;
+    SurfaceFitter fitter(model.view(), SensorViews::baked_into(model), config.max_matches, settings);
+    std::vector<double> us;
+    for_each_cloud(model, config, clouds, [&](const CloudIndex& index, std::span<const RankedSample> proposed) {
+      for (std::size_t i = 0; i < repetitions; ++i) us.push_back(processor_us([&] { fitter.fit(index, proposed); }));
+    });
+    rows.push_back({candidates, "fit after the search", statistics_of(us)});
+  }
+  return rows;
+}
+
+}  // namespace lbea::tool::bench
