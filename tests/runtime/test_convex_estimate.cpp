@@ -53,6 +53,19 @@ TEST_CASE("without residuals the first candidate keeps everything") {
   CHECK(w[1] + w[2] == 0.0f);
 }
 
+// The projection once subtracted 1 from sums so large that it was lost, and then did not end.
+TEST_CASE("costs of any size leave shares that add up to 1, most of them for the cheapest") {
+  for (const float cost : {1e3f, 1e8f, 1e15f, 1e30f}) {
+    std::vector<float> gram(24 * 24, 0.0f), linear(24, cost);
+    for (std::size_t i = 0; i < 24; ++i) gram[25 * i] = 1;
+    linear[5] = 0.999f * cost;
+    SimplexProblem problem(24);
+    const auto w = problem.solve(gram, 24, linear);
+    CHECK(std::accumulate(w.begin(), w.end(), 0.0f) == doctest::Approx(1).epsilon(1e-5));
+    for (std::size_t i = 0; i < 24; ++i) CHECK(w[i] <= w[5]);
+  }
+}
+
 TEST_CASE("ridge regression about given shares: sums to 1, and no exchange between two shares lowers the cost") {
   constexpr std::size_t k = 24, stride = 32, cells = 60;
   std::mt19937 random(9);

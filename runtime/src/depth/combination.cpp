@@ -55,22 +55,23 @@ std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::s
 }
 
 // The nearest point of the simplex: subtracts the shift after which the positive values add up to 1. Values that are
-// not above the shift of some that include the greatest are not above that of fewer either (Michelot 1986). By rounding
-// they can be: then the search ends, too.
+// not above the shift of some that include the greatest are not above that of fewer either (Michelot 1986). All values
+// may be far from 0: relative to the greatest one, the 1 is not lost by rounding, and that value remains positive.
 void SimplexProblem::project(std::span<float> values) noexcept {
+  const float greatest = *std::ranges::max_element(values);
   float shift = -std::numeric_limits<float>::infinity();
   for (std::size_t before = values.size() + 1;;) {
     float sum = 0;
     std::size_t count = 0;
     for (const float value : values) {  // without branches, which would be hard to predict
-      sum += value > shift ? value : 0.0f;
-      count += value > shift ? 1u : 0u;
+      sum += value - greatest > shift ? value - greatest : 0.0f;
+      count += value - greatest > shift ? 1u : 0u;
     }
-    if (count == 0 || count >= before) break;
+    if (count == 0 || count >= before) break;  // none: values that are not finite; as many: found
     before = count;
     shift = (sum - 1) / static_cast<float>(count);
   }
-  for (float& value : values) value = std::max(value - shift, 0.0f);
+  for (float& value : values) value = std::max(value - greatest - shift, 0.0f);
 }
 
 // With w = w0 + d: (G + P) d = -G w0 - mu 1, and mu such that sum d = 0.
