@@ -54,7 +54,8 @@ FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* p
   errors.estimate = distance(estimate);
   errors.match = distance(shape(fitter_.matches()[0].sample));
   errors.spread = double{fit.spread};
-  if (frame.is_hidden) errors.completed.assign(fitter_.completed().begin(), fitter_.completed().end());
+  const auto completed_image = fitter_.estimate().completed();
+  if (frame.is_hidden) errors.completed.assign(completed_image.begin(), completed_image.end());
   return errors;
 }
 

@@ -34,12 +34,12 @@ FrameExpectation HistoryState::expectation() const noexcept {
 
 void HistoryState::add(SurfaceFitter& fitter, MatchResult& result) noexcept {
   const bool shows_enough = fitter.verdict() != Verdict::unknown;  // a few points look like any shape
-  if (shows_enough || !fitter.gives_verdicts()) clock.begin(stamp_ns, fitter.may_be_undeformed());
+  if (shows_enough || !fitter.gives_verdicts()) clock.begin(stamp_ns, fitter.search().may_be_undeformed());
   if (fitter.is_explained()) fitter.update(hidden);
   if (result.status == Status::ok && fitter.is_explained()) {
     constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
     const float error = std::isfinite(fitter.error_90()) ? fitter.error_90() / deviations : result.fit.spread;
-    shapes.add({stamp_ns, error, fitter.shape()});
+    shapes.add({stamp_ns, error, fitter.estimate().shape()});
     clock.add(stamp_ns, {fitter.time().mean_s - impact_s, fitter.time().variance});
   }
   if (const TimeBelief time = clock.since_impact(stamp_ns); time.variance > 0) {

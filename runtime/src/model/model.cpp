@@ -133,9 +133,7 @@ std::string_view Model::parameter_name(std::uint32_t parameter) const noexcept {
 double Model::parameter(std::uint32_t simulation, std::uint32_t parameter) const noexcept {
   return row_of(view_->parameters, simulation, parameters())[parameter];
 }
-Sample Model::sample(std::uint32_t index) const noexcept {
-  return {view_->samples[index][0], view_->samples[index][1]};
-}
+Sample Model::sample(std::uint32_t index) const noexcept { return view_->sample(index); }
 double Model::sample_time_s(std::uint32_t index) const noexcept { return view_->sample_times[index]; }
 std::uint32_t Model::sample_index(Sample sample) const noexcept {
   const std::array<std::uint32_t, 2> key{sample.simulation, sample.time_step};

@@ -89,6 +89,7 @@ struct ModelView {
       cold;                                 // parts of the image that match() by lbea and fit does not read, ascending
   std::shared_ptr<const MappedFile> owner;  // null for a model in the caller's memory
 
+  [[nodiscard]] Sample sample(std::uint32_t row) const noexcept { return {samples[row][0], samples[row][1]}; }
   /// The sample's landmarks: first those on the observed surface, then those on the whole component.
   [[nodiscard]] std::span<const float> landmarks(std::uint32_t sample) const noexcept {
     const std::size_t floats = landmark_positions.size() / info.samples;

@@ -1,0 +1,154 @@
+#include "runtime/src/depth/candidate_search.hpp"
+
+namespace lbea {
+namespace {
+
+std::vector<std::uint32_t> count_filled(const DepthImages& images) {
+  std::vector<std::uint32_t> counts(images.depths.size() / padded_cells(images.camera));
+  for (std::size_t s = 0; s < counts.size(); ++s)
+    for (const std::uint16_t depth : images.of_sample(s)) counts[s] += depth != empty_cell ? 1u : 0u;
+  return counts;
+}
+
+std::uint32_t most_proposed(const ModelView& model, std::uint32_t max_matches, const FitSettings& settings) {
+  return std::min(std::max(settings.proposals, max_matches), model.info.samples);
+}
+
+}  // namespace
+
+[[gnu::cold]]  // compiled for size
+CandidateSearch::CandidateSearch(const ModelView& model, const DepthImages& images, std::uint32_t max_matches,
+                                 const FitSettings& settings)
+    : model_(model),
+      images_(images),
+      settings_(settings),
+      code_(kernels()),
+      impact_s_(EnsembleTimes::of(model).impact_s),
+      frame_(images.camera),
+      surroundings_(images.camera),
+      limited_(padded_cells(images.camera)),
+      known_(limited_.size()),
+      thinned_(images),
+      by_thinned_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
+      few_(8),
+      ordered_(most_proposed(model, max_matches, settings)),
+      filled_cells_(count_filled(images)),
+      costs_(model, images),
+      ranking_(images.camera, std::min(settings.candidates, model.info.samples), images.metric,
+               most_proposed(model, max_matches, settings), settings.sharpness),
+      candidates_(ranking_.capacity()),
+      residual_alone_(ranking_.capacity()) {}
+
+void CandidateSearch::build_image(const CloudIndex& index) noexcept {
+  frame_.build(index);
+  std::ranges::copy(frame_.cells(), limited_.begin());
+  surroundings_.limit(limited_);
+}
+
+void CandidateSearch::search(std::span<const RankedSample> proposed, const FramePrior& prior) noexcept {
+  reads_copies_ = true;
+  proposed_ = proposed;
+  image_ = {.observed = limited_, .is_hidden = true, .prior = prior.pose, .points = frame_.points()};
+  const float most = thinned_.empty() ? 0 : most_explained(least_residual(limited_));
+  FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
+  may_be_undeformed_ = expectation.is_first && is_explained_undeformed(most);
+  if (expectation.is_first && !may_be_undeformed_) expectation.latest = {};
+  const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
+  costs_.assess(proposed_, expected);
+  if (thinned_.empty()) return rank_image();
+  if (prior.hidden != nullptr && prior.hidden->is_confirmed_by(frame_.cells()) &&
+      is_explained_with(*prior.hidden, most)) {
+    image_.observed = known_;
+    image_.knows_hidden = true;
+  } else if (rank(frame_.cells()) <= most) {
+    image_.observed = frame_.cells();
+    image_.is_hidden = false;
+    return;
+  }
+  // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
+  thinned_.propose(image_.observed, by_thinned_);
+  proposed_ = by_thinned_.ranked();
+  costs_.assess(proposed_, expected);
+  rank_image();
+}
+
+void CandidateSearch::search(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
+  reads_copies_ = false;
+  proposed_ = proposed;
+  image_ = image;
+  rank_image();
+}
+
+/// Greatest squared residual of a sample that explains the frame. limited: the least one without the cells that may be
+/// hidden.
+float CandidateSearch::most_explained(float limited) const noexcept {
+  return settings_.hidden * (limited + square(images_.metric.mesh_noise / images_.camera.depth_step));
+}
+
+/// Whether an undeformed sample explains what the frame shows. Changes by_thinned_.
+bool CandidateSearch::is_explained_undeformed(float most) noexcept {
+  if (model_.sample_times.empty() || thinned_.empty()) return false;
+  thinned_.propose(limited_, by_thinned_);
+  return std::ranges::any_of(by_thinned_.ranked(), [&](const RankedSample& one) {
+    return model_.sample_times[one.sample] <= impact_s_ &&
+           mean_square(code_, limited_, images_.of_sample(one.sample).data(), ranking_.prices()) <= most;
+  });
+}
+
+/// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_.
+bool CandidateSearch::is_explained_with(const HiddenCells& hidden, float most) noexcept {
+  std::ranges::copy(frame_.cells(), known_.begin());
+  hidden.exclude_from(known_);
+  return least_residual(known_) <= most;
+}
+
+/// The least one, squared, in depth steps.
+float CandidateSearch::least_residual(std::span<const float> observed) noexcept {
+  thinned_.propose(observed, few_);
+  float least = std::numeric_limits<float>::infinity();
+  for (const RankedSample& sample : few_.ranked()) {
+    const auto image = images_.of_sample(sample.sample);
+    least = std::min(least, mean_square(code_, observed, image.data(), ranking_.prices()));
+  }
+  return least;
+}
+
+/// Hidden parts and the edges of what hides them distinguish samples but are no residual of what the frame shows: what
+/// they cost the best sample is subtracted from all.
+void CandidateSearch::rank_image() noexcept {
+  if (image_.is_hidden)
+    set_candidates(ranking_.rank_hidden(image_.observed, images_.depths, proposed_, &costs_, image_.knows_hidden));
+  else
+    rank(image_.observed);
+}
+
+/// Returns the least residual, squared, before hidden cells are left out.
+float CandidateSearch::rank(std::span<float> observed) noexcept {
+  const std::size_t count = std::min(proposed_.size(), ordered_.size());
+  const auto ordered = std::span(ordered_).first(count);
+  std::ranges::copy(proposed_.first(count), ordered.begin());
+  if (reads_copies_ && count > capacity()) thinned_.put_first(observed, capacity(), ordered);
+  std::span<const std::uint32_t> filled_cells;
+  if (reads_copies_) filled_cells = filled_cells_;
+  const float least = ranking_.rank(observed, images_.depths, ordered, &costs_, filled_cells);
+  set_candidates(price(sample(0)));
+  return least;
+}
+
+/// not_residual: part of the best ones' mean squares.
+void CandidateSearch::set_candidates(float not_residual) noexcept {
+  const float step = images_.camera.depth_step, price_of_best = price(sample(0));
+  for (std::size_t k = 0; k < count(); ++k) {
+    const RankedSample& one = ranking_.ranked()[k];
+    const auto length = [step](float squared_steps) { return step * std::sqrt(std::max(squared_steps, 0.0f)); };
+    candidates_[k] = {model_.sample(one.sample), length(one.distance - not_residual)};
+    residual_alone_[k] = length(one.distance - not_residual + price_of_best - price(one.sample));
+  }
+}
+
+void CandidateSearch::update(HiddenCells& hidden) noexcept {
+  hidden.remove_shown(frame_.cells());
+  if (image_.is_hidden) hidden.add(ranking_.hidden_parts(frame_.cells(), images_.depths));
+}
+
+}  // namespace lbea
