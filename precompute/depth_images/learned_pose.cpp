@@ -4,7 +4,7 @@
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/run_samples.hpp"
-#include "runtime/src/depth/pose_filter.hpp"
+#include "runtime/src/fit/pose_filter.hpp"
 
 #include <algorithm>
 #include <cmath>

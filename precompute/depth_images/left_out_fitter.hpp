@@ -2,7 +2,7 @@
 #pragma once
 
 #include "precompute/depth_images/left_out.hpp"
-#include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/fit/surface_fit.hpp"
 
 namespace lbea::bake {
 

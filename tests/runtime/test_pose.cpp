@@ -1,6 +1,6 @@
 // The pose error of a test: what is estimated from its frames is what they were moved by.
-#include "runtime/src/depth/pose_filter.hpp"
-#include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/fit/pose_filter.hpp"
+#include "runtime/src/fit/surface_fit.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
 #include <lbea/test_history.hpp>

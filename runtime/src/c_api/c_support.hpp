@@ -1,7 +1,7 @@
 // What the files of the C interface share: handles, errors, and structs that may grow.
 #pragma once
 
-#include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/fit/surface_fit.hpp"
 
 #include <lbea/lbea.h>
 #include <lbea/lbea.hpp>

@@ -1,7 +1,7 @@
 // What a Matcher keeps between frames: model, scratch memory of all stages, and their set-up.
 #pragma once
 
-#include "runtime/src/depth/test_history.hpp"
+#include "runtime/src/fit/test_history.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 #include "runtime/src/match/position_search.hpp"

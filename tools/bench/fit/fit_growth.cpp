@@ -1,6 +1,6 @@
 #include "tools/bench/fit/fit_growth.hpp"
 
-#include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/fit/surface_fit.hpp"
 #include "tools/bench/nanoflann_pipeline.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // the frame.
 #pragma once
 
-#include "runtime/src/depth/shape_estimate.hpp"
+#include "runtime/src/fit/shape_estimate.hpp"
 #include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea {

@@ -1,4 +1,4 @@
-#include "runtime/src/depth/test_history.hpp"
+#include "runtime/src/fit/test_history.hpp"
 
 namespace lbea {
 

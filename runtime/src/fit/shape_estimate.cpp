@@ -1,4 +1,4 @@
-#include "runtime/src/depth/shape_estimate.hpp"
+#include "runtime/src/fit/shape_estimate.hpp"
 
 #include <bit>
 #include <functional>

@@ -1,4 +1,4 @@
-#include "runtime/src/depth/candidate_search.hpp"
+#include "runtime/src/fit/candidate_search.hpp"
 
 namespace lbea {
 namespace {

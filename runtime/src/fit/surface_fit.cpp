@@ -1,4 +1,4 @@
-#include "runtime/src/depth/surface_fit.hpp"
+#include "runtime/src/fit/surface_fit.hpp"
 
 namespace lbea {
 

@@ -2,10 +2,10 @@
 // the regression predicts.
 #pragma once
 
-#include "runtime/src/depth/candidate_search.hpp"
 #include "runtime/src/depth/combination.hpp"
-#include "runtime/src/depth/pose_fit.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
+#include "runtime/src/fit/candidate_search.hpp"
+#include "runtime/src/fit/pose_fit.hpp"
 #include "runtime/src/match/shape_landmarks.hpp"
 
 namespace lbea {

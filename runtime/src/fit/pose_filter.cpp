@@ -1,4 +1,4 @@
-#include "runtime/src/depth/pose_filter.hpp"
+#include "runtime/src/fit/pose_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
