@@ -16,10 +16,10 @@ template <typename Real>
 [[nodiscard]] inline float squared_distance(std::span<const float> a, std::span<const float> b) noexcept {
   constexpr std::size_t lanes = 16;
   std::array<float, lanes> sums{};
-  std::size_t i = 0;
-  for (; i + lanes <= a.size(); i += lanes)
+  const std::size_t rest = a.size() % lanes, whole = a.size() - rest;
+  for (std::size_t i = 0; i < whole; i += lanes)
     for (std::size_t lane = 0; lane < lanes; ++lane) sums[lane] += square(a[i + lane] - b[i + lane]);
-  for (; i < a.size(); ++i) sums[i % lanes] += square(a[i] - b[i]);
+  for (std::size_t lane = 0; lane < rest; ++lane) sums[lane] += square(a[whole + lane] - b[whole + lane]);
   for (std::size_t half = lanes / 2; half > 0; half /= 2)
     for (std::size_t lane = 0; lane < half; ++lane) sums[lane] += sums[lane + half];
   return sums[0];
