@@ -289,49 +289,54 @@ TEST_CASE("a replay knows the time of impact as the matcher did, and the pose to
   CHECK(Json::parse(against.out)["same"] == 10);
 }
 
+namespace {
+
+/// run.mcap by lbea-record, which passes ten frames on to a matcher.
+void record_before_matcher(Bench& bench, std::vector<std::string> of_matcher,
+                           const std::vector<std::string>& of_recorder = {}) {
+  const std::string rig = "ipc://" + bench.file("rig");
+  of_matcher.insert(of_matcher.end(), {"--pose", rail_pose()});
+  std::vector<std::string> recorder_call{
+      LBEA_RECORD, bench.file("run.mcap"), "--frames",        rig, "--forward", bench.frames(),
+      "--results", bench.results(),        "--record-memory", "16"};
+  recorder_call.insert(recorder_call.end(), of_recorder.begin(), of_recorder.end());
+  const auto server = bench.serve(of_matcher);
+  const auto recorder = bench.start(recorder_call, "record", "ready: frames on");
+  WireContext context;
+  Camera camera(context, rig);
+  camera.look_from(rail_pose());
+  std::this_thread::sleep_for(700ms);  // until all subscriptions and connections exist
+  for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
+  camera.end(10);
+  REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
+  std::this_thread::sleep_for(100ms);
+  CHECK(stop(*recorder) == 0);
+  CHECK(stop(*server) == 0);
+}
+
+}  // namespace
+
 // Regression: lbea-record stored the time of impact, but not that it was given.
 TEST_CASE("a recording made before a matcher has the time of impact that was given to lbea-record") {
   Bench bench;
-  const std::string rig = "ipc://" + bench.file("rig");
-  {
-    const auto server = bench.serve({"--method", "fit", "--pose", rail_pose(), "--trigger-ns", "1005"});
-    const auto recorder =
-        bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--forward", bench.frames(), "--results",
-                     bench.results(), "--record-memory", "16", "--trigger-ns", "1005"},
-                    "record", "ready: frames on");
-    WireContext context;
-    Camera camera(context, rig);
-    camera.look_from(rail_pose());
-    std::this_thread::sleep_for(700ms);  // until all subscriptions and connections exist
-    for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
-    camera.end(10);
-    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
-    std::this_thread::sleep_for(100ms);
-    CHECK(stop(*recorder) == 0);
-    CHECK(stop(*server) == 0);
-  }
+  record_before_matcher(bench, {"--method", "fit", "--trigger-ns", "1005"}, {"--trigger-ns", "1005"});
   check_same(bench, 10, "--pose " + rail_pose());
+}
+
+// Regression: there was no way to tell a replay, so that results differed.
+TEST_CASE("a recording made before a matcher of frames alone is replayed alone") {
+  Bench bench;
+  record_before_matcher(bench, {"--method", "fit", "--frames-alone", "--matchers", "2"});
+  check_same(bench, 10, "--frames-alone --pose " + rail_pose());
+  const test::Outcome with_history =
+      bench.replay("run.mcap --model " LBEA_MODEL " --against --json --pose " + rail_pose());
+  CHECK(Json::parse(with_history.out)["different"] > 0);
 }
 
 TEST_CASE("recorded before a matcher: method and model are known, the pose must be given") {
   Bench bench;
-  const std::string rig = "ipc://" + bench.file("rig"), pose = (test::data() / "rail-demo/sensor.json").string();
-  {
-    const auto server = bench.serve({"--method", "vtp", "--pose", pose});
-    const auto recorder = bench.start({LBEA_RECORD, bench.file("run.mcap"), "--frames", rig, "--forward",
-                                       bench.frames(), "--results", bench.results(), "--record-memory", "16"},
-                                      "record", "ready: frames on");
-    WireContext context;
-    Camera camera(context, rig);
-    camera.look_from(pose);
-    std::this_thread::sleep_for(700ms);  // until all subscriptions and connections exist
-    for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
-    camera.end(10);
-    REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream"); }));
-    std::this_thread::sleep_for(100ms);
-    CHECK(stop(*recorder) == 0);
-    CHECK(stop(*server) == 0);
-  }
+  const std::string pose = rail_pose();
+  record_before_matcher(bench, {"--method", "vtp"});
   const auto against = [&](const std::string& more) {
     return bench.replay("run.mcap --model " LBEA_MODEL " --against --json " + more);
   };

@@ -59,6 +59,9 @@ void add_matching_options(Tool& tool, Options& options, Option* model) {
                 "with --model: frames are in the reference's coordinates, as for lbea-serve without --pose")
       ->excludes(pose)
       ->needs(model);
+  tool.add_flag("--frames-alone", settings.frames_alone,
+                "with --model: match by fit as lbea-serve --frames-alone did, which lbea-record does not know")
+      ->needs(model);
   tool.add_option("-o,--output", options.model.output, "with --model: write the results to this file (MCAP)")
       ->needs(model);
   auto* against =

@@ -95,6 +95,7 @@ RunSettings replay_settings(RunSettings recorded, const Model& model, const Sett
   RunSettings settings = std::move(recorded);
   complete_method(settings, options);
   complete_pose(settings, options);
+  if (options.frames_alone) settings.frames_alone = 1;
   if (settings.model_checksum != 0 && settings.model_checksum != model.checksum())
     spdlog::info("{} is not the model of the recording ({})", options.model_file, settings.model_file);
   settings.model_file = options.model_file;

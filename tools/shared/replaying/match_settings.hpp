@@ -8,6 +8,7 @@ namespace lbea::tool {
 struct SettingsOptions {
   std::string recording, model_file, pose_file;
   bool without_pose = false;     // frames are in the reference's coordinates
+  bool frames_alone = false;     // with fit; of a recording by lbea-record, which does not know it
   std::optional<Method> method;  // instead of the recorded one
   bool needs_all = false;        // settings that are not in the recording must be given
 };
