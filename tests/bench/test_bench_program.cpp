@@ -120,18 +120,19 @@ TEST_CASE("times through a running server; without one, an error") {
   CHECK(report["frames"] == 20);
   CHECK(report["p50_us"] > 0);
   CHECK(report["p50_us"] <= report["max_us"]);
+  // At a rate that the server keeps under the sanitizers on a busy machine, too: otherwise frames are lost.
   const Outcome at_rate =
-      bench(model + " " + frames + pose + " --frames 60 --warm-up 5 --rate 20 --json --through " + endpoints);
+      bench(model + " " + frames + pose + " --frames 20 --warm-up 2 --rate 5 --json --through " + endpoints);
   CHECK(at_rate.exit_code == 0);
   const auto run = nlohmann::json::parse(at_rate.out);
-  CHECK(run["sent"] == 60);
-  CHECK(run["matched"] == 60);
+  CHECK(run["sent"] == 20);
+  CHECK(run["matched"] == 20);
   CHECK(run["refused"] == 0);
   CHECK(run["lost"] == 0);
-  CHECK(run["seconds"] >= 59.0 / 20);  // nothing is sent before it is due
+  CHECK(run["seconds"] >= 19.0 / 5);  // nothing is sent before it is due
   std::size_t counted = 0;
   for (const auto& bucket : run["histogram"]) counted += bucket["frames"].get<std::size_t>();
-  CHECK(counted == 60);
+  CHECK(counted == 20);
   server.signal(SIGINT);
   CHECK(server.wait() == 0);
 }
