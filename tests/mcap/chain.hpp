@@ -48,10 +48,12 @@ class Chain {
     if (name == "record") ++recordings_;
     std::filesystem::remove(file(name + ".err"));
     processes_[name] = std::make_unique<Process>(words_of(name), file(name + ".out"), file(name + ".err"));
-    const bool is_ready = eventually([&] {
+    const auto is_said = [&] {
       return name == "send" || contains(text_of(file(name + ".err")) + text_of(file(name + ".out")),
                                         name == "monitor" ? "http://" : "ready: ");
-    });
+    };
+    // The monitor has the lowest priority: beside other work it starts late.
+    const bool is_ready = eventually(is_said, std::chrono::seconds(name == "monitor" ? 300 : 30));
     REQUIRE_MESSAGE(is_ready, text_of(file(name + ".err")));
   }
   Process& of(const std::string& name) { return *processes_.at(name); }

@@ -10,10 +10,10 @@
 
 namespace lbea::test {
 
-/// Polls until `holds` returns true, at most 30 s (for loaded machines and sanitizers).
+/// Polls until `holds` returns true, for at most `most` (long enough for loaded machines and sanitizers).
 template <class Predicate>
-bool eventually(Predicate holds) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+bool eventually(Predicate holds, std::chrono::seconds most = std::chrono::seconds(30)) {
+  const auto deadline = std::chrono::steady_clock::now() + most;
   while (std::chrono::steady_clock::now() < deadline) {
     if (holds()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
