@@ -5,7 +5,7 @@
 set -euo pipefail
 library=$1
 known=$(dirname "$0")/symbols.txt
-most_bytes=400000 # stripped; 211672 when this was written
+most_bytes=450000 # stripped; 412736 when this was written. A library that grows more has gained code by accident.
 
 # Weak functions are inline ones, which differ with the level of optimisation.
 shown() { nm -DC --defined-only --without-symbol-versions "$library" | grep -vE '^[0-9a-f]+ [AW] ' | cut -d' ' -f2- | LC_ALL=C sort -u; }
