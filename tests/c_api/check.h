@@ -27,7 +27,12 @@ void structs_grow(const char* model_file); /* test_c_structs.c */
 void depth_images_decide(const char* model_file, const char* sensor_json);
 void read_pose(const char* sensor_json, float pose[12]);
 
+/* test_c_forecast.c */
+void the_end_is_forecast(const char* plates, const char* demo, const char* sensor_json, const char* frames);
+
 /* test_c_history.c */
+enum { most_points = 131072, frame_count = 4 }; /* states 0, 4, 8, 12 of a run that is not in the model */
+size_t read_cloud(const char* folder, int number, lbea_point* points);
 void pose_errors_are_corrected(const char* plates, const char* demo, const char* sensor_json, const char* frames);
 
 #endif

@@ -301,6 +301,7 @@ int main(int argc, char** argv) {
   frames_are_refused_in_words(model);
   a_test_is_followed(model, argv[2]);
   depth_images_decide(argv[2], argv[3]);
+  the_end_is_forecast(argv[1], argv[2], argv[3], argv[4]);
   pose_errors_are_corrected(argv[1], argv[2], argv[3], argv[4]);
   lbea_model_close(model);
   matchers_outlive_their_model(argv[1]);

@@ -8,11 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { most_points = 131072, frame_count = 4 };
 static const float wrong_by[3] = {3, 0, 4}; /* mm */
 
 /* The points of a binary PLY file whose vertices are x, y, z as float. */
-static size_t read_cloud(const char* folder, int number, lbea_point* points) {
+size_t read_cloud(const char* folder, int number, lbea_point* points) {
   char text[4000];
   snprintf(text, sizeof text, "%s/frame_%05d.ply", folder, number);
   FILE* in = fopen(text, "rb");

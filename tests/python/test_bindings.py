@@ -216,6 +216,41 @@ class TestHistoryTest(unittest.TestCase):
         self.assertEqual(matcher.match(points, history=lbea.TestHistory(lbea.Model(PLATES))).matches[0].sample, 9)
 
 
+class ForecastTest(unittest.TestCase):
+    def test_frames_tell_the_end(self):
+        model = lbea.Model(DEMO)
+        self.assertTrue(lbea.Forecast.is_in(model))
+        matcher, history, forecast = lbea.Matcher(model, "fit", T_reference_sensor=lbea.read_pose(SENSOR)), lbea.TestHistory(model), lbea.Forecast(model)
+        history.set_impact(0)
+        prior = forecast.parameters
+        self.assertEqual((forecast.frames, list(prior)), (0, list(model.parameters(0))))
+        self.assertFalse(any(parameter.is_identifiable for parameter in prior.values()))
+        numpy.testing.assert_allclose(forecast.run_weights, 1 / len(model.simulations), rtol=1e-5)
+        for i, file in enumerate(sorted(Path(FRAMES).glob("*.ply"))):  # every fourth state of a run
+            forecast.update(matcher.match(cloud_of(file), stamp_ns=3_000_000 * i, history=history))
+        self.assertEqual(forecast.frames, 4)
+        self.assertAlmostEqual(forecast.test_time_s, 9e-3, places=4)
+        self.assertAlmostEqual(forecast.run_weights.sum(), 1, places=3)
+        self.assertAlmostEqual(sum(forecast.branch_probabilities), 1, places=4)
+        self.assertGreater(forecast.error_90, 0)
+        for name, parameter in forecast.parameters.items():
+            self.assertEqual(parameter.is_identifiable, parameter.r2 >= numpy.float32(0.2), name)
+            self.assertGreater(parameter.bound_90, 0)
+        last = [max(s for s, (run, _) in enumerate(model.samples) if run == r) for r in range(len(model.simulations))]
+        expected = sum(float(w) * model.node_positions(s).astype(float) for w, s in zip(forecast.run_weights, last))
+        numpy.testing.assert_allclose(forecast.final_positions(), expected, atol=1e-2)
+        forecast.reset()
+        self.assertEqual(forecast.frames, 0)
+
+    def test_what_cannot_be_forecast_is_refused(self):
+        plates = lbea.Model(PLATES)
+        self.assertFalse(lbea.Forecast.is_in(plates))
+        with self.assertRaisesRegex(lbea.Error, "no forecast"):
+            lbea.Forecast(plates)
+        with self.assertRaisesRegex(ValueError, "another model"):
+            lbea.Forecast(lbea.Model(DEMO)).update(lbea.Matcher(plates).match(plates.node_positions(9)))
+
+
 class SensorTest(unittest.TestCase):
     def test_reads_the_pose_and_the_camera(self):
         written = json.loads(Path(SENSOR).read_text())

@@ -14,7 +14,8 @@ import numpy
 
 import lbea_client
 
-SERVE, SEND, KEYGEN, MODEL, SENSOR = (os.environ[name] for name in ("LBEA_SERVE", "LBEA_SEND", "LBEA_KEYGEN", "LBEA_DEMO", "LBEA_SENSOR"))
+SERVE, SEND, KEYGEN, MODEL, SENSOR, FRAMES = (os.environ[name] for name in ("LBEA_SERVE", "LBEA_SEND", "LBEA_KEYGEN", "LBEA_DEMO", "LBEA_SENSOR",
+                                                                            "LBEA_FRAMES"))
 CORPUS = Path(os.environ["LBEA_FUZZ_CORPUS"])
 
 
@@ -148,6 +149,25 @@ class LiveTest(unittest.TestCase):
             self.assertIn(len(inference.bound_90), (0, model.elements))
             self.assertEqual((inference.model_checksum, inferences.damaged), (model.checksum, 0))
             self.assertTrue((inference.spread >= 0).all() and numpy.isfinite(inference.values).all())
+
+    def test_reads_how_the_test_will_end(self):
+        self.serve("--method", "fit", "--pose", SENSOR, "--trigger-ns", "1000000000")
+        with lbea_client.Results(self.results, timeout_s=30) as results, lbea_client.FrameSender(self.frames) as sender:
+            while results.state is None:
+                results.receive(0.1)
+            for i, file in enumerate(sorted(Path(FRAMES).glob("*.ply"))):  # every fourth state of a run
+                points = numpy.frombuffer(file.read_bytes().split(b"end_header\n", 1)[1], "<f4").reshape(-1, 3)
+                sender.send(points, stamp_ns=1_000_000_000 + 3_000_000 * i, timeout_s=5)
+            forecast = [results.receive(30) for _ in range(4)][-1].forecast
+        model = __import__("lbea").Model(MODEL)
+        self.assertEqual((forecast.frames, len(forecast.parameters)), (4, len(model.parameters(0))))
+        self.assertGreater(forecast.error_90, 0)
+        self.assertAlmostEqual(sum(run.weight for run in forecast.runs), 1, places=3)
+        self.assertTrue({run.simulation for run in forecast.runs} <= set(range(len(model.simulations))))
+        self.assertAlmostEqual(sum(forecast.branches), 1, places=4)
+        for parameter in forecast.parameters:
+            self.assertGreater(parameter.bound_90, 0)
+            self.assertLessEqual(parameter.r2, 1)
 
     def test_receives_what_lbea_send_sends(self):
         clouds = []

@@ -12,34 +12,6 @@ namespace {
 
 using Points = py::array_t<float, py::array::c_style>;
 
-struct PyMatch {
-  std::uint32_t simulation = 0, time_step = 0, sample = 0;
-  std::string simulation_name;
-  double time_s = 0;
-  float distance = 0;
-};
-
-struct PyShare {
-  std::uint32_t sample = 0;
-  float weight = 0;
-};
-
-/// A copy of a MatchResult, which is valid only until the next match.
-struct PyResult {
-  std::string status, verdict;
-  std::uint64_t frame_id = 0;
-  std::int64_t stamp_ns = 0;
-  std::uint32_t reference = 0;
-  FrameNumbers frame_numbers;
-  FitNumbers fit_numbers;
-  PointTally points;
-  std::vector<float> coefficients;
-  std::array<float, 3> leading_coordinates{};
-  std::vector<PyMatch> matches{}, candidates{};
-  std::vector<PyShare> estimate{};
-  StageTimes elapsed_ns;
-};
-
 struct PyMatcher {
   static constexpr const char* refusal = "another thread is using this Matcher; create one per thread";
   PyMatcher(const Model& model, const MatcherConfig& config) : matcher(model, config) {}
@@ -68,7 +40,10 @@ PyResult to_python(const MatchResult& result, const Model& model) {
                 .points = result.points,
                 .coefficients = {result.coefficients.begin(), result.coefficients.end()},
                 .leading_coordinates = result.leading_coordinates,
-                .elapsed_ns = result.elapsed_ns};
+                .elapsed_ns = result.elapsed_ns,
+                .is_ok = result.status == Status::ok,
+                .verdict_value = result.verdict,
+                .model_checksum = model.checksum()};
   for (const Match& match : result.matches) copy.matches.push_back(to_python(match, model));
   for (const Match& candidate : result.fit.candidates) copy.candidates.push_back(to_python(candidate, model));
   for (const WeightedSample& share : result.fit.estimate)

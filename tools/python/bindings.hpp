@@ -8,6 +8,8 @@
 #include <pybind11/pybind11.h>
 
 #include <atomic>
+#include <string>
+#include <vector>
 
 namespace lbea::tool {
 
@@ -34,10 +36,43 @@ struct PyTestHistory {
   std::atomic_flag busy;
 };
 
+struct PyMatch {
+  std::uint32_t simulation = 0, time_step = 0, sample = 0;
+  std::string simulation_name;
+  double time_s = 0;
+  float distance = 0;
+};
+
+struct PyShare {
+  std::uint32_t sample = 0;
+  float weight = 0;
+};
+
+/// A copy of a MatchResult, which is valid only until the next match.
+struct PyResult {
+  std::string status, verdict;
+  std::uint64_t frame_id = 0;
+  std::int64_t stamp_ns = 0;
+  std::uint32_t reference = 0;
+  FrameNumbers frame_numbers;
+  FitNumbers fit_numbers;
+  PointTally points;
+  std::vector<float> coefficients;
+  std::array<float, 3> leading_coordinates{};
+  std::vector<PyMatch> matches{}, candidates{};
+  std::vector<PyShare> estimate{};
+  StageTimes elapsed_ns;
+  // For Forecast.update:
+  bool is_ok = false;
+  Verdict verdict_value = Verdict::unknown;
+  std::uint64_t model_checksum = 0;
+};
+
 /// 4 x 4, float64.
 [[nodiscard]] pybind11::array matrix(const RigidTransform& T);
 
 void bind_matcher(pybind11::module_& module);
 void bind_history(pybind11::module_& module);
+void bind_forecast(pybind11::module_& module);
 
 }  // namespace lbea::tool

@@ -30,6 +30,7 @@ typedef struct lbea_model lbea_model;               /**< The baked file, immutab
 typedef struct lbea_matcher lbea_matcher;           /**< Matches frames; owns all scratch memory. */
 typedef struct lbea_test_history lbea_test_history; /**< What the frames of a test have shown. */
 typedef struct lbea_tracker lbea_tracker;           /**< Accumulates the evidence of a whole test. */
+typedef struct lbea_forecast lbea_forecast;         /**< How a test will end. */
 
 typedef enum lbea_status {
   LBEA_OK = 0,
@@ -159,6 +160,27 @@ typedef struct lbea_test_state {
   lbea_verdict verdict;
 } lbea_test_state;
 
+/** What the frames so far tell about a parameter of the test. */
+typedef struct lbea_parameter_forecast {
+  float value;    /**< in the parameter's unit; near the runs' mean if it is not identifiable */
+  float bound_90; /**< 90 % of the runs that are not in the ensemble differ by less */
+  float r2;       /**< share of the variance over left-out runs that the frames explain, less its standard error */
+  int32_t is_identifiable; /**< 1: the shape tells the parameter; else 0 */
+} lbea_parameter_forecast;
+
+/** Pointers are valid until the next update or reset. */
+typedef struct lbea_forecast_state {
+  uint32_t struct_size;
+  float error_90;     /**< the final shape's mean distance from the truth is below this in 90 % of such tests */
+  uint64_t frames;    /**< with evidence; without any, what all runs have in common */
+  double test_time_s; /**< of the latest of them */
+  const float*
+      run_weights; /**< run_count, add up to 1: the final shape is this combination of the runs' last samples */
+  const float* branch_probabilities;         /**< branch_count */
+  const lbea_parameter_forecast* parameters; /**< parameter_count */
+  uint32_t run_count, branch_count, parameter_count;
+} lbea_forecast_state;
+
 /** Sizes of a model. */
 typedef struct lbea_model_info {
   uint32_t struct_size;
@@ -169,6 +191,8 @@ typedef struct lbea_model_info {
   uint32_t fields;               /**< quantities stored with every sample, e.g. plastic strain */
   uint64_t checksum;             /**< identifies this model */
   const char* length_unit;       /**< lives as long as the model */
+  uint32_t parameters;           /**< of the simulations */
+  int32_t has_forecast;          /**< 1: lbea_forecast_create accepts the model; else 0 */
 } lbea_model_info;
 
 /** A quantity of every element or node of every sample. Text lives as long as the model. */
@@ -197,8 +221,9 @@ LBEA_API lbea_status lbea_model_open_memory(const void* image, size_t size, lbea
 LBEA_API void lbea_model_close(lbea_model* model);
 LBEA_API lbea_status lbea_model_get_info(const lbea_model* model, lbea_model_info* info);
 LBEA_API lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_field_info* info);
-/** NULL for an index out of range, as with the next two. Lives as long as the model. */
+/** NULL for an index out of range, as with the next three. Lives as long as the model. */
 LBEA_API const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation);
+LBEA_API const char* lbea_model_parameter_name(const lbea_model* model, uint32_t parameter);
 /** nodes x 3: the sample's whole deformed mesh, including what no camera sees. */
 LBEA_API const float* lbea_model_node_positions(const lbea_model* model, uint32_t sample);
 /** values_per_sample of the field; NULL also when the field is stored in 16 bits: lbea_model_read_field reads both
@@ -247,6 +272,19 @@ LBEA_API void lbea_tracker_destroy(lbea_tracker* tracker);
 /** Adds the matcher's last result. The matcher must be of the same model. Call it once per frame, in order. As
  * real-time safe as matching; cost linear in the samples. Set state->struct_size once. */
 LBEA_API lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state);
+
+/** One per test; LBEA_BAD_CONFIG for a model whose bake has learned no forecast. *forecast is NULL unless LBEA_OK is
+ * returned. */
+LBEA_API lbea_status lbea_forecast_create(const lbea_model* model, lbea_forecast** forecast);
+LBEA_API void lbea_forecast_destroy(lbea_forecast* forecast);
+/** Starts another test with the next frame. */
+LBEA_API void lbea_forecast_reset(lbea_forecast* forecast);
+/** Adds the matcher's last result, of a match by LBEA_METHOD_FIT with a history. As real-time safe as matching. Set
+ * state->struct_size once. matcher: NULL to add nothing. */
+LBEA_API lbea_status lbea_forecast_update(lbea_forecast* forecast, const lbea_matcher* matcher,
+                                          lbea_forecast_state* state);
+/** Writes the final node positions of the present forecast, nodes x 3; count: how many values there is room for. */
+LBEA_API lbea_status lbea_forecast_get_final_positions(const lbea_forecast* forecast, float* positions, size_t count);
 
 #ifdef __cplusplus
 }

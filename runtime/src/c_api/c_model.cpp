@@ -1,6 +1,8 @@
 // The C interface to models.
 #include "runtime/src/c_api/c_support.hpp"
 
+#include <lbea/forecast.hpp>
+
 using namespace lbea;
 
 namespace {
@@ -37,7 +39,7 @@ lbea_status lbea_model_get_info(const lbea_model* model, lbea_model_info* info) 
   if (!is_plausible_size(info->struct_size, least_model_info)) return bad_argument(size_not_set);
   const Model& m = model->model;
   write_c_struct({0, m.vertices(), m.modes(), m.samples(), m.simulations(), m.references(), m.nodes(), m.elements(),
-                  m.fields(), m.checksum(), model->length_unit.c_str()},
+                  m.fields(), m.checksum(), model->length_unit.c_str(), m.parameters(), Forecast::is_in(m) ? 1 : 0},
                  info);
   return LBEA_OK;
 }
@@ -56,6 +58,11 @@ lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_f
 const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation) {
   if (model == nullptr || simulation >= model->simulation_names.size()) return nullptr;
   return model->simulation_names[simulation].c_str();
+}
+
+const char* lbea_model_parameter_name(const lbea_model* model, uint32_t parameter) {
+  if (model == nullptr || parameter >= model->parameter_names.size()) return nullptr;
+  return model->parameter_names[parameter].c_str();
 }
 
 const float* lbea_model_node_positions(const lbea_model* model, uint32_t sample) {

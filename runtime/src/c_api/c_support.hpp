@@ -16,13 +16,14 @@
 struct lbea_model {
   explicit lbea_model(lbea::Model m) : model(std::move(m)), length_unit(model.length_unit()) {
     for (std::uint32_t s = 0; s < model.simulations(); ++s) simulation_names.emplace_back(model.simulation_name(s));
+    for (std::uint32_t p = 0; p < model.parameters(); ++p) parameter_names.emplace_back(model.parameter_name(p));
     for (std::uint32_t f = 0; f < model.fields(); ++f)
       fields.emplace_back(std::string(model.field(f).name), std::string(model.field(f).unit));
   }
   lbea::Model model;
   // Text with a zero byte at its end, which C needs and the file's text lacks.
   std::string length_unit;
-  std::vector<std::string> simulation_names;
+  std::vector<std::string> simulation_names, parameter_names;
   std::vector<std::pair<std::string, std::string>> fields;  // name, unit
 };
 

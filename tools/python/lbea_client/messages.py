@@ -59,7 +59,8 @@ ENUMERATIONS = {"status": names_of(WireStatus.WireStatus), "verdict": names_of(V
 
 
 def snake_case(name):
-    return re.sub(r"(?<=[a-z0-9])([A-Z])", lambda capital: "_" + capital[1].lower(), name)
+    """The name in the schema: flatc writes poseTurn for pose_turn, and error90 for error_90."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[a-z])(?=\d\d)", "_", name).lower()
 
 
 def plain(value):
