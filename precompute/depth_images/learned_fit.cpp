@@ -26,13 +26,13 @@ class LeftOutTests {
       : LeftOutTests(source, metrics, spread_samples(std::min(most, source.samples.size()), source.samples.size()),
                      hidden, threads) {}
   LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::vector<std::size_t> samples,
-               double hidden, unsigned threads)
+               double hidden, unsigned threads, HiddenPlace place = HiddenPlace::of_frame)
       : source_(source),
         metrics_(metrics),
         threads_(threads),
         is_hidden_(hidden > 0),
         frames_(source, std::move(samples), hidden,
-                is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step),
+                is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step, place),
         best_(best_of_others(source, frames_, metrics, proposed(), threads)) {}
 
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
@@ -89,9 +89,10 @@ Eigen::MatrixXd combinations(std::span<const FrameErrors> frames, const Eigen::M
   return rows;
 }
 
-/// The samples at the times of the forecast, of left-out runs spread over the ensemble.
-std::vector<std::size_t> samples_of_tests(const SampleSource& source) {
-  constexpr std::size_t most = 1000 / LearnedForecast::nodes;  // runs
+constexpr std::size_t most_tests = 100, most_hidden_tests = 50;  // runs
+
+/// The samples at the times of the forecast, of `most` left-out runs spread over the ensemble.
+std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most) {
   const std::vector<RunSamples> runs = samples_of_runs(source.samples);
   std::vector<std::size_t> chosen;
   if (source.times.empty()) return chosen;
@@ -127,24 +128,32 @@ Blend learn_blend(const Eigen::MatrixXd& combined, const Eigen::MatrixXd& predic
   return {static_cast<float>(share), static_cast<float>(differences[differences.size() * 49 / 50])};
 }
 
+/// Frames of whole tests.
+struct TestFrames {
+  const LeftOutTests &seen, &hidden;
+  std::vector<FrameErrors> of_hidden;  // without the regression
+};
+
 /// Trains the regression, and finds how much the estimates follow it. of_whole, of_hidden: the frames' estimates
-/// without it. Returns its predictions for the whole frames, for the hidden ones, then for those of whole tests.
+/// without it. Returns its predictions for the whole frames, for the hidden ones, then for those of the tests.
 Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& whole, const LeftOutTests& hidden,
-                             const LeftOutTests& of_tests, std::span<const FrameErrors> of_whole,
+                             const TestFrames& tests, std::span<const FrameErrors> of_whole,
                              std::span<const FrameErrors> of_hidden, const DepthMetric& costs, unsigned threads,
                              TrainedShapes& trained) {
   ShapeTraining training(source, costs);
   std::vector<CompletedFrame> completed;
-  for (std::size_t i = 0; i < of_hidden.size(); ++i)
-    completed.push_back({hidden.frames().sample(i), of_hidden[i].completed});
-  for (std::size_t i = 0; i < of_tests.frames().size(); ++i)
-    completed.push_back({of_tests.frames().sample(i), of_tests.frames().observed(i)});
+  const auto add_completed = [&](const LeftOutTests& of, std::span<const FrameErrors> errors) {
+    for (std::size_t i = 0; i < errors.size(); ++i) completed.push_back({of.frames().sample(i), errors[i].completed});
+  };
+  add_completed(hidden, of_hidden);
+  for (std::size_t i = 0; i < tests.seen.frames().size(); ++i)
+    completed.push_back({tests.seen.frames().sample(i), tests.seen.frames().observed(i)});
+  add_completed(tests.hidden, tests.of_hidden);
   Eigen::MatrixXd predicted = training.predict_left_out(whole.frames(), threads, completed);
-  const auto blend = [&](const LeftOutTests& tests, std::span<const FrameErrors> errors, const auto& rows) {
+  const auto blend = [&](const LeftOutTests& of, std::span<const FrameErrors> errors, const auto& rows) {
     Eigen::MatrixXd truth(rows.rows(), rows.cols());
     for (std::size_t i = 0; i < errors.size(); ++i)
-      truth.row(static_cast<Eigen::Index>(i)) =
-          training.shapes().row(static_cast<Eigen::Index>(tests.frames().sample(i)));
+      truth.row(static_cast<Eigen::Index>(i)) = training.shapes().row(static_cast<Eigen::Index>(of.frames().sample(i)));
     return learn_blend(combinations(errors, training.shapes()), rows, truth);
   };
   const Blend by_whole = blend(whole, of_whole, predicted.topRows(std::ssize(of_whole)));
@@ -230,6 +239,20 @@ float time_variation(const SampleSource& source, std::span<const FrameErrors> er
   return all > 0 ? static_cast<float>(std::sqrt(squares / all)) : 0;
 }
 
+/// predicted: its last rows are those of the tests.
+void learn_tests(const LeftOutTests& seen, const LeftOutTests& hidden, const ShapeRegression& regression,
+                 const Eigen::MatrixXd& predicted, LearnedFit& learned) {
+  const auto of_seen = static_cast<Eigen::Index>(seen.frames().size()),
+             of_hidden = static_cast<Eigen::Index>(hidden.frames().size());
+  learned.tests = estimated_shapes(
+      seen.errors(0, learned.metric, regression, predicted.middleRows(predicted.rows() - of_hidden - of_seen, of_seen)),
+      regression);
+  learned.hidden_tests = estimated_shapes(
+      regression.hidden_blend > 0 ? hidden.errors(0, learned.metric, regression, predicted.bottomRows(of_hidden))
+                                  : hidden.errors(0, learned.metric),
+      regression);
+}
+
 /// Of samples as frames: the residual that the best sample of the other simulations leaves.
 std::vector<LeftOut> left_out_residuals(const SampleSource& source, const DepthMetric& metric, unsigned threads) {
   const DepthCamera& camera = source.camera;
@@ -269,19 +292,20 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   learned.metric = metrics[metric];
   const LeftOutTests hidden(source, std::span(&metrics[metric], 1), most_hidden, hidden_by_a_patch, threads);
   std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, learned.metric);
-  const LeftOutTests of_tests(source, std::span(&metrics[metric], 1), samples_of_tests(source), 0, threads);
+  const LeftOutTests seen_tests(source, std::span(&metrics[metric], 1), samples_of_tests(source, most_tests), 0,
+                                threads);
+  const LeftOutTests hidden_tests(source, std::span(&metrics[metric], 1), samples_of_tests(source, most_hidden_tests),
+                                  hidden_by_a_patch, threads, HiddenPlace::of_run);
   const Eigen::MatrixXd predicted =
-      train_shapes(source, whole, hidden, of_tests, of_whole, of_hidden, learned.metric, threads, learned.shapes);
+      train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, learned.metric)}, of_whole,
+                   of_hidden, learned.metric, threads, learned.shapes);
   const ShapeRegression regression = learned.shapes.view();
   if (regression.blend > 0)
     of_whole = whole.errors(metric, learned.metric, regression, predicted.topRows(std::ssize(of_whole)));
   if (regression.hidden_blend > 0)
     of_hidden =
         hidden.errors(0, learned.metric, regression, predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
-  if (regression.blend > 0)
-    learned.tests = estimated_shapes(
-        of_tests.errors(0, learned.metric, regression, predicted.bottomRows(std::ssize(of_tests.frames()))),
-        regression);
+  if (regression.blend > 0) learn_tests(seen_tests, hidden_tests, regression, predicted, learned);
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
   if (source.read_field)

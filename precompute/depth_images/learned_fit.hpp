@@ -24,7 +24,8 @@ struct LearnedFit {
   float time_variation = 0;           // of DepthImages
   std::vector<SpreadBound> bounds{};  // the same; empty if the source has no read_field
   TrainedShapes shapes;
-  std::vector<EstimatedShape> tests{};  // of left-out runs, at the times of the forecast; empty: no times or no shapes
+  // Of left-out runs, at the times of the forecast; empty: no times or no shapes.
+  std::vector<EstimatedShape> tests{}, hidden_tests{};  // seen completely; with a third hidden
 };
 
 /// Frames with a full view and with a connected third hidden, of samples spread over the ensemble, are matched by

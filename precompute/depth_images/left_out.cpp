@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <mutex>
+#include <optional>
 
 namespace lbea::bake {
 namespace {
@@ -20,17 +21,26 @@ std::array<float, 3> point_of(const DepthCamera& camera, std::size_t cell, float
           (row + 0.5f - camera.center_row) / camera.focal * depth, depth};
 }
 
-/// Empties the `share` of the filled cells that lies nearest to the point of one of them.
-void hide(const DepthCamera& camera, double share, std::uint64_t seed, std::span<float> observed) {
-  std::vector<std::pair<float, std::size_t>> filled;  // squared distance from that point; cell
+/// The point of one of the filled cells; nothing when there is none.
+std::optional<std::array<float, 3>> point_in(const DepthCamera& camera, std::uint64_t seed,
+                                             std::span<const float> observed) {
+  std::vector<std::size_t> filled;
   for (std::size_t c = 0; c < camera.cells(); ++c)
-    if (observed[c] >= 0) filled.emplace_back(0.0f, c);
-  if (filled.empty()) return;
-  const std::size_t middle = filled[splitmix(seed) % filled.size()].second;
-  const auto center = point_of(camera, middle, observed[middle]);
-  for (auto& [distance, cell] : filled) {
+    if (observed[c] >= 0) filled.push_back(c);
+  if (filled.empty()) return {};
+  const std::size_t cell = filled[splitmix(seed) % filled.size()];
+  return point_of(camera, cell, observed[cell]);
+}
+
+/// Empties the `share` of the filled cells that lies nearest to a point.
+void hide(const DepthCamera& camera, double share, const std::array<float, 3>& center, std::span<float> observed) {
+  std::vector<std::pair<float, std::size_t>> filled;  // squared distance; cell
+  for (std::size_t cell = 0; cell < camera.cells(); ++cell) {
+    if (observed[cell] < 0) continue;
+    float distance = 0;
     const auto p = point_of(camera, cell, observed[cell]);
     for (std::size_t axis = 0; axis < 3; ++axis) distance += (p[axis] - center[axis]) * (p[axis] - center[axis]);
+    filled.emplace_back(distance, cell);
   }
   std::ranges::sort(filled);
   filled.resize(static_cast<std::size_t>(share * static_cast<double>(filled.size())));
@@ -180,17 +190,22 @@ LeftOutFrames::LeftOutFrames(const SampleSource& source, std::size_t most, doubl
     : LeftOutFrames(source, spread_samples(std::min(most, source.samples.size()), source.samples.size()), hidden,
                     noise) {}
 
-LeftOutFrames::LeftOutFrames(const SampleSource& source, std::vector<std::size_t> samples, double hidden, float noise)
+LeftOutFrames::LeftOutFrames(const SampleSource& source, std::vector<std::size_t> samples, double hidden, float noise,
+                             HiddenPlace place)
     : stride_(padded_cells(source.camera)), samples_(std::move(samples)) {
   const std::size_t count = samples_.size();
   observed_.resize(count * stride_);
   Surroundings surroundings(source.camera);
+  std::optional<std::array<float, 3>> center;
   for (std::size_t frame = 0; frame < count; ++frame) {
     const auto observed = std::span(observed_).subspan(frame * stride_, stride_);
     std::ranges::copy(observed_image(source, samples_[frame]), observed.begin());
     if (noise > 0 && frame % 2 == 1) disturb(source.camera, noise, frame, observed);
     if (hidden == 0) continue;
-    hide(source.camera, hidden, frame, observed);
+    const bool continues = place == HiddenPlace::of_run && frame > 0 &&
+                           source.samples[samples_[frame - 1]].simulation == source.samples[samples_[frame]].simulation;
+    if (!continues) center = point_in(source.camera, frame, observed);
+    if (center) hide(source.camera, hidden, *center, observed);
     surroundings.limit(observed);
   }
 }

@@ -37,6 +37,9 @@ struct SampleSource {
 /// none; all depths are offset, with the standard deviation `noise`, in depth steps. seed: determines which.
 void disturb(const DepthCamera& camera, float noise, std::uint64_t seed, std::span<float> observed);
 
+/// Where a part of frames is hidden: elsewhere in each, or at one place in consecutive ones of a run.
+enum class HiddenPlace : std::uint8_t { of_frame, of_run };
+
 /// Depth images of some samples as frames.
 class LeftOutFrames {
  public:
@@ -45,7 +48,8 @@ class LeftOutFrames {
   /// second image is disturbed with this one (see disturb()); 0: none is.
   LeftOutFrames(const SampleSource& source, std::size_t most, double hidden, float noise = 0);
   /// The same for these samples.
-  LeftOutFrames(const SampleSource& source, std::vector<std::size_t> samples, double hidden, float noise = 0);
+  LeftOutFrames(const SampleSource& source, std::vector<std::size_t> samples, double hidden, float noise = 0,
+                HiddenPlace place = HiddenPlace::of_frame);
 
   [[nodiscard]] std::size_t size() const noexcept { return samples_.size(); }
   [[nodiscard]] std::size_t sample(std::size_t frame) const noexcept { return samples_[frame]; }

@@ -19,8 +19,8 @@ constexpr Index fewest_runs = 4;
 /// of single features are averaged with those of the node.
 RowVectorXd scales_of(const Histories& histories) {
   constexpr double least = 1e-6;  // of the runs' variance
-  const auto tests = static_cast<double>(histories.errors.rows());
-  RowVectorXd variances = histories.errors.colwise().squaredNorm() / tests;
+  const MatrixXd& errors = histories.tests.front().errors;
+  RowVectorXd variances = errors.colwise().squaredNorm() / static_cast<double>(errors.rows());
   for (Index node = 0; node < Histories::nodes; ++node) {
     auto of_node = variances.segment(node * Histories::scores, Histories::scores);
     const double floor = least *
@@ -31,15 +31,15 @@ RowVectorXd scales_of(const Histories& histories) {
   return variances.cwiseSqrt().cwiseInverse();
 }
 
-/// Principal components of the runs' shapes up to a node, and the values of runs and tests.
+/// Principal components of the runs' shapes in a window, and the values of the runs.
 struct Components {
-  MatrixXd rows;         // components x features
-  VectorXd variances;    // times the number of runs, descending
-  MatrixXd runs, tests;  // x components
+  MatrixXd rows;       // components x features
+  VectorXd variances;  // times the number of runs, descending
+  MatrixXd runs;       // x components
 };
 
-/// From the rows' Gram matrix. shapes, tests: scaled.
-Components components_of(const MatrixXd& shapes, const MatrixXd& tests) {
+/// From the rows' Gram matrix. shapes: scaled.
+Components components_of(const MatrixXd& shapes) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd(shapes * shapes.transpose()));
   const VectorXd& all = solver.eigenvalues();
   Index count = 0;
@@ -50,38 +50,35 @@ Components components_of(const MatrixXd& shapes, const MatrixXd& tests) {
   const VectorXd lengths = found.variances.cwiseSqrt();
   found.rows = lengths.cwiseInverse().asDiagonal() * (vectors.transpose() * shapes);
   found.runs = vectors * lengths.asDiagonal();
-  found.tests = tests * found.rows.transpose();
   return found;
 }
 
 /// Ridge regression with a constant that is not penalized, for any ridge.
 class Ridge {
  public:
-  /// Keeps references. own: see Histories::trained_rows.
-  Ridge(const Components& components, const MatrixXd& targets, std::span<const Index> own)
+  /// Keeps references.
+  Ridge(const Components& components, const MatrixXd& targets)
       : components_(components),
         targets_(targets),
-        own_(own),
         mean_(targets.colwise().mean()),
         products_(components.runs.transpose() * (targets.rowwise() - mean_)) {}
 
-  /// Components x targets.
-  [[nodiscard]] MatrixXd weights(double ridge) const {
-    return (components_.variances.array() + ridge).inverse().matrix().asDiagonal() * products_;
-  }
-  /// Of the tests, one row each, each by the regression without its own run. With residual r and leverage h of that
-  /// run, and the cross leverage g of run and test, it predicts g / (1 - h) r less than the regression with the run.
-  [[nodiscard]] MatrixXd left_out(double ridge) const {
-    const MatrixXd weights_of_all = weights(ridge);
-    MatrixXd predicted = (components_.tests * weights_of_all).rowwise() + mean_;
+  /// Components x targets: before a ridge divides them.
+  [[nodiscard]] const MatrixXd& products() const noexcept { return products_; }
+  /// Of tests, one row each, each by the regression without its own run. tests: x components. own: see
+  /// Histories::Tests::trained_rows. With residual r and leverage h of that run, and the cross leverage g of run and
+  /// test, it predicts g / (1 - h) r less than the regression with the run.
+  [[nodiscard]] MatrixXd left_out(double ridge, const MatrixXd& tests, std::span<const Index> own) const {
     const VectorXd inverse = (components_.variances.array() + ridge).inverse();
+    const MatrixXd weights = inverse.asDiagonal() * products_;
+    MatrixXd predicted = (tests * weights).rowwise() + mean_;
     const double constant = 1 / static_cast<double>(targets_.rows());
     for (Index test = 0; test < predicted.rows(); ++test) {
-      const Index run = own_[static_cast<std::size_t>(test)];
+      const Index run = own[static_cast<std::size_t>(test)];
       if (run == Histories::none) continue;
       const RowVectorXd of_run = components_.runs.row(run), weighed = of_run.cwiseProduct(inverse.transpose());
-      const RowVectorXd residual = targets_.row(run) - mean_ - of_run * weights_of_all;
-      const double h = constant + weighed.dot(of_run), g = constant + weighed.dot(components_.tests.row(test));
+      const RowVectorXd residual = targets_.row(run) - mean_ - of_run * weights;
+      const double h = constant + weighed.dot(of_run), g = constant + weighed.dot(tests.row(test));
       predicted.row(test) -= g / std::max(1 - h, 1e-9) * residual;
     }
     return predicted;
@@ -90,7 +87,6 @@ class Ridge {
  private:
   const Components& components_;
   const MatrixXd& targets_;
-  std::span<const Index> own_;
   RowVectorXd mean_;
   MatrixXd products_;
 };
@@ -145,109 +141,153 @@ double sum_of(std::span<const double> values) {
   return sum;
 }
 
-class NodeTraining {
+/// Of known errors.
+double squares_of(std::span<const double> errors) {
+  double squares = 0;
+  for (const double error : errors) squares += std::isfinite(error) ? error * error : 0;
+  return squares;
+}
+
+/// The ridge with the least error of the tests.
+struct ChosenRidge {
+  double ridge = 0;
+  std::vector<double> errors;  // per test
+};
+template <class ErrorsOf, class Total>
+ChosenRidge choose_ridge(std::span<const double> ridges, const ErrorsOf& errors_of, const Total& total) {
+  ChosenRidge best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double tried : ridges) {
+    std::vector<double> errors = errors_of(tried);
+    const double sum = total(errors);
+    if (!best.errors.empty() && !(sum < least)) continue;
+    least = sum;
+    best = {tried, std::move(errors)};
+  }
+  return best;
+}
+
+class WindowTraining {
  public:
-  /// node: from 1; 0: nothing has been seen.
-  NodeTraining(const Histories& histories, const RowVectorXd& scales, Index node, TrainedForecast& trained)
+  /// row: that of the numbers, 1 + the window's; 0: nothing has been seen, and the window is not used.
+  WindowTraining(const Histories& histories, const RowVectorXd& scales, std::size_t row, ForecastWindow window,
+                 TrainedForecast& trained)
       : histories_(histories),
-        node_(node),
+        row_(row),
+        window_(window),
         trained_(trained),
-        scales_(scales.head(node * Histories::scores)),
-        components_(components_of(histories.shapes.leftCols(scales_.size()) * scales_.asDiagonal(),
-                                  histories.tests.leftCols(scales_.size()) * scales_.asDiagonal())),
-        ridges_(node == 0 ? std::vector<double>{1} : ridges_for(components_.variances)) {}
+        first_(row == 0 ? 0 : static_cast<Index>(window.first - 1) * Histories::scores),
+        features_(row == 0 ? 0 : static_cast<Index>(window.size()) * Histories::scores),
+        scales_(scales.segment(first_, features_)),
+        components_(components_of(scaled(histories.shapes))),
+        ridges_(row == 0 ? std::vector<double>{1} : ridges_for(components_.variances)),
+        finals_(components_, histories.finals) {}
 
   void train() {
-    write_components();
-    train_finals();
-    for (Index p = 0; p < histories_.parameters.cols(); ++p) train_parameter(p);
+    if (row_ > 0) write_window();
+    for (std::size_t kind = 0; kind < LearnedForecast::kinds; ++kind) {
+      // Without tests that have a hidden part, those without.
+      const Histories::Tests& tests = histories_.tests[histories_.tests[kind].shapes.rows() > 0 ? kind : 0];
+      const MatrixXd of_tests = scaled(tests.shapes) * components_.rows.transpose();
+      train_finals(kind, tests, of_tests);
+      for (Index p = 0; p < histories_.parameters.cols(); ++p) train_parameter(kind, p, tests, of_tests);
+    }
   }
 
  private:
-  [[nodiscard]] Index kept() const { return std::min<Index>(components_.variances.size(), most_components); }
-  [[nodiscard]] double& number(Index i) {
-    return trained_.numbers[static_cast<std::size_t>(node_ * (1 + 2 * histories_.parameters.cols()) + i)];
+  [[nodiscard]] MatrixXd scaled(const MatrixXd& shapes) const {
+    return shapes.middleCols(first_, features_) * scales_.asDiagonal();
   }
-  void write_components() {
-    for (Index c = 0; c < kept(); ++c)
-      for (Index f = 0; f < scales_.size(); ++f)
-        trained_.components[static_cast<std::size_t>(
-            ((node_ - 1) * most_components + c) * Histories::nodes * Histories::scores + f)] =
-            static_cast<float>(components_.rows(c, f) * scales_(f));
+  [[nodiscard]] Index kept() const { return std::min<Index>(components_.variances.size(), most_components); }
+  [[nodiscard]] double& number(std::size_t kind, Index i) {
+    const auto per_row = LearnedForecast::numbers_per_window(static_cast<std::size_t>(histories_.parameters.cols()));
+    return trained_.numbers[(kind * (1 + ForecastWindow::count) + row_) * per_row + static_cast<std::size_t>(i)];
+  }
+
+  void write_window() {
+    const std::size_t most = LearnedForecast::most_components, window = window_.number();
+    const auto runs = static_cast<std::size_t>(components_.runs.rows()),
+               parameters = static_cast<std::size_t>(histories_.parameters.cols());
+    float* rows = &trained_.components[window_.sizes_before() * most * LearnedForecast::shape_scores];
+    const Ridge of_parameters(components_, histories_.parameters);
+    for (Index c = 0; c < kept(); ++c) {
+      const auto at = static_cast<std::size_t>(c);
+      trained_.variances[window * most + at] = static_cast<float>(components_.variances(c));
+      for (Index f = 0; f < features_; ++f) *rows++ = static_cast<float>(components_.rows(c, f) * scales_(f));
+      for (std::size_t run = 0; run < runs; ++run)
+        trained_.runs[(window * runs + run) * most + at] =
+            static_cast<float>(components_.runs(static_cast<Index>(run), c));
+      for (std::size_t p = 0; p < parameters; ++p)
+        trained_.parameters[(window * parameters + p) * most + at] =
+            static_cast<float>(of_parameters.products()(c, static_cast<Index>(p)));
+    }
   }
 
   /// The final shape is a weighted mean of the runs': the weights do not depend on the quantity.
-  void train_finals() {
-    const Ridge ridge(components_, histories_.finals, histories_.trained_rows);
-    std::vector<double> best;
-    double chosen = 0;
-    for (const double tried : ridges_) {
-      std::vector<double> errors = mean_distances(ridge.left_out(tried), histories_.test_finals);
-      if (!best.empty() && sum_of(errors) >= sum_of(best)) continue;
-      best = std::move(errors);
-      chosen = tried;
-    }
-    number(0) = bound_of(best, histories_.tested_runs);
-    if (node_ == 0) return;
-    const Index runs = components_.runs.rows();
-    for (Index i = 0; i < runs; ++i)
-      for (Index c = 0; c < kept(); ++c)
-        trained_.runs[static_cast<std::size_t>(((node_ - 1) * runs + i) * most_components + c)] =
-            static_cast<float>(components_.runs(i, c) / (components_.variances(c) + chosen));
+  void train_finals(std::size_t kind, const Histories::Tests& tests, const MatrixXd& of_tests) {
+    const ChosenRidge best = choose_ridge(
+        ridges_,
+        [&](double ridge) {
+          return mean_distances(finals_.left_out(ridge, of_tests, tests.trained_rows), tests.finals);
+        },
+        sum_of);
+    number(kind, 0) = bound_of(best.errors, tests.runs);
+    number(kind, 1) = best.ridge;
   }
 
-  void train_parameter(Index p) {
+  void train_parameter(std::size_t kind, Index p, const Histories::Tests& tests, const MatrixXd& of_tests) {
     const MatrixXd targets = histories_.parameters.col(p);
-    const Ridge ridge(components_, targets, histories_.trained_rows);
-    const VectorXd truth = histories_.test_parameters.col(p);
-    std::vector<double> best;
-    double chosen = 0, least = std::numeric_limits<double>::infinity();
-    for (const double tried : ridges_) {
-      const VectorXd errors = ridge.left_out(tried).col(0) - truth;
-      double squares = 0;
-      for (const double error : errors) squares += std::isfinite(error) ? error * error : 0;
-      if (squares >= least) continue;
-      least = squares;
-      chosen = tried;
-      best.assign(errors.begin(), errors.end());
-    }
-    number(1 + 2 * p) = node_ > 0 ? std::max(explained_share(best, truth), 0.0) : 0;
-    number(2 + 2 * p) = bound_of(best, histories_.tested_runs);
-    if (node_ == 0) return;
-    const VectorXd weights = ridge.weights(chosen).col(0);
-    for (Index c = 0; c < kept(); ++c)
-      trained_.parameters[static_cast<std::size_t>(((node_ - 1) * histories_.parameters.cols() + p) * most_components +
-                                                   c)] = static_cast<float>(weights(c));
+    const Ridge regression(components_, targets);
+    const VectorXd truth = tests.parameters.col(p);
+    const ChosenRidge best = choose_ridge(
+        ridges_,
+        [&](double ridge) {
+          const VectorXd errors = regression.left_out(ridge, of_tests, tests.trained_rows).col(0) - truth;
+          return std::vector<double>(errors.begin(), errors.end());
+        },
+        squares_of);
+    number(kind, 2 + 3 * p) = row_ > 0 ? std::max(explained_share(best.errors, truth), 0.0) : 0;
+    number(kind, 3 + 3 * p) = bound_of(best.errors, tests.runs);
+    number(kind, 4 + 3 * p) = best.ridge;
   }
 
   const Histories& histories_;
-  Index node_;
+  std::size_t row_;
+  ForecastWindow window_;
   TrainedForecast& trained_;
+  Index first_, features_;
   RowVectorXd scales_;
   Components components_;
   std::vector<double> ridges_;
+  Ridge finals_;
 };
 
 }  // namespace
 
 TrainedForecast::TrainedForecast(std::size_t run_count, std::size_t parameter_count)
-    : numbers((1 + LearnedForecast::nodes) * (1 + 2 * parameter_count), 0.0),
+    : numbers(
+          LearnedForecast::kinds * (1 + ForecastWindow::count) * LearnedForecast::numbers_per_window(parameter_count),
+          0.0),
       means((1 + LearnedForecast::nodes * LearnedForecast::means_per_node) * LearnedForecast::shape_scores, 0.0f),
-      components(LearnedForecast::nodes * LearnedForecast::most_components * LearnedForecast::features, 0.0f),
-      runs(LearnedForecast::nodes * run_count * LearnedForecast::most_components, 0.0f),
-      parameters(LearnedForecast::nodes * parameter_count * LearnedForecast::most_components, 0.0f) {}
+      components(LearnedForecast::all_sizes * LearnedForecast::most_components * LearnedForecast::shape_scores, 0.0f),
+      variances(ForecastWindow::count * LearnedForecast::most_components, 0.0f),
+      runs(ForecastWindow::count * run_count * LearnedForecast::most_components, 0.0f),
+      parameters(ForecastWindow::count * parameter_count * LearnedForecast::most_components, 0.0f) {}
 
 TrainedForecast learn_forecast(const Histories& histories, unsigned threads) {
   TrainedForecast trained(static_cast<std::size_t>(histories.shapes.rows()),
                           static_cast<std::size_t>(histories.parameters.cols()));
-  if (histories.shapes.rows() < fewest_runs || histories.tests.rows() == 0) return trained;
+  if (histories.shapes.rows() < fewest_runs || histories.tests.front().shapes.rows() == 0) return trained;
   for (Index i = 0; i < histories.means.size(); ++i)
     trained.means[static_cast<std::size_t>(i)] =
         static_cast<float>(histories.means(i / Histories::scores, i % Histories::scores));
   const RowVectorXd scales = scales_of(histories);
-  work_in_parallel(static_cast<std::size_t>(1 + Histories::nodes), threads, [&](const auto& next) {
-    for (std::size_t node = next(); node <= LearnedForecast::nodes; node = next())
-      NodeTraining(histories, scales, static_cast<Index>(node), trained).train();
+  std::vector<ForecastWindow> rows{{}};  // of the numbers; the first one is not a window's
+  for (std::size_t first = 1; first <= LearnedForecast::nodes; ++first)
+    for (std::size_t last = first; last <= LearnedForecast::nodes; ++last) rows.push_back({first, last});
+  work_in_parallel(rows.size(), threads, [&](const auto& next) {
+    for (std::size_t row = next(); row < rows.size(); row = next())
+      WindowTraining(histories, scales, row, rows[row], trained).train();
   });
   return trained;
 }

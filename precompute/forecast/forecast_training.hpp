@@ -11,7 +11,7 @@ namespace lbea::bake {
 /// Owns the memory of a LearnedForecast's spans.
 struct TrainedForecast {
   std::vector<double> numbers;
-  std::vector<float> means, components, runs, parameters;
+  std::vector<float> means, components, variances, runs, parameters;
 
   /// Zeros, for an ensemble that allows no training. runs: trained ones.
   TrainedForecast(std::size_t runs, std::size_t parameters);

@@ -27,7 +27,7 @@ class HistoryReader {
     Histories histories;
     read_means(histories);
     read_runs(parameters, histories);
-    read_tests(parameters, histories);
+    histories.tests = {tests_of(fit_.tests, parameters, histories), tests_of(fit_.hidden_tests, parameters, histories)};
     return histories;
   }
 
@@ -87,28 +87,29 @@ class HistoryReader {
     }
   }
 
-  void read_tests(const MatrixXd& parameters, Histories& histories) const {
-    const Index runs = std::ssize(fit_.tests) / Histories::nodes, count = 2 * runs;
-    histories.tested_runs = static_cast<std::size_t>(runs);
-    histories.errors.resize(count, Histories::nodes * Histories::scores);
-    histories.tests.resize(count, Histories::nodes * Histories::scores);
-    histories.test_finals.resize(count, histories.finals.cols());
-    histories.test_parameters.resize(count, parameters.cols());
+  [[nodiscard]] Histories::Tests tests_of(std::span<const EstimatedShape> estimates, const MatrixXd& parameters,
+                                          const Histories& histories) const {
+    Histories::Tests tests;
+    const Index runs = std::ssize(estimates) / Histories::nodes, count = 2 * runs;
+    tests.runs = static_cast<std::size_t>(runs);
+    tests.errors.resize(count, Histories::nodes * Histories::scores);
+    tests.shapes.resize(count, Histories::nodes * Histories::scores);
+    tests.finals.resize(count, histories.finals.cols());
+    tests.parameters.resize(count, parameters.cols());
     for (Index i = 0; i < runs; ++i) {
-      const auto tests =
-          std::span(fit_.tests).subspan(static_cast<std::size_t>(i * Histories::nodes), Histories::nodes);
-      const std::size_t run = source_.samples[tests.front().sample].simulation;
-      const RowVectorXd truth = deviations(histories.means, run), error = errors(tests), last = final_positions(run);
+      const auto of_run = estimates.subspan(static_cast<std::size_t>(i * Histories::nodes), Histories::nodes);
+      const std::size_t run = source_.samples[of_run.front().sample].simulation;
+      const RowVectorXd truth = deviations(histories.means, run), error = errors(of_run), last = final_positions(run);
       const auto own = std::ranges::find(trained_, run);
       for (const Index row : {2 * i, 2 * i + 1}) {
-        histories.tests.row(row) =
-            deviations(histories.means, run, row % 2 == 0 ? clock_error_ : -clock_error_) + error;
-        histories.errors.row(row) = histories.tests.row(row) - truth;
-        histories.test_finals.row(row) = last;
-        histories.test_parameters.row(row) = parameters.row(static_cast<Index>(run));
-        histories.trained_rows.push_back(own == trained_.end() ? Histories::none : own - trained_.begin());
+        tests.shapes.row(row) = deviations(histories.means, run, row % 2 == 0 ? clock_error_ : -clock_error_) + error;
+        tests.errors.row(row) = tests.shapes.row(row) - truth;
+        tests.finals.row(row) = last;
+        tests.parameters.row(row) = parameters.row(static_cast<Index>(run));
+        tests.trained_rows.push_back(own == trained_.end() ? Histories::none : own - trained_.begin());
       }
     }
+    return tests;
   }
   /// Of the estimates of the samples nearest to the nodes, one test. They are as wrong at the nodes.
   [[nodiscard]] RowVectorXd errors(std::span<const EstimatedShape> test) const {

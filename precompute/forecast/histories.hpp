@@ -4,6 +4,8 @@
 #include "precompute/depth_images/learned_fit.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
 
+#include <array>
+
 namespace lbea::bake {
 
 /// Shapes are one row of nodes x shape_scores: at the first node, at the second one, ...
@@ -15,13 +17,16 @@ struct Histories {
   Eigen::MatrixXd finals;      // trained runs: final positions of some nodes
   Eigen::MatrixXd parameters;  // trained runs; the mean where not given
 
-  // Left-out tests, each with two errors of the clock:
-  Eigen::MatrixXd tests;            // deviations of the estimates from the means
-  Eigen::MatrixXd errors;           // of these
-  Eigen::MatrixXd test_finals;      // true ones
-  Eigen::MatrixXd test_parameters;  // NaN: not given
-  std::size_t tested_runs = 0;
-  std::vector<Eigen::Index> trained_rows;  // per test: its own row of `shapes`; none: not trained
+  /// Left-out tests, each with two errors of the clock.
+  struct Tests {
+    Eigen::MatrixXd shapes;      // deviations of the estimates from the means
+    Eigen::MatrixXd errors;      // of these
+    Eigen::MatrixXd finals;      // true ones
+    Eigen::MatrixXd parameters;  // NaN: not given
+    std::size_t runs = 0;
+    std::vector<Eigen::Index> trained_rows;  // per test: its own row of the trained runs; none: not trained
+  };
+  std::array<Tests, LearnedForecast::kinds> tests;  // seen completely; with a third hidden
 };
 
 /// fit: of the source, with the shapes of all samples. parameters: one row per run; NaN: not given.

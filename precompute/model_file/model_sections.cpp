@@ -123,16 +123,21 @@ SmallSections small_sections(const format::Info& info, const BakePlan& plan,
 }
 
 void plan_forecast(std::vector<PlannedSection>& plan, const format::Info& info) {
-  constexpr std::uint64_t nodes = LearnedForecast::nodes, most = LearnedForecast::most_components;
+  constexpr std::uint64_t windows = ForecastWindow::count, most = LearnedForecast::most_components,
+                          scores = LearnedForecast::shape_scores;
   const std::uint64_t runs = LearnedForecast::trained_runs(info.simulations), p = info.parameters;
-  plan.push_back({SectionId::forecast_numbers, 0, ElementType::f64, {1 + nodes, 1 + 2 * p}});
-  plan.push_back({SectionId::forecast_means,
+  plan.push_back({SectionId::window_numbers,
+                  0,
+                  ElementType::f64,
+                  {LearnedForecast::kinds, 1 + windows, LearnedForecast::numbers_per_window(p)}});
+  plan.push_back({SectionId::window_means,
                   0,
                   ElementType::f32,
-                  {1 + nodes * LearnedForecast::means_per_node, LearnedForecast::shape_scores}});
-  plan.push_back({SectionId::forecast_components, 0, ElementType::f32, {nodes, most, LearnedForecast::features}});
-  plan.push_back({SectionId::forecast_runs, 0, ElementType::f32, {nodes, runs, most}});
-  plan.push_back({SectionId::forecast_parameters, 0, ElementType::f32, {nodes, p, most}});
+                  {1 + std::uint64_t{LearnedForecast::nodes} * LearnedForecast::means_per_node, scores}});
+  plan.push_back({SectionId::window_components, 0, ElementType::f32, {LearnedForecast::all_sizes, most, scores}});
+  plan.push_back({SectionId::window_variances, 0, ElementType::f32, {windows, most}});
+  plan.push_back({SectionId::window_runs, 0, ElementType::f32, {windows, runs, most}});
+  plan.push_back({SectionId::window_parameters, 0, ElementType::f32, {windows, p, most}});
 }
 
 /// Sections written sample by sample, and those known at the end.
@@ -235,11 +240,12 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
 }
 
 void write_forecast(ModelWriter& writer, const TrainedForecast& forecast) {
-  writer.write<double>(SectionId::forecast_numbers, 0, 0, forecast.numbers);
-  writer.write<float>(SectionId::forecast_means, 0, 0, forecast.means);
-  writer.write<float>(SectionId::forecast_components, 0, 0, forecast.components);
-  writer.write<float>(SectionId::forecast_runs, 0, 0, forecast.runs);
-  writer.write<float>(SectionId::forecast_parameters, 0, 0, forecast.parameters);
+  writer.write<double>(SectionId::window_numbers, 0, 0, forecast.numbers);
+  writer.write<float>(SectionId::window_means, 0, 0, forecast.means);
+  writer.write<float>(SectionId::window_components, 0, 0, forecast.components);
+  writer.write<float>(SectionId::window_variances, 0, 0, forecast.variances);
+  writer.write<float>(SectionId::window_runs, 0, 0, forecast.runs);
+  writer.write<float>(SectionId::window_parameters, 0, 0, forecast.parameters);
 }
 
 using format::ElementType;

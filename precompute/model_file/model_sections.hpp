@@ -113,7 +113,7 @@ struct ModelPlan {
 /// Sections 64, 65 and 0x8001 to 0x800B: camera and metric, size, and what was learned; the images are written sample
 /// by sample.
 void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
-/// Sections 0x800C to 0x8010.
+/// Sections 0x8018 to 0x801D.
 void write_forecast(ModelWriter& writer, const TrainedForecast& forecast);
 
 }  // namespace lbea::bake

@@ -113,7 +113,7 @@ TEST_CASE("the bounds become narrower while a test is seen, by what it shows, no
     CHECK(many.state().run_weights[run] == doctest::Approx(few.state().run_weights[run]).epsilon(1e-3).scale(1));
 }
 
-TEST_CASE("frames without a time, of no simulation, or of a test whose beginning was not seen tell nothing") {
+TEST_CASE("frames without a time, or of no simulation, tell nothing") {
   Forecast forecast(model());
   const std::vector<float> before = weights(forecast.state());
   for (const float share : before) CHECK(share == doctest::Approx(1.0 / runs));
@@ -122,9 +122,70 @@ TEST_CASE("frames without a time, of no simulation, or of a test whose beginning
   of_no_simulation.result.verdict = Verdict::no_simulation_fits;
   refused.result.status = Status::low_coverage;
   for (const Seen* one : {&without_time, &of_no_simulation, &refused}) CHECK(forecast.update(one->result).frames == 0);
-  CHECK(forecast.update(Seen(3, 8).result).frames == 1);
   CHECK(weights(forecast.state()) == before);
   CHECK(forecast.state().parameters[0].r2 == 0);
+}
+
+// Regression: such tests had the forecast of the mean of all runs until their end.
+TEST_CASE("a test whose beginning was not seen is forecast from what was seen") {
+  for (const std::uint32_t begin : {2u, 5u, 8u, 10u}) {
+    CAPTURE(begin);
+    Forecast forecast(model());
+    const std::vector<float> truth = bent(1.5);  // run 10
+    const double before = mean_distance(truth, final_positions(model(), forecast.state()));
+    REQUIRE(before > 1);
+    forecast.update(Seen(10, begin).result);
+    const TestForecast& now = forecast.state();
+    CHECK(mean_distance(truth, final_positions(model(), now)) < 0.3 * before);
+    CHECK(now.parameters[0].is_identifiable());
+    CHECK(std::abs(double{now.parameters[0].value} - 1.5) <= double{now.parameters[0].bound_90});
+    CHECK(sum(now.run_weights) == doctest::Approx(1).epsilon(1e-4));
+    for (std::uint32_t step = begin + 1; step < steps; ++step) forecast.update(Seen(10, step).result);
+    CHECK(mean_distance(truth, final_positions(model(), now)) < 0.1 * before);
+  }
+}
+
+// Regression: a frame just after the impact counted as the first tenth, of which it shows nothing.
+TEST_CASE("a frame of the impact and one of the middle are not a beginning that was seen") {
+  Forecast late(model()), both(model());
+  Seen impact(3, 0);
+  impact.result.fit.test_time = 1e-5f;
+  both.update(impact.result);
+  for (Forecast* forecast : {&late, &both}) forecast->update(Seen(6, 5).result);
+  CHECK(weights(late.state()) == weights(both.state()));
+  CHECK(late.state().error_90 == both.state().error_90);
+}
+
+TEST_CASE("a test of which most frames have a hidden part has the bounds of such tests") {
+  const DepthImages& images = *model().view().depth_images;
+  REQUIRE(images.hidden_error_per_spread > 0);
+  REQUIRE(images.hidden_error_per_spread != images.error_per_spread);
+  const auto seen_by = [&](float per_spread, std::uint32_t step) {
+    Seen frame(6, step);
+    frame.result.fit.spread = 1;
+    frame.result.fit.error_90 = per_spread;
+    return frame;
+  };
+  const auto numbers_after = [&](std::uint32_t hidden) {  // of three frames
+    Forecast forecast(model());
+    for (std::uint32_t step = 1; step <= 3; ++step)
+      forecast.update(seen_by(step <= hidden ? images.hidden_error_per_spread : images.error_per_spread, step).result);
+    return std::array{forecast.state().error_90, forecast.state().parameters[0].bound_90};
+  };
+  const auto learned = [&](std::size_t kind) {
+    const LearnedForecast& all = *model().view().forecast;
+    const double* row = &all.numbers[(kind * (1 + ForecastWindow::count) + 1 + ForecastWindow{1, 3}.number()) *
+                                     LearnedForecast::numbers_per_window(2)];
+    return std::array{static_cast<float>(row[0]), static_cast<float>(row[3])};
+  };
+  CHECK(learned(0) != learned(1));
+  CHECK(numbers_after(0) == learned(0));
+  CHECK(numbers_after(1) == learned(0));
+  CHECK(numbers_after(2) == learned(1));
+  CHECK(numbers_after(3) == learned(1));
+  Forecast mostly_hidden(model());  // the frames have no bound of their error
+  for (std::uint32_t step = 1; step <= 3; ++step) mostly_hidden.update(seen_by(std::nanf(""), step).result);
+  CHECK(mostly_hidden.state().error_90 == learned(1)[0]);
 }
 
 TEST_CASE("after a reset, another test starts from nothing") {
@@ -181,18 +242,20 @@ TEST_CASE("forecasts whose numbers cannot be are refused") {
     forge(forged.span(), id, [&](format::SectionEntry&, std::span<std::byte> section) { set(section, index, value); });
     return status_of(forged.span());
   };
-  REQUIRE(status_with(SectionId::forecast_numbers, 0, 1.0) == Status::ok);
-  for (const SectionId id : {SectionId::forecast_means, SectionId::forecast_components, SectionId::forecast_runs,
-                             SectionId::forecast_parameters})
+  REQUIRE(status_with(SectionId::window_numbers, 0, 1.0) == Status::ok);
+  for (const SectionId id : {SectionId::window_means, SectionId::window_components, SectionId::window_variances,
+                             SectionId::window_runs, SectionId::window_parameters})
     for (const float value : {std::numeric_limits<float>::infinity(), std::nanf(""), 1e13f})
       CHECK(status_with(id, 3, value) == Status::corrupt_model);
   for (const std::size_t word : {0u, 1u, 2u, 7u})
     for (const double value : {std::nan(""), 1e300})
-      CHECK(status_with(SectionId::forecast_numbers, word, value) == Status::corrupt_model);
-  for (const std::size_t bound : {0u, 2u})
-    CHECK(status_with(SectionId::forecast_numbers, bound, -1.0) == Status::corrupt_model);
-  CHECK(status_with(SectionId::forecast_numbers, 1, 1.5) == Status::corrupt_model);  // R^2
+      CHECK(status_with(SectionId::window_numbers, word, value) == Status::corrupt_model);
+  for (const std::size_t word : {0u, 1u, 3u, 4u, 11u})
+    CHECK(status_with(SectionId::window_numbers, word, -1.0) == Status::corrupt_model);
+  CHECK(status_with(SectionId::window_numbers, 2, -1.0) == Status::ok);  // R^2
+  CHECK(status_with(SectionId::window_numbers, 2, 1.5) == Status::corrupt_model);
+  CHECK(status_with(SectionId::window_variances, 3, -1.0f) == Status::corrupt_model);
   AlignedBytes longer = bytes;
-  forge(longer.span(), SectionId::forecast_runs, [](format::SectionEntry& entry, auto) { entry.shape[1] += 1; });
+  forge(longer.span(), SectionId::window_runs, [](format::SectionEntry& entry, auto) { entry.shape[1] += 1; });
   CHECK(status_of(longer.span()) == Status::corrupt_model);
 }

@@ -16,10 +16,13 @@ float between(float a, float b, float share) noexcept { return a + share * (b - 
 /// A line over time through the deviations from the mean shape of the frames around a node. Frames may lie on one side
 /// of it alone: those after it are still to come.
 struct NodeEvidence {
+  float nearest = 1;                                   // distance of the nearest frame, in nodes
   float weight = 0, times = 0, squared_times = 0;      // sums over frames; times: since the node, in nodes
   std::array<float, scores> deviations{}, by_times{};  // the same, of deviations, and of deviations times times
 
-  void add(float by, float time, std::span<const float> deviation) noexcept {
+  void add(float frame_weight, float time, std::span<const float> deviation) noexcept {
+    const float by = frame_weight * (1 - std::abs(time));
+    nearest = std::min(nearest, std::abs(time));
     weight += by;
     times += by * time;
     squared_times += by * time * time;
@@ -46,9 +49,13 @@ struct Forecast::State {
 
   void reset() noexcept;
   [[nodiscard]] bool add(const MatchResult& result) noexcept;
+  [[nodiscard]] bool has_hidden_part(const FitNumbers& fit) const noexcept;
   void forecast() noexcept;
-  void fill_history() noexcept;
-  void add_node(std::size_t node, float share) noexcept;
+  [[nodiscard]] std::size_t first_seen() const noexcept;
+  void fill_history(std::size_t first) noexcept;
+  void add_window(ForecastWindow window, float share) noexcept;
+  const double* add_numbers(std::size_t row, float share) noexcept;
+  void divide(double ridge, const float* variances) noexcept;
   void sum_branches() noexcept;
 
   Model model;
@@ -61,8 +68,9 @@ struct Forecast::State {
   std::vector<float> mean_parameters;
   std::array<NodeEvidence, nodes> evidence{};  // nodes are numbered from 1
   float latest = 0;                            // in nodes
-  std::array<float, scores> shape{};           // deviation of the frame's shape
-  std::vector<float> history, components, of_runs, of_parameters;
+  std::uint64_t hidden_frames = 0;
+  std::array<float, scores> shape{};  // deviation of the frame's shape
+  std::vector<float> history, components, divided, of_runs;
   std::vector<float> run_weights, branches;
   std::vector<ParameterForecast> parameters;
   TestForecast state;
@@ -78,8 +86,8 @@ struct Forecast::State {
       runs(LearnedForecast::trained_runs(view.info.simulations)),
       history(LearnedForecast::features),
       components(LearnedForecast::most_components),
+      divided(LearnedForecast::most_components),
       of_runs(runs),
-      of_parameters(view.info.parameters),
       run_weights(view.info.simulations),
       branches(view.branches),
       parameters(view.info.parameters) {
@@ -99,6 +107,7 @@ struct Forecast::State {
 void Forecast::State::reset() noexcept {
   evidence = {};
   latest = 0;
+  hidden_frames = 0;
   state.frames = 0;
   state.test_time_s = 0;
   forecast();
@@ -124,57 +133,97 @@ bool Forecast::State::add(const MatchResult& result) noexcept {
   const float weight = 1 / std::max(error * error, std::numeric_limits<float>::min());
   const auto node = static_cast<std::size_t>(at);  // the one before the frame
   const float share = at - static_cast<float>(node);
-  if (node > 0 && share < 1) evidence[node - 1].add(weight * (1 - share), share, shape);
-  if (node < nodes && share > 0) evidence[node].add(weight * share, share - 1, shape);
+  if (node > 0) evidence[node - 1].add(weight, share, shape);
+  if (node < nodes && share > 0) evidence[node].add(weight, share - 1, shape);
   latest = std::max(latest, at);
+  if (has_hidden_part(result.fit)) ++hidden_frames;
   state.test_time_s = std::max(state.test_time_s, double{time});
   ++state.frames;
   return true;
 }
 
+/// The bake has learned other errors per spread for frames with a hidden part, and none where most is hidden.
+bool Forecast::State::has_hidden_part(const FitNumbers& fit) const noexcept {
+  const DepthImages& images = *view.depth_images;
+  const float per_spread = fit.error_90 / fit.spread;
+  return std::isnan(fit.error_90) ||
+         std::abs(per_spread - images.hidden_error_per_spread) < std::abs(per_spread - images.error_per_spread);
+}
+
+/// The first node with a frame in its half of the way to its neighbors, or else node 1.
+std::size_t Forecast::State::first_seen() const noexcept {
+  constexpr float near = 0.5f;
+  std::size_t first = 1;
+  while (first < nodes && !(evidence[first - 1].nearest <= near)) ++first;
+  return evidence[first - 1].nearest <= near ? first : 1;
+}
+
 /// A node without frames has the deviations of the one before.
-void Forecast::State::fill_history() noexcept {
-  std::size_t last = 0;
-  for (std::size_t node = 0; node < nodes; ++node) {
+void Forecast::State::fill_history(std::size_t first) noexcept {
+  std::size_t last = first - 1;
+  for (std::size_t node = last; node < nodes; ++node) {
     if (evidence[node].weight > 0) last = node;
     if (evidence[last].weight > 0) evidence[last].write(std::span(history).subspan(node * scores, scores));
   }
 }
 
-/// Adds the forecast of this node with this share.
-void Forecast::State::add_node(std::size_t node, float share) noexcept {
-  if (!(share > 0)) return;
-  const std::size_t count = parameters.size();
-  const double* numbers = &learned.numbers[node * (1 + 2 * count)];
+/// Returns the numbers of this row: 0 before anything is seen, 1 + that of the window.
+const double* Forecast::State::add_numbers(std::size_t row, float share) noexcept {
+  if (hidden_frames > state.frames / 2) row += 1 + ForecastWindow::count;
+  const double* numbers = &learned.numbers[row * LearnedForecast::numbers_per_window(parameters.size())];
   state.error_90 += share * static_cast<float>(numbers[0]);
-  for (std::size_t p = 0; p < count; ++p) {
-    parameters[p].r2 += share * static_cast<float>(numbers[1 + 2 * p]);
-    parameters[p].bound_90 += share * static_cast<float>(numbers[2 + 2 * p]);
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    parameters[p].r2 += share * static_cast<float>(numbers[2 + 3 * p]);
+    parameters[p].bound_90 += share * static_cast<float>(numbers[3 + 3 * p]);
   }
-  if (node == 0) return;  // all runs are equally likely
-  constexpr std::size_t most = LearnedForecast::most_components;
-  code.project(&learned.components[(node - 1) * most * history.size()], most, history.size(), history.data(),
-               components.data());
-  code.project(&learned.runs[(node - 1) * runs * most], runs, most, components.data(), of_runs.data());
-  for (std::size_t i = 0; i < runs; ++i)
-    run_weights[LearnedForecast::trained_run(i, view.info.simulations)] += share * of_runs[i];
-  if (count == 0) return;
-  code.project(&learned.parameters[(node - 1) * count * most], count, most, components.data(), of_parameters.data());
-  for (std::size_t p = 0; p < count; ++p) parameters[p].value += share * of_parameters[p];
+  return numbers;
 }
 
-/// Until frames have been seen around the first node, and at later ones with them.
+/// What a ridge leaves of the components.
+void Forecast::State::divide(double ridge, const float* variances) noexcept {
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    const float by = variances[c] + static_cast<float>(ridge);
+    divided[c] = by > 0 ? components[c] / by : 0;
+  }
+}
+
+/// Adds the forecast of this window with this share.
+void Forecast::State::add_window(ForecastWindow window, float share) noexcept {
+  if (!(share > 0)) return;
+  const double* numbers = add_numbers(1 + window.number(), share);
+  constexpr std::size_t most = LearnedForecast::most_components;
+  const float* variances = &learned.variances[window.number() * most];
+  code.project(&learned.components[window.sizes_before() * most * scores], most, window.size() * scores,
+               &history[(window.first - 1) * scores], components.data());
+  divide(numbers[1], variances);
+  code.project(&learned.runs[window.number() * runs * most], runs, most, divided.data(), of_runs.data());
+  for (std::size_t i = 0; i < runs; ++i)
+    run_weights[LearnedForecast::trained_run(i, view.info.simulations)] += share * of_runs[i];
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    float off = 0;  // from the mean
+    divide(numbers[4 + 3 * p], variances);
+    code.project(&learned.parameters[(window.number() * parameters.size() + p) * most], 1, most, divided.data(), &off);
+    parameters[p].value += share * off;
+  }
+}
+
+/// Between two nodes, a mean of theirs. A test that was seen from its beginning starts with what all runs share.
 void Forecast::State::forecast() noexcept {
-  fill_history();
+  const std::size_t first = first_seen();
+  fill_history(first);
   std::ranges::fill(run_weights, 0.0f);
   for (std::size_t i = 0; i < runs; ++i)
     run_weights[LearnedForecast::trained_run(i, view.info.simulations)] = 1 / static_cast<float>(runs);
   for (std::size_t p = 0; p < parameters.size(); ++p) parameters[p] = {mean_parameters[p], 0, 0};
   state.error_90 = 0;
-  const float at = evidence[0].weight > 0 ? latest : 0;
-  const auto node = static_cast<std::size_t>(at);
-  add_node(node, 1 - (at - static_cast<float>(node)));
-  if (node < nodes) add_node(node + 1, at - static_cast<float>(node));
+  const float at = evidence[first - 1].weight > 0 ? latest : 0;
+  const auto node = std::min(static_cast<std::size_t>(at), nodes - 1);
+  const float share = at - static_cast<float>(node);  // of the later node
+  if (node >= first)
+    add_window({first, node}, 1 - share);
+  else if (first == 1)
+    add_numbers(0, 1 - share);
+  add_window({first, std::max(node + 1, first)}, node >= first || first == 1 ? share : 1);
   sum_branches();
 }
 

@@ -9,20 +9,48 @@
 
 namespace lbea {
 
-/// Node k of the forecast is at k tenths of a simulation's duration after the impact. Its features are the deviations
-/// of the shapes at nodes 1 to k from the runs' mean shape. At node 0 nothing has been seen.
+/// The nodes `first` to `last` of a forecast, both at least 1: what has been seen of a test.
+struct ForecastWindow {
+  static constexpr std::size_t nodes = 10, count = nodes * (nodes + 1) / 2;
+  std::size_t first = 1, last = 1;
+
+  [[nodiscard]] constexpr std::size_t size() const noexcept { return last - first + 1; }
+  /// From 0 to count - 1.
+  [[nodiscard]] constexpr std::size_t number() const noexcept {
+    return (first - 1) * (2 * nodes + 2 - first) / 2 + last - first;
+  }
+  /// Sum of the sizes of the windows with lower numbers.
+  [[nodiscard]] constexpr std::size_t sizes_before() const noexcept {
+    std::size_t sum = (size() - 1) * size() / 2;
+    for (std::size_t before = 1; before < first; ++before)
+      sum += ForecastWindow{before, nodes}.size() * (nodes + 2 - before) / 2;
+    return sum;
+  }
+};
+
+/// Node k of the forecast is at k tenths of a simulation's duration after the impact. The features of a window are the
+/// deviations of the shapes at its nodes from the runs' mean shapes. What matters of them are their principal
+/// components; a ridge regression on these gives the final shape, and others the parameters.
 struct LearnedForecast {
-  static constexpr std::size_t nodes = 10, means_per_node = 4, most_components = 64, most_runs = 512;
+  static constexpr std::size_t nodes = ForecastWindow::nodes, means_per_node = 4, most_components = 64, most_runs = 512;
   static constexpr std::size_t shape_scores = ShapeRegression::shape_scores, features = nodes * shape_scores;
-  static_assert(features == format::padded(features) && most_components == format::padded(most_components));
+  static constexpr std::size_t kinds = 2;  // of tests: seen completely; with a part hidden
+  static constexpr std::size_t all_sizes = ForecastWindow{nodes, nodes}.sizes_before() + 1;
+  static_assert(shape_scores == format::padded(shape_scores) && most_components == format::padded(most_components));
 
-  std::span<const double> numbers;  // (1 + nodes) x (1 + 2 P): error_90 (0: not learned); per parameter R^2, 90 % bound
-  std::span<const float> means;     // (1 + nodes means_per_node) x shape_scores: the runs' mean shapes over time
-  std::span<const float> components;  // nodes x most_components x features: principal components of deviations
-  std::span<const float> runs;        // nodes x m x most_components: weights of the runs, per component
-  std::span<const float> parameters;  // nodes x P x most_components: the same of the parameters
+  /// kinds x (1 + windows) x (2 + 3 P): error_90 (0: not learned) and ridge of the final shape; per parameter R^2, 90 %
+  /// bound, ridge. The first of a kind: nothing has been seen.
+  std::span<const double> numbers;
+  std::span<const float> means;       // (1 + nodes means_per_node) x shape_scores: the runs' mean shapes over time
+  std::span<const float> components;  // windows x most_components x (size shape_scores): of the deviations
+  std::span<const float> variances;   // windows x most_components: sums of the runs' squared components
+  std::span<const float> runs;        // windows x m x most_components: the runs' components
+  std::span<const float> parameters;  // windows x P x most_components: sums of components times parameters
 
-  /// Of the runs of an ensemble, those that the final shape is composed of.
+  [[nodiscard]] static constexpr std::size_t numbers_per_window(std::size_t parameters) noexcept {
+    return 2 + 3 * parameters;
+  }
+  /// Of the ensemble's runs, those that the final shape is composed of.
   [[nodiscard]] static std::uint32_t trained_runs(std::uint32_t simulations) noexcept {
     return std::min<std::uint32_t>(simulations, most_runs);
   }
@@ -45,7 +73,7 @@ struct ForecastTimes {
   }
 };
 
-/// Reads sections 0x800C to 0x8010. Null when the file has none, or nothing was learned. Throws Error{corrupt_model}.
+/// Reads sections 0x8018 to 0x801D. Null when the file has none, or nothing was learned. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const LearnedForecast> read_forecast(const SectionReader& sections,
                                                                    const format::Info& info);
 

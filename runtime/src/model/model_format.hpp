@@ -90,11 +90,13 @@ enum class SectionId : std::uint32_t {
   spread_bounds = 0x8009,       // the same
   expected_residuals = 0x800A,  // the same
   pose_spreads = 0x800B,        // the same
-  forecast_numbers = 0x800C,    // 0x800C to 0x8010: optional, all or none, only with 0x8005
-  forecast_means = 0x800D,
-  forecast_components = 0x800E,
-  forecast_runs = 0x800F,
-  forecast_parameters = 0x8010,
+  // 0x800C to 0x8010: forecasts from the beginning of a test alone; not read
+  window_numbers = 0x8018,  // 0x8018 to 0x801D: optional, all or none, only with 0x8005
+  window_means = 0x8019,
+  window_components = 0x801A,
+  window_variances = 0x801B,
+  window_runs = 0x801C,
+  window_parameters = 0x801D,
 };
 
 /// Cold: match() by lbea and fit does not read the section.

@@ -28,6 +28,8 @@ constexpr std::string_view optional_titles[] = {
     "regression_shapes",  "pose_numbers",       "hidden_numbers",   "time_numbers",      "spread_bounds",
     "expected_residuals", "pose_spreads",       "forecast_numbers", "forecast_means",    "forecast_components",
     "forecast_runs",      "forecast_parameters"};
+constexpr std::string_view titles_from_0x8018[] = {"window_numbers",   "window_means", "window_components",
+                                                   "window_variances", "window_runs",  "window_parameters"};
 static_assert(std::size(titles_from_1) == 12 && std::size(titles_from_13) == 10 && std::size(titles_from_32) == 10);
 
 std::string_view title_after(SectionId first, SectionId id, std::span<const std::string_view> titles) noexcept {
@@ -85,6 +87,7 @@ std::string title(SectionId id) {
   if (found.empty()) found = title_after(SectionId::reference_times, id, titles_from_32);
   if (found.empty()) found = title_after(SectionId::view_camera, id, titles_from_64);
   if (found.empty()) found = title_after(SectionId::landmark_positions, id, optional_titles);
+  if (found.empty()) found = title_after(SectionId::window_numbers, id, titles_from_0x8018);
   return found.empty() ? "unknown" : found;
 }
 
