@@ -2,6 +2,7 @@
 #pragma once
 
 #include "precompute/depth_images/depth_renderer.hpp"
+#include "runtime/src/depth/image_comparison.hpp"
 
 #include <functional>
 

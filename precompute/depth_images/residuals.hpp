@@ -1,7 +1,7 @@
 // The residuals that an unseen run leaves in the depth images: beyond them, no simulation fits.
 #pragma once
 
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/image_comparison.hpp"
 
 #include <vector>
 

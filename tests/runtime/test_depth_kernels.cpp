@@ -1,5 +1,5 @@
 // The depth images' inner loops against plain ones in double precision, and against each other bit by bit.
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/image_comparison.hpp"
 #include "runtime/src/kernels/kernels.hpp"
 #include "tests/runtime/brute_force.hpp"
 

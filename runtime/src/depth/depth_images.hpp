@@ -1,10 +1,9 @@
-// Depth images, coarse enough to compare hundreds per frame: what the sensor would see of each sample, what it saw in
-// the frame, and the ranking of the samples by the comparison of the two.
+// Depth images, coarse enough to compare hundreds per frame: what the sensor would see of each sample, and what it saw
+// in the frame.
 #pragma once
 
 #include "runtime/src/depth/pose.hpp"
 #include "runtime/src/match/cloud_index.hpp"
-#include "runtime/src/match/sample_search.hpp"
 #include "runtime/src/model/model_format.hpp"
 
 #include <lbea/lbea.hpp>
@@ -14,6 +13,11 @@
 namespace lbea {
 
 class SectionReader;
+
+template <typename Real = float>
+[[nodiscard]] constexpr Real square(float v) noexcept {
+  return Real{v} * Real{v};
+}
 
 /// The sensor's left camera with its pixels combined into square cells. Cell (0, 0) is the corner of the part of the
 /// image that any sample can fill.
@@ -133,52 +137,6 @@ struct DepthImages {
                                                                    const format::Info& info,
                                                                    std::string_view length_unit);
 
-/// The metric's costs in depth steps.
-[[nodiscard]] CellPrices prices_of(const DepthMetric& metric, const DepthCamera& camera) noexcept;
-/// Of the differences between a frame and a sample (as many cells), over the cells that either fills, in squared depth
-/// steps.
-[[nodiscard]] float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
-                                const CellPrices& prices) noexcept;
-
-/// Chooses samples by the lines of their images in which a frame is filled.
-class LineComparison {
- public:
-  /// Allocates all memory, for images of `cells` cells (padded).
-  LineComparison(std::size_t cells, const CellPrices& prices);
-  /// observed: as many depths in steps as the images have cells; none of them not_observed. Does not allocate.
-  void set_frame(std::span<const float> observed) noexcept;
-  /// Squares in squared depth steps; infinite: the mean square of whole images exceeds `bound`. The next sample is
-  /// prefetched.
-  [[nodiscard]] LineSums compare(const Kernels& code, const std::uint16_t* sample, float bound,
-                                 const std::uint16_t* next) const noexcept;
-
- private:
-  ShortPrices prices_{};
-  float unit_, one_sided_;  // squared depth steps: of ShortPrices; of a cell that only one image fills
-  std::vector<std::uint32_t> begins_;
-  std::vector<std::uint16_t> observed_;
-  std::vector<float> filled_after_;  // per part; before that, per line, filled cells
-  std::size_t count_ = 0;            // of lines
-};
-
-/// Removes the evidence of what a frame does not show, where something hides a part of the component: an empty cell is
-/// evidence against a sample that fills it only near filled cells, at the silhouette.
-class Surroundings {
- public:
-  /// Allocates all memory.
-  explicit Surroundings(const DepthCamera& camera);
-  /// observed: padded_cells() values. Empty cells with no filled cell within `reach` rows and columns become
-  /// not_observed. Does not allocate.
-  void limit(std::span<float> observed) noexcept;
-
-  static constexpr std::size_t reach = 2;  // cells
-
- private:
-  std::size_t columns_, rows_;
-  std::vector<std::uint8_t> filled_, near_;  // of a row, filled_ with margins: 1 or 0
-  std::vector<std::uint8_t> along_row_;      // per cell: 1 where a cell of the row within reach is filled
-};
-
 /// The frame as the camera of the samples' depth images would have taken it.
 class FrameDepthImage {
  public:
@@ -199,60 +157,6 @@ class FrameDepthImage {
   RigidTransform T_sensor_reference_;
   std::vector<CellTally> tallies_;  // one more than there are cells, for points outside
   std::vector<float> points_, cells_;
-};
-
-/// Residuals of a sample's image, in depth steps, tolerant of edges: sensors widen or shorten edges by a part of a
-/// cell. Where one image is empty or the depths differ by more than a cell is wide, the most similar of the 3 x 3 cells
-/// of the other image counts, from either image. Returns their mean square over the cells that either fills.
-float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const CellPrices& prices,
-                         std::span<const float> observed, std::span<const std::uint16_t> image,
-                         std::span<float> residuals) noexcept;
-
-/// Of two residuals over the same cells, the least |(1 - t) a + t b|^2 for t in [0, 1], as a share of |a|^2. Frames are
-/// also captured between two states of a simulation: this share of the squared residual remains after interpolation.
-[[nodiscard]] float share_after_interpolation(const Kernels& code, std::span<const float> a,
-                                              std::span<const float> b) noexcept;
-
-/// Compares samples by every fourth cell of their images, along rows and columns.
-class ThinnedImages {
- public:
-  /// Copies the cells of all samples, unless that needs more than `most_bytes`; allocates all memory.
-  explicit ThinnedImages(const DepthImages& images);
-  [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
-  /// Finds the best of all samples. observed: padded_cells() depths in steps. Does not allocate.
-  void propose(std::span<const float> observed, BestSamples& best) noexcept;
-  /// Exchanges the samples so that the best `count` of them are the first. Does not allocate.
-  void put_first(std::span<const float> observed, std::size_t count, std::span<RankedSample> samples) noexcept;
-
- private:
-  void set_frame(std::span<const float> observed) noexcept;
-  [[nodiscard]] float distance(std::size_t sample) const noexcept;
-
-  static constexpr std::size_t every = 4, most_bytes = std::size_t{256} << 20;
-  const Kernels& code_;
-  CellPrices prices_;                  // in depth steps
-  std::vector<std::uint32_t> cells_;   // the chosen ones
-  std::vector<std::uint16_t> depths_;  // samples x padded chosen cells
-  std::vector<float> observed_;        // padded chosen cells
-};
-
-template <typename Real = float>
-[[nodiscard]] constexpr Real square(float v) noexcept {
-  return Real{v} * Real{v};
-}
-
-/// Plausibility of a sample by its residual r: exp(-sharpness * (r^2 - best^2) / (best^2 + noise^2)).
-template <typename Real>
-class Plausibility {
- public:
-  Plausibility(float best_residual, float noise, float sharpness) noexcept
-      : best_(square<Real>(best_residual)), scale_(best_ + square<Real>(noise)), sharpness_{sharpness} {}
-  [[nodiscard]] Real operator()(float residual) const noexcept {
-    return std::exp(-sharpness_ * (square<Real>(residual) - best_) / scale_);
-  }
-
- private:
-  Real best_, scale_, sharpness_;
 };
 
 }  // namespace lbea

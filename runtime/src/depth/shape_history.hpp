@@ -4,6 +4,7 @@
 
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/depth/test_clock.hpp"
+#include "runtime/src/match/sample_search.hpp"
 
 namespace lbea {
 

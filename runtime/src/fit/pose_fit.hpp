@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/src/depth/combination.hpp"
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/image_comparison.hpp"
 #include "runtime/src/depth/pose.hpp"
 
 namespace lbea {

@@ -1,7 +1,7 @@
 // How the tracker, the likeliest path and the inference weigh a frame's candidates.
 #pragma once
 
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/image_comparison.hpp"
 
 #include <lbea/tracker.hpp>
 

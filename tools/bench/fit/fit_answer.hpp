@@ -1,7 +1,7 @@
 // The check of method fit for one frame by plain loops in double precision.
 #pragma once
 
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/depth/image_comparison.hpp"
 #include "tools/bench/answer.hpp"
 
 namespace lbea::tool::bench {
