@@ -248,7 +248,7 @@ async function main() {
     await page.screenshot({ path: join(out, "last-frame.png") });
     const framesSeen = await page.evaluate(() => framesShown);
     assert.ok(framesSeen.every((frame, i) => i === 0 || frame > framesSeen[i - 1]), `frames go back: ${framesSeen}`);
-    assert.equal(await count(page, "Matched"), 21);
+    await until(async () => (await count(page, "Matched")) === 21, "the page does not count all frames");  // states follow later
     assert.equal(await cell(page, "Recording"), "all 21 frames", "the file is complete when lbea-serve has closed it");
     assert.match(await cell(page, "Disk"), /^[\d.]+ [MGT]B/);
     assert.equal(await words(page, "verdict-word"), "Matched");
