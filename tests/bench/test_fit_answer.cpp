@@ -36,6 +36,8 @@ TEST_CASE("the product and the plain loops pass the check of method fit; changed
   CHECK(wrong([](FitAnswer& fit) {
           for (float& depth : fit.depth_image) depth += 10;
         }) != "right");
+  CHECK(wrong([](FitAnswer& fit) { fit.proposed.pop_back(); }) != "right");
+  CHECK(wrong([](FitAnswer& fit) { fit.proposed.front().distance *= 1.5f; }) != "right");
   CHECK(wrong([](FitAnswer& fit) { fit.candidates.pop_back(); }) != "right");
   CHECK(wrong([](FitAnswer& fit) { std::swap(fit.candidates.front(), fit.candidates.back()); }) != "right");
   CHECK(wrong([](FitAnswer& fit) { fit.candidates[3].distance *= 1.01f; }) != "right");

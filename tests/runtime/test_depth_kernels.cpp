@@ -75,7 +75,7 @@ TEST_CASE("cells cost their capped difference, or the price of the silhouette, o
 }
 
 TEST_CASE("lines give the sums of whole images in units; a comparison is given up only when the limit is exceeded") {
-  constexpr std::size_t cells = 3'072, line = FilledLines::cells;
+  constexpr std::size_t cells = 3'072, line = ImageLines::cells;
   for (const CellPrices prices : {CellPrices{4'000, 2'500}, CellPrices{30'000, 20'000}}) {
     Images images = random_images(cells, 5);
     std::ranges::replace(images.observed, not_observed, nothing_seen);
@@ -87,16 +87,16 @@ TEST_CASE("lines give the sums of whole images in units; a comparison is given u
     const double mean = static_cast<double>(whole.squares) / static_cast<double>(whole.filled);
     const double one_sided = static_cast<double>(prices.one_sided) * static_cast<double>(prices.one_sided);
     LineComparison comparison(cells, prices);
-    comparison.set_frame(images.observed);
+    comparison.set_filled_lines(images.observed);
     const auto compared = [&](const Kernels& code, double bound) {
       return comparison.compare(code, images.sample.data(), static_cast<float>(bound), images.sample.data());
     };
     const LineSums first = compared(*all_kernels().front(), one_sided);
-    CHECK(static_cast<double>(first.in_sample) < filled_cells);
+    CHECK(static_cast<double>(first.counted) < filled_cells);
     for (const Kernels* code : all_kernels()) {
       const LineSums sums = compared(*code, one_sided);
       CHECK(std::memcmp(&sums, &first, sizeof(sums)) == 0);
-      const double beside = filled_cells - static_cast<double>(sums.in_sample);
+      const double beside = filled_cells - static_cast<double>(sums.counted);
       CHECK(static_cast<double>(sums.filled) + beside == static_cast<double>(whole.filled));
       // Each cost differs by less than two units of at most four steps.
       const double squares = static_cast<double>(sums.squares) + one_sided * beside;
@@ -104,6 +104,26 @@ TEST_CASE("lines give the sums of whole images in units; a comparison is given u
       CHECK(std::isfinite(compared(*code, mean).squares));
       CHECK(std::isinf(compared(*code, 0.2 * mean).squares));
     }
+  }
+}
+
+TEST_CASE("cells that are not observed are evidence for the whole frame alone, by one comparison") {
+  constexpr std::size_t cells = 3'072;
+  const CellPrices prices{4'000, 2'500};
+  const Images images = random_images(cells, 6);
+  std::vector<float> whole = images.observed;
+  std::ranges::replace(whole, not_observed, nothing_seen);
+  const auto root_mean = [&](const std::vector<float>& observed) {
+    return std::sqrt(static_cast<double>(mean_square(kernels(), observed, images.sample.data(), prices)));
+  };
+  LineComparison comparison(cells, prices);
+  comparison.set_frame(images.observed);
+  for (const Kernels* code : all_kernels()) {
+    const LineSums sums =
+        comparison.compare(*code, images.sample.data(), std::numeric_limits<float>::infinity(), images.sample.data());
+    const double by_whole = static_cast<double>(sums.squares) / static_cast<double>(sums.filled);
+    CHECK(std::abs(std::sqrt(by_whole) - root_mean(whole)) < 2);  // steps: depths are rounded
+    CHECK(std::abs(std::sqrt(static_cast<double>(comparison.observed_mean(sums))) - root_mean(images.observed)) < 2);
   }
 }
 

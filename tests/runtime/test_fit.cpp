@@ -102,6 +102,29 @@ TEST_CASE("a shape between the samples is estimated nearer than any sample is") 
   CHECK(between >= 3);
 }
 
+TEST_CASE("a fit has the coefficients of its estimate") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  const ReferenceView& reference = model.view().references.front();
+  Matcher matcher(model, fit_config());
+  const MatchResult result = matcher.match({.points = seen(bent(0.75))});
+  REQUIRE(result.fit.estimate.size() > 1);
+  REQUIRE(result.coefficients.size() == std::size_t{3} * model.modes());
+  const std::size_t stride = format::padded(model.modes());
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t j = 0; j < model.modes(); ++j) {
+      double sum = 0, largest = 0;
+      for (const auto& [sample, weight] : result.fit.estimate) {
+        const double term =
+            static_cast<double>(weight) *
+            static_cast<double>(reference.coefficients[(3 * model.sample_index(sample) + axis) * stride + j]);
+        sum += term;
+        largest = std::max(largest, std::abs(term));
+      }
+      CHECK(std::abs(static_cast<double>(result.coefficients[3 * j + axis]) - sum) <= 1e-5 * largest);
+    }
+}
+
 TEST_CASE("bounds of node positions follow their spread, and hold for shapes between the samples") {
   const AlignedBytes bytes = seen_plates_model();
   const Model model = Model::view(bytes.span());

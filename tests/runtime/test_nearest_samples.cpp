@@ -158,3 +158,30 @@ TEST_CASE("distances that no float can hold are the farthest, not absent") {
   CHECK(best.ranked()[2].sample == 5);
   CHECK(std::isfinite(best.bound()));
 }
+
+TEST_CASE("samples selected without order are the best ones, those with equal distances by number") {
+  std::mt19937 random(9);
+  std::uniform_int_distribution<int> distance(0, 50);
+  for (const std::uint32_t capacity : {1u, 8u, 256u})
+    for (const std::uint32_t offered : {1u, 7u, 256u, 257u, 512u, 5'000u}) {
+      SelectedSamples selected(capacity);
+      BestSamples best(capacity);
+      for (std::uint32_t i = 0; i < offered; ++i) {
+        const auto d = static_cast<float>(distance(random));
+        selected.offer(i, d);
+        best.offer(i, d);
+      }
+      for (const std::size_t first : {0u, 3u}) {
+        const auto found = selected.selected(first);
+        const auto by_rank = [](const RankedSample& one) { return std::pair(one.distance, one.sample); };
+        REQUIRE(found.size() == best.ranked().size());
+        std::vector<RankedSample> ordered(found.begin(), found.end());
+        if (first < ordered.size())
+          std::ranges::sort(ordered.begin(), ordered.begin() + static_cast<std::ptrdiff_t>(first), {}, by_rank);
+        for (std::size_t i = 0; i < std::min(first, ordered.size()); ++i)
+          CHECK(by_rank(ordered[i]) == by_rank(best.ranked()[i]));
+        std::ranges::sort(ordered, {}, by_rank);
+        for (std::size_t i = 0; i < ordered.size(); ++i) CHECK(by_rank(ordered[i]) == by_rank(best.ranked()[i]));
+      }
+    }
+}

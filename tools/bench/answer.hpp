@@ -35,6 +35,7 @@ struct ReferenceCloud {
 /// What method fit adds to the proposed samples.
 struct FitAnswer {
   std::vector<float> depth_image;        // cells: in depth steps, nothing_seen
+  std::vector<RankedSample> proposed{};  // by their thinned images; empty: Answer::ranked, by eq. 3
   std::vector<RankedSample> candidates;  // of the proposed samples; distance: residual, length unit
   bool is_hidden = false;                // something hides a part of the frame
 };

@@ -139,8 +139,7 @@ std::vector<GrowthRow> growth_with_points(const Model& model, const Selection& s
 std::vector<GrowthRow> growth_with_samples(const Model& model, const MatcherConfig& config,
                                            std::span<const BenchCloud> clouds) {
   const std::vector<Positions> e = coefficients_of(model, config, clouds);
-  const std::uint32_t wanted = config.method == Method::fit ? FitSettings{}.proposals : config.max_matches;
-  BestSamples best(wanted), plain_best(wanted);
+  BestSamples best(config.max_matches), plain_best(config.max_matches);
   std::vector<GrowthRow> rows;
   for (const std::size_t samples : sample_counts) {
     std::fprintf(stderr, "lbea-bench: %zu samples\n", samples);
@@ -184,8 +183,11 @@ std::vector<std::filesystem::path> measure_growth(const std::filesystem::path& f
     write_growth(files.back(), size_name, rows);
   };
   write("points", growth_with_points(model, selection, clouds));
-  write("samples", growth_with_samples(model, selection.matcher, clouds));
-  if (selection.matcher.method != Method::fit) return files;
+  if (selection.matcher.method != Method::fit) {
+    write("samples", growth_with_samples(model, selection.matcher, clouds));
+    return files;
+  }
+  write("samples", growth_of_proposals(model, clouds, selection.matcher.T_reference_sensor));
   write("cells", growth_with_cells(model, selection.matcher, clouds));
   write("candidates", growth_with_candidates(model, selection.matcher, clouds));
   return files;

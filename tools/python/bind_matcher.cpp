@@ -182,7 +182,8 @@ void bind_result(py::module_& module) {
       .def_readonly("candidates", &PyResult::candidates, "fit: the samples most similar to the frame")
       .def_readonly("estimate", &PyResult::estimate, "fit: the weighted mean of samples that fits the frame best")
       .def_readonly("leading_coordinates", &PyResult::leading_coordinates)
-      .def_property_readonly("coefficients", &coefficients_of, "modes x 3: coefficients of the frame in the basis")
+      .def_property_readonly("coefficients", &coefficients_of,
+                             "modes x 3: coefficients of the frame, or of the estimate by fit, in the basis")
       .def_property_readonly(
           "points", [](const PyResult& r) { return to_dict(r.points); }, "received = used + invalid + culled")
       .def_property_readonly(

@@ -117,10 +117,11 @@ typedef struct lbea_result {
   uint32_t reference;   /**< the reference mesh that was used */
   uint64_t frame_id;
   int64_t stamp_ns;
-  float coverage;                       /**< share of the best sample's observed surface that the frame shows */
-  float leading_coordinates[3];         /**< the coefficients with the highest variance over the samples */
-  const lbea_match* matches;            /**< match_count, best first */
-  const float* coefficients;            /**< coefficient_count = modes x 3, mode-major: the frame in the basis */
+  float coverage;               /**< share of the best sample's observed surface that the frame shows */
+  float leading_coordinates[3]; /**< the coefficients with the highest variance over the samples */
+  const lbea_match* matches;    /**< match_count, best first */
+  const float*
+      coefficients; /**< coefficient_count = modes x 3, mode-major: the frame, or the estimate of fit, in the basis */
   const lbea_match* candidates;         /**< fit: the samples most similar to the frame; distance: their residual */
   const lbea_weighted_sample* estimate; /**< fit: the combination that explains the frame best */
   uint32_t match_count, coefficient_count, candidate_count, estimate_count;

@@ -279,7 +279,8 @@ struct PointTally {
 
 /// Wall time of each stage of one match().
 struct StageTimes {
-  std::uint32_t index = 0;           // transform, cull, sort into leaves
+  std::uint32_t index = 0;  // transform, cull, sort into leaves
+  // 0 by fit, unless eq. 3 proposes the samples:
   std::uint32_t correspondence = 0;  // nearest point of every vertex
   std::uint32_t projection = 0;
   std::uint32_t matching = 0;  // search of the samples
@@ -358,7 +359,9 @@ struct MatchResult : FrameNumbers {
   std::int64_t stamp_ns = 0;
   std::uint32_t reference = 0;  // the reference mesh that was used
   PointTally points{};
-  std::span<const float> coefficients{};       // the frame's positions in the basis, modes() x 3, mode-major
+  // Positions in the basis, modes() x 3, mode-major: those of the frame; by fit those of the estimate, unless eq. 3
+  // proposes the samples
+  std::span<const float> coefficients{};
   std::span<const Match> matches{};            // best first; with fit by distance from the estimate and residual
   std::array<float, 3> leading_coordinates{};  // the coefficients of Model::leading_axes()
   SurfaceFit fit{};

@@ -224,13 +224,13 @@ void DepthRanking::find_nearly_best(std::span<const float> observed, std::span<c
   const std::size_t stride = observed.size(), count = std::min(proposed.size(), compared_.size());
   const float one_sided = square(prices_.one_sided);
   const auto image = [&](std::size_t i) { return &depths[proposed[i].sample * stride]; };
-  lines_.set_frame(observed);
+  lines_.set_filled_lines(observed);
   nearly_best_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const LineSums sums = lines_.compare(code_, image(i), nearly_best_.bound(), image(std::min(i + 1, count - 1)));
     if (!std::isfinite(sums.squares)) continue;
     const std::uint32_t sample = proposed[i].sample;
-    const float beside = static_cast<float>(filled_cells[sample]) - sums.in_sample;
+    const float beside = static_cast<float>(filled_cells[sample]) - sums.counted;
     nearly_best_.offer(sample, (sums.squares + one_sided * beside) / std::max(sums.filled + beside, 1.0f));
   }
 }

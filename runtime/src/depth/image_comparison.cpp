@@ -1,5 +1,7 @@
 #include "runtime/src/depth/image_comparison.hpp"
 
+#include <functional>
+
 namespace lbea {
 
 CellPrices prices_of(const DepthMetric& metric, const DepthCamera& camera) noexcept {
@@ -79,10 +81,17 @@ float share_after_interpolation(const Kernels& code, std::span<const float> a, s
   return std::max(squared - t * (2 * decrease - t * apart), 0.0f) / squared;
 }
 
+namespace {
+
+std::uint16_t bits_if(bool all) noexcept { return static_cast<std::uint16_t>(all ? 0xFFFF : 0); }
+
+}  // namespace
+
 [[gnu::cold]]  // compiled for size
 LineComparison::LineComparison(std::size_t cells, const CellPrices& prices)
-    : begins_((cells + FilledLines::cells - 1) / FilledLines::cells),
-      observed_(begins_.size() * FilledLines::cells),
+    : begins_((cells + ImageLines::cells - 1) / ImageLines::cells),
+      observed_(begins_.size() * ImageLines::cells),
+      counted_(observed_.size()),
       filled_after_(begins_.size()) {
   const float largest = std::max(prices.cap, prices.one_sided);
   while (prices_.shift < 15 && largest > std::ldexp(float{ShortPrices::most}, static_cast<int>(prices_.shift)))
@@ -98,28 +107,57 @@ LineComparison::LineComparison(std::size_t cells, const CellPrices& prices)
 }
 
 void LineComparison::set_frame(std::span<const float> observed) noexcept {
-  constexpr std::size_t cells = FilledLines::cells;
-  constexpr float most = std::numeric_limits<std::uint16_t>::max();
-  constexpr std::size_t part = FilledLines::part;
-  std::size_t& count = count_ = 0;
+  constexpr std::size_t cells = ImageLines::cells;
+  count_ = 0;
   for (std::size_t begin = 0; begin < observed.size(); begin += cells) {
-    std::uint16_t* const line = &observed_[count * cells];
-    int filled = 0;
-    for (std::size_t c = 0; c < cells; ++c) {
-      const float depth = observed[begin + c];
-      line[c] = static_cast<std::uint16_t>(static_cast<int>(depth >= 0 ? std::clamp(depth + 0.5f, 1.0f, most) : 0.0f));
-      filled += depth >= 0 ? 1 : 0;
+    const auto line = observed.subspan(begin, cells);
+    std::ranges::transform(line, &counted_[begin], [](float depth) { return bits_if(!(depth > not_observed)); });
+    add_line(begin, set_line(line));
+  }
+  finish();
+}
+
+void LineComparison::set_filled_lines(std::span<const float> observed) noexcept {
+  constexpr std::size_t cells = ImageLines::cells;
+  count_ = 0;
+  for (std::size_t begin = 0; begin < observed.size(); begin += cells)
+    if (const int filled = set_line(observed.subspan(begin, cells)); filled > 0) {
+      std::fill_n(&counted_[count_ * cells], cells, bits_if(true));
+      add_line(begin, filled);
     }
-    if (filled == 0) continue;
-    filled_after_[count] = static_cast<float>(filled);
-    begins_[count++] = static_cast<std::uint32_t>(begin);
+  finish();
+}
+
+int LineComparison::set_line(std::span<const float> observed) noexcept {
+  constexpr float most = std::numeric_limits<std::uint16_t>::max();
+  std::uint16_t* const line = &observed_[count_ * ImageLines::cells];
+  int filled = 0;
+  for (std::size_t c = 0; c < ImageLines::cells; ++c) {
+    const float depth = observed[c];
+    line[c] = static_cast<std::uint16_t>(static_cast<int>(depth >= 0 ? std::clamp(depth + 0.5f, 1.0f, most) : 0.0f));
+    filled += depth >= 0 ? 1 : 0;
   }
+  return filled;
+}
+
+void LineComparison::add_line(std::size_t begin, int filled) noexcept {
+  filled_after_[count_] = static_cast<float>(filled);
+  begins_[count_++] = static_cast<std::uint32_t>(begin);
+}
+
+void LineComparison::finish() noexcept {
   float all = 0;
-  for (std::size_t line = 0; line < count; ++line) all += filled_after_[line];
-  for (std::size_t begin = 0; begin < count; begin += part) {
-    for (std::size_t line = begin; line < std::min(begin + part, count); ++line) all -= filled_after_[line];
-    filled_after_[begin / part] = all;
+  for (std::size_t line = 0; line < count_; ++line) all += filled_after_[line];
+  for (std::size_t begin = 0; begin < count_; begin += ImageLines::part) {
+    for (std::size_t line = begin; line < std::min(begin + ImageLines::part, count_); ++line)
+      all -= filled_after_[line];
+    filled_after_[begin / ImageLines::part] = all;
   }
+}
+
+float LineComparison::observed_mean(const LineSums& sums) const noexcept {
+  const float one_sided = unit_ * square(static_cast<float>(prices_.one_sided));
+  return std::max(sums.squares - one_sided * sums.counted, 0.0f) / std::max(sums.filled - sums.counted, 1.0f);
 }
 
 LineSums LineComparison::compare(const Kernels& code, const std::uint16_t* sample, float bound,
@@ -127,7 +165,7 @@ LineSums LineComparison::compare(const Kernels& code, const std::uint16_t* sampl
   constexpr float rounding = 2;  // bound of the error of any cell's cost, in units, and so of the root mean square
   const float most =
       bound < one_sided_ ? square(std::sqrt(bound / unit_) + rounding) : std::numeric_limits<float>::infinity();
-  const FilledLines lines{begins_.data(), count_, observed_.data(), filled_after_.data()};
+  const ImageLines lines{begins_.data(), count_, observed_.data(), counted_.data(), filled_after_.data()};
   LineSums sums = code.compare_lines(lines, sample, prices_, most, next);
   sums.squares *= unit_;
   return sums;
@@ -164,44 +202,57 @@ void Surroundings::limit(std::span<float> observed) noexcept {
 }
 
 ThinnedImages::ThinnedImages(const DepthImages& images)
-    : code_(kernels()), prices_(prices_of(images.metric, images.camera)) {
-  const DepthCamera& camera = images.camera;
-  for (std::uint32_t row = every / 2; row < camera.rows; row += every)
-    for (std::uint32_t column = every / 2; column < camera.columns; column += every)
-      cells_.push_back(row * camera.columns + column);
-  const std::size_t stride = padded_cells(cells_.size()), samples = images.depths.size() / padded_cells(camera);
-  if (cells_.empty() || samples * stride * sizeof(std::uint16_t) > most_bytes) return;
-  observed_.assign(stride, not_observed);
-  depths_.assign(samples * stride, empty_cell);
-  for (std::size_t s = 0; s < samples; ++s)
+    : code_(kernels()),
+      samples_(static_cast<std::uint32_t>(images.depths.size() / padded_cells(images.camera))),
+      cells_(thinned_cells(images)),
+      observed_(padded_cells(cells_.size()), not_observed),
+      lines_(observed_.size(), prices_of(images.metric, images.camera)) {
+  const std::size_t stride = observed_.size();
+  if (cells_.empty() || samples_ * stride * sizeof(std::uint16_t) > most_bytes) return;
+  depths_.assign(samples_ * stride, empty_cell);
+  for (std::size_t s = 0; s < samples_; ++s)
     std::ranges::transform(cells_, &depths_[s * stride], [image = images.of_sample(s)](auto c) { return image[c]; });
+}
+
+std::vector<std::uint32_t> thinned_cells(const DepthImages& images) {
+  constexpr std::uint32_t every = 4;
+  const std::size_t stride = padded_cells(images.camera);
+  std::vector<std::uint16_t> filled(stride);
+  for (std::size_t s = 0; s < images.depths.size() / stride; ++s)
+    std::ranges::transform(images.of_sample(s), filled, filled.begin(), std::bit_or<>());
+  std::vector<std::uint32_t> cells;
+  for (std::uint32_t row = every / 2; row < images.camera.rows; row += every)
+    for (std::uint32_t column = every / 2; column < images.camera.columns; column += every)
+      if (const std::uint32_t cell = row * images.camera.columns + column; filled[cell] != 0) cells.push_back(cell);
+  return cells;
 }
 
 void ThinnedImages::set_frame(std::span<const float> observed) noexcept {
   std::ranges::transform(cells_, observed_.begin(), [&](std::uint32_t c) { return observed[c]; });
+  lines_.set_frame(observed_);
 }
 
-float ThinnedImages::distance(std::size_t sample) const noexcept {
-  return mean_square(code_, observed_, &depths_[sample * observed_.size()], prices_);
+LineSums ThinnedImages::compare(std::uint32_t sample) const noexcept {
+  const std::size_t stride = observed_.size(), next = std::min(sample + 1, samples_ - 1);
+  return lines_.compare(code_, &depths_[sample * stride], std::numeric_limits<float>::infinity(),
+                        &depths_[next * stride]);
 }
 
-void ThinnedImages::propose(std::span<const float> observed, BestSamples& best) noexcept {
+void ThinnedImages::propose(std::span<const float> observed, SelectedSamples& best) noexcept {
   set_frame(observed);
   best.clear();
-  for (std::size_t s = 0; s < depths_.size() / observed_.size(); ++s)
-    best.offer(static_cast<std::uint32_t>(s), distance(s));
+  for (std::uint32_t s = 0; s < samples_; ++s) best.offer(s, lines_.observed_mean(compare(s)));
 }
 
-void ThinnedImages::put_first(std::span<const float> observed, std::size_t count,
-                              std::span<RankedSample> samples) noexcept {
+void ThinnedImages::propose(std::span<const float> observed, BestSamples& best, SelectedSamples& by_whole) noexcept {
   set_frame(observed);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const std::uint16_t* const next = &depths_[samples[std::min(i + 2, samples.size() - 1)].sample * observed_.size()];
-    for (std::size_t c = 0; c < observed_.size(); c += 32) __builtin_prefetch(next + c);
-    samples[i].distance = distance(samples[i].sample);
+  best.clear();
+  by_whole.clear();
+  for (std::uint32_t s = 0; s < samples_; ++s) {
+    const LineSums sums = compare(s);
+    best.offer(s, lines_.observed_mean(sums));
+    by_whole.offer(s, sums.squares / std::max(sums.filled, 1.0f));
   }
-  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(count - 1), samples.end(),
-                   [](const RankedSample& a, const RankedSample& b) { return a.distance < b.distance; });
 }
 
 }  // namespace lbea

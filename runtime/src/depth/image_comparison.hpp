@@ -13,23 +13,33 @@ namespace lbea {
 [[nodiscard]] float mean_square(const Kernels& code, std::span<const float> observed, const std::uint16_t* sample,
                                 const CellPrices& prices) noexcept;
 
-/// Chooses samples by the lines of their images in which a frame is filled.
+/// Compares images in whole depth steps, by lines of cells.
 class LineComparison {
  public:
   /// Allocates all memory, for images of `cells` cells (padded).
   LineComparison(std::size_t cells, const CellPrices& prices);
-  /// observed: as many depths in steps as the images have cells; none of them not_observed. Does not allocate.
+  /// observed: as many depths in steps as the images have cells; not_observed ones count as empty, and what samples
+  /// fill of them is counted. Does not allocate.
   void set_frame(std::span<const float> observed) noexcept;
+  /// The same without the lines that the frame does not fill; all that samples fill is counted.
+  void set_filled_lines(std::span<const float> observed) noexcept;
   /// Squares in squared depth steps; infinite: the mean square of whole images exceeds `bound`. The next sample is
   /// prefetched.
   [[nodiscard]] LineSums compare(const Kernels& code, const std::uint16_t* sample, float bound,
                                  const std::uint16_t* next) const noexcept;
+  /// Mean square without the cells that are not_observed, after set_frame().
+  [[nodiscard]] float observed_mean(const LineSums& sums) const noexcept;
 
  private:
+  /// Sets the next line. Returns the number of cells that the frame fills.
+  int set_line(std::span<const float> observed) noexcept;
+  void add_line(std::size_t begin, int filled) noexcept;
+  void finish() noexcept;
+
   ShortPrices prices_{};
   float unit_, one_sided_;  // squared depth steps: of ShortPrices; of a cell that only one image fills
   std::vector<std::uint32_t> begins_;
-  std::vector<std::uint16_t> observed_;
+  std::vector<std::uint16_t> observed_, counted_;
   std::vector<float> filled_after_;  // per part; before that, per line, filled cells
   std::size_t count_ = 0;            // of lines
 };
@@ -64,27 +74,31 @@ float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const C
 [[nodiscard]] float share_after_interpolation(const Kernels& code, std::span<const float> a,
                                               std::span<const float> b) noexcept;
 
-/// Compares samples by every fourth cell of their images, along rows and columns.
+/// Every fourth cell of rows and columns that any sample fills.
+[[nodiscard]] std::vector<std::uint32_t> thinned_cells(const DepthImages& images);
+
+/// Compares samples by these cells of their images.
 class ThinnedImages {
  public:
   /// Copies the cells of all samples, unless that needs more than `most_bytes`; allocates all memory.
   explicit ThinnedImages(const DepthImages& images);
   [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
   /// Finds the best of all samples. observed: padded_cells() depths in steps. Does not allocate.
-  void propose(std::span<const float> observed, BestSamples& best) noexcept;
-  /// Exchanges the samples so that the best `count` of them are the first. Does not allocate.
-  void put_first(std::span<const float> observed, std::size_t count, std::span<RankedSample> samples) noexcept;
+  void propose(std::span<const float> observed, SelectedSamples& best) noexcept;
+  /// The same, and the best ones by the whole frame, of which cells that are not_observed are empty.
+  void propose(std::span<const float> observed, BestSamples& best, SelectedSamples& by_whole) noexcept;
 
  private:
+  static constexpr std::size_t most_bytes = std::size_t{256} << 20;
   void set_frame(std::span<const float> observed) noexcept;
-  [[nodiscard]] float distance(std::size_t sample) const noexcept;
+  [[nodiscard]] LineSums compare(std::uint32_t sample) const noexcept;
 
-  static constexpr std::size_t every = 4, most_bytes = std::size_t{256} << 20;
   const Kernels& code_;
-  CellPrices prices_;                  // in depth steps
+  std::uint32_t samples_;
   std::vector<std::uint32_t> cells_;   // the chosen ones
   std::vector<std::uint16_t> depths_;  // samples x padded chosen cells
   std::vector<float> observed_;        // padded chosen cells
+  LineComparison lines_;
 };
 
 /// Plausibility of a sample by its residual r: exp(-sharpness * (r^2 - best^2) / (best^2 + noise^2)).

@@ -29,9 +29,8 @@ CandidateSearch::CandidateSearch(const ModelView& model, const DepthImages& imag
       limited_(padded_cells(images.camera)),
       known_(limited_.size()),
       thinned_(images),
-      by_thinned_(thinned_.empty() ? 0 : std::min(settings.proposals, model.info.samples)),
+      by_thinned_(thinned_.empty() ? 1 : std::min(settings.proposals, model.info.samples)),
       few_(8),
-      ordered_(most_proposed(model, max_matches, settings)),
       filled_cells_(count_filled(images)),
       costs_(model, images),
       ranking_(images.camera, std::min(settings.candidates, model.info.samples), images.metric,
@@ -47,29 +46,34 @@ void CandidateSearch::build_image(const CloudIndex& index) noexcept {
 
 void CandidateSearch::search(std::span<const RankedSample> proposed, const FramePrior& prior) noexcept {
   reads_copies_ = true;
-  proposed_ = proposed;
   image_ = {.observed = limited_, .is_hidden = true, .prior = prior.pose, .points = frame_.points()};
-  const float most = thinned_.empty() ? 0 : most_explained(least_residual(limited_));
   FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
-  may_be_undeformed_ = expectation.is_first && is_explained_undeformed(most);
+  may_be_undeformed_ = expectation.is_first && is_explained_undeformed();
   if (expectation.is_first && !may_be_undeformed_) expectation.latest = {};
   const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
-  costs_.assess(proposed_, expected);
-  if (thinned_.empty()) return rank_image();
+  if (!proposes()) {
+    assess(proposed, expected);
+    return rank_image();
+  }
+  thinned_.propose(limited_, few_, by_thinned_);
+  const float most = most_explained(least_residual(limited_, few_.ranked()));
   if (prior.hidden != nullptr && prior.hidden->is_confirmed_by(frame_.cells()) &&
       is_explained_with(*prior.hidden, most)) {
     image_.observed = known_;
     image_.knows_hidden = true;
-  } else if (rank(frame_.cells()) <= most) {
+  } else if (assess(by_thinned_.selected(capacity()), expected); rank(frame_.cells()) <= most) {
     image_.observed = frame_.cells();
     image_.is_hidden = false;
     return;
   }
-  // Eq. 3 proposes wrong samples where something hides a part: it measures distances to points beside that part.
   thinned_.propose(image_.observed, by_thinned_);
-  proposed_ = by_thinned_.ranked();
-  costs_.assess(proposed_, expected);
+  assess(by_thinned_.selected(capacity()), expected);
   rank_image();
+}
+
+void CandidateSearch::assess(std::span<const RankedSample> proposed, const FrameExpectation* expected) noexcept {
+  proposed_ = proposed;
+  costs_.assess(proposed_, expected);
 }
 
 void CandidateSearch::search(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
@@ -86,30 +90,32 @@ float CandidateSearch::most_explained(float limited) const noexcept {
 }
 
 /// Whether an undeformed sample explains what the frame shows. Changes by_thinned_.
-bool CandidateSearch::is_explained_undeformed(float most) noexcept {
-  if (model_.sample_times.empty() || thinned_.empty()) return false;
+bool CandidateSearch::is_explained_undeformed() noexcept {
+  if (model_.sample_times.empty() || !proposes()) return false;
   thinned_.propose(limited_, by_thinned_);
-  return std::ranges::any_of(by_thinned_.ranked(), [&](const RankedSample& one) {
+  const auto best = by_thinned_.selected(few_.capacity());
+  const float most = most_explained(least_residual(limited_, best.first(std::min(best.size(), few_.capacity()))));
+  return std::ranges::any_of(best, [&](const RankedSample& one) {
     return model_.sample_times[one.sample] <= impact_s_ &&
            mean_square(code_, limited_, images_.of_sample(one.sample).data(), ranking_.prices()) <= most;
   });
 }
 
-/// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_.
+/// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_. The samples
+/// proposed by the whole frame remain.
 bool CandidateSearch::is_explained_with(const HiddenCells& hidden, float most) noexcept {
   std::ranges::copy(frame_.cells(), known_.begin());
   hidden.exclude_from(known_);
-  return least_residual(known_) <= most;
+  thinned_.propose(known_, few_, by_thinned_);
+  return least_residual(known_, few_.ranked()) <= most;
 }
 
-/// The least one, squared, in depth steps.
-float CandidateSearch::least_residual(std::span<const float> observed) noexcept {
-  thinned_.propose(observed, few_);
+/// Of whole images, squared, in depth steps.
+float CandidateSearch::least_residual(std::span<const float> observed,
+                                      std::span<const RankedSample> samples) const noexcept {
   float least = std::numeric_limits<float>::infinity();
-  for (const RankedSample& sample : few_.ranked()) {
-    const auto image = images_.of_sample(sample.sample);
-    least = std::min(least, mean_square(code_, observed, image.data(), ranking_.prices()));
-  }
+  for (const RankedSample& one : samples)
+    least = std::min(least, mean_square(code_, observed, images_.of_sample(one.sample).data(), ranking_.prices()));
   return least;
 }
 
@@ -124,13 +130,9 @@ void CandidateSearch::rank_image() noexcept {
 
 /// Returns the least residual, squared, before hidden cells are left out.
 float CandidateSearch::rank(std::span<float> observed) noexcept {
-  const std::size_t count = std::min(proposed_.size(), ordered_.size());
-  const auto ordered = std::span(ordered_).first(count);
-  std::ranges::copy(proposed_.first(count), ordered.begin());
-  if (reads_copies_ && count > capacity()) thinned_.put_first(observed, capacity(), ordered);
   std::span<const std::uint32_t> filled_cells;
   if (reads_copies_) filled_cells = filled_cells_;
-  const float least = ranking_.rank(observed, images_.depths, ordered, &costs_, filled_cells);
+  const float least = ranking_.rank(observed, images_.depths, proposed_, &costs_, filled_cells);
   set_candidates(price(sample(0)));
   return least;
 }

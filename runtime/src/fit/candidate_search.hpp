@@ -34,6 +34,8 @@ class CandidateSearch {
 
   /// Sets the depth image of a frame. The index must hold at least one point. Does not allocate.
   void build_image(const CloudIndex& index) noexcept;
+  /// Whether search() needs no proposals.
+  [[nodiscard]] bool proposes() const noexcept { return !thinned_.empty(); }
   /// Compares it with samples. proposed: by eq. 3, in any order; valid as long as the result is used. Does not
   /// allocate.
   void search(std::span<const RankedSample> proposed, const FramePrior& prior) noexcept;
@@ -76,10 +78,12 @@ class CandidateSearch {
  private:
   float rank(std::span<float> observed) noexcept;
   void rank_image() noexcept;
+  void assess(std::span<const RankedSample> proposed, const FrameExpectation* expected) noexcept;
   void set_candidates(float not_residual) noexcept;
-  [[nodiscard]] float least_residual(std::span<const float> observed) noexcept;
+  [[nodiscard]] float least_residual(std::span<const float> observed,
+                                     std::span<const RankedSample> samples) const noexcept;
   [[nodiscard]] float most_explained(float limited) const noexcept;
-  [[nodiscard]] bool is_explained_undeformed(float most) noexcept;
+  [[nodiscard]] bool is_explained_undeformed() noexcept;
   [[nodiscard]] bool is_explained_with(const HiddenCells& hidden, float most) noexcept;
   [[nodiscard]] float price(std::uint32_t sample) const noexcept { return ranking_.price_per_cost() * costs_[sample]; }
 
@@ -93,9 +97,8 @@ class CandidateSearch {
   std::vector<float> limited_;  // the frame's cells without the evidence of what it does not show
   std::vector<float> known_;    // the frame's cells without those that something hid in earlier frames
   ThinnedImages thinned_;
-  BestSamples by_thinned_;
+  SelectedSamples by_thinned_;
   BestSamples few_;                          // of all samples; thinned images are nearly as good as whole ones
-  std::vector<RankedSample> ordered_;        // proposed samples, promising ones first
   std::vector<std::uint32_t> filled_cells_;  // per sample
   ExpectationCosts costs_;
   DepthRanking ranking_;  // by residual

@@ -318,11 +318,11 @@ CellSums compare_depths(const float* observed, const std::uint16_t* sample, std:
 // Sums over lines, of integers: exact in any order.
 struct LineTally {
   Ints squares{};
-  Shorts filled{}, in_sample{};
+  Shorts filled{}, counted{};
 };
 
-void compare_line(const std::uint16_t* observed, const std::uint16_t* sample, const ShortPrices& prices,
-                  LineTally& tally) {
+void compare_line(const std::uint16_t* observed, const std::uint16_t* counted, const std::uint16_t* sample,
+                  const ShortPrices& prices, LineTally& tally) {
   for (std::size_t i = 0; i < Shorts::parts; ++i) {
     const Shorts::Part seen = load_part(observed, i), expected = load_part(sample, i);
     const Shorts::Part in_frame = is_filled(seen), in_sample = is_filled(expected), in_one = in_frame ^ in_sample;
@@ -332,27 +332,28 @@ void compare_line(const std::uint16_t* observed, const std::uint16_t* sample, co
     const Shorts::Part cost = (capped & ~in_one) | ((Shorts::Part{} + prices.one_sided) & in_one);
     tally.squares.part[i] += pair_sums(cost, cost);
     tally.filled.part[i] -= in_frame | in_sample;  // true is -1
-    tally.in_sample.part[i] -= in_sample;
+    tally.counted.part[i] -= in_sample & load_part(counted, i);
   }
 }
 
-LineSums compare_lines(const FilledLines& frame, const std::uint16_t* sample, const ShortPrices& prices, float most,
+LineSums compare_lines(const ImageLines& frame, const std::uint16_t* sample, const ShortPrices& prices, float most,
                        const std::uint16_t* next) {
-  Floats squares{}, filled{}, in_sample{};
-  for (std::size_t begin = 0; begin < frame.count; begin += FilledLines::part) {
-    const std::size_t end = begin + FilledLines::part < frame.count ? begin + FilledLines::part : frame.count;
+  Floats squares{}, filled{}, counted{};
+  for (std::size_t begin = 0; begin < frame.count; begin += ImageLines::part) {
+    const std::size_t end = begin + ImageLines::part < frame.count ? begin + ImageLines::part : frame.count;
     LineTally tally;
     for (std::size_t line = begin; line < end; ++line) {
       __builtin_prefetch(next + frame.begins[line]);
-      compare_line(frame.observed + line * FilledLines::cells, sample + frame.begins[line], prices, tally);
+      const std::size_t cell = line * ImageLines::cells;
+      compare_line(frame.observed + cell, frame.counted + cell, sample + frame.begins[line], prices, tally);
     }
     squares += to_floats(tally.squares);
     filled += to_floats(pair_sums(tally.filled));
-    in_sample += to_floats(pair_sums(tally.in_sample));
-    const float cells = sum(filled) + frame.filled_after[begin / FilledLines::part];
+    counted += to_floats(pair_sums(tally.counted));
+    const float cells = sum(filled) + frame.filled_after[begin / ImageLines::part];
     if (sum(squares) > most * cells) return {{infinity, cells}, 0};
   }
-  return {{sum(squares), sum(filled)}, sum(in_sample)};
+  return {{sum(squares), sum(filled)}, sum(counted)};
 }
 
 void subtract_depths(const float* observed, const std::uint16_t* sample, std::size_t cells, const CellPrices& prices,

@@ -93,12 +93,13 @@ struct CellSums {
   float filled;   // cells that at least one image fills
 };
 
-/// The lines in which a frame's depth image is filled, in whole depth steps: enough to choose samples.
-struct FilledLines {
+/// Lines of a frame's depth image, in whole depth steps: enough to choose samples.
+struct ImageLines {
   static constexpr std::size_t cells = 32, part = 8;  // of a line; lines between two checks of the limit
   const std::uint32_t* begins;                        // per line: its first cell
   std::size_t count;
   const std::uint16_t* observed;  // the frame's cells of these lines; 0: empty
+  const std::uint16_t* counted;   // all bits: the sample's filled cells are counted here; none: not
   const float* filled_after;      // per part: cells behind it that the frame fills
 };
 
@@ -110,7 +111,7 @@ struct ShortPrices {
 };
 
 struct LineSums : CellSums {  // squares: in those units
-  float in_sample;            // cells of these lines that the sample fills
+  float counted;              // filled by the sample, where they are counted
 };
 
 struct Kernels {
@@ -147,11 +148,11 @@ struct Kernels {
   /// a multiple of 16.
   CellSums (*compare_depths)(const float* observed, const std::uint16_t* sample, std::size_t cells,
                              const CellPrices& prices);
-  /// The same of the lines that the frame fills. It is given up, with infinite squares, once the mean square of whole
-  /// images must exceed `most`, even if all further cells of the frame cost nothing. Cells that only the sample fills
-  /// must cost at least as much. next: the sample to prefetch.
-  LineSums (*compare_lines)(const FilledLines& frame, const std::uint16_t* sample, const ShortPrices& prices,
-                            float most, const std::uint16_t* next);
+  /// The same of some lines. It is given up, with infinite squares, once the mean square of whole images must exceed
+  /// `most`, even if all further cells of the frame cost nothing. Cells that only the sample fills must cost at least
+  /// as much. next: the sample to prefetch.
+  LineSums (*compare_lines)(const ImageLines& frame, const std::uint16_t* sample, const ShortPrices& prices, float most,
+                            const std::uint16_t* next);
   /// The signed root of each cell's cost: sample minus frame.
   void (*subtract_depths)(const float* observed, const std::uint16_t* sample, std::size_t cells,
                           const CellPrices& prices, float* residual);

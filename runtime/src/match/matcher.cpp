@@ -10,13 +10,15 @@ MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
   result.stamp_ns = frame.stamp_ns;
   do {
     if (!s.index_points(frame, result)) return result;  // steps 1, 2: rigid transform, reference mesh, region
-    s.correspond(result);                               // step 3: e_i, the point nearest to vertex i
-    s.project(result);                                  // step 5: alpha = Psi' M e
-    s.search(result);                                   // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
-    s.fit(result);                                      // Method::fit: the depth images decide
-  } while (s.move_pose(result));                        // again with a better pose
-  s.cover(result);                                      // share of the best sample's surface that the frame shows
-  s.remember(result);                                   // for the next frames of the test
+    if (s.compares_positions()) {
+      s.correspond(result);  // step 3: e_i, the point nearest to vertex i
+      s.project(result);     // step 5: alpha = Psi' M e
+      s.search(result);      // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
+    }
+    s.fit(result);                // Method::fit: the depth images decide
+  } while (s.move_pose(result));  // again with a better pose
+  s.cover(result);                // share of the best sample's surface that the frame shows
+  s.remember(result);             // for the next frames of the test
   s.publish(result);
   return result;
 }
@@ -104,7 +106,21 @@ void Matcher::State::cover(MatchResult& result) noexcept {
   result.status = result.coverage < config.min_coverage ? Status::low_coverage : Status::ok;
 }
 
+/// Those of the estimate: a combination of samples has the combination of their coefficients.
+void Matcher::State::combine_coefficients(std::span<const WeightedSample> estimate) noexcept {
+  const std::size_t stride = format::padded(coefficients.count);
+  for (auto& plane : coefficients.planes) std::ranges::fill(plane, 0.0f);
+  for (const WeightedSample& one : estimate) {
+    const float* of_sample = &reference->coefficients[std::size_t{3} * stride * model.sample_index(one.sample)];
+    for (auto& plane : coefficients.planes) {
+      for (std::size_t j = 0; j < stride; ++j) plane[j] += one.weight * of_sample[j];
+      of_sample += stride;
+    }
+  }
+}
+
 void Matcher::State::publish(MatchResult& result) noexcept {
+  if (!compares_positions()) combine_coefficients(result.fit.estimate);
   for (std::size_t j = 0; j < coefficients.count; ++j)
     for (std::size_t axis = 0; axis < 3; ++axis) public_coefficients[3 * j + axis] = coefficients.planes[axis][j];
   const auto nearest = ranked().first(std::min(ranked().size(), matches.size()));

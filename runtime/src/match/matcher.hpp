@@ -26,6 +26,8 @@ struct Matcher::State {
   void begin_frame(const Frame& frame, HistoryState* of_test) noexcept;
   /// False, and the status, when the frame is refused.
   bool index_points(const Frame& frame, MatchResult& result) noexcept;
+  /// Whether samples are found by the positions of corresponding points, not by depth images.
+  [[nodiscard]] bool compares_positions() const noexcept { return !fitter || !fitter->search().proposes(); }
   void correspond(MatchResult& result) noexcept;
   void project(MatchResult& result) noexcept;
   void search(MatchResult& result) noexcept;
@@ -35,6 +37,7 @@ struct Matcher::State {
   void remember(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
   void publish(MatchResult& result) noexcept;
+  void combine_coefficients(std::span<const WeightedSample> estimate) noexcept;
 
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept {
     return fitter ? fitter->matches() : best.ranked();

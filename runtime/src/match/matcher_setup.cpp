@@ -72,7 +72,7 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
   if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
   if (config.method == Method::vtp)
     for (const ReferenceView& r : view.references) position_searches.emplace_back(view, r);
-  else if (is_worth_a_tree(view.info.samples, best.capacity()))
+  else if (compares_positions() && is_worth_a_tree(view.info.samples, best.capacity()))
     for (const ReferenceView& r : view.references) trees.emplace_back(r.coefficients, view.info.modes);
 }
 

@@ -58,6 +58,22 @@ void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
   ranked_[place] = {sample, distance};
 }
 
+void SelectedSamples::put_first(std::size_t count) noexcept {
+  const auto begin = kept_.begin(), end = begin + static_cast<std::ptrdiff_t>(size_);
+  std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(count - 1), end, is_before);
+}
+
+void SelectedSamples::select() noexcept {
+  put_first(capacity_);
+  size_ = capacity_;
+}
+
+std::span<const RankedSample> SelectedSamples::selected(std::size_t first) noexcept {
+  if (size_ > capacity_) select();
+  if (first > 0 && first < size_) put_first(first);
+  return std::span(kept_).first(size_);
+}
+
 void search_lbea(const ReferenceView& reference, const Positions& coefficients, BestSamples& best) noexcept {
   const Kernels& code = kernels();
   const std::size_t stride = coefficients.planes[0].size();

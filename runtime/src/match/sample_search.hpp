@@ -33,6 +33,33 @@ class BestSamples {
   std::size_t size_ = 0;
 };
 
+/// The same k samples without their order, which takes less time for hundreds of them.
+class SelectedSamples {
+ public:
+  explicit SelectedSamples(std::uint32_t capacity) : capacity_(capacity), kept_(std::size_t{2} * capacity) {}
+  void clear() noexcept { size_ = 0; }
+  /// distance: finite.
+  void offer(std::uint32_t sample, float distance) noexcept {
+    if (size_ >= capacity_ && !is_before({sample, distance}, kept_[capacity_ - 1])) return;
+    kept_[size_++] = {sample, distance};
+    if (size_ == capacity_ || size_ == kept_.size()) select();
+  }
+  /// The best `first` of them are the first. To be cleared before further offers.
+  [[nodiscard]] std::span<const RankedSample> selected(std::size_t first) noexcept;
+  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+
+ private:
+  static bool is_before(const RankedSample& a, const RankedSample& b) noexcept {
+    return a.distance < b.distance || (a.distance == b.distance && a.sample < b.sample);
+  }
+  /// Keeps the best ones; the farthest of them is the last one.
+  void select() noexcept;
+  void put_first(std::size_t count) noexcept;
+
+  std::size_t capacity_, size_ = 0;
+  std::vector<RankedSample> kept_;  // from capacity_ on: since the last selection
+};
+
 /// Eq. 3: sum over modes j of |e_j - s_j|.
 void search_lbea(const ReferenceView& reference, const Positions& coefficients, BestSamples& best) noexcept;
 

@@ -35,6 +35,7 @@ double mean_square(std::span<const float> observed, std::span<const std::uint16_
 
 FitCheck::FitCheck(const MatchTask& task, const DepthImages& images, std::span<const Point> points)
     : images_(images),
+      proposals_(task.proposals),
       candidates_(task.candidates),
       T_camera_reference_(inverse(images.camera.T_reference_sensor)),
       cells_(images.camera.cells()) {
@@ -113,6 +114,27 @@ Mismatch FitCheck::wrong_cell(std::span<const float> depth_image) const {
   return {};
 }
 
+// By the depth image of the answer.
+Mismatch FitCheck::wrong_proposal(const FitAnswer& answer) const {
+  const std::vector<std::uint32_t> cells = thinned_cells(images_);
+  const auto thinned = [&](auto image) {
+    std::vector<std::ranges::range_value_t<decltype(image)>> some;
+    for (const std::uint32_t cell : cells) some.push_back(image[cell]);
+    return some;
+  };
+  const std::vector<float> observed = thinned(std::span(answer.depth_image));
+  const CellPrices prices = prices_of(images_.metric, images_.camera);
+  std::vector<double> distances;
+  for (std::size_t s = 0; s < images_.depths.size() / padded_cells(images_.camera); ++s)
+    distances.push_back(std::sqrt(mean_square(observed, thinned(images_.of_sample(s)), prices)));
+  std::vector<RankedSample> proposed = answer.proposed;
+  for (RankedSample& one : proposed) one.distance = std::sqrt(one.distance);
+  std::ranges::sort(proposed, {}, &RankedSample::distance);
+  // They are compared in whole units: each cost differs by less than two of these.
+  const double unit = std::max(1.0, 2.0 * double{std::max(prices.cap, prices.one_sided)} / ShortPrices::most);
+  return wrong_ranking(proposed, distances, proposals_, {2 * unit, static_cast<double>(cells.size()) * float_rounding});
+}
+
 // By the depth image of the answer. What all candidates fill and the frame does not counts as hidden: the candidates
 // are then ranked without it.
 Mismatch FitCheck::wrong_candidate(const Answer& answer) const {
@@ -123,7 +145,7 @@ Mismatch FitCheck::wrong_candidate(const Answer& answer) const {
   const auto compare = [&](std::uint32_t sample) {
     return mean_square(observed, images_.of_sample(sample).first(observed.size()), prices);
   };
-  for (const RankedSample& one : answer.ranked)
+  for (const RankedSample& one : answer.fit->proposed.empty() ? answer.ranked : answer.fit->proposed)
     samples.push_back({one.sample, static_cast<float>(compare(one.sample))});
   std::ranges::sort(samples, {}, [](const RankedSample& one) { return std::pair(one.distance, one.sample); });
   samples.resize(std::min(candidates_, samples.size()));
@@ -142,7 +164,10 @@ Mismatch FitCheck::disagreement(const Answer& answer) const {
   if (answer.fit->depth_image.size() != cells_.size())
     return formatted("%zu cells in the depth image, should be %zu", answer.fit->depth_image.size(), cells_.size());
   if (Mismatch wrong = wrong_cell(answer.fit->depth_image)) return wrong;
-  return answer.fit->is_hidden ? Mismatch{} : wrong_candidate(answer);
+  if (answer.fit->is_hidden) return {};
+  if (!answer.fit->proposed.empty())
+    if (Mismatch wrong = wrong_proposal(*answer.fit)) return wrong;
+  return wrong_candidate(answer);
 }
 
 FrameCheck::FrameCheck(const MatchTask& task, std::span<const Point> points) : answer_(task, points) {
@@ -150,7 +175,9 @@ FrameCheck::FrameCheck(const MatchTask& task, std::span<const Point> points) : a
 }
 
 Mismatch FrameCheck::disagreement(const Answer& answer) {
-  if (Mismatch wrong = answer_.disagreement(answer)) return wrong;
+  const bool compares_positions = !answer.fit || answer.fit->proposed.empty();
+  if (compares_positions)
+    if (Mismatch wrong = answer_.disagreement(answer)) return wrong;
   return fit_ && answer.fit ? fit_->disagreement(answer) : Mismatch{};
 }
 

@@ -6,12 +6,12 @@
 
 namespace lbea::tool::bench {
 
-/// Depth image, comparison with the images of the proposed samples, and ranking of the candidates. Cells whose content
-/// depends on rounding, because a point is at the edge of two of them, are not compared; nor are the candidates of
-/// frames of which something hides a part.
+/// Depth image, proposals by thinned images, and ranking of the candidates among the proposed samples. Cells whose
+/// content depends on rounding, because a point is at the edge of two of them, are not compared; nor are the candidates
+/// of frames of which something hides a part.
 class FitCheck {
  public:
-  /// task: as of the AnswerCheck, which checks the proposed samples.
+  /// task: as of the AnswerCheck, which checks samples proposed by eq. 3.
   FitCheck(const MatchTask& task, const DepthImages& images, std::span<const Point> points);
 
   /// The first wrong value as a sentence that names cell or sample; nothing when all are right.
@@ -28,10 +28,11 @@ class FitCheck {
   /// Null: beyond the image.
   [[nodiscard]] Cell* cell_at(double column, double row);
   [[nodiscard]] Mismatch wrong_cell(std::span<const float> depth_image) const;
+  [[nodiscard]] Mismatch wrong_proposal(const FitAnswer& answer) const;
   [[nodiscard]] Mismatch wrong_candidate(const Answer& answer) const;
 
   const DepthImages& images_;
-  std::size_t candidates_;
+  std::size_t proposals_, candidates_;
   std::array<double, 12> T_camera_reference_{};
   double position_error_, depth_error_ = 0;  // bounds of rounding errors, length unit
   double uncertain_points_ = 0;

@@ -117,6 +117,40 @@ std::vector<GrowthRow> ranking_times(const Resized& images, const DepthMetric& m
           {images.camera.cells(), "plain loops", statistics_of(plain_us)}};
 }
 
+std::vector<std::vector<float>> images_of(const Model& model, std::span<const BenchCloud> clouds,
+                                          const RigidTransform& T_reference_sensor) {
+  const std::vector<BenchCloud> some = some_of(clouds);
+  CloudIndex index(envelope_grid(model.view().envelope), most_points(some));
+  FrameDepthImage image(model.view().depth_images->camera);
+  std::vector<std::vector<float>> images;
+  for (const BenchCloud& cloud : some) {
+    index.build(cloud.points, T_reference_sensor);
+    image.build(index);
+    images.emplace_back(image.cells().begin(), image.cells().end());
+  }
+  return images;
+}
+
+std::vector<std::uint16_t> repeated_images(const DepthImages& images, std::size_t samples) {
+  std::vector<std::uint16_t> depths(samples * padded_cells(images.camera));
+  for (std::size_t i = 0; i < depths.size(); ++i) depths[i] = images.depths[i % images.depths.size()];
+  return depths;
+}
+
+float least_plainly(std::span<const std::uint32_t> cells, std::span<const float> frame, const DepthImages& images,
+                    const CellPrices& prices) {
+  std::vector<float> observed;
+  for (const std::uint32_t cell : cells) observed.push_back(frame[cell]);
+  std::vector<std::uint16_t> of_sample(cells.size());
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t s = 0; s < images.depths.size() / padded_cells(images.camera); ++s) {
+    const auto image = images.of_sample(s);
+    std::ranges::transform(cells, of_sample.begin(), [&](std::uint32_t cell) { return image[cell]; });
+    least = std::min(least, plain_mean_square(observed, of_sample, prices));
+  }
+  return least;
+}
+
 }  // namespace
 
 std::vector<GrowthRow> growth_with_cells(const Model& model, const MatcherConfig& config,
@@ -138,6 +172,37 @@ std::vector<GrowthRow> growth_with_cells(const Model& model, const MatcherConfig
   return rows;
 }
 
+std::vector<GrowthRow> growth_of_proposals(const Model& model, std::span<const BenchCloud> clouds,
+                                           const RigidTransform& T_reference_sensor) {
+  const DepthImages& images = *model.view().depth_images;
+  const CellPrices prices = prices_of(images.metric, images.camera);
+  const std::vector<std::vector<float>> frames = images_of(model, clouds, T_reference_sensor);
+  std::vector<GrowthRow> rows;
+  for (const std::uint32_t samples : {300u, 1'000u, 3'000u, 10'000u, 30'000u}) {
+    DepthImages repeated = images;
+    const std::vector<std::uint16_t> depths = repeated_images(images, samples);
+    repeated.depths = depths;
+    ThinnedImages thinned(repeated);
+    SelectedSamples selected(std::min(FitSettings{}.proposals, samples));
+    BestSamples best(8);
+    std::vector<double> product_us, plain_us;
+    for (std::size_t i = 0; i < repetitions * frames.size(); ++i) {
+      const std::vector<float>& frame = frames[i % frames.size()];
+      float least = std::numeric_limits<float>::infinity();
+      product_us.push_back(processor_us([&] { thinned.propose(frame, best, selected); }));
+      plain_us.push_back(processor_us([&] { least = least_plainly(thinned_cells(images), frame, repeated, prices); }));
+      constexpr float rounding = 2;  // steps: whole ones are compared
+      if (!(std::abs(std::sqrt(best.ranked()[0].distance) - std::sqrt(least)) <= rounding))
+        throw Error(Status::bad_input, std::to_string(samples) + " samples: the least thinned mean square is " +
+                                           std::to_string(best.ranked()[0].distance) + ", should be " +
+                                           std::to_string(least));
+    }
+    rows.push_back({samples, "proposals by thinned images", statistics_of(product_us)});
+    rows.push_back({samples, "plain loop", statistics_of(plain_us)});
+  }
+  return rows;
+}
+
 std::vector<GrowthRow> growth_with_candidates(const Model& model, const MatcherConfig& config,
                                               std::span<const BenchCloud> clouds) {
   std::vector<GrowthRow> rows;
@@ -149,7 +214,7 @@ std::vector<GrowthRow> growth_with_candidates(const Model& model, const MatcherC
     for_each_cloud(model, config, clouds, [&](const CloudIndex& index, std::span<const RankedSample> proposed) {
       for (std::size_t i = 0; i < repetitions; ++i) us.push_back(processor_us([&] { fitter.fit(index, proposed); }));
     });
-    rows.push_back({candidates, "fit after the search", statistics_of(us)});
+    rows.push_back({candidates, "fit", statistics_of(us)});
   }
   return rows;
 }

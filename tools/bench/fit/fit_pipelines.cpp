@@ -54,7 +54,8 @@ class FitPipeline : public Pipeline {
           matcher(model, config) {}
 
     Answer answer(const Frame& frame) {
-      Answer answer = proposer->answer(frame);
+      const bool proposes = fitter.search().proposes();
+      Answer answer = proposes ? Answer{} : proposer->answer(frame);
       index.build(frame.points, T_reference_sensor);
       image.build(index);
       const SurfaceFit fit = fitter.fit(index, answer.ranked);
@@ -66,6 +67,7 @@ class FitPipeline : public Pipeline {
                                            "stages run one by one");
       const std::size_t cells = views.data()->camera.cells();
       answer.fit.emplace();
+      if (proposes) answer.fit->proposed.assign(fitter.search().proposed().begin(), fitter.search().proposed().end());
       answer.fit->depth_image.assign(image.cells().begin(), image.cells().begin() + static_cast<std::ptrdiff_t>(cells));
       for (const Match& match : fit.candidates)
         answer.fit->candidates.push_back({matcher.model().sample_index(match.sample), match.distance});
