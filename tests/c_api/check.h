@@ -16,6 +16,13 @@ extern int failures;
     }                                                                       \
   } while (0)
 
+/* inputs.c */
+enum { most_points = 131072 };
+/* The twelve numbers after "T_reference_sensor", whatever the brackets. */
+void read_pose(const char* sensor_json, float pose[12]);
+/* The points of a binary PLY file whose vertices are x, y, z as float; 0 when the folder has no such frame. */
+size_t read_cloud(const char* folder, int number, lbea_point* points);
+
 /* test_c_api.c */
 lbea_model* opened(const char* file);
 lbea_model_info info_of(const lbea_model* model);
@@ -25,14 +32,12 @@ void structs_grow(const char* model_file); /* test_c_structs.c */
 
 /* test_c_fit.c */
 void depth_images_decide(const char* model_file, const char* sensor_json);
-void read_pose(const char* sensor_json, float pose[12]);
 
 /* test_c_forecast.c */
 void the_end_is_forecast(const char* plates, const char* demo, const char* sensor_json, const char* frames);
 
 /* test_c_history.c */
-enum { most_points = 131072, frame_count = 4 }; /* states 0, 4, 8, 12 of a run that is not in the model */
-size_t read_cloud(const char* folder, int number, lbea_point* points);
+enum { frame_count = 4 }; /* states 0, 4, 8, 12 of a run that is not in the model */
 void pose_errors_are_corrected(const char* plates, const char* demo, const char* sensor_json, const char* frames);
 
 #endif

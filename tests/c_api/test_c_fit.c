@@ -8,19 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The twelve numbers after "T_reference_sensor", whatever the brackets. */
-void read_pose(const char* sensor_json, float pose[12]) {
-  static char text[20000];
-  FILE* in = fopen(sensor_json, "r");
-  text[fread(text, 1, sizeof text - 1, in)] = 0;
-  fclose(in);
-  char* at = strstr(text, "T_reference_sensor");
-  for (int i = 0; i < 12 && at != NULL; ++i) {
-    at += strcspn(at, "-0123456789");
-    pose[i] = strtof(at, &at);
-  }
-}
-
 /* sensor = R' (reference - t) */
 static lbea_point in_sensor(const float T[12], const float p[3]) {
   float out[3];

@@ -10,23 +10,6 @@
 
 static const float wrong_by[3] = {3, 0, 4}; /* mm */
 
-/* The points of a binary PLY file whose vertices are x, y, z as float. */
-size_t read_cloud(const char* folder, int number, lbea_point* points) {
-  char text[4000];
-  snprintf(text, sizeof text, "%s/frame_%05d.ply", folder, number);
-  FILE* in = fopen(text, "rb");
-  if (in == NULL) {
-    printf("%s is missing\n", text);
-    exit(1);
-  }
-  size_t count = 0;
-  while (fgets(text, sizeof text, in) != NULL && strcmp(text, "end_header\n") != 0)
-    if (strncmp(text, "element vertex ", 15) == 0) count = strtoul(text + 15, NULL, 10);
-  CHECK(count > 0 && count <= most_points && fread(points, sizeof *points, count, in) == count);
-  fclose(in);
-  return count;
-}
-
 static lbea_matcher* matcher_of(const lbea_model* model, lbea_method method, const float T_reference_sensor[12]) {
   lbea_config config;
   lbea_config_init(&config, sizeof config);
