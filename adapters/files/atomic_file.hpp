@@ -1,7 +1,7 @@
 // Files: written atomically, read at any place or at once.
 #pragma once
 
-#include "runtime/src/model/mapped_file.hpp"
+#include "runtime/src/model/descriptor.hpp"
 
 #include <string>
 #include <string_view>

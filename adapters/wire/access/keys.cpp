@@ -1,6 +1,6 @@
 #include "adapters/wire/access/keys.hpp"
 
-#include "runtime/src/model/mapped_file.hpp"
+#include "runtime/src/model/descriptor.hpp"
 
 #include <lbea/lbea.hpp>
 

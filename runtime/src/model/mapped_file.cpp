@@ -27,15 +27,15 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
 }  // namespace
 
 MappedFile::MappedFile(const std::filesystem::path& file)
-    : file_(file), descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-  if (descriptor_.value() < 0) fail(file, "cannot open the model");
+    : file_(file), open_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+  if (open_.value() < 0) fail(file, "cannot open the model");
   struct stat info {};
-  if (::fstat(descriptor_.value(), &info) != 0) fail(file, "cannot read the size of the model");
+  if (::fstat(open_.value(), &info) != 0) fail(file, "cannot read the size of the model");
   if (!S_ISREG(info.st_mode)) throw Error(Status::not_a_model, file.string() + ": not a regular file");
   opened_ = version();
   if (info.st_size == 0) return;
   const auto size = static_cast<std::size_t>(info.st_size);
-  void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, descriptor_.value(), 0);
+  void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, open_.value(), 0);
   if (address == MAP_FAILED) fail(file, "cannot map the model");
   bytes_ = {static_cast<const std::byte*>(address), size};
 }
@@ -59,7 +59,7 @@ void MappedFile::hold(std::span<const std::byte> part) const {
     throw Error(Status::bad_config, file_.string() + ": no memory for a copy of the model: " + std::strerror(errno));
   ::madvise(whole.data(), whole.size(), MADV_HUGEPAGE);  // searches read samples in any order; if refused, only slower
   while (!pages.empty() && offset < static_cast<off_t>(bytes_.size())) {
-    const ssize_t read = ::pread(descriptor_.value(), pages.data(), pages.size(), offset);
+    const ssize_t read = ::pread(open_.value(), pages.data(), pages.size(), offset);
     if (read < 0 && errno == EINTR) continue;
     if (read <= 0) throw Error(Status::corrupt_model, file_.string() + ": changed while it was read; start again");
     offset += read;
@@ -70,7 +70,7 @@ void MappedFile::hold(std::span<const std::byte> part) const {
 
 MappedFile::Version MappedFile::version() const noexcept {
   struct stat info {};
-  if (::fstat(descriptor_.value(), &info) != 0) return {};
+  if (::fstat(open_.value(), &info) != 0) return {};
   return {info.st_size, info.st_mtim.tv_sec, info.st_mtim.tv_nsec};
 }
 
@@ -93,5 +93,9 @@ void load_pages(std::span<const std::byte> bytes) noexcept {
 bool lock_pages(std::span<const std::byte> bytes, bool is_locked) noexcept {
   const auto pages = pages_of(bytes);
   return (is_locked ? ::mlock(pages.data(), pages.size()) : ::munlock(pages.data(), pages.size())) == 0;
+}
+
+std::uint64_t memory_of_machine() noexcept {
+  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 }  // namespace lbea

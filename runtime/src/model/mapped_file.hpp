@@ -1,29 +1,18 @@
 // A file mapped read-only, and control over which parts of it are in memory.
 #pragma once
 
+#ifdef _WIN32
+#include "runtime/src/model/windows_file.hpp"
+#else
+#include "runtime/src/model/descriptor.hpp"
+#endif
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
 
-#include <unistd.h>
-
 namespace lbea {
-/// A file descriptor, closed at the end.
-class Descriptor {
- public:
-  explicit Descriptor(int value) noexcept : value_(value) {}
-  ~Descriptor() {
-    if (value_ >= 0) ::close(value_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int value() const noexcept { return value_; }
-
- private:
-  int value_;
-};
-
 class MappedFile {
  public:
   /// Throws Error{file_not_found} when the file cannot be opened or mapped.
@@ -42,6 +31,11 @@ class MappedFile {
   [[nodiscard]] bool was_written() const noexcept;
 
  private:
+#ifdef _WIN32
+  using OpenFile = WindowsFile;
+#else
+  using OpenFile = Descriptor;
+#endif
   struct Version {
     std::int64_t bytes = -1, seconds = 0, nanoseconds = 0;
     friend bool operator==(const Version&, const Version&) = default;
@@ -49,7 +43,7 @@ class MappedFile {
   [[nodiscard]] Version version() const noexcept;
 
   std::filesystem::path file_;
-  Descriptor descriptor_;
+  OpenFile open_;
   Version opened_;
   std::span<const std::byte> bytes_;
 };
@@ -60,4 +54,6 @@ void release_pages(std::span<const std::byte> bytes) noexcept;
 void load_pages(std::span<const std::byte> bytes) noexcept;
 /// Locks or unlocks a part of a mapping in memory. False, with errno, when the system refuses.
 bool lock_pages(std::span<const std::byte> bytes, bool is_locked) noexcept;
+/// Bytes of memory that the machine has.
+[[nodiscard]] std::uint64_t memory_of_machine() noexcept;
 }  // namespace lbea

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include <unistd.h>
-
 namespace lbea {
 namespace {
 constexpr std::array<std::string_view, status_count> status_names{"ok",
@@ -57,10 +55,7 @@ std::uint64_t size_of(const std::vector<std::span<const std::byte>>& parts) noex
 }
 
 /// Whether the machine can hold a copy. What is mapped instead may be dropped from memory and read again.
-bool fits_into_memory(std::uint64_t bytes) noexcept {
-  const auto pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
-  return bytes <= static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page) / 4 * 3;
-}
+bool fits_into_memory(std::uint64_t bytes) noexcept { return bytes <= memory_of_machine() / 4 * 3; }
 }  // namespace
 
 std::string_view to_string(Status status) noexcept {
