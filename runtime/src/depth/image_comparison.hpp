@@ -3,6 +3,7 @@
 
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/match/sample_search.hpp"
+#include "runtime/src/numbers/elementary.hpp"
 
 namespace lbea {
 
@@ -108,7 +109,7 @@ class Plausibility {
   Plausibility(float best_residual, float noise, float sharpness) noexcept
       : best_(square<Real>(best_residual)), scale_(best_ + square<Real>(noise)), sharpness_{sharpness} {}
   [[nodiscard]] Real operator()(float residual) const noexcept {
-    return std::exp(-sharpness_ * (square<Real>(residual) - best_) / scale_);
+    return static_cast<Real>(exponential(-sharpness_ * (square<Real>(residual) - best_) / scale_));
   }
 
  private:

@@ -1,5 +1,7 @@
 #include "runtime/src/depth/pose.hpp"
 
+#include "runtime/src/numbers/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,9 +21,10 @@ PoseCenter PoseCenter::of(const ModelView& model) {
   return center;
 }
 
-/// Rodrigues' formula: R = I + sin a K + (1 - cos a) K K, with K = [axis]x.
+/// Rodrigues' formula: R = I + sin a K + (1 - cos a) K K, with K = [axis]x and 1 - cos a = 2 sin^2 (a / 2).
 RigidTransform transform_of(const PoseMotion& motion, const PoseCenter& center) noexcept {
   const double angle = std::hypot(motion[0], motion[1], motion[2]) / center.arm;
+  const double sin_a = sine(angle), sin_half_a = sine(angle / 2);
   std::array<double, 3> axis{};
   for (std::size_t i = 0; i < 3; ++i) axis[i] = angle > 0 ? motion[i] / center.arm / angle : 0;
   const std::array<double, 9> K{0, -axis[2], axis[1], axis[2], 0, -axis[0], -axis[1], axis[0], 0};
@@ -31,7 +34,7 @@ RigidTransform transform_of(const PoseMotion& motion, const PoseCenter& center) 
     for (std::size_t j = 0; j < 3; ++j) {
       double squared = 0;
       for (std::size_t k = 0; k < 3; ++k) squared += K[3 * i + k] * K[3 * k + j];
-      const double r = (i == j ? 1 : 0) + std::sin(angle) * K[3 * i + j] + (1 - std::cos(angle)) * squared;
+      const double r = (i == j ? 1 : 0) + sin_a * K[3 * i + j] + 2 * sin_half_a * sin_half_a * squared;
       T[4 * i + j] = static_cast<float>(r);
       shift -= r * center.middle[j];
     }

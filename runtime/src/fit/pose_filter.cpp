@@ -1,5 +1,7 @@
 #include "runtime/src/fit/pose_filter.hpp"
 
+#include "runtime/src/numbers/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -63,7 +65,7 @@ PoseTrajectory PoseTrajectory::drifting() const noexcept {
 }
 
 void PoseTrajectory::advance(double elapsed) noexcept {
-  const double kept = std::exp(-elapsed / correlation_time);
+  const double kept = exponential(-elapsed / correlation_time);
   for (std::size_t i = 0; i < 6; ++i) {
     mean_[i] += elapsed * mean_[rate + i];
     mean_[error + i] *= kept;
@@ -114,7 +116,7 @@ double PoseTrajectory::update(const PoseMeasurement& measured) noexcept {
   for (PoseMotion& of_state : predicted) of_state = factor.forward(of_state);
   double likelihood = 0;
   for (std::size_t i = 0; i < 6; ++i) {
-    likelihood -= innovation[i] * innovation[i] / 2 + std::log(factor(i, i));
+    likelihood -= innovation[i] * innovation[i] / 2 + logarithm(factor(i, i));
     for (std::size_t s = 0; s < n; ++s) {
       mean_[s] += predicted[s][i] * innovation[i];
       for (std::size_t t = 0; t < n; ++t) at(s, t) -= predicted[s][i] * predicted[t][i];

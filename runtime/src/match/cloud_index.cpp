@@ -1,5 +1,7 @@
 #include "runtime/src/match/cloud_index.hpp"
 
+#include "runtime/src/numbers/elementary.hpp"
+
 #include <cstring>
 
 namespace lbea {
@@ -131,7 +133,7 @@ bounding_grid(std::span<const std::array<float, 3>> positions, std::uint32_t cel
         {longest, high[axis] - low[axis], least_relative * std::abs(low[axis]), least_relative * std::abs(high[axis])});
   float volume = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) volume *= std::max((high[axis] - low[axis]) / longest, 0.01f);
-  const float edge = longest * std::cbrt(volume / static_cast<float>(cell_count));
+  const float edge = longest * cube_root(volume / static_cast<float>(cell_count));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     // Half a cell of margin on both sides.
     grid.cells[axis] = static_cast<std::uint32_t>((high[axis] - low[axis]) / edge) + 2;

@@ -1,5 +1,6 @@
 #include "runtime/src/track/tracker.hpp"
 
+#include "runtime/src/numbers/elementary.hpp"
 #include "runtime/src/track/sample_probabilities.hpp"
 
 namespace lbea {
@@ -60,7 +61,7 @@ struct Tracker::State {
 
     void add(double weight, double misfit) noexcept {
       ++frames;
-      log_misfits += weight * std::log(misfit);
+      log_misfits += weight * logarithm(misfit);
       weights += weight;
     }
   };
@@ -161,12 +162,12 @@ void Tracker::State::weigh_at_rest(std::span<const Match> evidence) noexcept {
   const double of_others = likelihood_of(evidence.back().distance);
   separate(evidence);
   for (const Match& candidate : evidence)
-    at_rest[model.sample_index(candidate.sample)] += std::log(likelihood_of(candidate.distance) / of_others);
+    at_rest[model.sample_index(candidate.sample)] += logarithm(likelihood_of(candidate.distance) / of_others);
   ++frames_at_rest;
   probabilities.for_each([&](const ProbabilityBlock& block) {
     for (std::size_t i = 0; i < block.values.size(); ++i) {
       const double logarithms = block.is_shared ? 0 : at_rest[block.first + i];
-      block.values[i] = logarithms == 0 ? 1 : std::exp(logarithms / frames_at_rest);
+      block.values[i] = logarithms == 0 ? 1 : exponential(logarithms / frames_at_rest);
     }
   });
   probabilities.normalize();
@@ -222,7 +223,7 @@ void Tracker::State::judge(const SurfaceFit& fit) noexcept {
   const double shared = std::max(initial.frames, 1.0);
   const double log_misfits = deformed.log_misfits + initial.log_misfits / shared,
                weights = deformed.weights + initial.weights / shared;
-  state.misfit = static_cast<float>(std::exp(log_misfits / weights));
+  state.misfit = static_cast<float>(exponential(log_misfits / weights));
   if (initial.frames + deformed.frames < frames_for_verdict) return;
   const bool one_branch = *std::ranges::max_element(branches) >= certain_branch;
   state.verdict = state.misfit > misfit_limit ? Verdict::no_simulation_fits
