@@ -8,7 +8,7 @@ known=$(dirname "$0")/symbols.txt
 most_bytes=450000 # stripped; 412736 when this was written. A library that grows more has gained code by accident.
 
 # Weak functions are inline ones, which differ with the level of optimisation.
-shown() { nm -DC --defined-only --without-symbol-versions "$library" | grep -vE '^[0-9a-f]+ [AW] ' | cut -d' ' -f2- | LC_ALL=C sort -u; }
+shown() { "${NM:-nm}" -DC --defined-only --without-symbol-versions "$library" | grep -vE '^[0-9a-f]+ [AW] ' | cut -d' ' -f2- | LC_ALL=C sort -u; }
 
 if [ "${2:-}" = --update ]; then shown >"$known"; exit; fi
 shown | diff -u "$known" - || { echo "the library's symbols changed; if that is meant: $0 $library --update" >&2; exit 1; }
@@ -20,7 +20,7 @@ readelf -d "$library" | grep -q 'SONAME.*\[liblbea\.so\.0\]' || { echo "soname i
 
 stripped=$(mktemp)
 trap 'rm -f "$stripped"' EXIT
-strip --strip-unneeded -o "$stripped" "$library"
+"${STRIP:-strip}" --strip-unneeded -o "$stripped" "$library"
 bytes=$(stat -c %s "$stripped")
 [ "$bytes" -le "$most_bytes" ] || { echo "the library has $bytes bytes, more than $most_bytes" >&2; exit 1; }
 echo "liblbea.so: $(wc -l <"$known") symbols, $bytes bytes, needs $(echo $needed)"

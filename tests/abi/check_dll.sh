@@ -23,7 +23,7 @@ if [ "${3:-}" = --update ]; then written >"$def"; exit; fi
 written | diff -u "$def" - || { echo "lbea.def is not what the library shows; if that is meant: $0 $dll $archive --update" >&2; exit 1; }
 
 dump=$($target-objdump -p "$dll" 2>/dev/null)
-exports=$(sed -n '/\[Ordinal\/Name Pointer\]/,/^$/s/^.*\] //p' <<<"$dump" | sed 's/^+base\[[^]]*\] *[0-9a-f]* //' | LC_ALL=C sort)
+exports=$(sed -n '/\[Ordinal\/Name Pointer\] Table/,/^$/s/^.*\] //p' <<<"$dump" | sed 's/^+base\[[^]]*\] *[0-9a-f]* //' | grep -v '^Table$' | LC_ALL=C sort)
 diff -u <(sed -n '/^EXPORTS/,$s/^  //p' "$def") - <<<"$exports" || { echo "the exports are not those of lbea.def" >&2; exit 1; }
 missing=$(comm -23 <(sort -u <<<"$known") <(c++filt <<<"$exports" | sort -u))
 [ -z "$missing" ] || { printf 'not exported: %s\n' "$missing" >&2; exit 1; }

@@ -88,7 +88,8 @@ static void an_image_in_memory_is_read_in_place(const char* file, const lbea_mod
   fseek(in, 0, SEEK_END);
   const size_t size = (size_t)ftell(in), room = (size + 127) / 64 * 64;
   rewind(in);
-  char* image = aligned_alloc(64, room);
+  char* const memory = malloc(room + 64);
+  char* const image = memory + 64 - (uintptr_t)memory % 64;
   CHECK(fread(image, 1, size, in) == size);
   fclose(in);
   lbea_model* viewed = NULL;
@@ -102,7 +103,7 @@ static void an_image_in_memory_is_read_in_place(const char* file, const lbea_mod
   CHECK(lbea_model_open_memory(image, size - 1, &viewed) == LBEA_CORRUPT_MODEL);
   memmove(image + 4, image, size);
   CHECK(lbea_model_open_memory(image + 4, size, &viewed) == LBEA_BAD_CONFIG);
-  free(image);
+  free(memory);
 }
 
 void structs_grow(const char* model_file) {

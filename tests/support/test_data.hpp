@@ -2,9 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <random>
 #include <string>
-
-#include <unistd.h>
 
 namespace lbea::test {
 
@@ -16,8 +15,9 @@ bool& needs_reference_data();  // true in executables that are skipped without t
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "lbea-test-XXXXXX").string();
-    path_ = ::mkdtemp(name.data());
+    std::random_device random;
+    do path_ = std::filesystem::temp_directory_path() / ("lbea-test-" + std::to_string(random()));
+    while (!std::filesystem::create_directory(path_));
   }
   ~TemporaryFolder() {
     std::error_code ignored;

@@ -17,7 +17,7 @@ bool& needs_reference_data() {
 
 int main(int argc, char** argv) {
   if (lbea::test::needs_reference_data() && !std::filesystem::exists(lbea::test::reference_data())) {
-    std::printf("skipped: no reference data at %s\n", lbea::test::reference_data().c_str());
+    std::printf("skipped: no reference data at %s\n", lbea::test::reference_data().string().c_str());
     return 77;
   }
   doctest::Context context(argc, argv);
