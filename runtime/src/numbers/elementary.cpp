@@ -9,7 +9,7 @@
 
 namespace lbea {
 namespace {
-constexpr double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+using Limits = std::numeric_limits<double>;
 
 /// A constant in two parts. The first has so few bits that its product with an integer of `spare_bits` bits is exact.
 struct TwoParts {
@@ -54,8 +54,8 @@ double power_of_two(int n) noexcept { return std::bit_cast<double>(static_cast<s
 
 // exp(x) = 2^k exp(r), |r| <= ln 2 / 2, by the series of exp(r).
 double exponential(double x) noexcept {
-  if (!(x > -746)) return x < 0 ? 0 : nan;
-  if (x > 710) return infinity;
+  if (!(x > -746)) return x < 0 ? 0 : Limits::quiet_NaN();
+  if (x > 710) return Limits::infinity();
   static constexpr auto series = inverse_factorials<12>(2, 1, 1);
   const double k = std::floor(x / std::numbers::ln2 + 0.5), r = reduced(x, k, ln2);
   const int half = static_cast<int>(k) / 2;  // 2^k itself may be no number of this type
@@ -64,8 +64,8 @@ double exponential(double x) noexcept {
 
 // log(2^k (1 + f)) = k ln 2 + 2 artanh(s), s = f / (2 + f), by the series of artanh(s); 2 s = f - s f.
 double logarithm(double x) noexcept {
-  if (!(x > 0)) return x == 0 ? -infinity : nan;
-  if (x == infinity) return x;
+  if (!(x > 0)) return x == 0 ? -Limits::infinity() : Limits::quiet_NaN();
+  if (x == Limits::infinity()) return x;
   static constexpr std::array<double, 12> series = [] {
     std::array<double, 12> c{};
     for (std::size_t n = 0; n < c.size(); ++n) c[n] = 2.0 / static_cast<double>(2 * n + 3);
