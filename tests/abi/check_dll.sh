@@ -28,6 +28,10 @@ diff -u <(sed -n '/^EXPORTS/,$s/^  //p' "$def") - <<<"$exports" || { echo "the e
 missing=$(comm -23 <(sort -u <<<"$known") <(c++filt <<<"$exports" | sort -u))
 [ -z "$missing" ] || { printf 'not exported: %s\n' "$missing" >&2; exit 1; }
 
+# Moves of more than 16 bytes must not rely on the alignment of the stack, which is 16 bytes (GCC bug 54412).
+aligned=$($target-objdump -d "$dll" | grep -E 'vmov(ap[sd]|dqa[0-9]*) .*\(.*%[yz]mm|vmov(ap[sd]|dqa[0-9]*) .*%[yz]mm.*\(' || true)
+[ -z "$aligned" ] || { printf 'these moves of wide vectors are aligned:\n%s\n' "$aligned" | head >&2; exit 1; }
+
 needed=$(sed -n 's/^.*DLL Name: //p' <<<"$dump" | sort -fu)
 extra=$(grep -viE '^(kernel32|msvcrt|user32|advapi32|ntdll)\.dll$' <<<"$needed" || true)
 [ -z "$extra" ] || { echo "lbea.dll needs $extra; only the system's libraries are allowed" >&2; exit 1; }

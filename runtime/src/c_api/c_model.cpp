@@ -22,10 +22,18 @@ lbea_status open_model(const void* source, lbea_model** model, Open&& open) noex
     return LBEA_OK;
   });
 }
+
+std::filesystem::path path_of(const char* utf8) {
+  try {
+    return reinterpret_cast<const char8_t*>(utf8);
+  } catch (const std::system_error&) {  // on Windows, where paths are UTF-16
+    throw Error(Status::file_not_found, std::string(utf8) + ": this path is not UTF-8; convert it");
+  }
+}
 }  // namespace
 
 lbea_status lbea_model_open(const char* path, lbea_model** model) {
-  return open_model(path, model, [&] { return Model::open(path); });
+  return open_model(path, model, [&] { return Model::open(path_of(path)); });
 }
 
 lbea_status lbea_model_open_memory(const void* image, size_t size, lbea_model** model) {

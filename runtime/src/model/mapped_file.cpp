@@ -22,7 +22,7 @@ std::span<std::byte> pages_of(std::span<const std::byte> bytes) noexcept {
 
 [[noreturn]] void fail(const std::filesystem::path& file, const char* what) {
   throw Error(Status::file_not_found,
-              file.string() + ": " + what + ": " + std::strerror(errno) + "; check its path and permissions");
+              name_of(file) + ": " + what + ": " + std::strerror(errno) + "; check its path and permissions");
 }
 }  // namespace
 
@@ -31,7 +31,7 @@ MappedFile::MappedFile(const std::filesystem::path& file)
   if (open_.value() < 0) fail(file, "cannot open the model");
   struct stat info {};
   if (::fstat(open_.value(), &info) != 0) fail(file, "cannot read the size of the model");
-  if (!S_ISREG(info.st_mode)) throw Error(Status::not_a_model, file.string() + ": not a regular file");
+  if (!S_ISREG(info.st_mode)) throw Error(Status::not_a_model, name_of(file) + ": not a regular file");
   opened_ = version();
   if (info.st_size == 0) return;
   const auto size = static_cast<std::size_t>(info.st_size);
@@ -56,12 +56,12 @@ void MappedFile::hold(std::span<const std::byte> part) const {
   constexpr int flags = MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED;
   auto offset = static_cast<off_t>(pages.data() - bytes_.data());
   if (::mmap(pages.data(), pages.size(), PROT_READ | PROT_WRITE, flags, -1, 0) == MAP_FAILED)
-    throw Error(Status::bad_config, file_.string() + ": no memory for a copy of the model: " + std::strerror(errno));
+    throw Error(Status::bad_config, name_of(file_) + ": no memory for a copy of the model: " + std::strerror(errno));
   ::madvise(whole.data(), whole.size(), MADV_HUGEPAGE);  // searches read samples in any order; if refused, only slower
   while (!pages.empty() && offset < static_cast<off_t>(bytes_.size())) {
     const ssize_t read = ::pread(open_.value(), pages.data(), pages.size(), offset);
     if (read < 0 && errno == EINTR) continue;
-    if (read <= 0) throw Error(Status::corrupt_model, file_.string() + ": changed while it was read; start again");
+    if (read <= 0) throw Error(Status::corrupt_model, name_of(file_) + ": changed while it was read; start again");
     offset += read;
     pages = pages.subspan(static_cast<std::size_t>(read));
   }
@@ -75,6 +75,8 @@ MappedFile::Version MappedFile::version() const noexcept {
 }
 
 bool MappedFile::was_written() const noexcept { return version() != opened_; }
+
+std::string name_of(const std::filesystem::path& file) { return file.string(); }
 
 void release_pages(std::span<const std::byte> bytes) noexcept {
   const auto pages = pages_of(bytes);

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 
 namespace lbea {
 class MappedFile {
@@ -47,6 +48,9 @@ class MappedFile {
   Version opened_;
   std::span<const std::byte> bytes_;
 };
+
+/// In UTF-8.
+[[nodiscard]] std::string name_of(const std::filesystem::path& file);
 
 /// Releases the memory of a part of a mapping. Later reads load it from the file again.
 void release_pages(std::span<const std::byte> bytes) noexcept;

@@ -37,10 +37,6 @@ std::string sentence_of(DWORD error) {
   return length > 0 ? to_utf8(text, static_cast<int>(length)) : "error " + std::to_string(error);
 }
 
-std::string name_of(const std::filesystem::path& file) {
-  return to_utf8(file.c_str(), static_cast<int>(file.native().size()));
-}
-
 [[noreturn]] void fail(const std::filesystem::path& file, const char* what, DWORD error = ::GetLastError()) {
   const char* const remedy =
       error == ERROR_SHARING_VIOLATION ? "; close the program that writes it" : "; check its path and permissions";
@@ -109,6 +105,10 @@ MappedFile::Version MappedFile::version() const noexcept {
 }
 
 bool MappedFile::was_written() const noexcept { return version() != opened_; }
+
+std::string name_of(const std::filesystem::path& file) {
+  return to_utf8(file.c_str(), static_cast<int>(file.native().size()));
+}
 
 void release_pages(std::span<const std::byte> bytes) noexcept {
   const auto pages = pages_of(bytes);

@@ -71,7 +71,7 @@ std::string_view to_string(Verdict verdict) noexcept {
 Model Model::open(const std::filesystem::path& file) {
   auto mapping = std::make_shared<const MappedFile>(file);
   mapping->expect_sequential(true);
-  auto view = std::make_shared<ModelView>(read_model(mapping->bytes(), file.string(), release_pages));
+  auto view = std::make_shared<ModelView>(read_model(mapping->bytes(), name_of(file), release_pages));
   mapping->expect_sequential(false);  // normal read-ahead: cold sections are read in whole rows
   // After set-up the loop must not touch a page that is not in memory.
   for (const auto part : hot_parts(*view)) load_pages(part);
