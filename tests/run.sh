@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs missing packages, builds, and runs the tests: first under the sanitizers, then as released.
+# Installs missing packages, builds, and runs the tests: under the sanitizers, as released, and for other machines.
 #   bash tests/run.sh            the daily tests
-#   bash tests/run.sh --quick    without the sanitizers
+#   bash tests/run.sh --quick    without the sanitizers and other machines
 #   bash tests/run.sh --long     also the long tests, whole programs under the address sanitizer, and the tests
 #                                labelled `threads` under the thread sanitizer
 set -euo pipefail
@@ -21,7 +21,9 @@ case "${1:-}" in
   *) echo "usage: bash tests/run.sh [--quick | --long]" >&2; exit 2 ;;
 esac
 
-bash tools/install-packages.sh test
+purpose=test
+[ "$sanitizers" = no ] || purpose=cross
+bash tools/install-packages.sh $purpose
 launcher=()
 if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
 export CCACHE_SLOPPINESS=pch_defines,time_macros  # ccache caches nothing that uses precompiled headers without these
@@ -42,3 +44,8 @@ if [ "$sanitizers" = yes ]; then
   if [ "$everything" = yes ]; then build_and_test tsan threaded_tests --label-regex threads; fi
 fi
 build_and_test ci all
+
+# The library for other machines, with the models and results of the build above. Tests that bake take too long here.
+if [ "$sanitizers" = yes ]; then
+  for preset in arm64 windows; do build_and_test $preset emulated_tests --label-regex emulated; done
+fi

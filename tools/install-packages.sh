@@ -5,6 +5,7 @@
 #   bash tools/install-packages.sh monitor   the five programs and lbea-monitor, whose page npm builds
 #   bash tools/install-packages.sh build     every program, the Python module, manual pages and Debian packages
 #   bash tools/install-packages.sh test      also the tests (default)
+#   bash tools/install-packages.sh cross     compilers for Linux on ARM64 and Windows, and emulators for the tests (300 MB)
 set -euo pipefail
 purpose=${1:-test}
 demo=(
@@ -42,13 +43,19 @@ test=(
   debootstrap                                      # a minimal Debian for the packages
   slurmctld slurmd slurm-client munge              # a one-node Slurm
 )
+cross=(
+  "${test[@]}"
+  g++-aarch64-linux-gnu qemu-user                  # preset arm64
+  g++-mingw-w64-x86-64-posix wine64                # preset windows
+)
 case "$purpose" in
   demo) packages=("${demo[@]}") ;;
   picture) packages=("${picture[@]}") ;;
   monitor) packages=("${monitor[@]}") ;;
   build) packages=("${build[@]}") ;;
   test) packages=("${test[@]}") ;;
-  *) echo "usage: bash tools/install-packages.sh [demo | picture | monitor | build | test]" >&2; exit 2 ;;
+  cross) packages=("${cross[@]}") ;;
+  *) echo "usage: bash tools/install-packages.sh [demo | picture | monitor | build | test | cross]" >&2; exit 2 ;;
 esac
 missing=()
 for package in "${packages[@]}"; do

@@ -246,21 +246,32 @@ static inline Floats square_roots(const Floats& value) {
   });
 }
 
+#if !defined(__SSE2__)
+/// Bit i: the lane is true, that is, has all bits set.
+static inline std::uint32_t bits_of(const Ints& truth) {
+  constexpr std::int32_t bit[lanes] = {1,      1 << 1, 1 << 2,  1 << 3,  1 << 4,  1 << 5,  1 << 6,  1 << 7,
+                                       1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
+  const Ints bits = truth & loaded<Ints>(bit);
+  Ints::Part sum = (bits.part[0] | bits.part[1]) | (bits.part[2] | bits.part[3]);
+  sum |= __builtin_shufflevector(sum, sum, 2, 3, 0, 1);
+  sum |= __builtin_shufflevector(sum, sum, 1, 0, 3, 2);
+  return static_cast<std::uint32_t>(sum[0]);
+}
+#endif
+
 /// Bit i: a[i] <= b[i].
 static inline std::uint32_t at_most(const Floats& a, const Floats& b) {
 #if defined(__AVX512F__)
   return _mm512_cmp_ps_mask(__m512(a.part[0]), __m512(b.part[0]), _CMP_LE_OQ);
+#elif !defined(__SSE2__)
+  return bits_of(a <= b);
 #else
   std::uint32_t bits = 0;
   for (std::size_t i = 0; i < Floats::parts; ++i) {
 #if defined(__AVX2__)
     const int part = _mm256_movemask_ps(_mm256_cmp_ps(__m256(a.part[i]), __m256(b.part[i]), _CMP_LE_OQ));
-#elif defined(__SSE2__)
-    const int part = _mm_movemask_ps(_mm_cmple_ps(__m128(a.part[i]), __m128(b.part[i])));
 #else
-    int part = 0;
-    for (std::size_t lane = 0; lane < Floats::width; ++lane)
-      part |= (a.part[i][lane] <= b.part[i][lane] ? 1 : 0) << lane;
+    const int part = _mm_movemask_ps(_mm_cmple_ps(__m128(a.part[i]), __m128(b.part[i])));
 #endif
     bits |= static_cast<std::uint32_t>(part) << (Floats::width * i);
   }
@@ -279,17 +290,16 @@ static inline Ints lanes_of(std::uint32_t bits) {
 static inline std::uint32_t differing(const Ints& a, const Ints& b) {
 #if defined(__AVX512F__)
   return _mm512_cmpneq_epi32_mask(__m512i(a.part[0]), __m512i(b.part[0]));
+#elif !defined(__SSE2__)
+  return bits_of(each<Ints>([&](std::size_t i) { return a.part[i] != b.part[i]; }));
 #else
   std::uint32_t equal = 0;
   for (std::size_t i = 0; i < Ints::parts; ++i) {
 #if defined(__AVX2__)
     const int part =
         _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(__m256i(a.part[i]), __m256i(b.part[i]))));
-#elif defined(__SSE2__)
-    const int part = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(__m128i(a.part[i]), __m128i(b.part[i]))));
 #else
-    int part = 0;
-    for (std::size_t lane = 0; lane < Ints::width; ++lane) part |= (a.part[i][lane] == b.part[i][lane] ? 1 : 0) << lane;
+    const int part = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(__m128i(a.part[i]), __m128i(b.part[i]))));
 #endif
     equal |= static_cast<std::uint32_t>(part) << (Ints::width * i);
   }
@@ -394,16 +404,30 @@ static inline float least(const Floats& value) { return folded(value, lesser); }
 
 /// In its scope, denormal numbers count as zeros: many processors compute with them a hundred times more slowly.
 class DenormalsAreZero {
-#if defined(__SSE2__)
+#if defined(__SSE2__) || defined(__aarch64__)
  public:
-  DenormalsAreZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | flush_results | read_as_zero); }
-  ~DenormalsAreZero() { _mm_setcsr(before_); }
+  DenormalsAreZero() : before_(mode()) { set_mode(before_ | as_zero); }
+  ~DenormalsAreZero() { set_mode(before_); }
   DenormalsAreZero(const DenormalsAreZero&) = delete;
   DenormalsAreZero& operator=(const DenormalsAreZero&) = delete;
 
  private:
-  static constexpr unsigned flush_results = 1u << 15, read_as_zero = 1u << 6;
-  unsigned before_;
+#if defined(__SSE2__)
+  using Mode = unsigned;
+  static Mode mode() { return _mm_getcsr(); }
+  static void set_mode(Mode mode) { _mm_setcsr(mode); }
+  static constexpr Mode as_zero = 1u << 15 | 1u << 6;  // results; operands
+#else
+  using Mode = std::uint64_t;
+  static Mode mode() {
+    Mode mode;
+    asm volatile("mrs %0, fpcr" : "=r"(mode));
+    return mode;
+  }
+  static void set_mode(Mode mode) { asm volatile("msr fpcr, %0" ::"r"(mode) : "memory"); }
+  static constexpr Mode as_zero = 1u << 24;
+#endif
+  Mode before_;
 #endif
 };
 
