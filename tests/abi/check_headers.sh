@@ -14,6 +14,6 @@ done
 # Without GCC's attributes, as MSVC reads it.
 marks=$("$cc" -D_WIN32 -E -P -I "$include" -x c - <<<$'#include <lbea/api.h>\nLBEA_API LBEA_HIDDEN end' | tr -d ' \n')
 [ "$marks" = end ] || { echo "on Windows, LBEA_API is '$marks'" >&2; exit 1; }
-others=$(grep -nE '__(attribute__|declspec|extension__|builtin_)|#pragma|#include <[^ls]' "$include/lbea/lbea.h" "$include/lbea/version.hpp" || true)
+others=$(grep -nE '__(attribute__|declspec|extension__|builtin_)|#include <[^ls]' "$include/lbea/lbea.h" "$include/lbea/version.hpp" || true)
 [ -z "$others" ] || { printf 'not standard C:\n%s\n' "$others" >&2; exit 1; }
 echo "lbea.h: C99, C11, C17, C++11 and C++20 by $("$cc" -dumpmachine)"
