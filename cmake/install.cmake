@@ -4,10 +4,14 @@ include(CMakePackageConfigHelpers)
 
 set(lbea_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lbea)
 install(TARGETS lbea lbea_shared EXPORT lbea-targets
+        RUNTIME COMPONENT runtime
         LIBRARY COMPONENT runtime NAMELINK_COMPONENT dev
         ARCHIVE COMPONENT dev
         FILE_SET HEADERS COMPONENT dev)
 install(EXPORT lbea-targets NAMESPACE lbea:: DESTINATION ${lbea_cmake_dir} COMPONENT dev)
+if(WIN32)
+  install(FILES ${PROJECT_SOURCE_DIR}/runtime/lbea.def DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+endif()
 configure_package_config_file(cmake/lbea-config.cmake.in ${PROJECT_BINARY_DIR}/lbea-config.cmake
         INSTALL_DESTINATION ${lbea_cmake_dir} PATH_VARS CMAKE_INSTALL_LIBDIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/lbea-config-version.cmake COMPATIBILITY SameMinorVersion)

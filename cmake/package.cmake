@@ -1,3 +1,19 @@
+# For other machines one archive with the runtime and its examples: run `cpack` in a build folder.
+if(CMAKE_CROSSCOMPILING)
+  set(CPACK_GENERATOR TGZ)
+  set(archive_for linux-arm64)
+  if(WIN32)
+    set(CPACK_GENERATOR ZIP)
+    set(archive_for windows-x64)
+  endif()
+  install(FILES docs/examples/match.c DESTINATION examples)
+  install(FILES cmake/archive.txt DESTINATION . RENAME README.txt)
+  set(CPACK_PACKAGE_FILE_NAME lbea-${PROJECT_VERSION}-${archive_for})
+  set(CPACK_STRIP_FILES ON)
+  include(CPack)
+  return()
+endif()
+
 # Debian packages: run `cpack` in a build folder. dpkg-shlibdeps finds the dependencies.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})

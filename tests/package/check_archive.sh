@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# The archive for another machine: users' programs compile against it, run, and print what they print on this machine.
+#   check_archive.sh BUILD HOST_BUILD SENSOR_JSON CC CXX [EMULATOR...]
+set -euo pipefail
+build=$1 host=$2 sensor=$3 cc=$4 cxx=$5
+shift 5
+emulator=("$@")
+project=$(cd "$(dirname "$0")/../.." && pwd)
+model=$host/demo/rail.lbea
+[ -e "$model" ] || { echo "skipped: $model is missing; build the preset ci and run its tests first"; exit 77; }
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+fail() { printf '%s\n' "$@" >&2; exit 1; }
+
+(cd "$build" && cpack -B "$work" >/dev/null)
+cmake -E chdir "$work" cmake -E tar xf "$(find "$work" -maxdepth 1 -name 'lbea-*.zip' -o -maxdepth 1 -name 'lbea-*.tar.gz')"
+archive=$(dirname "$work"/lbea-*/README.txt)
+libdir=$(dirname "$(find "$archive" -name liblbea.a)")
+shared=(-llbea -Wl,-rpath,"$libdir")
+if [ -e "$archive/bin/lbea.dll" ]; then
+  cp "$archive/bin/lbea.dll" "$work"
+  shared=(-static -l:liblbea.dll.a) # only GCC's libraries inside
+fi
+
+warnings=(-O1 -Wall -Wextra -Wpedantic -Werror)
+"$cc" -std=c11 "${warnings[@]}" "$archive/examples/match.c" -I"$archive/include" -L"$libdir" -llbea -Wl,-rpath,"$libdir" -o "$work/match"
+"$cxx" -std=c++20 "${warnings[@]}" "$project/tests/consumer/main.cpp" -I"$archive/include" -L"$libdir" "${shared[@]}" -o "$work/consumer"
+"$cxx" -std=c++20 "${warnings[@]}" "$project/tests/consumer/main.cpp" -I"$archive/include" "$libdir/liblbea.a" -static -o "$work/static_consumer"
+cc -std=c11 -O1 "$archive/examples/match.c" -I"$archive/include" -L"$host/runtime" -llbea -Wl,-rpath,"$host/runtime" -o "$work/here"
+
+python3 - "$host/demo/frames/frame_00010.ply" "$sensor" "$work" <<'PYTHON'
+import json, struct, sys
+header, points = open(sys.argv[1], "rb").read().split(b"end_header\n", 1)
+with open(sys.argv[3] + "/cloud.xyz", "w") as cloud:
+    for x, y, z in struct.iter_unpack("<3f", points): print(f"{x:.9g} {y:.9g} {z:.9g}", file=cloud)
+pose = json.load(open(sys.argv[2]))["T_reference_sensor"]
+print(*sum(pose[:3], []), file=open(sys.argv[3] + "/pose.txt", "w"))
+PYTHON
+run() { "${emulator[@]}" "$(echo "$work/$1"*)" "${@:2}" | tr -d '\r'; }  # PROGRAM, whatever its suffix, ARGUMENT...
+cd "$work"
+for method in lbea fit; do
+  run match "$model" pose.txt $method <cloud.xyz >printed || fail "match failed:" "$(cat printed)"
+  ./here "$model" pose.txt $method <cloud.xyz >expected
+  diff expected printed
+done
+for consumer in consumer static_consumer; do
+  run $consumer "$model" || fail "$consumer does not find a sample of the model"
+  code=0
+  run $consumer /no/such/model >/dev/null || code=$?
+  [ "$code" -eq 3 ] || fail "$consumer does not catch exceptions of the library"
+done
+echo "$(basename "$archive"): match.c prints what it prints here; C++ links both libraries"
