@@ -1,4 +1,5 @@
 // Compiled once per instruction set, each time into a separate namespace (LBEA_KERNELS).
+#include "runtime/src/kernels/denormals.hpp"
 #include "runtime/src/kernels/kernels.hpp"
 #include "runtime/src/kernels/lanes.hpp"
 
