@@ -1,28 +1,28 @@
 #!/usr/bin/env bash
-# Installs missing packages, builds, and runs the tests: under the sanitizers, as released, and for other machines.
+# Installs missing packages, builds, and runs the tests: first under the sanitizers, then as released.
 #   bash tests/run.sh            the daily tests
-#   bash tests/run.sh --quick    without the sanitizers and other machines
-#   bash tests/run.sh --long     also the long tests, whole programs under the address sanitizer, and the tests
+#   bash tests/run.sh --quick    without the sanitizers
+#   bash tests/run.sh --cross    as released, then the library's for ARM64 and Windows, in emulators
+#   bash tests/run.sh --long     all of that, the long tests, whole programs under the address sanitizer, and the tests
 #                                labelled `threads` under the thread sanitizer
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-sanitizers=yes everything=no
+sanitizers=yes everything=no purpose=test
 # The target that the address sanitizer builds, then the arguments that select its tests for ctest.
 addresses=(sanitized_tests --label-regex sanitized)
 case "${1:-}" in
   "") ;;
   --quick) sanitizers=no ;;
+  --cross) sanitizers=no purpose=cross ;;
   --long)
     export LBEA_LONG_TESTS=1
-    everything=yes
+    everything=yes purpose=cross
     addresses=(all --label-exclude release-only)
     ;;
-  *) echo "usage: bash tests/run.sh [--quick | --long]" >&2; exit 2 ;;
+  *) echo "usage: bash tests/run.sh [--quick | --cross | --long]" >&2; exit 2 ;;
 esac
 
-purpose=test
-[ "$sanitizers" = no ] || purpose=cross
 bash tools/install-packages.sh $purpose
 launcher=()
 if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
@@ -45,7 +45,7 @@ if [ "$sanitizers" = yes ]; then
 fi
 build_and_test ci all
 
-# The library for other machines, with the models and results of the build above. Tests that bake take too long here.
-if [ "$sanitizers" = yes ]; then
+# With the models and results of the build above. Tests that bake take too long here.
+if [ $purpose = cross ]; then
   for preset in arm64 windows; do build_and_test $preset emulated_tests --label-regex emulated; done
 fi
