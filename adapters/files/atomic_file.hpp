@@ -3,6 +3,9 @@
 
 #include "runtime/src/model/descriptor.hpp"
 
+#include <cstdint>
+#include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
