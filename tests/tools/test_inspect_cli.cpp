@@ -60,6 +60,28 @@ TEST_CASE("an intact model is listed as JSON") {
   CHECK(end == json["bytes"]);
 }
 
+TEST_CASE("the learned forecast is listed over the duration, of frames seen from the beginning") {
+  const TemporaryFolder folder;
+  const std::string demo = (data() / "rail-demo").string();
+  REQUIRE(run_program(std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --modes 10 --views " + demo +
+                          "/sensor.json -o m.lbea",
+                      folder.path())
+              .exit_code == 0);
+  const Outcome outcome = run_program(std::string(LBEA_INSPECT) + " m.lbea --json", folder.path());
+  const auto forecast = nlohmann::json::parse(outcome.out)["forecast"];
+  const auto errors = forecast["error_90"].get<std::vector<double>>();
+  REQUIRE(errors.size() == 11);
+  CHECK(errors.back() < errors.front());  // the more is seen, the less is uncertain
+  for (const double error : errors) CHECK((error > 0 && error <= 1.2 * errors.front()));
+  REQUIRE_FALSE(forecast["parameters"].empty());
+  for (const auto& [name, parameter] : forecast["parameters"].items()) {
+    CAPTURE(name);
+    REQUIRE(parameter["r2"].size() == 11);
+    for (const auto& r2 : parameter["r2"]) CHECK(r2.get<double>() <= 1);
+    for (const auto& bound : parameter["bound_90"]) CHECK(bound.get<double>() >= 0);
+  }
+}
+
 TEST_CASE("a provenance nested deeper than a bake writes is printed as text: a million levels overran the stack") {
   const Baked baked;
   std::string bytes = text_of(baked.folder / "m.lbea");

@@ -79,21 +79,23 @@ Json learned_json(const Model& model) {
   return learned;
 }
 
-/// Of left-out runs at each tenth of a simulation's duration, from the impact on: the bound of the final shape's error;
-/// per parameter the explained share of the variance and the bound. Null: no forecasts.
+/// Of left-out runs seen completely until each tenth of a simulation's duration, first of those not seen at all: the
+/// bound of the final shape's error; per parameter the explained share of the variance and the bound. Null: no
+/// forecasts.
 Json forecast_json(const Model& model) {
   const auto& forecast = model.view().forecast;
   if (forecast == nullptr) return nullptr;
-  const std::size_t stride = 1 + 2 * std::size_t{model.parameters()};
+  const std::size_t stride = LearnedForecast::numbers_per_window(model.parameters());
   const auto over_time = [&](std::size_t number) {
-    Json values = Json::array();
-    for (std::size_t i = number; i < forecast->numbers.size(); i += stride) values.push_back(forecast->numbers[i]);
+    Json values = Json::array({forecast->numbers[number]});
+    for (std::size_t node = 1; node <= LearnedForecast::nodes; ++node)
+      values.push_back(forecast->numbers[(1 + ForecastWindow{1, node}.number()) * stride + number]);
     return values;
   };
   Json parameters = Json::object();
   for (std::uint32_t p = 0; p < model.parameters(); ++p)
-    parameters[std::string(model.parameter_name(p))] = {{"r2", over_time(1 + 2 * std::size_t{p})},
-                                                        {"bound_90", over_time(2 + 2 * std::size_t{p})}};
+    parameters[std::string(model.parameter_name(p))] = {{"r2", over_time(2 + 3 * std::size_t{p})},
+                                                        {"bound_90", over_time(3 + 3 * std::size_t{p})}};
   return {{"error_90", over_time(0)}, {"parameters", std::move(parameters)}};
 }
 
