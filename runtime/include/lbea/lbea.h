@@ -120,9 +120,8 @@ typedef struct lbea_result {
   float coverage;               /**< share of the best sample's observed surface that the frame shows */
   float leading_coordinates[3]; /**< the coefficients with the highest variance over the samples */
   const lbea_match* matches;    /**< match_count, best first */
-  const float*
-      coefficients; /**< coefficient_count = modes x 3, mode-major: the frame, or the estimate of fit, in the basis */
-  const lbea_match* candidates;         /**< fit: the samples most similar to the frame; distance: their residual */
+  const float* coefficients;    /**< coefficient_count = modes x 3, mode-major: of the frame, by fit of the estimate */
+  const lbea_match* candidates; /**< fit: the samples most similar to the frame; distance: their residual */
   const lbea_weighted_sample* estimate; /**< fit: the combination that explains the frame best */
   uint32_t match_count, coefficient_count, candidate_count, estimate_count;
   /* fit, else NaN; length unit */
